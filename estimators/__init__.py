@@ -1,0 +1,1 @@
+"""The documented estimators and policies, each a plug-in that sees recordings only."""

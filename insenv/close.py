@@ -1,0 +1,71 @@
+"""Closing the loop on a manifest: read, split, trace, assemble."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from insenv import datasets
+from insenv.core.errors import InputError
+from insenv.core.load import read_recordings
+from insenv.core.manifest import Manifest, load_manifest
+from insenv.core.remarks import remarks
+from insenv.core.split import split
+from insenv.effects.base import Effect
+from insenv.effects.catalogue import CATALOGUE, by_key
+from insenv.identify.assemble import findings
+from insenv.identify.findings import Findings
+from insenv.identify.loop import trace
+
+
+def close(
+    manifest: str | Path,
+    effects: Sequence[str] | None = None,
+    alpha: float = 0.01,
+    seed: int = 0,
+    progress: Callable[[str], None] = lambda text: None,
+) -> Findings:
+    """Find the residual of the declared model and the effects that it lacks.
+
+    Parameters
+    ----------
+    manifest : str or Path
+        A manifest file, or the name of a recording of `insenv.datasets`.
+    effects : sequence of str, optional
+        Keys of the effects to try; all of the catalogue by default.
+    alpha : float
+        Probability of a false discovery, per target.
+    seed : int
+        Of the simulated noise that calibrates the search.
+    progress : callable
+        Told what is being done.
+
+    Raises
+    ------
+    InputError
+        If anything given cannot be used.
+    """
+    if not 0 < alpha < 1:
+        raise InputError(f"alpha = {alpha:g}; wanted a probability between 0 and 1")
+    tried = _chosen(effects)
+    read = _manifest(manifest, progress)
+    progress("reading the recording")
+    recordings = read_recordings(read)
+    outcome = trace(read, recordings, split(read, recordings), tried, alpha, seed, progress)
+    return findings(read, recordings, outcome, remarks(recordings))
+
+
+def _manifest(manifest: str | Path, progress: Callable[[str], None]) -> Manifest:
+    name = str(manifest)
+    if name in datasets.names() and not Path(name).exists():
+        if datasets.locate(name) is None:
+            progress(f"fetching {name}")
+            datasets.fetch(name)
+        return datasets.load(name)
+    return load_manifest(Path(manifest))
+
+
+def _chosen(effects: Sequence[str] | None) -> tuple[Effect, ...]:
+    if effects is None:
+        return CATALOGUE
+    return tuple(by_key(key.strip()) for key in effects)

@@ -1,0 +1,1 @@
+"""What everything else stands on: units, the Earth, motion, recordings, manifests and their readers."""

@@ -1,0 +1,248 @@
+"""The reference channels of a recording turned into the `Motion` that a target channel was exposed to.
+
+Rows are gathered into cells of ``rows_per_cell`` sampling periods on one even grid that runs through gaps
+(``count`` says how many rows a cell holds). What is measured is averaged over a cell; rates are differences of
+their integral over the cell's edges, so that the mean over a cell is exact; states are given at the edges.
+
+The rows of a target that ``covers`` its interval end at the row's time, those of an instantaneous target are
+centred on it; a channel's ``delay`` moves it back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insenv.core.earth import EARTH_RATE
+from insenv.core.motion import Motion, interval_mean
+from insenv.core.recording import Channel, Floats, Recording
+from insenv.core.smooth import smoothed
+
+#: Which manifest channel would supply a field of `Motion`.
+CHANNEL_OF = {
+    "rate": "table_rate",
+    "rate_edges": "table_rate",
+    "angle": "table_angle",
+    "temperature": "temperature",
+    "base_tilt": "gyro_x, gyro_y, gyro_z",
+    "force": "accel_x",
+    "cross_rate": "gyro_x, gyro_y, gyro_z",
+}
+
+#: Direction of "up" in the axis letters of `Mounting.axes`.
+_UP = {"U": 1.0, "D": -1.0}
+
+
+@dataclass(frozen=True)
+class Exposure:
+    """A target channel in cells, and what it was exposed to.
+
+    Attributes
+    ----------
+    y : ndarray, shape (n,)
+        Mean of the target over each cell; 0 where a cell is empty.
+    count : ndarray of int, shape (n,)
+        Rows in each cell.
+    cell_of_row : ndarray of int, shape (rows,)
+        Cell of each row; -1 for rows that are left out (the first of a piece whose interval began before it).
+    motion : Motion
+        Exposure on the cells; ``motion.rate`` is the reference that the model subtracts.
+    u : ndarray, shape (n,)
+        Input rate for regressors: the commanded rate where it was logged, free of errors of the encoder.
+    """
+
+    y: Floats
+    count: NDArray[np.int64]
+    cell_of_row: NDArray[np.int64]
+    motion: Motion
+    u: Floats
+
+
+def expose(
+    recording: Recording,
+    target: str,
+    rows_per_cell: int = 1,
+    reference_temperature: float = 298.15,
+    with_earth: bool = False,
+) -> Exposure:
+    """Gather ``target`` and its references into cells.
+
+    Parameters
+    ----------
+    recording : Recording
+    target : str
+        Name of the channel to explain.
+    rows_per_cell : int
+        Sampling periods in a cell.
+    reference_temperature : float
+        T_ref of the temperature effects [K].
+    with_earth : bool
+        Whether the model declares the Earth's rate: then its known vertical part belongs to the reference.
+
+    Raises
+    ------
+    InputError
+        If the recording has no such channel.
+    """
+    channel = recording.channels[target]
+    cell_of_row, start, n = _cells(recording, channel, rows_per_cell)
+    step = rows_per_cell * recording.dt
+    edges = start + step * np.arange(n + 1)
+    count, y = _gather(channel.values, cell_of_row, n)
+    tilt = recording.mounting.tilt
+    projection = float(np.sin(tilt)) if target == "gyro" or _has_table(recording) else 1.0
+    vertical = EARTH_RATE * np.sin(recording.site.latitude or 0.0) * np.sin(tilt) * with_earth
+    reference = _table_rate(recording, edges, ("table_angle", "table_rate"))
+    commanded = _table_rate(recording, edges, ("table_rate", "table_angle"))
+    still = np.zeros(n)
+    motion = Motion(
+        t=edges - start,
+        rate=(still if reference is None else reference * projection) + vertical,
+        angle=_table_angle(recording, edges),
+        rate_edges=_rate_edges(recording, edges, projection, vertical),
+        temperature=_temperature(recording, cell_of_row, n),
+        base_tilt=_base_tilt(recording, target, edges),
+        force=_others(recording, cell_of_row, n, "accel_") if target.startswith("gyro") else {},
+        cross_rate=_cross_rates(recording, target, cell_of_row, n),
+        projection=projection,
+        reference_temperature=reference_temperature,
+    )
+    u = (still if commanded is None else commanded * projection) + vertical
+    return Exposure(y, count, cell_of_row, motion, u)
+
+
+def _has_table(recording: Recording) -> bool:
+    return "table_angle" in recording.channels or "table_rate" in recording.channels
+
+
+def _cells(recording: Recording, channel: Channel, rows_per_cell: int) -> tuple[NDArray[np.int64], float, int]:
+    """Cell of each row, start of the first cell [s] and number of cells."""
+    dt, covers = recording.dt, channel.covers == "interval"
+    middle = recording.t - channel.delay - (0.5 * dt if covers else 0.0)
+    first = 1 if covers and len(recording) > 1 else 0
+    index = np.rint((middle - middle[first]) / dt).astype(np.int64)
+    cell = index // rows_per_cell
+    if covers:
+        # The interval of a piece's first row began before the piece: its references are not known.
+        cell[[piece.start for piece in recording.pieces()]] = -1
+    return cell, float(middle[first] - 0.5 * dt), int(cell.max()) + 1
+
+
+def _gather(values: Floats, cell_of_row: NDArray[np.int64], n: int) -> tuple[NDArray[np.int64], Floats]:
+    """Rows per cell and their mean; 0 where there is none."""
+    kept = cell_of_row >= 0
+    count = np.bincount(cell_of_row[kept], minlength=n)
+    total = np.bincount(cell_of_row[kept], weights=values[kept], minlength=n)
+    return count, total / np.maximum(count, 1)
+
+
+def _at(times: Floats, values: Floats) -> Callable[[Floats], Floats]:
+    """Linear interpolation that goes on with the slope of its ends."""
+
+    def evaluate(x: Floats) -> Floats:
+        inside = np.interp(x, times, values)
+        if len(times) < 2:
+            return inside
+        before, after = x < times[0], x > times[-1]
+        inside[before] = values[0] + (x[before] - times[0]) * (values[1] - values[0]) / (times[1] - times[0])
+        inside[after] = values[-1] + (x[after] - times[-1]) * (values[-1] - values[-2]) / (times[-1] - times[-2])
+        return inside
+
+    return evaluate
+
+
+def _integral(recording: Recording, channel: Channel) -> Callable[[Floats], Floats]:
+    """The integral of a rate channel as a function of time: exact at the rows, linear between them."""
+    times = recording.t - channel.delay
+    steps = np.diff(times)
+    v = channel.values
+    means = v[1:] if channel.covers == "interval" else 0.5 * (v[1:] + v[:-1])
+    return _at(times, np.concatenate([[0.0], np.cumsum(means * steps)]))
+
+
+def _angle_function(recording: Recording, preferred: tuple[str, ...]) -> Callable[[Floats], Floats] | None:
+    """The table's angle as a function of time, from the first of the ``preferred`` channels that is there."""
+    for name in preferred:
+        if name in recording.channels:
+            channel = recording.channels[name]
+            if name == "table_angle":
+                return _at(recording.t - channel.delay, channel.values)
+            return _integral(recording, channel)
+    return None
+
+
+def _table_rate(recording: Recording, edges: Floats, preferred: tuple[str, ...]) -> Floats | None:
+    angle = _angle_function(recording, preferred)
+    return None if angle is None else np.diff(angle(edges)) / (edges[1] - edges[0])
+
+
+def _table_angle(recording: Recording, edges: Floats) -> Floats | None:
+    angle = _angle_function(recording, ("table_angle", "table_rate"))
+    return None if angle is None else angle(edges)
+
+
+def _rate_edges(recording: Recording, edges: Floats, projection: float, vertical: float) -> Floats | None:
+    """Rate at the edges: central differences over one cell, of the commanded rate where it was logged."""
+    angle = _angle_function(recording, ("table_rate", "table_angle"))
+    if angle is None:
+        return None
+    half = 0.5 * (edges[1] - edges[0])
+    return (angle(edges + half) - angle(edges - half)) / (2 * half) * projection + vertical
+
+
+def _temperature(recording: Recording, cell_of_row: NDArray[np.int64], n: int) -> Floats | None:
+    """Temperature at the edges, from the smoothed means of the cells."""
+    if "temperature" not in recording.channels:
+        return None
+    count, mean = _gather(recording.values("temperature", "K"), cell_of_row, n)
+    filled = np.flatnonzero(count)
+    return _at(np.arange(n) + 0.5, smoothed(np.interp(np.arange(n), filled, mean[filled])))(np.arange(n + 1.0))
+
+
+def up_direction(recording: Recording) -> Floats:
+    """Unit vector of "up" in the axes of the triad: as the accelerometers feel it, else by the mounting's letters."""
+    names = ("accel_x", "accel_y", "accel_z")
+    if all(name in recording.channels for name in names):
+        force = np.array([recording.channels[name].values.mean() for name in names])
+        return force / np.linalg.norm(force)
+    return np.array([_UP.get(letter, 0.0) for letter in recording.mounting.axes])
+
+
+def _base_tilt(recording: Recording, target: str, edges: Floats) -> Floats | None:
+    """Angle whose product with gravity an accelerometer at rest reads: -(theta x up), theta from the gyros."""
+    if not target.startswith("accel_"):
+        return None
+    up = up_direction(recording)
+    axis = "xyz".index(target[-1])
+    j, k = (axis + 1) % 3, (axis + 2) % 3
+    total = np.zeros(len(edges) - 1)
+    known = False
+    for other, factor in ((j, -up[k]), (k, up[j])):
+        channel = recording.channels.get(f"gyro_{'xyz'[other]}")
+        if channel is None and abs(factor) > 0.1:
+            return None
+        if channel is not None:
+            theta = _integral(recording, channel)(edges)
+            theta = theta - np.linspace(theta[0], theta[-1], len(theta))
+            total += factor * interval_mean(theta)
+            known = True
+    return total if known else None
+
+
+def _others(recording: Recording, cell_of_row: NDArray[np.int64], n: int, prefix: str) -> dict[str, Floats]:
+    """Cell means of the channels ``prefix`` + axis."""
+    return {
+        axis: _gather(recording.channels[prefix + axis].values, cell_of_row, n)[1]
+        for axis in "xyz"
+        if prefix + axis in recording.channels
+    }
+
+
+def _cross_rates(recording: Recording, target: str, cell_of_row: NDArray[np.int64], n: int) -> dict[str, Floats]:
+    if not target.startswith("gyro_"):
+        return {}
+    rates = _others(recording, cell_of_row, n, "gyro_")
+    return {axis: rate for axis, rate in rates.items() if axis != target[-1]}

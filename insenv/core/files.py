@@ -1,0 +1,101 @@
+"""Files that appear whole or not at all: tables of columns, TOML and other text.
+
+Each is written under a temporary name beside its own and takes that name only when everything is on disk.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from insenv.core.errors import InputError
+
+Format = Literal["npz", "csv", "parquet"]
+Columns = Mapping[str, Any]
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Temporary name beside ``path``: moved to ``path`` when the block ends well, else removed.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be written.
+    """
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        yield temporary
+        os.replace(temporary, path)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from error
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def write_whole(path: str | os.PathLike[str], text: str) -> Path:
+    """Write ``text`` to ``path`` in UTF-8; what stood there before is replaced.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    path = Path(path)
+    with replacing(path) as temporary:
+        # A name from a file may hold what UTF-8 cannot: it is shown, not a reason to lose the rest.
+        temporary.write_text(text, encoding="utf-8", errors="backslashreplace", newline="\n")
+    return path
+
+
+def toml(tables: Sequence[tuple[str, Mapping[str, object]]]) -> str:
+    """TOML text of ``tables``, each a head such as "[site]" ("" for the top) and its entries; none if empty."""
+    return "\n".join("\n".join(_lines(head, entries)) for head, entries in tables if entries)
+
+
+def _lines(head: str, table: Mapping[str, object]) -> Iterator[str]:
+    if head:
+        yield head
+    yield from (f"{key} = {_toml(value)}" for key, value in table.items())
+    yield ""
+
+
+def _toml(value: object) -> str:
+    """A TOML value: its texts and numbers are written as in JSON, but for one control character."""
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _write_npz(path: Path, columns: Columns) -> None:
+    with path.open("wb") as file:  # a name would be given a suffix
+        np.savez(file, **columns)
+
+
+def _write_csv(path: Path, columns: Columns) -> None:
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(columns)
+        writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
+
+
+def _write_parquet(path: Path, columns: Columns) -> None:
+    try:
+        import pyarrow as pa
+        from pyarrow import parquet
+    except ImportError:
+        raise InputError(f"{path}: Parquet needs pyarrow; install insenv[io]") from None
+    parquet.write_table(pa.table(dict(columns)), path, write_page_checksum=True)
+
+
+#: Writers of columns by name, for each format; they know nothing of temporary names.
+WRITERS: Mapping[Format, Callable[[Path, Columns], None]] = {
+    "npz": _write_npz,
+    "csv": _write_csv,
+    "parquet": _write_parquet,
+}

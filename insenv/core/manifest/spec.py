@@ -1,0 +1,148 @@
+"""What a manifest says, checked: frozen settings in SI units and radians."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from insenv.core.recording import Covers, Mounting, Site
+
+Quantity = Literal["rate", "increment"]
+Procedure = Literal["static", "rate-table", "multi-position"]
+RowRanges = tuple[tuple[int, int], ...]
+
+GYROS = ("gyro", "gyro_x", "gyro_y", "gyro_z")
+ACCELEROMETERS = ("accel", "accel_x", "accel_y", "accel_z")
+#: The PSINS log has fixed columns, so that its channels need not be listed.
+PSINS_CHANNELS = (*GYROS[1:], *ACCELEROMETERS[1:])
+#: Dimension of each channel that a manifest may name; of an increment: `INCREMENTS`.
+CHANNELS: Mapping[str, str] = {
+    "time": "time",
+    **dict.fromkeys(GYROS, "rate"),
+    **dict.fromkeys(ACCELEROMETERS, "acceleration"),
+    "table_angle": "angle",
+    "table_rate": "rate",
+    "temperature": "temperature",
+    "segment": "label",
+}
+#: Dimension of the integral of a rate-type channel over a sampling period.
+INCREMENTS: Mapping[str, str] = {"rate": "angle", "acceleration": "velocity"}
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a recording comes from; ``url``, ``path`` and ``sha256`` have one entry per file, or none."""
+
+    repository: str = ""
+    commit: str = ""
+    url: tuple[str, ...] = ()
+    path: tuple[str, ...] = ()
+    licence: str = ""
+    sha256: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class RunSpec:
+    """One data file = one run of the instrument."""
+
+    file: Path
+    format: str
+    label: str
+    mounting: Mounting
+    site: Site
+
+
+@dataclass(frozen=True)
+class ChannelSpec:
+    """Where a channel is in its file, and what it is.
+
+    Attributes
+    ----------
+    column : str or int
+        Name, or 0-based index; "row" of the time channel means the row's index.
+    unit : str or None
+        None: as the file's header says.
+    quantity : "rate", "increment" or None
+        None: as the file's format says, else a rate.
+    covers : "instant", "interval" or None
+        None: interval for an increment, else instant.
+    delay : float
+        Age of the value at the row's time [s].
+    wrapped : bool
+        Whether a table angle jumps at a full turn.
+    rate : float or None
+        Of the time channel without a column: sampling rate [Hz].
+    """
+
+    column: str | int
+    unit: str | None = None
+    quantity: Quantity | None = None
+    covers: Covers | None = None
+    delay: float = 0.0
+    wrapped: bool = False
+    rate: float | None = None
+
+
+@dataclass(frozen=True)
+class Model:
+    """What is to be explained and what the declared model has; ``reference_temperature`` in kelvin."""
+
+    targets: tuple[str, ...]
+    declared: tuple[str, ...]
+    reference_temperature: float = 298.15
+    procedure: Procedure | None = None
+    bias: Literal["common", "per-run"] | None = None
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Data that no fit may see: one of the first four; where none is given, the last 40 % of each run's time.
+
+    Attributes
+    ----------
+    runs : tuple of int
+        Whole runs, counted from 1.
+    start : float or None
+        From so many seconds after each run's first row.
+    rows : tuple of (int, int)
+        Half-open ranges, 0-based, counted through all runs in order.
+    positions : str or None
+        "even": every second rest of a multi-position recording.
+    averaging : float or None
+        Length of the means that are scored [s].
+    """
+
+    runs: tuple[int, ...] = ()
+    start: float | None = None
+    rows: RowRanges = ()
+    positions: str | None = None
+    averaging: float | None = None
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """A manifest, checked, in SI units. ``noise`` maps each target to its declared noise parameters."""
+
+    path: Path
+    title: str
+    runs: tuple[RunSpec, ...]
+    channels: Mapping[str, ChannelSpec]
+    model: Model
+    noise: Mapping[str, Mapping[str, float]]
+    held_out: HeldOut = HeldOut()
+    fit_rows: RowRanges = ()
+    columns: int | None = None
+    source: Source | None = None
+
+    @property
+    def procedure(self) -> Procedure:
+        """The declared procedure; else "rate-table" where a channel tells of a table, else "static"."""
+        table = "table_angle" in self.channels or "table_rate" in self.channels
+        return self.model.procedure or ("rate-table" if table else "static")
+
+    @property
+    def time_is_row(self) -> bool:
+        """Whether the recording's time is its row index, one row counted as one second."""
+        return "time" in self.channels and self.channels["time"].column == "row"

@@ -1,0 +1,111 @@
+"""What an instrument is exposed to, on ``n`` contiguous intervals with ``n + 1`` edges.
+
+States (table angle, temperature) are given at the edges; rates and forces are means over the intervals. A plant
+makes a ``Motion`` from commands, `insenv.core.exposure` makes one from the reference channels of a recording.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+
+import numpy as np
+
+from insenv.core.recording import Floats
+
+_AT_EDGES = ("t", "angle", "temperature", "rate_edges")
+_PER_INTERVAL = ("rate", "base_tilt", "force", "cross_rate")
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Exposure of one input axis.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n + 1,)
+        Edges of the intervals [s], from the start of the run, evenly spaced.
+    rate : ndarray, shape (..., n)
+        Mean true rate about the input axis over each interval [rad/s]; zero for an accelerometer at rest.
+    angle : ndarray, shape (..., n + 1), optional
+        Table angle at the edges, cumulative [rad].
+    rate_edges : ndarray, shape (..., n + 1), optional
+        Rate about the input axis at the edges [rad/s].
+    temperature : ndarray, shape (..., n + 1), optional
+        Temperature at the edges [K].
+    base_tilt : ndarray, shape (..., n), optional
+        Angle by which the base has turned about the level axis normal to the input axis, signed so that an
+        accelerometer reads gravity times it [rad].
+    force : mapping of str to ndarray, shape (..., n)
+        Specific force along the body axes "x", "y", "z" [m/s^2].
+    cross_rate : mapping of str to ndarray, shape (..., n)
+        Rates about the other body axes, by axis name [rad/s].
+    projection : float
+        Share of the table's rate that the input axis sees: the sine of the mounting's tilt.
+    reference_temperature : float
+        T_ref of the temperature effects [K].
+    """
+
+    t: Floats
+    rate: Floats
+    angle: Floats | None = None
+    rate_edges: Floats | None = None
+    temperature: Floats | None = None
+    base_tilt: Floats | None = None
+    force: Mapping[str, Floats] = field(default_factory=dict)
+    cross_rate: Mapping[str, Floats] = field(default_factory=dict)
+    projection: float = 1.0
+    reference_temperature: float = 298.15
+
+    @property
+    def n(self) -> int:
+        """Number of intervals."""
+        return len(self.t) - 1
+
+    @property
+    def dt(self) -> float:
+        """Length of an interval [s]."""
+        return float(self.t[-1] - self.t[0]) / self.n
+
+    @property
+    def middle(self) -> Floats:
+        """Mid-times of the intervals [s], shape (n,)."""
+        return 0.5 * (self.t[1:] + self.t[:-1])
+
+    def has(self, need: str) -> bool:
+        """Whether the exposure ``need`` (a field's name, or "force.x") is known."""
+        name, _, key = need.partition(".")
+        value = getattr(self, name)
+        return key in value if key else value is not None and (not isinstance(value, Mapping) or bool(value))
+
+    def interval(self, start: int, stop: int) -> Motion:
+        """The same exposure on intervals ``[start, stop)`` alone."""
+        edge, inner = slice(start, stop + 1), slice(start, stop)
+        return self._each(lambda a: a[..., edge], lambda a: a[..., inner])
+
+    def row(self, index: int) -> Motion:
+        """Row ``index`` of a batch of exposures (arrays that have no batch axis are shared)."""
+        return self._each(*(2 * [lambda a: a[index] if a.ndim > 1 else a]))
+
+    def _each(self, edges, intervals) -> Motion:  # type: ignore[no-untyped-def]
+        """Map the arrays at the edges and the arrays per interval."""
+        changed: dict[str, object] = {}
+        for f in fields(self):
+            value = getattr(self, f.name)
+            if f.name in _AT_EDGES and value is not None:
+                changed[f.name] = edges(value)
+            elif f.name in _PER_INTERVAL and isinstance(value, Mapping):
+                changed[f.name] = {key: intervals(a) for key, a in value.items()}
+            elif f.name in _PER_INTERVAL and value is not None:
+                changed[f.name] = intervals(value)
+        return replace(self, **changed)  # type: ignore[arg-type]
+
+
+def interval_mean(at_edges: Floats) -> Floats:
+    """Mean over each interval of a state known at its edges (trapezoid), shape (..., n)."""
+    return 0.5 * (at_edges[..., 1:] + at_edges[..., :-1])
+
+
+def interval_slope(at_edges: Floats, dt: float) -> Floats:
+    """Mean derivative over each interval of a state known at its edges: exact, shape (..., n)."""
+    return np.diff(at_edges, axis=-1) / dt

@@ -1,0 +1,130 @@
+"""A recording: channels on a common time base, simulated and measured alike.
+
+Time of a row: an increment, and a rate that ``covers`` its interval, belongs to the interval that *ends* at the
+row's time; angles, temperatures and instantaneous rates are values *at* the row's time. A channel with a
+``delay`` shows a value that is older than the row's time by that much.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insenv.core.errors import InputError
+
+Floats = NDArray[np.float64]
+Covers = Literal["instant", "interval"]
+
+#: An interval longer than this many sampling periods is a gap.
+GAP = 1.5
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One column of a recording.
+
+    Attributes
+    ----------
+    values : ndarray, shape (n,)
+        Samples in SI units.
+    unit : str
+        The SI unit: "rad/s", "rad", "m/s^2" or "K".
+    covers : "instant" or "interval"
+        Whether a sample is the value at the row's time or the mean over the interval that ends there.
+    delay : float
+        Age of the value at the row's time [s].
+    """
+
+    values: Floats
+    unit: str
+    covers: Covers = "instant"
+    delay: float = 0.0
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A labelled stretch of rows ``[start, stop)``: a rest, a dwell, a turn."""
+
+    label: str
+    start: int
+    stop: int
+
+
+@dataclass(frozen=True)
+class Site:
+    """Where the instrument stands: latitude [rad], altitude [m], gravity [m/s^2]; None where nobody said."""
+
+    latitude: float | None = None
+    altitude: float = 0.0
+    gravity: float | None = None
+
+
+@dataclass(frozen=True)
+class Mounting:
+    """How the instrument is mounted.
+
+    ``tilt`` is the elevation of a single gyro's input axis above the table plane [rad] (pi/2: along the table
+    axis, upwards). ``axes`` names the directions of a triad's x, y and z, e.g. "RFU" or "FRD".
+    """
+
+    tilt: float = np.pi / 2
+    axes: str = "RFU"
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Channels of one run on a common time base.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n,)
+        Time of each row [s], strictly increasing.
+    channels : mapping of str to Channel
+        Canonical name (``gyro``, ``accel_x``, ``table_angle``, ``temperature``, ...) to its samples.
+    segments : tuple of Segment
+    site, mounting : Site, Mounting
+    label : str
+        What to call the run in messages and reports (usually the file's name).
+    """
+
+    t: Floats
+    channels: Mapping[str, Channel]
+    segments: tuple[Segment, ...] = ()
+    site: Site = field(default_factory=Site)
+    mounting: Mounting = field(default_factory=Mounting)
+    label: str = "recording"
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def values(self, name: str, unit: str) -> Floats:
+        """Samples of channel ``name``, shape (n,), checked to be in ``unit``.
+
+        Raises
+        ------
+        InputError
+            If the recording has no such channel, or has it in another unit.
+        """
+        if name not in self.channels:
+            raise InputError(f"{self.label}: no channel {name!r}; there are {', '.join(self.channels) or 'none'}")
+        channel = self.channels[name]
+        if channel.unit != unit:
+            raise InputError(f"{self.label}: channel {name!r} is in {channel.unit}, wanted in {unit}")
+        return channel.values
+
+    @property
+    def dt(self) -> float:
+        """Sampling period [s]: the mean of the steps that are no gap, so that jitter averages out."""
+        steps = np.diff(self.t)
+        return float(np.mean(steps[steps <= GAP * np.median(steps)]))
+
+    def pieces(self) -> tuple[slice, ...]:
+        """Contiguous stretches of rows, in order: a step longer than ``GAP`` periods starts a new one."""
+        breaks = np.flatnonzero(np.diff(self.t) > GAP * self.dt) + 1
+        edges = [0, *breaks.tolist(), len(self.t)]
+        return tuple(slice(a, b) for a, b in pairwise(edges))

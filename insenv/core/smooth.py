@@ -1,0 +1,68 @@
+"""A slow state without its sensor's noise.
+
+The smooth curve s of samples x minimises |x - s|^2 + alpha |second difference of s|^2; in the DCT-II domain it is
+each coefficient divided by 1 + alpha lambda^2, lambda = 4 sin^2(pi k / 2n). The weight alpha is the one that predicts
+left-out samples best (generalised cross-validation). D. Garcia, Computational Statistics and Data Analysis 54 (2010).
+
+Temperature is measured with noise and quantisation, and instruments follow its derivative: without smoothing the
+derivative would be all noise.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from insenv.core.recording import Floats
+
+#: Fewer samples than this are left as they are.
+FEWEST = 32
+#: More samples than this are first averaged in blocks, so that the steps of a coarse reading are no signal.
+POINTS = 1000
+
+
+def smoothed(x: Floats) -> Floats:
+    """The smooth curve of evenly spaced samples ``x``, shape (n,)."""
+    n = len(x)
+    block = max(1, n // POINTS)
+    if n < FEWEST or np.ptp(x) == 0:
+        return x
+    if block == 1:
+        return _smoothed(x)
+    from scipy.interpolate import CubicSpline  # slow to import
+
+    edges = np.arange(0, n, block)
+    sizes = np.diff(np.append(edges, n))
+    means = np.add.reduceat(x, edges) / sizes
+    whole = len(edges) - (sizes[-1] < block)
+    curve = CubicSpline(edges[:whole] + 0.5 * (block - 1), _smoothed(means[:whole]))
+    return np.asarray(curve(np.arange(n)))
+
+
+def _smoothed(x: Floats) -> Floats:
+    from scipy.fft import dct, idct  # slow to import
+
+    n = len(x)
+    # The cosine transform continues a curve evenly beyond its ends: its slopes there are taken out first.
+    trend = _end_slopes(x)
+    coefficients = dct(x - trend, type=2, norm="ortho")
+    lam = 4 * np.sin(0.5 * np.pi * np.arange(n) / n) ** 2
+    weights = np.geomspace(1e-3, 1e-3 * n**4, 60)
+    alpha = min(weights, key=lambda a: _left_out_error(coefficients, 1 / (1 + a * lam**2)))
+    return trend + idct(coefficients / (1 + alpha * lam**2), type=2, norm="ortho")
+
+
+def _left_out_error(coefficients: Floats, kept: Floats) -> float:
+    """Generalised cross-validation: n times the squared residual over the squared freedom that is left."""
+    n = len(kept)
+    left = max(n - kept.sum(), 1e-9)
+    return float(n * np.sum((coefficients * (1 - kept)) ** 2) / left**2)
+
+
+def _end_slopes(x: Floats) -> Floats:
+    """A parabola with the slopes that ``x`` has at its ends, shape (n,)."""
+    n = len(x)
+    m = max(4, n // 20)
+    first = np.polyfit(np.arange(m), x[:m], 1)[0]
+    last = np.polyfit(np.arange(m), x[-m:], 1)[0]
+    t = np.arange(n)
+    return first * t + 0.5 * (last - first) * t**2 / n

@@ -1,0 +1,311 @@
+"""An instrument error, written once.
+
+An effect adds to what the instrument measures:
+
+    y = u + sum_i e_i(u, motion; theta_i)
+
+with ``u`` the true input on each interval (rad/s, or m/s^2 on an accelerometer), ``motion`` the exposure and
+``theta`` the effect's parameters. Every effect sees the same true input, so the order of a chain does not
+matter and the sum that simulates is the sum that is fitted.
+
+Four kinds, each of which leaves one thing to write:
+
+============  =========================================  ================================================
+kind          the author writes                          derived here
+============  =========================================  ================================================
+LinearEffect  ``basis(u, motion) -> (..., n, k)``        addition = basis @ theta, jacobian = basis
+CurveEffect   ``curve(u, motion, theta) -> (..., n)``    jacobian by central differences in steps of
+              and ``grid(motion) -> (g, s)``             ``Param.sd``; profiles for variable projection
+MemoryEffect  as CurveEffect, with state in and out      as CurveEffect, on whole runs
+NoiseEffect   ``drive``, ``psd``, ``allan``,             addition = drive; fitted in the spectral domain
+              ``spectrum``
+============  =========================================  ================================================
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal, Self
+
+import numpy as np
+
+from insenv.core.motion import Motion
+from insenv.core.recording import Floats
+
+#: Stands for the unit of what is measured in `Param.unit`: "rad/s" on a gyro, "m/s^2" on an accelerometer.
+OUTPUT = "{y}"
+
+Instrument = Literal["gyro", "accelerometer"]
+
+
+@dataclass(frozen=True)
+class Param:
+    """One parameter of an effect.
+
+    Attributes
+    ----------
+    name : str
+    unit : str
+        SI unit; ``{y}`` stands for the unit of the measured quantity.
+    sd : float
+        Prior standard deviation: drawing unit, step of differences, prior of a fit.
+    bound : float
+        Largest credible magnitude; a fit beyond it is not this effect.
+    per_rate : bool
+        Whether ``bound`` is a share of the largest input rate instead of an absolute value.
+    low : float
+        Least credible value: ``-bound`` unless the parameter cannot be negative.
+    """
+
+    name: str
+    unit: str
+    sd: float
+    bound: float = np.inf
+    per_rate: bool = False
+    low: float = -np.inf
+
+
+@dataclass(frozen=True)
+class Effect(ABC):
+    """What every effect declares.
+
+    Attributes
+    ----------
+    id : str
+        The contract's name.
+    shapes : tuple of Param
+        Parameters that bend the curve: time constants, centres, frequencies.
+    needs : tuple of str
+        Fields of `Motion` that the effect depends on ("force.x" for one axis).
+    source : str
+        Paper or standard that describes it.
+    instruments : tuple of str
+        Instruments that can have it.
+    of_rate : bool
+        Whether it follows the input rate: where that never changes nothing tells it from a bias.
+    generic : bool
+        Whether it describes without naming a cause.
+    """
+
+    id: ClassVar[str] = ""
+    shapes: ClassVar[tuple[Param, ...]] = ()
+    needs: ClassVar[tuple[str, ...]] = ()
+    source: ClassVar[str] = ""
+    instruments: ClassVar[tuple[Instrument, ...]] = ("gyro", "accelerometer")
+    of_rate: ClassVar[bool] = False
+    generic: ClassVar[bool] = False
+
+    @property
+    @abstractmethod
+    def linear(self) -> tuple[Param, ...]:
+        """Parameters in which the effect is linear, or becomes so as they vanish.
+
+        A class attribute, or a property where their number depends on the order.
+        """
+
+    @property
+    def params(self) -> tuple[Param, ...]:
+        """All parameters, in the order of ``theta``: the linear ones first."""
+        return self.linear + self.shapes
+
+    @property
+    def key(self) -> str:
+        """Identifier with its order where it has one: "encoder_harmonic:1"."""
+        order = getattr(self, "order", None)
+        return self.id if order is None else f"{self.id}:{order}"
+
+    def missing(self, motion: Motion) -> tuple[str, ...]:
+        """Fields of the exposure that the effect needs and ``motion`` lacks."""
+        return tuple(need for need in self.needs if not motion.has(need))
+
+    def over(self, motion: Motion) -> Self:
+        """The effect with its own range set to what ``motion`` covers, where it has one."""
+        del motion
+        return self
+
+    def begin(self, motion: Motion, theta: Floats) -> Any:
+        """State before the first interval; None where the effect has no memory."""
+        del motion, theta
+
+    @abstractmethod
+    def apply(
+        self, u: Floats, motion: Motion, theta: Floats, state: Any = None, z: Floats | None = None
+    ) -> tuple[Floats, Any]:
+        """What the effect adds to the true input ``u``, and its state afterwards.
+
+        Parameters
+        ----------
+        u : ndarray, shape (..., n)
+            True input, mean over each interval.
+        motion : Motion
+        theta : ndarray, shape (..., p)
+        state : object
+            As returned by `begin` or by the chunk before.
+        z : ndarray, shape (..., draws, n), optional
+            Unit normals, for a noise effect.
+
+        Returns
+        -------
+        addition : ndarray, shape (..., n)
+        state : object
+        """
+
+
+class LinearEffect(Effect):
+    """An effect that is linear in all its parameters."""
+
+    @abstractmethod
+    def basis(self, u: Floats, motion: Motion) -> Floats:
+        """Regressors, shape (..., n, k): what one unit of each parameter adds."""
+
+    def apply(
+        self, u: Floats, motion: Motion, theta: Floats, state: Any = None, z: Floats | None = None
+    ) -> tuple[Floats, Any]:
+        """Sum of the regressors times the parameters."""
+        return combine(self.basis(u, motion), theta), state
+
+    def jacobian(self, u: Floats, motion: Motion, theta: Floats) -> Floats:
+        """Derivative of the addition to the parameters, shape (..., n, k): the basis itself."""
+        del theta
+        return self.basis(u, motion)
+
+
+class CurveEffect(Effect):
+    """An effect with a non-linear shape: a time constant, a centre rate, a frequency, a threshold."""
+
+    @abstractmethod
+    def curve(self, u: Floats, motion: Motion, theta: Floats) -> Floats:
+        """The addition, shape (..., n), for parameters of shape (..., p)."""
+
+    @abstractmethod
+    def grid(self, motion: Motion) -> Floats:
+        """Shapes that a scan tries on this exposure, shape (g, s); no row where none can be told."""
+
+    def apply(
+        self, u: Floats, motion: Motion, theta: Floats, state: Any = None, z: Floats | None = None
+    ) -> tuple[Floats, Any]:
+        """The curve."""
+        return self.curve(u, motion, theta), state
+
+    def jacobian(self, u: Floats, motion: Motion, theta: Floats) -> Floats:
+        """Derivative of the addition to the parameters, shape (..., n, p), by central differences."""
+        return central_differences(
+            lambda th: self.apply(u, motion, th, self.begin(motion, th))[0], theta, self.params
+        )
+
+    def profile(self, u: Floats, motion: Motion, shape: Floats) -> Floats:
+        """What one unit of each linear parameter adds, at given shapes, near zero; shape (..., n, k).
+
+        Exact where the curve is linear in them, as for every effect but those with a threshold.
+        """
+        columns = []
+        for j, param in enumerate(self.linear):
+            theta = np.concatenate([np.zeros(len(self.linear)), np.asarray(shape, float)])
+            theta[j] = step = 1e-3 * param.sd
+            columns.append(self.apply(u, motion, theta, self.begin(motion, theta))[0] / step)
+        return np.stack(columns, axis=-1)
+
+
+class MemoryEffect(CurveEffect):
+    """A curve that depends on the past: the author writes `begin` and `carry`."""
+
+    @abstractmethod
+    def begin(self, motion: Motion, theta: Floats) -> Any:
+        """State before the first interval of a run."""
+
+    @abstractmethod
+    def carry(self, u: Floats, motion: Motion, theta: Floats, state: Any) -> tuple[Floats, Any]:
+        """The addition, shape (..., n), and the state after the last interval."""
+
+    def apply(
+        self, u: Floats, motion: Motion, theta: Floats, state: Any = None, z: Floats | None = None
+    ) -> tuple[Floats, Any]:
+        """The curve, going on from ``state`` (from the start of a run where it is None)."""
+        return self.carry(u, motion, theta, self.begin(motion, theta) if state is None else state)
+
+    def curve(self, u: Floats, motion: Motion, theta: Floats) -> Floats:
+        """The addition over a whole run."""
+        return self.carry(u, motion, theta, self.begin(motion, theta))[0]
+
+
+class NoiseEffect(Effect):
+    """A random error, driven by unit normals; one parameter, its IEEE coefficient.
+
+    Spectral densities are two-sided in the convention of IEEE 952: white noise of coefficient N has the
+    density N^2 and the Allan variance N^2 / tau.
+
+    Its first state may be random too: `start` makes it from ``draws_at_start`` unit normals; a run that is
+    driven without it begins at zero.
+    """
+
+    #: Unit normals per sample.
+    draws: ClassVar[int] = 1
+
+    @property
+    def draws_at_start(self) -> int:
+        """Unit normals that `start` takes."""
+        return 0
+
+    def start(self, z: Floats) -> Any:
+        """State before the first interval, for normals of shape (..., draws_at_start)."""
+        del z
+
+    @abstractmethod
+    def drive(self, theta: Floats, dt: float, state: Any, z: Floats) -> tuple[Floats, Any]:
+        """Noise on each interval, shape (..., n), and the state after it.
+
+        ``z`` are unit normals, shape (..., draws, n); ``state`` is that of `start` or of the chunk before.
+        """
+
+    @abstractmethod
+    def psd(self, theta: Floats, f: Floats) -> Floats:
+        """Two-sided spectral density of the rate at frequency ``f`` [Hz], in {y}^2 / Hz."""
+
+    @abstractmethod
+    def allan(self, theta: Floats, tau: Floats) -> Floats:
+        """Allan deviation at averaging time ``tau`` [s], in the unit of the output."""
+
+    @abstractmethod
+    def spectrum(self, lam: Floats, dt: float) -> Floats:
+        """Variance of the orthonormal DCT-II coefficient of means over ``dt``, for unit coefficient.
+
+        ``lam = 4 sin^2(pi k / 2 n)`` is the eigenvalue of the second difference for coefficient k.
+        """
+
+    def apply(
+        self, u: Floats, motion: Motion, theta: Floats, state: Any = None, z: Floats | None = None
+    ) -> tuple[Floats, Any]:
+        """Noise of the intervals of ``motion``."""
+        if z is None:
+            raise ValueError(
+                f"{self.id}: a noise effect needs unit normals z of shape (..., {self.draws}, n)"
+            )
+        return self.drive(theta, motion.dt, state, z)
+
+
+def combine(basis: Floats, theta: Floats) -> Floats:
+    """Sum of regressors times parameters; (..., n, k) and (..., k) give (..., n).
+
+    Columns are added one after the other, so that a row of a batch is the same run alone, bit for bit
+    (a batched matrix product may round by shape).
+    """
+    theta = np.asarray(theta, float)
+    total = basis[..., 0] * theta[..., 0, None]
+    for j in range(1, basis.shape[-1]):
+        total = total + basis[..., j] * theta[..., j, None]
+    return total
+
+
+def central_differences(
+    value: Callable[[Floats], Floats], theta: Floats, params: Sequence[Param]
+) -> Floats:
+    """Derivative of ``value(theta)``, shape (..., n, p), in steps of a thousandth of each ``Param.sd``."""
+    theta = np.asarray(theta, float)
+    columns = []
+    for j, param in enumerate(params):
+        step = np.zeros(theta.shape[-1])
+        step[j] = 1e-3 * param.sd
+        columns.append((value(theta + step) - value(theta - step)) / (2 * step[j]))
+    return np.stack(columns, axis=-1)

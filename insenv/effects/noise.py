@@ -1,0 +1,274 @@
+"""Random errors: the noise terms of IEEE Std 952, each driven by one unit normal per interval.
+
+With two-sided densities S(f) of the rate, and means over intervals of length dt:
+
+====  ===================  =====================  ====================  ======================================
+      term                 S(f)                   Allan deviation       variance of a DCT-II coefficient
+====  ===================  =====================  ====================  ======================================
+N     angle random walk    N^2                    N / sqrt(tau)         N^2 / dt
+B     bias instability     B^2 / (2 pi |f|)       B sqrt(2 ln 2 / pi)   B^2 lam h(v), nearly B^2 / sqrt(lam)
+K     rate random walk     K^2 / (2 pi f)^2       K sqrt(tau / 3)       K^2 dt (1 / lam - 1 / 6)
+Q     quantization         Q^2 dt (2 pi f)^2      Q sqrt(3) / tau       Q^2 lam / dt^2
+====  ===================  =====================  ====================  ======================================
+
+h(v) = (zeta(3, v) + zeta(3, 1 - v)) / (8 pi^3) is the sum over all aliases of the averaged 1/f density;
+lam = 4 sin^2(pi k / 2 n) and v = k / 2 n, the frequency in cycles per interval.
+
+White noise and random walk are diagonal in the DCT-II basis, exactly. The others are so but for the ends of a
+run: the lowest coefficients of 1/f noise have less than the formula (k = 1: 77 %, 2: 90 %, 3: 93 %, 8: 97 %);
+quantization has (4 / n) cos^2(pi k / 2 n) / dt^2 more in each, which rules below k of about 2 sqrt(n) / pi.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, ClassVar, final
+
+import numpy as np
+from scipy.linalg import solve_discrete_lyapunov
+from scipy.signal import sosfilt
+from scipy.special import zeta
+
+from insenv.core.errors import InputError
+from insenv.core.recording import Floats
+from insenv.effects.base import OUTPUT, NoiseEffect, Param
+
+#: Zero of the flicker filter, at z = -b, that stands for the averaging over an interval, within 0.4 %.
+_MEAN_ZERO = 0.1525
+#: Poles of the flicker filter per decade, and how far beyond the sampling rate they go on: ripple below 1 %.
+_POLES_PER_DECADE = 1.5
+_FASTEST_POLE = 100.0
+#: Decades of 1/f noise below the sampling rate. With more, the stationary covariance loses its digits.
+LEAST_DECADES, MOST_DECADES = 1.0, 7.0
+
+
+@final
+@dataclass(frozen=True)
+class AngleRandomWalk(NoiseEffect):
+    """White noise of the rate."""
+
+    id = "angle_random_walk"
+    linear = (Param("N", OUTPUT + " sqrt(s)", sd=1e-3, bound=1.0, low=0.0),)
+    source = "IEEE Std 952-1997, annex C.1.1"
+
+    def drive(self, theta: Floats, dt: float, state: Any, z: Floats) -> tuple[Floats, Any]:
+        """Independent means, shape (..., n)."""
+        return z[..., 0, :] * (theta[..., 0, None] / np.sqrt(dt)), state
+
+    def psd(self, theta: Floats, f: Floats) -> Floats:
+        """N^2, the same at every frequency."""
+        return theta[..., 0, None] ** 2 * np.ones_like(f)
+
+    def allan(self, theta: Floats, tau: Floats) -> Floats:
+        """N / sqrt(tau)."""
+        deviation: Floats = theta[..., 0, None] / np.sqrt(tau)
+        return deviation
+
+    def spectrum(self, lam: Floats, dt: float) -> Floats:
+        """``1 / dt``."""
+        return np.full_like(lam, 1 / dt)
+
+
+@final
+@dataclass(frozen=True)
+class RateRandomWalk(NoiseEffect):
+    """A rate that walks, from zero at the start of the run (where it stands there is the bias).
+
+    The mean of a Wiener process over an interval is the walk up to its beginning plus a part of its own step.
+    One normal per interval has the right covariance of successive means, increments of variance 2/3 and
+    covariance 1/6, if that part is a with a (1 - a) = 1/6.
+    """
+
+    id = "rate_random_walk"
+    linear = (Param("K", OUTPUT + "/sqrt(s)", sd=1e-4, bound=0.1, low=0.0),)
+    source = "IEEE Std 952-1997, annex C.1.3"
+
+    #: 1 - a: what of an interval's own step its mean does not yet have.
+    _PENDING: ClassVar[float] = 0.5 - 0.5 / 3**0.5
+
+    def drive(self, theta: Floats, dt: float, state: Any, z: Floats) -> tuple[Floats, Any]:
+        """Means of the walk, shape (..., n), and where it stands at the last edge, shape (...)."""
+        steps = z[..., 0, :] * (theta[..., 0, None] * np.sqrt(dt))
+        own = self._PENDING * steps
+        # Added to the first step, the state enters the sum in the order of an unbroken run.
+        steps[..., 0] += 0.0 if state is None else state
+        walk = np.cumsum(steps, axis=-1, out=steps)
+        last = walk[..., -1].copy()
+        return np.subtract(walk, own, out=own), last
+
+    def psd(self, theta: Floats, f: Floats) -> Floats:
+        """K^2 / (2 pi f)^2."""
+        return (theta[..., 0, None] / (2 * np.pi * f)) ** 2
+
+    def allan(self, theta: Floats, tau: Floats) -> Floats:
+        """K sqrt(tau / 3)."""
+        deviation: Floats = theta[..., 0, None] * np.sqrt(tau / 3)
+        return deviation
+
+    def spectrum(self, lam: Floats, dt: float) -> Floats:
+        """``dt (1 / lam - 1 / 6)``: the averaging over an interval takes the sixth."""
+        return dt * (1 / lam - 1 / 6)
+
+
+@final
+@dataclass(frozen=True)
+class BiasInstability(NoiseEffect):
+    """Flicker: 1/f noise from the sampling rate down over ``decades``, flat below.
+
+    A cascade of first-order sections with even spaced logarithms of their corners, one normal per interval.
+    Its own scale is the interval, so that one filter serves every sampling rate.
+    """
+
+    decades: float = MOST_DECADES
+
+    id = "bias_instability"
+    linear = (Param("B", OUTPUT, sd=1e-3, bound=1.0, low=0.0),)
+    source = "IEEE Std 952-1997, annex C.1.2; Corsini and Saletti, IEEE Trans. Instrum. Meas. 37 (1988) 615"
+
+    def __post_init__(self) -> None:
+        if not LEAST_DECADES <= self.decades <= MOST_DECADES:
+            raise InputError(
+                f"effect {self.id!r}: {self.decades:g} decades given, "
+                f"wanted {LEAST_DECADES:g} to {MOST_DECADES:g}"
+            )
+
+    @property
+    def draws_at_start(self) -> int:
+        """One normal for each state of the filter."""
+        return 2 * len(_flicker(self.decades)[0])
+
+    def start(self, z: Floats) -> Floats:
+        """State of a process that has run for ever, shape (..., sections, 2)."""
+        spread = _flicker(self.decades)[1]
+        # Not a matrix product: that may round by the shape of the batch.
+        return np.sum(z[..., None, :] * spread, axis=-1).reshape(*z.shape[:-1], -1, 2)
+
+    def drive(self, theta: Floats, dt: float, state: Any, z: Floats) -> tuple[Floats, Any]:
+        """Flicker noise, shape (..., n), and the filter's state for unit coefficient, (..., sections, 2)."""
+        sections = _flicker(self.decades)[0]
+        x = z[..., 0, :]
+        before = np.zeros((*x.shape[:-1], len(sections), 2)) if state is None else np.asarray(state)
+        y, after = sosfilt(sections, x, zi=np.moveaxis(before, -2, 0))
+        return y * theta[..., 0, None], np.moveaxis(after, 0, -2)
+
+    def psd(self, theta: Floats, f: Floats) -> Floats:
+        """B^2 / (2 pi |f|), between the cut-offs."""
+        return theta[..., 0, None] ** 2 / (2 * np.pi * np.abs(f))
+
+    def allan(self, theta: Floats, tau: Floats) -> Floats:
+        """B sqrt(2 ln 2 / pi), at every averaging time between the cut-offs."""
+        return theta[..., 0, None] * np.sqrt(2 * np.log(2) / np.pi) * np.ones_like(tau)
+
+    def spectrum(self, lam: Floats, dt: float) -> Floats:
+        """Means of 1/f noise with all their aliases: nearly 1 / sqrt(lam), 0.27 at lam = 4."""
+        v = np.arcsin(0.5 * np.sqrt(lam)) / np.pi
+        variance: Floats = lam * (zeta(3, v) + zeta(3, 1 - v)) / (8 * np.pi**3)
+        return variance
+
+
+@final
+@dataclass(frozen=True)
+class Quantization(NoiseEffect):
+    """Readings rounded in angle: an angle error Q at every edge, its difference in the rate.
+
+    Attributes
+    ----------
+    period : float
+        Time between two readings [s], on which the density depends; `drive` and `spectrum` are told it.
+    """
+
+    period: float = 1.0
+
+    id = "quantization"
+    linear = (Param("Q", OUTPUT + " s", sd=1e-5, bound=0.01, low=0.0),)
+    source = "IEEE Std 952-1997, annex C.1.5; Q is the standard deviation of the angle error"
+
+    @property
+    def draws_at_start(self) -> int:
+        """The error at the first edge."""
+        return 1
+
+    def start(self, z: Floats) -> Floats:
+        """Error at the first edge in units of Q, shape (...)."""
+        return z[..., 0]
+
+    def drive(self, theta: Floats, dt: float, state: Any, z: Floats) -> tuple[Floats, Any]:
+        """Difference of the errors at the edges over dt, shape (..., n), and the last one in units of Q."""
+        at_end = z[..., 0, :]
+        change = at_end.copy()
+        change[..., 1:] -= at_end[..., :-1]
+        change[..., 0] -= 0.0 if state is None else state
+        return change * (theta[..., 0, None] / dt), at_end[..., -1].copy()
+
+    def psd(self, theta: Floats, f: Floats) -> Floats:
+        """Q^2 period (2 pi f)^2, far below the rate of the readings."""
+        return self.period * (2 * np.pi * f * theta[..., 0, None]) ** 2
+
+    def allan(self, theta: Floats, tau: Floats) -> Floats:
+        """Q sqrt(3) / tau."""
+        deviation: Floats = np.sqrt(3) * theta[..., 0, None] / tau
+        return deviation
+
+    def spectrum(self, lam: Floats, dt: float) -> Floats:
+        """``lam / dt^2``."""
+        return lam / dt**2
+
+
+def readings_density(effect: NoiseEffect, theta: Floats, f: Floats, dt: float) -> Floats:
+    """Two-sided density at ``f`` [Hz] of readings that are means over ``dt``, with averaging and aliases.
+
+    This is what a periodogram of readings estimates; `NoiseEffect.psd` is that of the rate before it is
+    averaged.
+    """
+    lam = 4 * np.sin(np.pi * f * dt) ** 2
+    return theta[..., 0, None] ** 2 * dt * effect.spectrum(lam, dt)
+
+
+@lru_cache
+def _flicker(decades: float) -> tuple[Floats, Floats]:
+    """Sections of second order, shape (sections, 6), and a root of the covariance of their states.
+
+    In x = 1 - 1/z the wanted response is x^(-1/2), as near as a ladder of (x + q) / (x + p) comes to it, with
+    q = p r^(1/2) and each p a factor r below the one before. One more zero is the averaging over an interval.
+    """
+    ratio = 10 ** (1 / _POLES_PER_DECADE)
+    count = int(np.ceil((np.log10(_FASTEST_POLE / (2 * np.pi)) + decades) * _POLES_PER_DECADE)) + 2
+    count += 1 - count % 2
+    p = _FASTEST_POLE * ratio ** -np.arange(count)
+    poles, zeros = 1 / (1 + p), 1 / (1 + p * np.sqrt(ratio))
+    sections = _pairs(np.append(zeros, -_MEAN_ZERO), np.append(poles, 0.0))
+    v = np.geomspace(10.0**-decades, 0.5, 400)
+    wanted = BiasInstability().spectrum(4 * np.sin(np.pi * v) ** 2, 1.0)
+    found = np.prod(np.abs([_response(section, v) for section in sections]), axis=0) ** 2
+    sections[0, :3] *= np.exp(0.5 * np.mean(np.log(wanted / found)))
+    return sections, _stationary_root(sections)
+
+
+def _pairs(zeros: Floats, poles: Floats) -> Floats:
+    """Second-order sections of neighbouring real zeros and poles, shape (len / 2, 6)."""
+    return np.array(
+        [[*np.poly(zeros[i : i + 2]), *np.poly(poles[i : i + 2])] for i in range(0, len(poles), 2)]
+    )
+
+
+def _response(section: Floats, v: Floats) -> Floats:
+    """Complex response of one section at ``v`` cycles per sample."""
+    delay = np.exp(-2j * np.pi * np.outer(v, np.arange(3)))
+    response: Floats = (delay @ section[:3]) / (delay @ section[3:])
+    return response
+
+
+def _stationary_root(sections: Floats) -> Floats:
+    """Root of the covariance that unit white noise keeps in the states, shape (2 sections, 2 sections)."""
+    size = 2 * len(sections)
+    inputs = np.zeros((size + 1, 1))
+    inputs[-1] = 1.0
+    states = np.vstack([np.eye(size), np.zeros(size)]).reshape(size + 1, -1, 2)
+    # One step from each unit state without input, and from rest with unit input: the columns of [A B].
+    _, after = sosfilt(sections, inputs, zi=np.moveaxis(states, 1, 0))
+    step = np.moveaxis(after, 0, 1).reshape(size + 1, size).T
+    covariance = solve_discrete_lyapunov(step[:, :-1], np.outer(step[:, -1], step[:, -1]))
+    values, vectors = np.linalg.eigh(0.5 * (covariance + covariance.T))
+    root: Floats = vectors * np.sqrt(np.maximum(values, 0.0))
+    return root

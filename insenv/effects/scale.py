@@ -1,0 +1,174 @@
+"""Errors of the scale factor: what grows with the input rate u (its mean over the interval).
+
+    scale_factor               c u
+    scale_factor_drift         c u t
+    scale_factor_warm_up       c u exp(-t / tau)
+    scale_factor_temperature   c u (T - T_ref)
+    scale_factor_asymmetry     c |u|
+    scale_factor_cubic         c u^3
+    scale_factor_anomaly       c sign(u) exp(-(|u| - u0)^2 / (2 s^2))
+
+What is not linear in u takes the mean rate for the rate: exact where the rate is constant over an interval.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from insenv.core.motion import Motion
+from insenv.core.recording import Floats
+from insenv.effects.base import OUTPUT, CurveEffect, LinearEffect, Param
+from insenv.effects.forms import columns, decay, time_constants
+from insenv.effects.thermal import temperature_excess
+
+#: Widths of an anomaly that a scan tries, as shares of the largest rate.
+WIDTHS = (0.02, 0.05, 0.12)
+#: Below this largest rate nothing can be said of single rates [rad/s]; about fourteen times the Earth's.
+LEAST_RATE = 1e-3
+#: A rate counts as run when at least this share of the recording lies near it.
+LEAST_SHARE = 1e-3
+
+
+@final
+@dataclass(frozen=True)
+class ScaleFactor(LinearEffect):
+    """A wrong scale: c u."""
+
+    id = "scale_factor"
+    linear = (Param("c", "1", sd=0.05, bound=0.5),)
+    source = "IEEE Std 952-1997 and 647-2006: scale factor"
+    instruments = ("gyro",)
+    of_rate = True
+
+    def basis(self, u: Floats, motion: Motion) -> Floats:
+        """The input, shape (..., n, 1)."""
+        return columns(u, u)
+
+
+@final
+@dataclass(frozen=True)
+class ScaleFactorDrift(LinearEffect):
+    """A scale that runs away: c u t."""
+
+    id = "scale_factor_drift"
+    linear = (Param("c", "1/s", sd=1e-5, bound=1e-3),)
+    source = "IEEE Std 647-2006: scale factor stability"
+    instruments = ("gyro",)
+    of_rate = True
+
+    def basis(self, u: Floats, motion: Motion) -> Floats:
+        """Input times mean time, shape (..., n, 1)."""
+        return columns(u, u * motion.middle)
+
+
+@final
+@dataclass(frozen=True)
+class ScaleFactorWarmUp(CurveEffect):
+    """A scale that settles after switching on: c u exp(-t / tau)."""
+
+    id = "scale_factor_warm_up"
+    linear = (Param("c", "1", sd=0.05, bound=0.5),)
+    shapes = (Param("tau", "s", sd=300.0, low=0.5),)
+    source = "IEEE Std 647-2006: warm-up; first-order heating of the sensor block"
+    instruments = ("gyro",)
+    of_rate = True
+
+    def curve(self, u: Floats, motion: Motion, theta: Floats) -> Floats:
+        """Input times the exact mean of the exponential, shape (..., n)."""
+        return u * theta[..., 0, None] * decay(motion, theta[..., 1, None])
+
+    def grid(self, motion: Motion) -> Floats:
+        """Time constants, shape (g, 1)."""
+        return time_constants(motion)
+
+
+@final
+@dataclass(frozen=True)
+class ScaleFactorTemperature(LinearEffect):
+    """A scale that follows the temperature: c u (T - T_ref)."""
+
+    id = "scale_factor_temperature"
+    linear = (Param("c", "1/K", sd=1e-3, bound=1e-2),)
+    needs = ("temperature",)
+    source = "IEEE Std 952-1997 and 647-2006: scale factor temperature sensitivity"
+    instruments = ("gyro",)
+    of_rate = True
+
+    def basis(self, u: Floats, motion: Motion) -> Floats:
+        """Input times mean excess of the temperature, shape (..., n, 1)."""
+        return columns(u, u * temperature_excess(motion, self.id))
+
+
+@final
+@dataclass(frozen=True)
+class ScaleFactorAsymmetry(LinearEffect):
+    """A scale that differs between the two senses of rotation: c |u|."""
+
+    id = "scale_factor_asymmetry"
+    linear = (Param("c", "1", sd=0.05, bound=0.5),)
+    source = "IEEE Std 952-1997 and 647-2006: scale factor asymmetry"
+    instruments = ("gyro",)
+    of_rate = True
+
+    def basis(self, u: Floats, motion: Motion) -> Floats:
+        """Magnitude of the input, shape (..., n, 1)."""
+        return columns(u, np.abs(u))
+
+
+@final
+@dataclass(frozen=True)
+class ScaleFactorCubic(LinearEffect):
+    """A scale that bends symmetrically: c u^3."""
+
+    id = "scale_factor_cubic"
+    linear = (Param("c", "1/({y})^2", sd=0.01, bound=1.0),)
+    source = "IEEE Std 952-1997: scale factor non-linearity"
+    instruments = ("gyro",)
+    of_rate = True
+
+    def basis(self, u: Floats, motion: Motion) -> Floats:
+        """Cube of the input, shape (..., n, 1)."""
+        return columns(u, u * u * u)
+
+
+@final
+@dataclass(frozen=True)
+class ScaleFactorAnomaly(CurveEffect):
+    """A local fault around the rate u0, of width s and height c, odd in the rate."""
+
+    id = "scale_factor_anomaly"
+    linear = (Param("c", OUTPUT, sd=0.01, bound=0.02, per_rate=True),)
+    shapes = (Param("u0", OUTPUT, sd=0.1, low=0.0), Param("s", OUTPUT, sd=0.05, low=1e-4))
+    source = "IEEE Std 647-2006: scale factor error at single rates; a Gaussian stands for its unknown form"
+    instruments = ("gyro",)
+    of_rate = True
+
+    def curve(self, u: Floats, motion: Motion, theta: Floats) -> Floats:
+        """The bump, shape (..., n)."""
+        c, centre, width = (theta[..., j, None] for j in range(3))
+        distance = (np.abs(u) - centre) / width
+        return c * np.sign(u) * np.exp(-0.5 * distance * distance)
+
+    def grid(self, motion: Motion) -> Floats:
+        """Centres and widths, shape (g, 2): centres only where the recording has rates."""
+        magnitude = np.abs(motion.rate).ravel()
+        largest = float(magnitude.max(initial=0.0))
+        if largest < LEAST_RATE:
+            return np.empty((0, 2))
+        return np.concatenate([_centres(magnitude, share * largest) for share in WIDTHS])
+
+
+def _centres(magnitude: Floats, width: float) -> Floats:
+    """Rates that were run, one per cell of one width, with that width; shape (g, 2).
+
+    A recording of a few levels has those levels for its centres, whatever the width; a sweep has centres one
+    width apart. Around zero, within half a width, the bump would be a jump in sign and no local fault.
+    """
+    cell = (magnitude / width).astype(int)
+    count = np.bincount(cell)
+    mean = np.bincount(cell, magnitude) / np.maximum(count, 1)
+    centres = mean[(count >= max(1.0, LEAST_SHARE * len(magnitude))) & (mean > 0.5 * width)]
+    return np.stack([centres, np.full_like(centres, width)], axis=-1)

@@ -1,0 +1,127 @@
+"""Errors of the bias that follow the temperature T, known at the edges and linear between them.
+
+    bias_temperature        c (T - T_ref) + c2 (T - T_ref)^2 + c3 (T - T_ref)^3
+    bias_temperature_rate   c dT/dt
+    bias_thermal_lag        c (T - L),    tau dL/dt = T - L,    L = T at the start of the run
+
+The lag is carried as its excess w = T - L. With T linear over an interval (slope m, x = dt / tau, E =
+exp(-x)) the solution is exact:
+
+    w1 = E w0 + m tau (1 - E)          mean w = g w0 + (1 - g) m tau,    g = (1 - E) / x
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+from scipy.signal import lfilter
+
+from insenv.core.motion import Motion, interval_mean, interval_slope
+from insenv.core.recording import Floats
+from insenv.effects.base import OUTPUT, LinearEffect, MemoryEffect, Param
+from insenv.effects.forms import checked_order, columns, known, spread, time_constants
+
+_COEFFICIENTS = (
+    Param("c", OUTPUT + "/K", sd=1e-2, bound=0.1),
+    Param("c2", OUTPUT + "/K^2", sd=1e-4, bound=1e-2),
+    Param("c3", OUTPUT + "/K^3", sd=1e-6, bound=1e-3),
+)
+
+
+@final
+@dataclass(frozen=True)
+class BiasTemperature(LinearEffect):
+    """A polynomial of the temperature, of ``order`` 1 to 3, without a constant."""
+
+    order: int = 1
+
+    id = "bias_temperature"
+    needs = ("temperature",)
+    source = "IEEE Std 952-1997 and 647-2006: bias temperature sensitivity"
+
+    def __post_init__(self) -> None:
+        checked_order(self.id, self.order, len(_COEFFICIENTS))
+
+    @property
+    def linear(self) -> tuple[Param, ...]:
+        """One coefficient for each power."""
+        return _COEFFICIENTS[: self.order]
+
+    def basis(self, u: Floats, motion: Motion) -> Floats:
+        """Exact means of the powers, shape (..., n, order)."""
+        excess = known(motion, "temperature", self.id) - motion.reference_temperature
+        first, last = excess[..., :-1], excess[..., 1:]
+        powers = []
+        for power in range(1, self.order + 1):
+            # The mean of x^p from a to b is (a^p + a^(p-1) b + ... + b^p) / (p + 1).
+            terms = [first**i * last ** (power - i) for i in range(power + 1)]
+            powers.append(sum(terms[1:], start=terms[0]) / (power + 1))
+        return columns(u, *powers)
+
+
+@final
+@dataclass(frozen=True)
+class BiasTemperatureRate(LinearEffect):
+    """The Shupe effect: a changing temperature makes the two ways round a coil unequal."""
+
+    id = "bias_temperature_rate"
+    linear = (Param("c", OUTPUT + " s/K", sd=1.0, bound=100.0),)
+    needs = ("temperature",)
+    source = "D. M. Shupe, Appl. Opt. 19 (1980) 654"
+
+    def basis(self, u: Floats, motion: Motion) -> Floats:
+        """Mean slope of the temperature, shape (..., n, 1)."""
+        return columns(u, interval_slope(known(motion, "temperature", self.id), motion.dt))
+
+
+@final
+@dataclass(frozen=True)
+class BiasThermalLag(MemoryEffect):
+    """The difference of the thermometer to a part that follows it with a first-order lag."""
+
+    id = "bias_thermal_lag"
+    linear = (Param("c", OUTPUT + "/K", sd=1e-2, bound=0.1),)
+    shapes = (Param("tau", "s", sd=300.0, low=0.5),)
+    needs = ("temperature",)
+    source = "First-order thermal response; IEEE Std 952-1997: bias temperature gradient sensitivity"
+
+    def begin(self, motion: Motion, theta: Floats) -> Floats:
+        """Excess of the temperature over the lagged one: none at the start of a run; shape (...)."""
+        temperature = known(motion, "temperature", self.id)
+        return np.zeros(np.broadcast_shapes(temperature.shape[:-1], np.shape(theta)[:-1]))
+
+    def carry(self, u: Floats, motion: Motion, theta: Floats, state: Any) -> tuple[Floats, Floats]:
+        """Coefficient times the mean excess, shape (..., n), and the excess at the last edge, shape (...)."""
+        temperature = known(motion, "temperature", self.id)
+        x = motion.dt / theta[..., 1]
+        decayed, share = np.exp(-x), -np.expm1(-x) / x
+        # A ramp of one step per interval lags by 1 / x steps in the end.
+        settled = np.diff(temperature, axis=-1) / x[..., None]
+        excess, last = _first_order(decayed, (1 - decayed)[..., None] * settled, np.asarray(state))
+        mean = share[..., None] * excess + (1 - share)[..., None] * settled
+        return spread(u, theta[..., 0, None] * mean), last
+
+    def grid(self, motion: Motion) -> Floats:
+        """Time constants, shape (g, 1)."""
+        return time_constants(motion, 16)
+
+
+def temperature_excess(motion: Motion, effect: str) -> Floats:
+    """Mean of T - T_ref over each interval [K], shape (..., n)."""
+    return interval_mean(known(motion, "temperature", effect)) - motion.reference_temperature
+
+
+def _first_order(decayed: Floats, drive: Floats, start: Floats) -> tuple[Floats, Floats]:
+    """Solve w[k+1] = decayed w[k] + drive[k]: w at the first n edges, shape (..., n), and at the last."""
+    shape = np.broadcast_shapes(drive.shape[:-1], start.shape)
+    n = drive.shape[-1]
+    edges = np.empty((*shape, n + 1))
+    edges[..., 0] = start
+    drive = np.broadcast_to(drive, (*shape, n))
+    # A filter has one set of coefficients: rows of a batch that differ in them are filtered one by one.
+    for row in np.ndindex(decayed.shape):
+        initial = (decayed[row] * edges[(*row, ..., 0)])[..., None]
+        edges[(*row, ..., slice(1, None))], _ = lfilter([1.0], [1.0, -decayed[row]], drive[row], zi=initial)
+    return edges[..., :-1], edges[..., -1].copy()

@@ -1,0 +1,79 @@
+"""Errors of timing.
+
+    timing_skew   -c du/dt        the reading is late (c > 0) or early by c seconds
+    sample_hold   c (held(u) - u)  the output repeats one value for a hold time
+
+``held(u)`` is, on every interval, the input of the first interval whose middle lies in the same cell of one
+hold time, counted from the start of the run. A hold time of one interval or less holds nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+
+from insenv.core.motion import Motion, interval_slope
+from insenv.core.recording import Floats
+from insenv.effects.base import LinearEffect, MemoryEffect, Param
+from insenv.effects.forms import columns, known
+
+#: Hold times that a scan tries, in intervals: output rates of a half to a hundredth of the sampling rate.
+HOLDS = (2.0, 3.0, 4.0, 5.0, 8.0, 10.0, 20.0, 50.0, 100.0)
+#: Keeps a boundary that falls on the middle of an interval from being decided by rounding.
+_ROUNDING = 1e-6
+
+
+@final
+@dataclass(frozen=True)
+class TimingSkew(LinearEffect):
+    """A reading and a reference that are not of the same instant, to first order in the skew."""
+
+    id = "timing_skew"
+    linear = (Param("c", "s", sd=0.01, bound=1.0),)
+    needs = ("rate_edges",)
+    source = "First-order Taylor expansion of u(t - c)"
+    instruments = ("gyro",)
+    of_rate = True
+
+    def basis(self, u: Floats, motion: Motion) -> Floats:
+        """Mean rate derivative, reversed, shape (..., n, 1)."""
+        return columns(u, -interval_slope(known(motion, "rate_edges", self.id), motion.dt))
+
+
+@final
+@dataclass(frozen=True)
+class SampleHold(MemoryEffect):
+    """An output that is renewed less often than it is read."""
+
+    id = "sample_hold"
+    linear = (Param("c", "1", sd=0.5, bound=1.5),)
+    shapes = (Param("hold", "s", sd=0.1, low=0.0),)
+    source = "Zero-order hold: Oppenheim and Schafer, Discrete-Time Signal Processing, section 4.8"
+    instruments = ("gyro",)
+    of_rate = True
+
+    def begin(self, motion: Motion, theta: Floats) -> None:
+        """No value is held before the first one."""
+
+    def carry(self, u: Floats, motion: Motion, theta: Floats, state: Any) -> tuple[Floats, Floats]:
+        """Share times held minus true input, shape (..., n), and the value held last, shape (...)."""
+        before = u[..., 0] if state is None else np.asarray(state)
+        # In intervals; a hold below one of them would need countless cells, and holds no more than one does.
+        ratio = np.maximum(theta[..., 1, None] / motion.dt, 1.0)
+        start = round(float(motion.t[0]) / motion.dt)
+        middle = start + np.arange(motion.n) + 0.5
+        cell = np.floor(middle / ratio + _ROUNDING)
+        first = np.ceil(cell * ratio - 0.5 - _ROUNDING).astype(int) - start
+        shape = np.broadcast_shapes(u.shape, first.shape)
+        # Column 0 is the value from the chunk before; the first interval of a run always begins a cell.
+        source = np.concatenate(
+            [np.broadcast_to(before[..., None], (*shape[:-1], 1)), np.broadcast_to(u, shape)], -1
+        )
+        held = np.take_along_axis(source, np.maximum(np.broadcast_to(first, shape) + 1, 0), axis=-1)
+        return theta[..., 0, None] * (held - u), held[..., -1].copy()
+
+    def grid(self, motion: Motion) -> Floats:
+        """Hold times of a few intervals, shape (g, 1)."""
+        return np.array([[hold * motion.dt] for hold in HOLDS if 2 * hold <= motion.n]).reshape(-1, 1)

@@ -1,0 +1,225 @@
+"""From the end of a search to findings: verdicts, estimates, spectra, traces."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from insenv.core.allan import allan_deviation
+from insenv.core.manifest.spec import Manifest
+from insenv.core.recording import Floats, Recording
+from insenv.core.spectrum import psd
+from insenv.effects.base import NoiseEffect
+from insenv.effects.noise import readings_density
+from insenv.identify.excess import Structure, structure
+from insenv.identify.findings import (
+    VERDICTS,
+    Added,
+    Estimate,
+    Findings,
+    HeldOut,
+    NotTestable,
+    Rejected,
+    Spectra,
+    TargetFindings,
+    Traces,
+)
+from insenv.identify.fit import Fit, solve
+from insenv.identify.heldout import held_out_score, residual
+from insenv.identify.line_effects import line_effects
+from insenv.identify.loop import Outcome, Step, Track
+from insenv.identify.next_experiment import propose
+from insenv.identify.problem import NOISE_TERMS, Problem
+from insenv.identify.uncertainty import estimates, noise_estimates
+
+
+def findings(
+    manifest: Manifest, recordings: tuple[Recording, ...], outcome: Outcome, remarks: tuple[str, ...] = ()
+) -> Findings:
+    """All that was found, target by target."""
+    targets = tuple(_target(manifest, recordings, track, outcome.alpha) for track in outcome.tracks)
+    source = manifest.source
+    return Findings(
+        title=manifest.title,
+        manifest=manifest.path.name,
+        rows=sum(map(len, recordings)),
+        duration=float(sum(len(r) * r.dt for r in recordings)),
+        verdict=min((t.verdict for t in targets), key=VERDICTS.index),
+        alpha=outcome.alpha,
+        seed=outcome.seed,
+        targets=targets,
+        remarks=remarks,
+        source=" ".join(filter(None, (source.repository, source.commit[:12]))) if source else "",
+        licence=source.licence if source else "",
+    )
+
+
+def _target(
+    manifest: Manifest, recordings: tuple[Recording, ...], track: Track, alpha: float
+) -> TargetFindings:
+    plain, problem = track.prepared.plain, track.problem
+    before = solve(plain, track.prepared.model)
+    declared_noise = dict(manifest.noise.get(problem.target, {}))
+    left = structure(problem, track.fit, declared_noise, alpha)
+    lines = track.prepared.lines
+    verdict, reasons = _verdict(track, lines, left)
+    scores = held_out_score(plain, before), held_out_score(problem, track.fit)
+    own = estimates(problem, track.fit)
+    first = estimates(plain, before)
+    declared = set(track.prepared.model)
+    added = tuple(_added(track, index, step, own[step.hit.term]) for index, step in enumerate(track.steps))
+    return TargetFindings(
+        target=problem.target,
+        unit=problem.unit,
+        verdict=verdict,
+        reasons=reasons,
+        declared=manifest.model.declared,
+        added=(*added, *line_effects(lines, problem, scores[0].rms, _start_rms(track))),
+        rejected=_rejected(track, alpha),
+        not_testable=(*track.not_testable, *_collinear(track)),
+        held_out=HeldOut(scores[0].rms, scores[1].rms, scores[1].floor, problem.unit, problem.bins.width),
+        estimates_before=tuple(e for rows in first.values() for e in rows),
+        estimates_after=tuple(e for term, rows in own.items() if term in declared for e in rows),
+        noise=noise_estimates(problem, track.fit),
+        next_experiment=propose(track.problem, added),
+        spectra=_spectra(plain, before, problem, track.fit, declared_noise),
+        traces=_traces(recordings, plain, before, problem, track.fit),
+    )
+
+
+def _start_rms(track: Track) -> float:
+    """Held-out error of the declared model on the bins that the search works on."""
+    return held_out_score(track.problem, solve(track.problem, track.prepared.model)).rms
+
+
+def _verdict(track: Track, lines: tuple[Line, ...], left: Structure) -> tuple[str, tuple[str, ...]]:
+    physical = [s for s in track.steps if not s.hit.candidate.generic]
+    if any(r.rivals for r in track.rivalries):
+        return "confounded", left.reasons
+    if physical or lines:
+        return ("effects-found-incomplete" if left.reasons else "effects-found"), left.reasons
+    if track.steps:
+        return "generic-only", left.reasons
+    return ("unexplained-structure" if left.reasons else "nothing-significant"), left.reasons
+
+
+def _added(track: Track, index: int, step: Step, parameters: tuple[Estimate, ...]) -> Added:
+    effect = step.hit.candidate.effect
+    rivals = track.rivalries[index].rivals if index < len(track.rivalries) else ()
+    return Added(
+        effect=effect.id,
+        order=getattr(effect, "order", None),
+        parameters=parameters,
+        p_value=step.p_value,
+        likelihood_ratio=step.hit.likelihood_ratio,
+        confounded_with=rivals,
+        held_out_before=step.before.rms,
+        held_out_after=step.after.rms,
+        generic=step.hit.candidate.generic,
+        remark=f"one cause, judged on {', '.join(step.together)} together" if step.together else "",
+    )
+
+
+def _rejected(track: Track, alpha: float) -> tuple[Rejected, ...]:
+    """Candidates of the last search that were not added, most significant first."""
+    rows = [
+        Rejected(r.hit.candidate.effect.key, r.hit.p_value, r.hit.likelihood_ratio, r.reason) for r in track.refusals
+    ]
+    named = {row.effect for row in rows} | {s.hit.candidate.effect.key for s in track.steps}
+    for hit in (*track.last_physical, *(track.hits or ())):
+        key = hit.candidate.effect.key
+        if key not in named:
+            named.add(key)
+            reason = "not significant" if hit.p_value >= alpha else "already explained by what was added"
+            rows.append(Rejected(key, hit.p_value, hit.likelihood_ratio, reason))
+    return tuple(sorted(rows, key=lambda row: row.p_value))
+
+
+def _collinear(track: Track) -> tuple[NotTestable, ...]:
+    """Effects whose regressors the model already spans on this recording."""
+    seen = {h.candidate.effect.key for h in (*track.last_physical, *(track.hits or ()))}
+    seen |= {s.hit.candidate.effect.key for s in track.steps} | {r.hit.candidate.effect.key for r in track.refusals}
+    return tuple(
+        NotTestable(c.effect.key, (), "on this recording it looks exactly like what the model already has")
+        for c in track.candidates
+        if c.effect.key not in seen
+    )
+
+
+def _traces(
+    recordings: tuple[Recording, ...], plain: Problem, before: Fit, problem: Problem, fit: Fit
+) -> Traces:
+    covariates: dict[str, Floats] = {}
+    motions = [e.motion for e in problem.exposures]
+    if all(m.temperature is not None for m in motions):
+        cells = tuple(0.5 * (m.temperature[1:] + m.temperature[:-1]) for m in motions if m.temperature is not None)
+        covariates["temperature"] = problem.bins.mean(cells)
+    if any(np.ptp(e.u) for e in problem.exposures):
+        covariates["rate"] = problem.bins.mean(tuple(e.u for e in problem.exposures))
+    if all(m.angle is not None for m in motions) and any(np.ptp(m.angle) > 0 for m in motions):
+        cells = tuple(0.5 * (m.angle[1:] + m.angle[:-1]) for m in motions if m.angle is not None)
+        covariates["angle"] = np.mod(problem.bins.mean(cells), 2 * np.pi)
+    return Traces(
+        t=problem.bins.time,
+        run=problem.bins.run + 1,
+        held_out=problem.bins.held_out,
+        before=_on(problem, plain, residual(plain, before)),
+        after=residual(problem, fit),
+        covariates=covariates,
+    )
+
+
+def _on(problem: Problem, plain: Problem, values: Floats) -> Floats:
+    """Values on the plain bins; both kinds of bins keep the same ones, they differ in weights alone."""
+    assert problem.bins.n == plain.bins.n
+    return values
+
+
+def _spectra(
+    plain: Problem, before: Fit, problem: Problem, fit: Fit, declared: dict[str, float]
+) -> Spectra:
+    """Spectrum and Allan deviation of the longest stretch of bins, before and after."""
+    start, stop = _longest(problem)
+    width = problem.bins.width
+    left = residual(plain, before)[start:stop], residual(problem, fit)[start:stop]
+    segments = int(np.clip((stop - start) // 64, 1, 15))
+    spectra = [psd(x, width, segments) for x in left]
+    allan = [allan_deviation(x, width) for x in left]
+    f, tau = spectra[1].f, allan[1].taus
+    fitted = {term.id: math.sqrt(p) for term, p in zip(NOISE_TERMS, fit.noise.power, strict=True)}
+    return Spectra(
+        f=f,
+        psd_before=spectra[0].density,
+        psd_after=spectra[1].density,
+        psd_fitted=_total(lambda e, c: readings_density(e, c, f, width), fitted),
+        psd_declared=_total(lambda e, c: readings_density(e, c, f, width), declared) if declared else None,
+        tau=tau,
+        allan_before=allan[0].deviation,
+        allan_after=allan[1].deviation,
+        allan_lower=allan[1].lower,
+        allan_upper=allan[1].upper,
+        allan_fitted=np.sqrt(_total(lambda e, c: e.allan(c, tau) ** 2, fitted)),
+        allan_declared=np.sqrt(_total(lambda e, c: e.allan(c, tau) ** 2, declared)) if declared else None,
+    )
+
+
+def _longest(problem: Problem) -> tuple[int, int]:
+    """Longest stretch of consecutive bins, fitted and held-out ones together."""
+    best, start = (0, 0), 0
+    run, time = problem.bins.run, problem.bins.time
+    breaks = np.flatnonzero((np.diff(run) != 0) | (np.diff(time) > 1.5 * problem.bins.width)) + 1
+    for stop in (*breaks.tolist(), problem.bins.n):
+        if stop - start > best[1] - best[0]:
+            best = (start, stop)
+        start = stop
+    return best
+
+
+def _total(value, coefficients: dict[str, float]) -> Floats:  # type: ignore[no-untyped-def]
+    """Sum over noise effects of ``value(effect, coefficient)``."""
+    return sum(value(_noise(key), np.array([c])) for key, c in coefficients.items())
+
+
+def _noise(key: str) -> NoiseEffect:
+    return next(term for term in NOISE_TERMS if term.id == key)

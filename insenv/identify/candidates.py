@@ -1,0 +1,89 @@
+"""Which effects of the catalogue a recording can show, and the shapes that a scan tries for each.
+
+A candidate is one effect with all its shapes. An effect is not testable where the recording lacks a channel that it
+needs, or where its regressors cannot be told from the model already there (a scale factor at a single rate).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from insenv.core.exposure import CHANNEL_OF
+from insenv.core.recording import Floats
+from insenv.effects.base import CurveEffect, Effect, LinearEffect, NoiseEffect
+from insenv.identify.findings import NotTestable
+from insenv.identify.problem import Problem, Term
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One effect and the terms (one per shape) that a scan tries."""
+
+    effect: Effect
+    terms: tuple[Term, ...]
+
+    @property
+    def generic(self) -> bool:
+        """Whether it explains without naming a cause."""
+        return self.effect.generic
+
+    @property
+    def size(self) -> int:
+        """Number of parameters, shapes included."""
+        return self.terms[0].size
+
+
+def candidates(
+    problem: Problem, catalogue: tuple[Effect, ...]
+) -> tuple[tuple[Candidate, ...], tuple[NotTestable, ...]]:
+    """Candidates of a problem, and the effects that its recording cannot show."""
+    found: list[Candidate] = []
+    blind: list[NotTestable] = []
+    for effect in catalogue:
+        if isinstance(effect, NoiseEffect) or effect.id == "tone" or not _fits_instrument(problem, effect):
+            continue
+        needs = _missing(problem, effect)
+        if needs:
+            blind.append(NotTestable(effect.key, needs, "the recording has no such channel"))
+            continue
+        terms = _terms(problem, effect)
+        if terms:
+            found.append(Candidate(effect, terms))
+        else:
+            blind.append(NotTestable(effect.key, (), "no shape of it can be told on this recording"))
+    return tuple(found), tuple(blind)
+
+
+def _fits_instrument(problem: Problem, effect: Effect) -> bool:
+    return ("accelerometer" if problem.unit == "m/s^2" else "gyro") in effect.instruments
+
+
+def _missing(problem: Problem, effect: Effect) -> tuple[str, ...]:
+    """Manifest channels that the effect needs and some run lacks."""
+    fields = {need for e in problem.exposures for need in effect.missing(e.motion)}
+    if effect.of_rate and not any(np.ptp(e.u) for e in problem.exposures):
+        fields.add("rate")
+    channels = {CHANNEL_OF.get(need.partition(".")[0], need) for need in fields}
+    return tuple(sorted(channels))
+
+
+def _terms(problem: Problem, effect: Effect) -> tuple[Term, ...]:
+    """One term per shape; splines are first fitted to the ranges of the recording."""
+    longest = max(problem.exposures, key=lambda e: e.motion.n)
+    if isinstance(effect, LinearEffect):
+        return (Term(effect.over(longest.motion)),)
+    assert isinstance(effect, CurveEffect)
+    return tuple(Term(effect, tuple(map(float, row))) for row in effect.grid(longest.motion))
+
+
+def stacked(problem: Problem, found: tuple[Candidate, ...]) -> list[Floats]:
+    """Transformed regressors of each candidate on the fitted bins, shape (modes, shapes, k) each."""
+    return [
+        problem.remember(
+            ("stacked", c.effect.key),
+            lambda c=c: np.stack([problem.transformed(term) for term in c.terms], axis=1),
+        )
+        for c in found
+    ]

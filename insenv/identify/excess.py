@@ -1,0 +1,82 @@
+"""Is what is left noise? Two tests, so that slow structure is not swallowed by the noise model.
+
+1. Excess over the declared noise: twice the gain in likelihood of noise fitted freely over noise held to at most what
+   the maker declares (with a tolerance, for declared figures are not exact). A noise term that is not declared counts
+   as absent, except quantisation.
+2. Shape: in groups of modes the whitened power over its expectation is chi-square; its largest deviation, and the
+   largest distance of the cumulated periodogram from a straight line, show a hump that no noise term can follow.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import chi2, kstwobign
+
+from insenv.core.recording import Floats
+from insenv.identify.fit import Fit, pool
+from insenv.identify.noise import fit_noise
+from insenv.identify.problem import NOISE_TERMS, Problem
+from insenv.identify.scan import whitened
+
+#: Declared coefficients are taken as known to this share.
+TOLERANCE = 0.15
+
+
+@dataclass(frozen=True)
+class Structure:
+    """What speaks against "only noise is left"; ``reasons`` is empty if nothing does."""
+
+    p_value: float
+    reasons: tuple[str, ...]
+
+
+def structure(problem: Problem, fit: Fit, declared: dict[str, float], alpha: float) -> Structure:
+    """Test the residual of a fit against the declared noise (by effect id, SI) and against any noise."""
+    tests = [("the residual's spectrum has a hump or line that the noise model cannot follow", _shape_p(problem, fit))]
+    if declared:
+        tests.append(("the residual holds more noise than was declared", _excess_p(problem, fit, declared)))
+    level = alpha / len(tests)
+    reasons = tuple(f"{text} (p = {p:.1g})" for text, p in tests if p < level)
+    return Structure(min(p for _, p in tests), reasons)
+
+
+def _excess_p(problem: Problem, fit: Fit, declared: dict[str, float]) -> float:
+    pooled = pool(problem, fit.design)
+    free = fit_noise(pooled, fit.design.prior, restricted=True, start=fit.noise.power)
+    most = np.array([_most(term.id, declared) for term in NOISE_TERMS])
+    held = fit_noise(pooled, fit.design.prior, restricted=True, most=most)
+    ratio = max(0.0, 2 * (free.loglik - held.loglik))
+    return float(chi2.sf(ratio, int(np.isfinite(most).sum())))
+
+
+def _most(term: str, declared: dict[str, float]) -> float:
+    if term in declared:
+        return (declared[term] * (1 + TOLERANCE)) ** 2
+    return np.inf if term == "quantization" else 0.0
+
+
+def _shape_p(problem: Problem, fit: Fit) -> float:
+    """Smaller of the two shape tests' p-values, doubled."""
+    _, q, residual = whitened(problem, fit)
+    order = np.argsort(problem.modes().lam)
+    # What the model took out of the lowest modes is missing there: expectation 1 - leverage.
+    expected = (1 - np.sum(q**2, axis=1))[order]
+    power = residual[order] ** 2
+    return float(min(1.0, 2 * min(_group_p(power, expected), _cumulated_p(power, expected))))
+
+
+def _group_p(power: Floats, expected: Floats, groups: int = 40) -> float:
+    edges = np.unique(np.geomspace(1, len(power), groups).astype(int))
+    total = np.diff(np.cumsum(power)[edges - 1])
+    freedom = np.diff(np.cumsum(expected)[edges - 1])
+    usable = freedom > 2
+    tail = np.minimum(chi2.sf(total[usable], freedom[usable]), chi2.cdf(total[usable], freedom[usable]))
+    return float(min(1.0, 2 * tail.min() * usable.sum())) if usable.any() else 1.0
+
+
+def _cumulated_p(power: Floats, expected: Floats) -> float:
+    """Kolmogorov-Smirnov distance of the cumulated periodogram; the variance of chi-square on one degree is 2."""
+    share = np.cumsum(power) / np.sum(power) - np.cumsum(expected) / np.sum(expected)
+    return float(kstwobign.sf(np.abs(share).max() * np.sqrt(len(power) / 2)))

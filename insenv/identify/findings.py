@@ -1,0 +1,167 @@
+"""What closing the loop found: plain frozen results, ready to be written as JSON or drawn.
+
+All numbers are SI. Nothing here computes; `insenv.identify.loop` fills it, `insenv.report` shows it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from insenv.core.recording import Floats
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One estimated parameter: ``parameter`` of ``effect`` with value and standard deviation, SI ``unit``."""
+
+    effect: str
+    parameter: str
+    value: float
+    sd: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Root mean square of the residual on data that no fit saw, as means over ``averaging`` seconds.
+
+    ``noise_floor`` is what the fitted noise alone would leave.
+    """
+
+    before: float
+    after: float
+    noise_floor: float
+    unit: str
+    averaging: float
+
+
+@dataclass(frozen=True)
+class Added:
+    """An effect that the model lacked, on one target."""
+
+    effect: str
+    order: int | None
+    parameters: tuple[Estimate, ...]
+    p_value: float
+    likelihood_ratio: float
+    confounded_with: tuple[str, ...]
+    held_out_before: float
+    held_out_after: float
+    generic: bool = False
+    remark: str = ""
+
+
+@dataclass(frozen=True)
+class Rejected:
+    """A candidate that was tried and not added; ``reason`` is "not significant", "held-out worse", ..."""
+
+    effect: str
+    p_value: float
+    likelihood_ratio: float
+    reason: str
+
+
+@dataclass(frozen=True)
+class NotTestable:
+    """An effect that this recording cannot show, and the channels or conditions that it would need."""
+
+    effect: str
+    needs: tuple[str, ...]
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class NextExperiment:
+    """A procedure that would tell the effects of ``separates`` apart."""
+
+    separates: tuple[str, ...]
+    procedure: str
+    expected_separation_sigma: float | None
+
+
+@dataclass(frozen=True)
+class Spectra:
+    """Spectral density and Allan deviation of a residual, and what the noise models say of them.
+
+    ``psd_*`` two-sided densities at ``f`` [Hz]; ``allan_*`` deviations at ``tau`` [s]; ``*_fitted`` from the fitted
+    noise, ``*_declared`` from the maker's figures (None where none were declared). ``lower``/``upper`` are 68 %.
+    """
+
+    f: Floats
+    psd_before: Floats
+    psd_after: Floats
+    psd_fitted: Floats
+    psd_declared: Floats | None
+    tau: Floats
+    allan_before: Floats
+    allan_after: Floats
+    allan_lower: Floats
+    allan_upper: Floats
+    allan_fitted: Floats
+    allan_declared: Floats | None
+
+
+@dataclass(frozen=True)
+class Traces:
+    """Residuals bin by bin, to be drawn against what may explain them; every array has shape (n_bins,).
+
+    ``covariates`` maps "temperature" [K], "rate" [rad/s], "angle" [rad, within one turn] to values, where known.
+    ``run`` counts from 1; ``held_out`` marks bins that no fit saw.
+    """
+
+    t: Floats
+    run: Floats
+    held_out: Floats
+    before: Floats
+    after: Floats
+    covariates: Mapping[str, Floats]
+
+
+@dataclass(frozen=True)
+class TargetFindings:
+    """All that was found on one target channel."""
+
+    target: str
+    unit: str
+    verdict: str
+    reasons: tuple[str, ...]
+    declared: tuple[str, ...]
+    added: tuple[Added, ...]
+    rejected: tuple[Rejected, ...]
+    not_testable: tuple[NotTestable, ...]
+    held_out: HeldOut
+    estimates_before: tuple[Estimate, ...]
+    estimates_after: tuple[Estimate, ...]
+    noise: tuple[Estimate, ...]
+    next_experiment: tuple[NextExperiment, ...]
+    spectra: Spectra
+    traces: Traces
+
+
+@dataclass(frozen=True)
+class Findings:
+    """The whole outcome of one call: one block per target, and what was noticed while reading the data."""
+
+    title: str
+    manifest: str
+    rows: int
+    duration: float
+    verdict: str
+    alpha: float
+    seed: int
+    targets: tuple[TargetFindings, ...]
+    remarks: tuple[str, ...]
+    source: str = ""
+    licence: str = ""
+
+
+#: Verdicts from the strongest to the weakest: with several targets the strongest one speaks for all.
+VERDICTS = (
+    "effects-found",
+    "effects-found-incomplete",
+    "confounded",
+    "generic-only",
+    "unexplained-structure",
+    "nothing-significant",
+)

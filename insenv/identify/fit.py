@@ -1,0 +1,86 @@
+"""Generalised least squares with priors: coefficients, noise and their covariance.
+
+    theta = (X' S^-1 X + P)^-1 X' S^-1 y,      cov = (X' S^-1 X + P)^-1
+
+in the DCT-II domain where S is diagonal; S by restricted maximum likelihood (`insenv.identify.noise`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from insenv.core.recording import Floats
+from insenv.identify.noise import NoiseFit, Pooled, fit_noise
+from insenv.identify.problem import Design, Model, Problem, design
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted model.
+
+    Attributes
+    ----------
+    model : Model
+    design : Design
+    beta : ndarray, shape (p,)
+        Scaled coefficients; ``theta`` is in SI.
+    cov : ndarray, shape (p, p)
+        Covariance of the scaled coefficients.
+    noise : NoiseFit
+        By restricted maximum likelihood.
+    """
+
+    model: Model
+    design: Design
+    beta: Floats
+    cov: Floats
+    noise: NoiseFit
+
+    @property
+    def theta(self) -> Floats:
+        """Coefficients in SI units, shape (p,)."""
+        return self.beta / self.design.scale
+
+    @property
+    def sd(self) -> Floats:
+        """Standard deviations of ``theta``, shape (p,)."""
+        return np.sqrt(np.diag(self.cov)) / self.design.scale
+
+    def predicted(self) -> Floats:
+        """The model over all bins, shape (bins,)."""
+        return self.design.matrix @ self.beta
+
+
+def spectrum(problem: Problem, power: Floats) -> Floats:
+    """Variance of each mode of the fitted blocks, shape (modes,)."""
+    return problem.modes().shapes @ power
+
+
+def solve(problem: Problem, model: Model, start: Floats | None = None) -> Fit:
+    """Fit a model and its noise to the fitted bins."""
+    columns = design(problem, model)
+    pooled = pool(problem, columns)
+    noise = fit_noise(pooled, columns.prior, restricted=True, start=start)
+    beta, cov = coefficients(problem, columns, noise.power)
+    return Fit(model, columns, beta, cov, noise)
+
+
+def pool(problem: Problem, columns: Design) -> Pooled:
+    """Pooled cross-products of the data and the columns."""
+    return problem.grouping().pool(np.column_stack([problem.data(), columns.transformed]))
+
+
+def coefficients(problem: Problem, columns: Design, power: Floats) -> tuple[Floats, Floats]:
+    """Generalised least squares for given noise: scaled coefficients and their covariance.
+
+    A QR factorisation of the whitened columns with the priors as further rows, so that nearly collinear columns cost
+    digits once, not twice.
+    """
+    weight = 1 / np.sqrt(spectrum(problem, power))
+    rows = np.vstack([columns.transformed * weight[:, None], np.diag(np.sqrt(columns.prior))])
+    data = np.concatenate([problem.data() * weight, np.zeros(len(columns.prior))])
+    q, r = np.linalg.qr(rows)
+    inverse = np.linalg.solve(r, np.eye(len(r)))
+    return inverse @ (q.T @ data), inverse @ inverse.T

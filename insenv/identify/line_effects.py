@@ -1,0 +1,61 @@
+"""Lines above the bin rate as found effects: one entry per line, the runs in which it was seen together."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from insenv.identify.findings import Added, Estimate
+from insenv.identify.lines import SAME_LINE, Line
+from insenv.identify.problem import Problem
+
+
+def line_effects(lines: tuple[Line, ...], problem: Problem, before: float, after: float) -> tuple[Added, ...]:
+    """A found ``tone`` for every line; held-out errors as plain means and with all lines taken out."""
+    return tuple(_effect(group, problem, before, after) for group in _merged(lines))
+
+
+def _merged(lines: tuple[Line, ...]) -> tuple[tuple[Line, ...], ...]:
+    """Lines of several runs that are one line, strongest first; at most one per run."""
+    groups: list[list[Line]] = []
+    for line in sorted(lines, key=lambda x: -x.amplitude):
+        for group in groups:
+            if abs(group[0].frequency - line.frequency) < SAME_LINE and all(g.run != line.run for g in group):
+                group.append(line)
+                break
+        else:
+            groups.append([line])
+    return tuple(tuple(group) for group in groups)
+
+
+def _effect(group: tuple[Line, ...], problem: Problem, before: float, after: float) -> Added:
+    strongest = group[0]
+    frequencies = [line.frequency for line in group]
+    spread = max(max(frequencies) - min(frequencies), strongest.frequency_sd)
+    parameters = [
+        Estimate("tone", "f", float(np.mean(frequencies)), spread, "Hz"),
+        Estimate("tone", "amplitude", strongest.amplitude, strongest.amplitude_sd, problem.unit),
+    ]
+    if strongest.steady and len(group) == 1:
+        sd = strongest.amplitude_sd / strongest.amplitude
+        parameters.append(Estimate("tone", "phase", strongest.phase, sd, "rad"))
+    return Added(
+        effect="tone",
+        order=None,
+        parameters=tuple(parameters),
+        p_value=strongest.p_value,
+        likelihood_ratio=-2 * math.log(max(strongest.p_value, 1e-300)),
+        confounded_with=(),
+        held_out_before=before,
+        held_out_after=after,
+        remark=_remark(group),
+    )
+
+
+def _remark(group: tuple[Line, ...]) -> str:
+    where = ", ".join(f"{x.frequency:.3f} Hz in run {x.run + 1}" for x in sorted(group, key=lambda x: x.run))
+    what = f"{group[0].share:.1%} of the variance of the samples"
+    if all(line.steady for line in group):
+        return f"a steady line above the bin rate: {where}; {what}; subtracted"
+    return f"a line above the bin rate whose frequency wanders: {where}; {what}; rejected by the weights of the bins"

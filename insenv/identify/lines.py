@@ -1,0 +1,193 @@
+"""Spectral lines: tones that bins can follow, and lines above the bin rate.
+
+In white noise of variance s^2 the periodogram |sum x exp(-2 pi i f t)|^2 / (n s^2) is exponentially distributed, so
+the largest of m independent frequencies exceeds x with probability m exp(-x). A bin is a mean over T: a line of
+frequency f above the bin rate comes through with up to 1 / (pi f T) of its amplitude, aliased to anywhere.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.fft import idct, next_fast_len, rfft, rfftfreq
+from scipy.ndimage import median_filter
+from scipy.optimize import minimize_scalar
+
+from insenv.core.recording import Floats
+from insenv.identify.fit import Fit
+from insenv.identify.problem import Problem
+from insenv.identify.scan import whitened
+
+#: Probability of calling noise a line, per recording and target.
+FALSE_ALARM = 1e-4
+#: At most so many lines are looked for.
+MOST_LINES = 8
+#: Two peaks closer than this are one line, whose frequency wanders [Hz].
+SAME_LINE = 0.3
+#: A line is steady if one sinusoid takes out more than this share of its power.
+STEADY = 0.7
+
+
+def strongest_tone(problem: Problem, fit: Fit) -> tuple[float, float]:
+    """Frequency [Hz] of the strongest tone in the whitened residual of the bins, and the frequencies looked at."""
+    _, _, residual = whitened(problem, fit)
+    width, best, looked = problem.bins.width, (0.0, 0.0), 0.0
+    power: dict[int, Floats] = {}
+    size = next_fast_len(4 * max(b.stop - b.start for b in problem.fitted))
+    offset = 0
+    for block in problem.fitted:
+        series = idct(residual[offset : offset + block.n], type=2, norm="ortho")
+        offset += block.n
+        if block.n < 16:
+            continue
+        spectrum = np.abs(rfft(series, size)) ** 2 * 2 / block.n
+        power[block.run] = power.get(block.run, 0) + spectrum
+        looked += block.n / 2
+    frequencies = rfftfreq(size, width)
+    slowest = 1.5 / (max(b.n for b in problem.fitted) * width)
+    usable = (frequencies > slowest) & (frequencies < 0.48 / width)
+    if power and usable.any():
+        total = np.where(usable, sum(power.values()), 0)
+        best = (float(frequencies[total.argmax()]), float(total.max()))
+    return (best[0] if best[0] > 0 else 0.25 / width), max(looked, 1.0)
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line above the bin rate in one run.
+
+    Attributes
+    ----------
+    run : int
+        Counted from 0.
+    frequency, frequency_sd : float
+        [Hz]; the standard deviation of a line that wanders is its width.
+    amplitude, amplitude_sd : float
+        Of the sinusoid with the line's power.
+    phase : float
+        Of a steady line: it is amplitude * cos(2 pi f (t - t[0]) + phase) [rad].
+    steady : bool
+        Whether one sinusoid takes out most of the line's power.
+    share : float
+        Share of the line in the variance of the samples.
+    p_value : float
+        Probability that noise alone has such a peak.
+    """
+
+    run: int
+    frequency: float
+    frequency_sd: float
+    amplitude: float
+    amplitude_sd: float
+    phase: float
+    steady: bool
+    share: float
+    p_value: float
+
+    def at(self, t: Floats) -> Floats:
+        """The line at times from the start of the run [s]; zero unless it is steady."""
+        return self.steady * self.amplitude * np.cos(2 * np.pi * self.frequency * t + self.phase)
+
+
+def find_lines(
+    t: Floats, dt: float, values: Floats, quantum: float, run: int, lowest: float
+) -> tuple[Line, ...]:
+    """Lines of ``values`` above ``lowest`` [Hz], strongest first.
+
+    A line may wander within `SAME_LINE` (a dithered laser gyro's does): its power is summed over the band. Lines whose
+    angle stays below half of ``quantum``, the step of the readings times the sampling period, are the counter's own
+    pattern and are not listed.
+
+    Parameters
+    ----------
+    t : ndarray, shape (n,)
+        Times of a contiguous stretch, from the start of the run [s].
+    dt : float
+        Sampling period [s].
+    values : ndarray, shape (n,)
+    quantum : float
+    run : int
+    lowest : float
+    """
+    n = len(values)
+    if n < 256:
+        return ()
+    power, background, f = _periodogram(values, dt)
+    ratio = np.where(f > lowest, power / background, 0)
+    threshold = np.log(n / 2 / FALSE_ALARM)
+    lines: list[Line] = []
+    left = values - values.mean()
+    for _ in range(MOST_LINES):
+        peak = int(ratio.argmax())
+        if ratio[peak] < threshold:
+            break
+        line = _line(t, dt, left, power, background, f, peak, run)
+        ratio[np.abs(f - f[peak]) < SAME_LINE] = 0
+        if line.amplitude / (2 * np.pi * line.frequency) > 0.5 * quantum:
+            lines.append(line)
+    return tuple(sorted(lines, key=lambda line: -line.amplitude))
+
+
+def _periodogram(values: Floats, dt: float) -> tuple[Floats, Floats, Floats]:
+    """Power with a Hann window in units of the variance of white samples, its background, and frequencies [Hz]."""
+    n = len(values)
+    window = np.sin(np.pi * (np.arange(n) + 0.5) / n) ** 2
+    size = next_fast_len(n)
+    power = np.abs(rfft((values - values.mean()) * window, size)) ** 2 / np.sum(window**2)
+    f = rfftfreq(size, dt)
+    return power, _background(power, f), f
+
+
+def _line(
+    t: Floats, dt: float, values: Floats, power: Floats, background: Floats, f: Floats, peak: int, run: int
+) -> Line:
+    n = len(values)
+    band = np.abs(f - f[peak]) < SAME_LINE / 2
+    excess = float(np.sum(np.maximum(power[band] - background[band], 0))) * 2 / len(f) / 2
+    p = min(1.0, float(np.exp(-min((power / background)[peak], 700.0)) * n / 2))
+    amplitude_sd = float(np.sqrt(2 * background[peak] / n))
+    frequency, c, s = _sinusoid(t, dt, values, float(f[peak]))
+    steady_power = 0.5 * (c**2 + s**2)
+    if steady_power > STEADY * excess:
+        amplitude = float(np.hypot(c, s))
+        frequency_sd = float(np.sqrt(6) * amplitude_sd / (np.pi * n * dt * amplitude))
+        share = min(1.0, steady_power / float(np.var(values)))
+        phase = float(np.arctan2(-s, c))
+        return Line(run, frequency, frequency_sd, amplitude, amplitude_sd, phase, True, share, p)
+    centre = float(np.sum(f[band] * power[band]) / np.sum(power[band]))
+    width = float(np.sqrt(np.sum(power[band] * (f[band] - centre) ** 2) / np.sum(power[band])))
+    share = min(1.0, excess / float(np.var(values)))
+    return Line(run, centre, width, float(np.sqrt(2 * excess)), amplitude_sd, 0.0, False, share, p)
+
+
+def _sinusoid(t: Floats, dt: float, values: Floats, near: float) -> tuple[float, float, float]:
+    """Frequency [Hz] near ``near``, and cosine and sine amplitudes, of the sinusoid that takes out most power."""
+    step = 1 / (len(values) * dt)
+
+    def lost(frequency: float) -> float:
+        return -float(np.abs(values @ np.exp(-2j * np.pi * frequency * t)))
+
+    best = minimize_scalar(lost, bounds=(near - step, near + step), method="bounded", options={"xatol": 1e-4 * step})
+    basis = np.column_stack([np.cos(2 * np.pi * best.x * t), np.sin(2 * np.pi * best.x * t)])
+    c, s = np.linalg.lstsq(basis, values, rcond=None)[0]
+    return float(best.x), float(c), float(s)
+
+
+def _background(power: Floats, f: Floats) -> Floats:
+    """Level of the noise around each frequency: a running median over a few hundred bins, robust against lines."""
+    width = int(np.clip(len(f) // 16, 65, 1025)) | 1
+    coarse = max(1, len(f) // 20000)
+    medians = median_filter(power[::coarse], size=max(9, width // coarse) | 1, mode="reflect") / np.log(2)
+    return np.maximum(np.interp(f, f[::coarse], medians), 1e-300)
+
+
+def quantum(samples: Floats) -> float:
+    """Step between values of quantised samples; 0 where the samples are not quantised coarsely."""
+    values = np.unique(samples[:: max(1, len(samples) // 20000)])
+    if len(values) < 2 or len(values) > 2000:
+        return 0.0
+    steps = np.diff(values)
+    step = float(steps[steps > 1e-6 * np.ptp(values)].min())
+    multiples = (values - values[0]) / step
+    return step if np.abs(multiples - np.rint(multiples)).max() < 0.05 else 0.0

@@ -1,0 +1,335 @@
+"""Closing the loop: declared model -> residual -> candidate effect -> joint refit -> held-out error -> verdict.
+
+Each round searches the catalogue on every target, adds the most significant effect that held-out data do not refuse,
+refits everything together, and drops what has become superfluous. Effects that are one physical cause on several
+targets are judged on all of them together. Generic curves come last, after every physical effect has had its chance.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from insenv.core.split import RowUse
+from insenv.core.manifest.spec import Manifest
+from insenv.core.recording import Recording
+from insenv.effects.base import Effect
+from insenv.effects.catalogue import CATALOGUE
+from insenv.identify.candidates import Candidate, candidates
+from insenv.identify.evidence import log_tail
+from insenv.identify.findings import NotTestable
+from insenv.identify.fit import Fit, solve
+from insenv.identify.heldout import Score, confirms, held_out_score, rescored
+from insenv.identify.prepare import Prepared, prepare
+from insenv.identify.problem import Model, Problem, Term
+from insenv.identify.rivals import Rivalry, rivalry
+from insenv.identify.scan import Hit, likelihood_ratio, log_significance, noise_freedom, reference
+from insenv.identify.search import at_shape, search, with_term
+
+#: Effects of one physical cause on several targets: judged on all of them together.
+SHARED = ("base_tilt", "bias_thermal_lag")
+
+#: Least normal deviate of a target's own evidence for a cause that was found on several targets together.
+LEAST_SUPPORT = 1.0
+
+#: Effects added to one target at most.
+MOST_ADDED = 8
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Step:
+    """An effect that was added.
+
+    Attributes
+    ----------
+    hit : Hit
+    before, after : Score
+        Held-out scores without and with it.
+    p_value : float
+        Of the evidence on all targets that it was added to.
+    together : tuple of str
+        The targets, where one cause was added to several.
+    """
+
+    hit: Hit
+    before: Score
+    after: Score
+    p_value: float
+    together: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """A hit that was significant, by itself or on other targets, and was not added; ``reason`` in words."""
+
+    hit: Hit
+    reason: str
+
+
+@dataclass(frozen=True)
+class Track:
+    """The state of the search on one target."""
+
+    prepared: Prepared
+    candidates: tuple[Candidate, ...]
+    not_testable: tuple[NotTestable, ...]
+    fit: Fit
+    score: Score
+    steps: tuple[Step, ...] = ()
+    refusals: tuple[Refusal, ...] = ()
+    hits: tuple[Hit, ...] | None = None
+    last_physical: tuple[Hit, ...] = ()
+    rivalries: tuple[Rivalry, ...] = ()
+
+    @property
+    def problem(self) -> Problem:
+        """The bins that the search works on."""
+        return self.prepared.problem
+
+    @property
+    def added(self) -> Model:
+        """Terms beyond the declared ones."""
+        return self.fit.model[len(self.prepared.model) :]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The end of the search: one track per target."""
+
+    tracks: tuple[Track, ...]
+    alpha: float
+    seed: int
+
+
+def trace(
+    manifest: Manifest,
+    recordings: tuple[Recording, ...],
+    uses: tuple[RowUse, ...],
+    catalogue: tuple[Effect, ...] = CATALOGUE,
+    alpha: float = 0.01,
+    seed: int = 0,
+    progress: Progress = lambda text: None,
+) -> Outcome:
+    """Trace the residual of the declared model to the effects that it lacks.
+
+    Parameters
+    ----------
+    manifest : Manifest
+    recordings : tuple of Recording
+        One per run.
+    uses : tuple of RowUse
+        Which rows of each run are fitted and which are held out.
+    catalogue : tuple of Effect
+        Effects that may be added.
+    alpha : float
+        Probability of adding anything to a target whose declared model is complete.
+    seed : int
+        Of the simulated noise that calibrates the search.
+    progress : callable
+        Told what is being done.
+    """
+    tracks = []
+    for target in manifest.model.targets:
+        progress(f"{target}: declared model")
+        tracks.append(_begin(manifest, recordings, uses, target, catalogue))
+    for generic in (False, True):
+        while True:
+            tracks = [_searched(track, generic, seed, progress) for track in tracks]
+            grown = _grow(tracks, alpha, progress)
+            if grown is None:
+                break
+            tracks = grown
+        if not generic:
+            tracks = [replace(track, hits=None, last_physical=track.hits or ()) for track in tracks]
+    tracks = [_settled(track, alpha, seed, progress) for track in tracks]
+    return Outcome(tuple(tracks), alpha, seed)
+
+
+def _begin(
+    manifest: Manifest,
+    recordings: tuple[Recording, ...],
+    uses: tuple[RowUse, ...],
+    target: str,
+    catalogue: tuple[Effect, ...],
+) -> Track:
+    prepared = prepare(manifest, recordings, uses, target)
+    found, blind = candidates(prepared.problem, catalogue)
+    declared = {term.effect.key for term in prepared.model}
+    found = tuple(c for c in found if c.effect.key not in declared)
+    fit = solve(prepared.problem, prepared.model)
+    return Track(prepared, found, blind, fit, held_out_score(prepared.problem, fit))
+
+
+def _searched(track: Track, generic: bool, seed: int, progress: Progress) -> Track:
+    """The track with its hits on the model as it stands."""
+    if track.hits is not None or len(track.added) >= MOST_ADDED:
+        return replace(track, hits=track.hits or ())
+    progress(f"{track.problem.target}: trying {len(track.candidates)} effects beside {len(track.fit.model)}")
+    tried = tuple(c for c in track.candidates if c.generic == generic)
+    return replace(track, hits=tuple(search(track.problem, track.fit, tried, seed)))
+
+
+def _grow(tracks: list[Track], alpha: float, progress: Progress) -> list[Track] | None:
+    """Add the most telling of the significant effects that nothing refuses; None where there is none."""
+    while True:
+        proposals = _proposals(tracks, alpha)
+        if not proposals:
+            return None
+        best = max(proposals, key=lambda p: sum(hit.rank for hit in p.hits))
+        names = tuple(tracks[i].problem.target for i in best.where)
+        changed = list(tracks)
+        refused = False
+        for index, hit in zip(best.where, best.hits, strict=True):
+            changed[index], ok = _tried(tracks[index], hit, best, names, alpha)
+            refused |= not ok
+            progress(f"{tracks[index].problem.target}: {hit.candidate.effect.key} {'added' if ok else 'refused'}")
+        if not refused:
+            return changed
+        # A target that refuses has no say any more: the others are asked again without it.
+        tracks = [new if new.refusals != old.refusals else old for new, old in zip(changed, tracks, strict=True)]
+
+
+@dataclass(frozen=True)
+class _Proposal:
+    """An effect, significant on the targets ``where`` taken together."""
+
+    where: tuple[int, ...]
+    hits: tuple[Hit, ...]
+    p_value: float
+
+
+def _proposals(tracks: list[Track], alpha: float) -> list[_Proposal]:
+    """Significant effects: the best one of each target, and those of one cause on several targets."""
+    found: list[_Proposal] = []
+    for index, track in enumerate(tracks):
+        for hit in track.hits or ():
+            if hit.log_p < math.log(alpha) and not _is_shared(hit) and not _refused(track, hit):
+                found.append(_Proposal((index,), (hit,), hit.p_value))
+                break
+    for key in SHARED:
+        where = tuple(i for i, t in enumerate(tracks) if _has(t, key))
+        if where:
+            hits = tuple(_common([tracks[i] for i in where], key))
+            log_p = _joint_log_p(hits)
+            if log_p < math.log(alpha):
+                found.append(_Proposal(where, hits, math.exp(log_p)))
+    return found
+
+
+def _is_shared(hit: Hit) -> bool:
+    return hit.candidate.effect.id in SHARED
+
+
+def _refused(track: Track, hit: Hit) -> bool:
+    return any(r.hit.candidate.effect.key == hit.candidate.effect.key for r in track.refusals)
+
+
+def _has(track: Track, key: str) -> bool:
+    return any(h.candidate.effect.key == key and not _refused(track, h) for h in track.hits or ())
+
+
+def _hit(track: Track, key: str) -> Hit:
+    return next(h for h in track.hits or () if h.candidate.effect.key == key)
+
+
+def _joint_log_p(hits: tuple[Hit, ...]) -> float:
+    """Significance of one cause on several targets: their deviates added (Stouffer)."""
+    total = sum(hit.deviate for hit in hits) / math.sqrt(len(hits))
+    return min(0.0, log_tail(total) + math.log(max(hit.looks for hit in hits)))
+
+
+def _common(tracks: list[Track], key: str) -> list[Hit]:
+    """The hits of one cause on several targets, at the one shape that explains them best together."""
+    hits = [_hit(track, key) for track in tracks]
+    if len(hits) == 1 or not hits[0].candidate.effect.shapes:
+        return hits
+    bases = [reference(t.problem, t.fit.model, t.fit.noise.power) for t in tracks]
+
+    def total(term: Term) -> float:
+        ratios = [likelihood_ratio(t.problem, b, with_term(b.model, term))[0] for t, b in zip(tracks, bases, strict=True)]
+        return sum(ratios)
+
+    term = max(hits[0].candidate.terms, key=total)
+    return [at_shape(t.problem, t.fit, b, h, term) for t, b, h in zip(tracks, bases, hits, strict=True)]
+
+
+def _tried(
+    track: Track, hit: Hit, proposal: _Proposal, names: tuple[str, ...], alpha: float
+) -> tuple[Track, bool]:
+    """The track with ``hit`` added, or with its refusal noted."""
+    together = names if len(names) > 1 else ()
+    if together and hit.deviate < LEAST_SUPPORT:
+        refusal = Refusal(hit, "found on another target; nothing speaks for it on this one")
+        return replace(track, refusals=(*track.refusals, refusal)), False
+    problem = track.problem
+    model = with_term(track.fit.model, hit.term)
+    fit = solve(problem, model, start=track.fit.noise.power)
+    score = held_out_score(problem, fit)
+    if not confirms(track.score, score, rescored(problem, track.fit, fit.noise.power)):
+        reason = f"significant, but it makes held-out data worse: {track.score.rms:.3g} to {score.rms:.3g} {problem.unit}"
+        return replace(track, refusals=(*track.refusals, Refusal(hit, reason))), False
+    step = Step(hit, track.score, score, proposal.p_value, together)
+    steps = (*(s for s in track.steps if s.hit.term in model), step)
+    grown = replace(track, fit=fit, score=score, steps=steps, hits=None)
+    return _pruned(grown, alpha), True
+
+
+def _pruned(track: Track, alpha: float) -> Track:
+    """Drop added effects that the ones added after them have made superfluous."""
+    for step in track.steps[:-1]:
+        if step.together or (track.steps[-1].hit.candidate.generic and not step.hit.candidate.generic):
+            continue  # its evidence lies on other targets too; a curve without a cause displaces no cause
+        rest = tuple(t for t in track.fit.model if t is not step.hit.term)
+        base = reference(track.problem, rest, track.fit.noise.power)
+        ratio, gained = likelihood_ratio(track.problem, base, track.fit.model)
+        freedom = noise_freedom(track.problem, base, step.hit.term)
+        if log_significance(ratio, gained, freedom) > math.log(alpha):
+            fit = solve(track.problem, rest, start=track.fit.noise.power)
+            steps = tuple(s for s in track.steps if s is not step)
+            track = replace(track, fit=fit, steps=steps, score=held_out_score(track.problem, fit))
+    return track
+
+
+def _settled(track: Track, alpha: float, seed: int, progress: Progress) -> Track:
+    """Swap each added effect for a better one where there is one, then list what cannot be told from it."""
+    for _ in range(2):
+        rivalries = [_rivals_of(track, step, alpha, seed, progress) for step in track.steps]
+        swaps = [(s, r.better) for s, r in zip(track.steps, rivalries, strict=True) if r.better is not None]
+        track = replace(track, rivalries=tuple(rivalries))
+        if not swaps:
+            break
+        step, better = swaps[0]
+        assert better is not None
+        track = _swapped(track, step, better)
+    return track
+
+
+def _rivals_of(track: Track, step: Step, alpha: float, seed: int, progress: Progress) -> Rivalry:
+    if step.hit.candidate.generic:
+        return Rivalry((), None)
+    progress(f"{track.problem.target}: what else would explain {step.hit.candidate.effect.key}")
+    curves = {s.hit.term for s in track.steps if s.hit.candidate.generic}
+    others = tuple(t for t in track.fit.model if t is not step.hit.term and t not in curves)
+    fit = solve(track.problem, others, start=track.fit.noise.power)
+    tried = tuple(c for c in track.candidates if not c.generic and c.effect.key not in _keys(others))
+    hits = search(track.problem, fit, tried, seed)
+    return rivalry(track.problem, others, step.hit.term, hits, alpha)
+
+
+def _keys(model: Model) -> set[str]:
+    return {term.effect.key for term in model}
+
+
+def _swapped(track: Track, step: Step, better: Hit) -> Track:
+    """The track with ``better`` in the place of ``step``, if held-out data agree."""
+    model = tuple(better.term if t is step.hit.term else t for t in track.fit.model)
+    fit = solve(track.problem, model, start=track.fit.noise.power)
+    score = held_out_score(track.problem, fit)
+    if score.rms > track.score.rms:
+        return track
+    steps = tuple(Step(better, s.before, score, better.p_value) if s is step else s for s in track.steps)
+    return replace(track, fit=fit, score=score, steps=steps)
+

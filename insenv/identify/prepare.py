@@ -1,0 +1,280 @@
+"""From recordings to problems: bin width, cells, declared model, and lines that the bins must reject."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from insenv.core.errors import InputError
+from insenv.core.exposure import CHANNEL_OF, Exposure, expose
+from insenv.core.manifest.spec import Manifest
+from insenv.core.recording import Floats, Recording
+from insenv.core.split import RowUse
+from insenv.effects.base import CurveEffect, NoiseEffect
+from insenv.effects.catalogue import by_key
+from insenv.identify.bins import gather
+from insenv.identify.fit import solve
+from insenv.identify.lines import Line, find_lines, quantum
+from insenv.identify.problem import Model, Problem, Term
+
+#: Fitted bins aimed at, and the most that are used.
+BINS, MOST_BINS = 2000, 20000
+#: Cells of all runs together: where curves are evaluated.
+MOST_CELLS = 60000
+#: Bins per turn of the table, so that angle harmonics survive.
+BINS_PER_TURN = 8
+#: Longest bin chosen unasked [s].
+LONGEST_BIN = 5.0
+#: Cycles of the slowest rejected line in a bin.
+CYCLES_PER_BIN = 8
+#: Share of the samples' variance from which a line is worth a word though the bins do not feel it.
+LEAST_SHARE = 0.01
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """One target, ready for the search.
+
+    Attributes
+    ----------
+    plain : Problem
+        Bins as plain means: what the declared model is judged on.
+    problem : Problem
+        The bins that the search works on: the same, or with lines rejected.
+    model : Model
+        Declared terms.
+    lines : tuple of Line
+        Lines above the bin rate, in the samples that may be fitted.
+    """
+
+    plain: Problem
+    problem: Problem
+    model: Model
+    lines: tuple[Line, ...]
+
+
+def prepare(
+    manifest: Manifest, recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], target: str
+) -> Prepared:
+    """Bins and declared model of one target."""
+    model = declared_model(manifest, recordings, target)
+    rows = _rows_per_bin(manifest, recordings, uses)
+    plain = _problem(manifest, recordings, uses, target, rows, reject_lines=False)
+    _enough(manifest, plain, model, target)
+    lines = _lines(recordings, uses, plain, target)
+    if not lines:
+        return Prepared(plain, plain, model, ())
+    wandering = [line.frequency for line in lines if not line.steady]
+    if wandering and manifest.held_out.averaging is None:
+        wide = int(np.ceil(CYCLES_PER_BIN / min(wandering) / recordings[0].dt))
+        if wide > rows:
+            rows = wide
+            plain = _problem(manifest, recordings, uses, target, rows, reject_lines=False)
+    freed = tuple(_without_steady(r, target, lines, run) for run, r in enumerate(recordings))
+    problem = _problem(manifest, freed, uses, target, rows, reject_lines=False)
+    if wandering:
+        rejecting = _problem(manifest, freed, uses, target, rows, reject_lines=True)
+        if _scatter(rejecting, model) < _scatter(problem, model):
+            problem = rejecting
+    return Prepared(plain, problem, model, lines)
+
+
+def _without_steady(recording: Recording, target: str, lines: tuple[Line, ...], run: int) -> Recording:
+    """The recording with the steady lines of this run subtracted from the target."""
+    own = [line for line in lines if line.run == run and line.steady]
+    if not own:
+        return recording
+    channel = recording.channels[target]
+    t = recording.t - recording.t[0]
+    values = channel.values - sum(line.at(t) for line in own)
+    return replace(recording, channels={**recording.channels, target: replace(channel, values=values)})
+
+
+def _scatter(problem: Problem, model: Model) -> float:
+    """Bin-to-bin scatter of the fitted residual: what lines leave in the bins, free of slow structure."""
+    left = problem.y - solve(problem, model).predicted()
+    steps = np.concatenate([np.diff(left[b.start : b.stop]) for b in problem.fitted])
+    return float(np.mean(steps**2))
+
+
+def declared_model(manifest: Manifest, recordings: tuple[Recording, ...], target: str) -> Model:
+    """Terms of the declared effects.
+
+    Raises
+    ------
+    InputError
+        If a declared effect is unknown, is noise, has a shape to be searched, or needs a channel that is not there.
+    """
+    where = f"{manifest.path}: model.declared"
+    motions = [expose(r, target).motion for r in (_head(recording) for recording in recordings)]
+    terms = []
+    for key in manifest.model.declared:
+        effect = by_key(key)
+        if isinstance(effect, NoiseEffect):
+            raise InputError(f"{where} names {key!r}, which is noise; wanted it in the [noise] table")
+        if isinstance(effect, CurveEffect) and effect.shapes:
+            names = " and ".join(p.name for p in effect.shapes)
+            raise InputError(f"{where} names {key!r}, whose {names} would have to be found first; leave it out")
+        missing = sorted({CHANNEL_OF.get(n.partition(".")[0], n) for m in motions for n in effect.missing(m)})
+        if effect.id == "earth_rate":
+            _wants_latitude(recordings, where)
+            missing = []
+        if missing:
+            raise InputError(f"{where} names {key!r}, which needs the channel {', '.join(missing)}; the file has none")
+        if effect.id != "earth_rate" or motions[0].angle is not None:
+            terms.append(Term(effect, per_run=effect.id == "bias" and _bias_per_run(manifest, recordings)))
+    return tuple(terms)
+
+
+def _head(recording: Recording) -> Recording:
+    """The first rows of a recording: enough to see which references there are."""
+    channels = {n: replace(c, values=c.values[:16]) for n, c in recording.channels.items()}
+    return replace(recording, t=recording.t[:16], channels=channels, segments=())
+
+
+def _wants_latitude(recordings: tuple[Recording, ...], where: str) -> None:
+    for recording in recordings:
+        if recording.site.latitude is None:
+            raise InputError(f"{where} names 'earth_rate', which needs site.latitude; the manifest has none")
+
+
+def _bias_per_run(manifest: Manifest, recordings: tuple[Recording, ...]) -> bool:
+    """A bias belongs to its power-up, unless it is said to be common or the runs are positions of one set-up."""
+    if manifest.model.bias is not None:
+        return manifest.model.bias == "per-run"
+    return len({recording.mounting for recording in recordings}) == 1
+
+
+def _rows_per_bin(manifest: Manifest, recordings: tuple[Recording, ...], uses: tuple[RowUse, ...]) -> int:
+    dt = recordings[0].dt
+    for recording in recordings:
+        if abs(recording.dt / dt - 1) > 0.02:
+            raise InputError(
+                f"{recording.label}: sampled every {recording.dt:.6g} s, {recordings[0].label} every {dt:.6g} s; "
+                "wanted one rate for all runs"
+            )
+    if manifest.held_out.averaging is not None:
+        rows = int(round(manifest.held_out.averaging / dt))
+        if rows < 1:
+            raise InputError(
+                f"{manifest.path}: held_out.averaging = {manifest.held_out.averaging:g} s is shorter than the "
+                f"sampling period, {dt:g} s"
+            )
+        return rows
+    fitted = sum(int(use.fit.sum()) for use in uses) * dt
+    width = min(_nice(fitted / BINS), LONGEST_BIN)
+    turn = min((_quickest_turn(r) for r in recordings), default=np.inf)
+    width = max(min(width, turn / BINS_PER_TURN), fitted / MOST_BINS)
+    return max(1, int(round(width / dt)))
+
+
+def _nice(x: float) -> float:
+    """The largest of 1, 2, 5 times a power of ten that does not exceed ``x``."""
+    power = 10.0 ** np.floor(np.log10(x))
+    return float(power * max(m for m in (1, 2, 5) if m * power <= x * (1 + 1e-9)))
+
+
+def _quickest_turn(recording: Recording) -> float:
+    """Shortest time that the table takes for a turn [s]."""
+    n = max(2, len(recording) // 1000)
+    if "table_angle" in recording.channels:
+        angle = recording.channels["table_angle"].values
+        rate = np.abs(angle[n:] - angle[:-n]).max(initial=0.0) / (n * recording.dt)
+    elif "table_rate" in recording.channels:
+        rate = np.abs(recording.channels["table_rate"].values).max()
+    else:
+        return np.inf
+    return float(2 * np.pi / rate) if rate > 0 else np.inf
+
+
+def _rows_per_cell(rows_per_bin: int, total_rows: int) -> int:
+    """The smallest divisor of a bin that keeps the number of cells in bounds."""
+    least = max(1.0, total_rows / MOST_CELLS)
+    return min(d for d in range(1, rows_per_bin + 1) if rows_per_bin % d == 0 and (d >= least or d == rows_per_bin))
+
+
+def _problem(
+    manifest: Manifest,
+    recordings: tuple[Recording, ...],
+    uses: tuple[RowUse, ...],
+    target: str,
+    rows_per_bin: int,
+    reject_lines: bool,
+) -> Problem:
+    per_cell = _rows_per_cell(rows_per_bin, sum(map(len, recordings)))
+    with_earth = "earth_rate" in manifest.model.declared
+    reference = manifest.model.reference_temperature
+    exposures = tuple(expose(r, target, per_cell, reference, with_earth) for r in recordings)
+    bins = gather(
+        exposures,
+        tuple(u.fit for u in uses),
+        tuple(u.held_out for u in uses),
+        rows_per_bin // per_cell,
+        per_cell,
+        reject_lines,
+    )
+    if not any(b.fitted for b in bins.blocks) or all(b.fitted for b in bins.blocks):
+        kind = "held-out" if any(b.fitted for b in bins.blocks) else "fitted"
+        raise InputError(
+            f"{manifest.path}: no whole bin of {bins.width:g} s lies in the {kind} rows of {target!r}; "
+            "wanted longer stretches or a shorter held_out.averaging"
+        )
+    y = bins.mean(tuple(e.y - e.motion.rate for e in exposures))
+    return Problem(target, recordings[0].channels[target].unit, exposures, bins, y)
+
+
+def _enough(manifest: Manifest, problem: Problem, model: Model, target: str) -> None:
+    bins = sum(b.n for b in problem.fitted)
+    parameters = sum(len(problem.names(term)) for term in model)
+    if bins < parameters + 8:
+        raise InputError(
+            f"{manifest.path}: {target!r} has {bins} fitted bins of {problem.bins.width:g} s for {parameters} "
+            "declared parameters and the noise; wanted at least "
+            f"{parameters + 8}: a longer recording or a shorter held_out.averaging"
+        )
+
+
+def _lines(
+    recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], problem: Problem, target: str
+) -> tuple[Line, ...]:
+    """Lines above the bin rate that matter, in the longest contiguous stretch of each run that may be fitted."""
+    found: list[Line] = []
+    for run, (recording, use) in enumerate(zip(recordings, uses, strict=True)):
+        span = _longest_fitted(recording, use)
+        t = (recording.t - recording.t[0])[span]
+        values = _without_reference(problem, run, recording, target)[span]
+        step = quantum(recording.channels[target].values[span]) * recording.dt
+        found += find_lines(t, recording.dt, values, step, run, 0.6 / problem.bins.width)
+    noise = _bin_noise(problem)
+    return tuple(x for x in found if _matters(x, problem.bins.width, noise))
+
+
+def _matters(line: Line, width: float, noise: float) -> bool:
+    """Whether a line is a visible part of the samples, or leaks into the bins beside their own noise."""
+    return line.share > LEAST_SHARE or line.amplitude / (np.pi * line.frequency * width) > noise
+
+
+def _bin_noise(problem: Problem) -> float:
+    """Scatter from bin to bin, robust against the lines themselves being in it: of one bin."""
+    steps = np.concatenate([np.diff(problem.y[b.start : b.stop]) for b in problem.fitted if b.n > 1])
+    return float(np.median(np.abs(steps)) / 0.6745 / np.sqrt(2)) if len(steps) else 0.0
+
+
+def _longest_fitted(recording: Recording, use: RowUse) -> slice:
+    """Longest stretch of consecutive fitted rows without a gap."""
+    best = slice(0, 0)
+    for piece in recording.pieces():
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], use.fit[piece].astype(int), [0]])))
+        for a, b in zip(edges[::2], edges[1::2], strict=True):
+            if b - a > best.stop - best.start:
+                best = slice(piece.start + int(a), piece.start + int(b))
+    return best
+
+
+def _without_reference(problem: Problem, run: int, recording: Recording, target: str) -> Floats:
+    """Samples minus the reference between the cells, so that commanded motion is no line."""
+    motion = problem.exposures[run].motion
+    middle = motion.middle
+    start = recording.t[0] - 0.5 * recording.dt
+    return recording.channels[target].values - np.interp(recording.t - start, middle, motion.rate)

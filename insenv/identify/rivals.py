@@ -1,0 +1,53 @@
+"""What cannot be told apart: the encompassing test.
+
+A rival of an added effect is another effect with which in its place the added one is no longer significant. A rival
+with more parameters must also explain better, beyond what a further parameter gains by itself: an effect that has
+another as its limit is no rival of it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from insenv.identify.problem import Model, Problem, Term
+from insenv.identify.scan import Hit, likelihood_ratio, log_significance, noise_freedom, reference
+
+#: Gain in likelihood ratio per further parameter from which a richer effect counts as a rival.
+RICHER_GAIN = 2.0
+
+
+@dataclass(frozen=True)
+class Rivalry:
+    """Effects that explain as well as an added one, by key, best first; ``better`` is one that explains better."""
+
+    rivals: tuple[str, ...]
+    better: Hit | None
+
+
+def rivalry(problem: Problem, others: Model, term: Term, hits: list[Hit], alpha: float) -> Rivalry:
+    """Rivals of ``term`` among ``hits``, which were all tried in its place beside ``others``."""
+    base = reference(problem, others)
+    own, _ = likelihood_ratio(problem, base, (*others, term))
+    rivals: list[Hit] = []
+    better: Hit | None = None
+    for hit in hits:
+        if hit.term.effect.key == term.effect.key or hit.candidate.generic or hit.p_value > alpha:
+            continue
+        extra = hit.candidate.size - term.size
+        if extra > 0 and hit.likelihood_ratio < own + RICHER_GAIN * extra:
+            continue
+        if own - hit.likelihood_ratio > 60 or _still_needed(problem, (*others, hit.term), term, alpha):
+            continue
+        rivals.append(hit)
+        if extra <= 0 and hit.likelihood_ratio > own + 1e-3 and better is None:
+            better = hit
+    rivals.sort(key=lambda hit: -hit.likelihood_ratio)
+    return Rivalry(tuple(hit.term.effect.key for hit in rivals), better)
+
+
+def _still_needed(problem: Problem, model: Model, term: Term, alpha: float) -> bool:
+    """Whether ``term`` adds significantly to ``model``."""
+    base = reference(problem, model)
+    ratio, gained = likelihood_ratio(problem, base, (*model, term))
+    return log_significance(ratio, gained, noise_freedom(problem, base, term)) < math.log(alpha)

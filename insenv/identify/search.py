@@ -1,0 +1,136 @@
+"""One round of the search: every candidate by likelihood ratio, shapes refined, in order of significance."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.optimize import minimize
+from scipy.special import ndtri_exp
+
+from insenv.core.recording import Floats
+from insenv.effects.tone import Tone
+from insenv.identify.candidates import Candidate
+from insenv.identify.evidence import held_out_deviate, joint_deviate, log_tail
+from insenv.identify.fit import Fit, solve
+from insenv.identify.lines import strongest_tone
+from insenv.identify.problem import Model, Problem, Term
+from insenv.identify.scan import (
+    SHAPES_REFITTED,
+    Hit,
+    Reference,
+    Scores,
+    likelihood_ratio,
+    log_significance,
+    noise_freedom,
+    reference,
+    score,
+)
+
+#: Candidates whose shapes are refined, best first.
+REFINED = 4
+#: A candidate that fitted data alone would give a larger p-value than this is not put to the held-out data.
+SUGGESTED = 0.3
+
+
+def search(problem: Problem, fit: Fit, found: tuple[Candidate, ...], seed: int) -> list[Hit]:
+    """Every testable candidate added to ``fit.model`` at its best shape, best first."""
+    base = reference(problem, fit.model, fit.noise.power)
+    scores = score(problem, fit, found, seed)
+    count = sum(s.testable for s in scores) + 1
+    hits = [_hit(problem, base, c, s, count) for c, s in zip(found, scores, strict=True) if s.testable]
+    hits.append(_tone_hit(problem, fit, base, count, seed))
+    hits.sort(key=lambda hit: -hit.rank)
+    best = [refined(problem, base, hit) if hit.candidate.effect.id != "tone" else hit for hit in hits[:REFINED]]
+    hits = [confronted(problem, fit, hit) for hit in best + hits[REFINED:]]
+    return sorted(hits, key=lambda hit: -hit.rank)
+
+
+def confronted(problem: Problem, fit: Fit, hit: Hit) -> Hit:
+    """The hit with the evidence of the held-out data joined in, where the fitted data at all suggest it."""
+    if log_tail(hit.deviate) > np.log(SUGGESTED):
+        return hit
+    larger = solve(problem, with_term(fit.model, hit.term), start=fit.noise.power)
+    base = reference(problem, fit.model, fit.noise.power)
+    freedom = noise_freedom(problem, base, hit.term)
+    z, information = held_out_deviate(problem, fit, larger, freedom)
+    return replace(hit, deviate=joint_deviate(log_tail(hit.deviate), hit.likelihood_ratio, z, information))
+
+
+def at_shape(problem: Problem, fit: Fit, base: Reference, hit: Hit, term: Term) -> Hit:
+    """The hit at another shape of its candidate."""
+    ratio, gained = likelihood_ratio(problem, base, with_term(base.model, term))
+    moved = replace(hit, term=term, likelihood_ratio=ratio, deviate=deviate(problem, base, term, ratio, gained))
+    return confronted(problem, fit, moved)
+
+
+def with_term(model: Model, term: Term) -> Model:
+    """The model with ``term`` added; a lower order of the same polynomial effect gives way to it."""
+    kept = tuple(t for t in model if not (t.effect.id == term.effect.id == "bias_temperature"))
+    return (*kept, term)
+
+
+def _hit(problem: Problem, base: Reference, candidate: Candidate, scores: Scores, count: int) -> Hit:
+    order = np.argsort(-scores.q)[:SHAPES_REFITTED]
+    tried = []
+    for index in order:
+        if scores.q[index] < 0:
+            continue
+        term = candidate.terms[index]
+        ratio, gained = likelihood_ratio(problem, base, with_term(base.model, term))
+        tried.append((ratio, gained, term))
+    ratio, gained, term = max(tried, key=lambda row: row[0])
+    return Hit(candidate, term, ratio, scores.trials * count, deviate(problem, base, term, ratio, gained))
+
+
+def deviate(problem: Problem, base: Reference, term: Term, ratio: float, gained: int) -> float:
+    """Normal deviate of a likelihood ratio, uncorrected for the looks."""
+    log_p = log_significance(ratio, gained, noise_freedom(problem, base, term))
+    return float(-ndtri_exp(min(log_p, -1e-12)))
+
+
+def _tone_hit(problem: Problem, fit: Fit, base: Reference, count: int, seed: int) -> Hit:
+    frequency, trials = strongest_tone(problem, fit)
+    term = Term(Tone(), (frequency,), per_run=len(problem.exposures) > 1)
+    ratio, gained = likelihood_ratio(problem, base, (*base.model, term))
+    best = Hit(Candidate(Tone(), (term,)), term, ratio, trials * count, deviate(problem, base, term, ratio, gained))
+    resolution = 0.25 / max(b.n for b in problem.fitted) / problem.bins.width
+    return refined(problem, base, best, np.array([resolution]))
+
+
+def refined(problem: Problem, base: Reference, hit: Hit, step: Floats | None = None) -> Hit:
+    """The hit with its shape moved off the grid to the best likelihood ratio."""
+    start = np.array(hit.term.shape)
+    if not len(start):
+        return hit
+    steps = _grid_steps(hit.candidate, start) if step is None else step
+
+    def loss(x: Floats) -> float:
+        shape = start + steps * np.clip(x, -1, 1)
+        term = replace(hit.term, shape=tuple(map(float, shape)))
+        ratio, _ = likelihood_ratio(problem, base, with_term(base.model, term))
+        problem.forget(term)
+        return -ratio + 1e3 * float(np.sum(np.maximum(np.abs(x) - 1, 0) ** 2))
+
+    simplex = np.vstack([np.zeros(len(start)), 0.5 * np.eye(len(start))])
+    best = minimize(
+        loss,
+        np.zeros(len(start)),
+        method="Nelder-Mead",
+        options={"initial_simplex": simplex, "maxfev": 15 * len(start) + 5, "xatol": 0.01, "fatol": 0.02},
+    )
+    shape = start + steps * np.clip(best.x, -1, 1)
+    term = replace(hit.term, shape=tuple(map(float, shape)))
+    ratio, gained = likelihood_ratio(problem, base, with_term(base.model, term))
+    if ratio <= hit.likelihood_ratio:
+        return hit
+    return replace(hit, term=term, likelihood_ratio=ratio, deviate=deviate(problem, base, term, ratio, gained))
+
+
+def _grid_steps(candidate: Candidate, start: Floats) -> Floats:
+    """Distance to the nearest other grid value of each shape."""
+    grid = np.array([term.shape for term in candidate.terms])
+    away = np.abs(grid - start)
+    away[away == 0] = np.inf
+    steps = away.min(axis=0)
+    return np.where(np.isfinite(steps), steps, 0.1 * np.abs(start))

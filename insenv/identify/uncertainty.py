@@ -1,0 +1,103 @@
+"""Parameters of a fit with honest standard deviations, those of shapes included.
+
+At the end of a search the model is linearised in everything: the columns of `insenv.effects` at the shapes found, and
+the derivative of the curve to each shape. The inverse of the information in all of them together is the covariance, so
+a scale factor's standard deviation knows that a time constant was fitted beside it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from insenv.core.recording import Floats
+from insenv.effects.base import OUTPUT, CurveEffect
+from insenv.identify.findings import Estimate
+from insenv.identify.fit import Fit, spectrum
+from insenv.identify.noise import transform
+from insenv.identify.problem import NOISE_TERMS, Problem, Term
+
+
+@dataclass(frozen=True)
+class _Slopes:
+    """Derivatives to the shapes of a term: columns over the modes, name, unit, value and prior of each shape."""
+
+    columns: Floats
+    rows: tuple[tuple[str, str, float, float], ...]
+
+
+def estimates(problem: Problem, fit: Fit) -> dict[Term, tuple[Estimate, ...]]:
+    """Estimates of every term of the model: linear parameters, then shapes."""
+    slopes = {term: _slopes(problem, fit, index) for index, term in enumerate(fit.model) if term.shape}
+    linear_sd, shape_sd = _standard_deviations(problem, fit, slopes)
+    out: dict[Term, tuple[Estimate, ...]] = {}
+    for index, term in enumerate(fit.model):
+        key = term.effect.key
+        own = np.flatnonzero(fit.design.term == index)
+        rows = [
+            Estimate(key, fit.design.labels[j][1], float(fit.theta[j]), float(linear_sd[j]), fit.design.labels[j][2])
+            for j in own
+        ]
+        if term in slopes:
+            rows += [
+                Estimate(key, name, value, float(sd), unit)
+                for (name, unit, value, _), sd in zip(slopes[term].rows, shape_sd[term], strict=True)
+            ]
+        out[term] = tuple(rows)
+    return out
+
+
+def noise_estimates(problem: Problem, fit: Fit) -> tuple[Estimate, ...]:
+    """Coefficients of the noise terms that the data determine."""
+    rows = []
+    for term, power, share in zip(NOISE_TERMS, fit.noise.power, fit.noise.relative_sd, strict=True):
+        if np.isfinite(share) and share < 1:
+            param = term.linear[0]
+            value = float(np.sqrt(power))
+            unit = param.unit.replace(OUTPUT, problem.unit)
+            rows.append(Estimate(term.id, param.name, value, value * float(share), unit))
+    return tuple(rows)
+
+
+def _standard_deviations(
+    problem: Problem, fit: Fit, slopes: dict[Term, _Slopes]
+) -> tuple[Floats, dict[Term, Floats]]:
+    """Standard deviations of the linear parameters (SI) and of the shapes of each term."""
+    if not slopes:
+        return fit.sd, {}
+    weight = 1 / np.sqrt(spectrum(problem, fit.noise.power))
+    blocks = [fit.design.transformed, *(s.columns for s in slopes.values())]
+    columns = np.column_stack(blocks) * weight[:, None]
+    prior = np.concatenate([fit.design.prior, *([1 / row[3] ** 2 for row in s.rows] for s in slopes.values())])
+    size = np.sqrt(np.sum(columns**2, axis=0) + prior)
+    r = np.linalg.qr(np.vstack([columns / size, np.diag(np.sqrt(prior) / size)]), mode="r")
+    sd = np.sqrt(np.diag(np.linalg.pinv(r.T @ r))) / size
+    p = len(fit.design.scale)
+    shape_sd, offset = {}, p
+    for term, s in slopes.items():
+        shape_sd[term] = sd[offset : offset + len(s.rows)]
+        offset += len(s.rows)
+    return sd[:p] / fit.design.scale, shape_sd
+
+
+def _slopes(problem: Problem, fit: Fit, index: int) -> _Slopes:
+    term = fit.model[index]
+    effect = term.effect
+    assert isinstance(effect, CurveEffect)
+    k = len(effect.linear)
+    own = fit.theta[fit.design.term == index]
+    if len(own) not in (k, k * len(problem.exposures)):
+        own = np.zeros(k)
+    runs = len(problem.exposures)
+    per_run = own.reshape(k, runs).T if term.per_run and runs > 1 and len(own) == k * runs else [own] * runs
+    cells = tuple(
+        effect.jacobian(e.u, e.motion, np.concatenate([theta, term.shape]))[..., k:]
+        for e, theta in zip(problem.exposures, per_run, strict=True)
+    )
+    columns = transform(problem.fitted, problem.bins.mean(cells))
+    rows = tuple(
+        (p.name, p.unit.replace(OUTPUT, problem.unit), value, p.sd)
+        for p, value in zip(effect.shapes, term.shape, strict=True)
+    )
+    return _Slopes(columns, rows)

@@ -1,0 +1,1 @@
+"""What carries the instruments: commands in, exposure (`Motion`) out. Pure and batched."""

@@ -1,0 +1,133 @@
+"""What the pictures of a report are drawn with: colours, points, means, shading, logarithmic axes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import matplotlib.style
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import AutoMinorLocator, LogLocator, MaxNLocator
+
+from insenv.core.recording import Floats
+from insenv.report.binning import Bins, Timeline, reach, stretches
+from insenv.report.quantities import Unit
+
+BEFORE, AFTER, FITTED, DECLARED, HELD_OUT = "#e08a2e", "#2f74c0", "#1c2128", "#6a737d", "#e9edf2"
+BEFORE_MEAN, AFTER_MEAN = "#9a5206", "#0d3f7d"
+
+#: Letters are drawn as paths: a picture looks the same on a machine without our fonts.
+_STYLE = {"svg.fonttype": "path", "svg.hashsalt": "insenv", "font.size": 9.5, "axes.labelsize": 9.5}
+
+#: More points than this are drawn as pixels, so that a report stays small.
+RASTER_FROM = 400
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """Draw with the defaults of matplotlib and our few changes, whatever the machine's matplotlibrc says."""
+    with matplotlib.style.context(["default", _STYLE]):
+        yield
+
+
+def cloud(ax: Axes, x: Floats, y: Floats, color: str) -> None:
+    """Points, fainter and smaller the more there are."""
+    crowd = 1500 / max(len(x), 1)
+    size, alpha = float(np.clip(8 * crowd, 1.2, 10.0)), float(np.clip(crowd, 0.2, 0.6))
+    ax.scatter(x, y, s=size, color=color, alpha=alpha, lw=0, rasterized=len(x) > RASTER_FROM, zorder=2)
+
+
+def mean_line(ax: Axes, b: Bins, color: str, label: str) -> None:
+    """Means as a line; with marks and bars of their scatter where they are few enough to be told apart."""
+    if len(b.x) > 60:
+        ax.plot(b.x, b.mean, color=color, lw=1.3, label=label, zorder=4)
+        return
+    dots: dict[str, Any] = {"marker": "o", "ms": 3.4, "mec": "white", "mew": 0.3}
+    ax.errorbar(b.x, b.mean, b.error, color=color, lw=1.3, elinewidth=0.8, label=label, zorder=4, **dots)
+
+
+def limit(ax: Axes, *residuals: Floats) -> None:
+    """Symmetric limits; points beyond them are counted in the corner instead of squeezing the rest."""
+    limit, beyond = reach(*residuals)
+    ax.set_ylim(-limit, limit)
+    ax.axhline(0, color=FITTED, lw=0.6, zorder=1)
+    ax.grid(True, color="#d9dee4", lw=0.5, zorder=0)
+    ax.xaxis.set_minor_locator(AutoMinorLocator(2))
+    ax.yaxis.set_major_locator(MaxNLocator(5))
+    if beyond:
+        text = f"{beyond} point{'s' * (beyond > 1)} outside"
+        ax.text(
+            0.995, 0.02, text, transform=ax.transAxes, ha="right", va="bottom", fontsize=7.5, color=DECLARED
+        )
+
+
+def shade(ax: Axes, line: Timeline, held_out: Floats) -> None:
+    """Held-out stretches in grey, and limits in time that fit the data."""
+    label: str | None = "held out"
+    for start, stop in stretches(line.x, held_out):
+        ax.axvspan(start, stop, color=HELD_OUT, lw=0, zorder=0, label=label)
+        label = None
+    if len(line.x):
+        margin = 0.01 * (np.ptp(line.x) or 1.0)
+        ax.set_xlim(line.x.min() - margin, line.x.max() + margin)
+
+
+def mark_runs(ax: Axes, line: Timeline) -> None:
+    """Mark where runs start, where there are several, and name those that are wide enough for it."""
+    if len(line.runs) < 2:
+        return
+    for run, start, stop in line.runs:
+        ax.axvline(start, color=DECLARED, lw=0.7, ls=":", zorder=1)
+        if stop - start < 0.05 * (line.runs[-1][2] - line.runs[0][1]):
+            continue
+        where = 0.5 * (start + stop), 0.97
+        ax.annotate(
+            f"run {run}",
+            where,
+            xycoords=("data", "axes fraction"),
+            ha="center",
+            va="top",
+            fontsize=8,
+            color=DECLARED,
+        )
+
+
+def models(ax: Axes, x: Floats, fitted: Floats, declared: Floats | None, unit: Unit) -> None:
+    """Fitted noise dark, declared noise dashed."""
+    curve(ax, x, fitted, unit, color=FITTED, lw=1.3, label="fitted noise", zorder=5)
+    if declared is not None:
+        curve(
+            ax, x, declared, unit, color=DECLARED, lw=1.3, ls=(0, (4, 2.5)), label="declared noise", zorder=5
+        )
+
+
+def curve(ax: Axes, x: Floats, y: Floats, unit: Unit, **style: object) -> None:
+    """A curve on logarithmic axes: what is not positive and finite is left out."""
+    good = (x > 0) & np.isfinite(y) & (y > 0)
+    ax.plot(x[good], unit.each(y[good]), **style)  # type: ignore[arg-type]
+
+
+def log_log(ax: Axes, x: Floats, curves: Sequence[Floats], unit: Unit) -> None:
+    """Logarithmic scales whose limits hold the measured curves, whatever the models do beyond them."""
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    values = np.concatenate([unit.each(y[(x > 0) & np.isfinite(y) & (y > 0)]) for y in curves])
+    if len(values):
+        low, high = np.quantile(values, 0.01), values.max()
+        ax.set_ylim(low / 1.8, high * 1.8)
+    for axis in (ax.xaxis, ax.yaxis):
+        axis.set_major_locator(LogLocator(numticks=12))
+    ax.grid(True, which="major", color="#d9dee4", lw=0.6)
+    ax.grid(True, which="minor", color="#eef1f4", lw=0.4)
+
+
+def legend(ax: Axes) -> None:
+    """Above the axes, where it covers nothing."""
+    handles, labels = ax.get_legend_handles_labels()
+    ax.legend(
+        handles, labels, loc="lower left", bbox_to_anchor=(0, 1.0), ncols=4, frameon=False, fontsize=8.2,
+        borderaxespad=0.2, handlelength=1.4, columnspacing=0.8,
+    )  # fmt: skip
+    ax.spines[["top", "right"]].set_visible(False)

@@ -1,0 +1,174 @@
+"""Findings as JSON by the contract ``insenv.close-loop/1``: SI units; null stands for what is not finite.
+
+One target: its blocks stand at the top. Several: every entry of a list carries its ``target``, ``held_out``
+and ``noise`` map targets to their blocks, ``verdicts`` holds each target's own verdict.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+from insenv.core.files import write_whole
+from insenv.identify.findings import Added, Estimate, Findings, HeldOut, NextExperiment, TargetFindings
+
+SCHEMA = "insenv.close-loop/1"
+
+Block = dict[str, Any]
+
+
+def to_json(findings: Findings) -> Block:
+    """``findings`` as plain dictionaries, lists, strings and finite numbers."""
+    targets = findings.targets
+    document: Block = {
+        "schema": SCHEMA,
+        "manifest": findings.manifest,
+        "title": findings.title,
+        "rows": findings.rows,
+        "duration_s": findings.duration,
+        "verdict": findings.verdict,
+        "declared": list(dict.fromkeys(key for target in targets for key in target.declared)),
+        **(_blocks(targets[0]) if len(targets) == 1 else _blocks_of_several(targets)),
+        "alpha": findings.alpha,
+        "seed": findings.seed,
+        "remarks": list(findings.remarks),
+        "source": findings.source,
+        "licence": findings.licence,
+    }
+    return {key: _strict(value) for key, value in document.items()}
+
+
+def write_json(findings: Findings, path: str | os.PathLike[str]) -> Path:
+    """Write `to_json` to ``path``, whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    return write_whole(
+        path, json.dumps(to_json(findings), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    )
+
+
+def _blocks(target: TargetFindings) -> Block:
+    """What stands at the top for one target."""
+    return {
+        "target": target.target,
+        "reasons": list(target.reasons),
+        "added": [_added(one) for one in target.added],
+        "held_out": _held_out(target.held_out),
+        "estimates": {
+            "before": [_estimate(one) for one in target.estimates_before],
+            "after": [_estimate(one) for one in target.estimates_after],
+        },
+        "noise": _noise(target.noise),
+        "rejected": [
+            {
+                "effect": r.effect,
+                "p_value": r.p_value,
+                "likelihood_ratio": r.likelihood_ratio,
+                "reason": r.reason,
+            }
+            for r in target.rejected
+        ],
+        "not_testable": [
+            {"effect": n.effect, "needs": list(n.needs), "reason": n.reason} for n in target.not_testable
+        ],
+        "next_experiment": [_experiment(one) for one in target.next_experiment],
+    }
+
+
+def _blocks_of_several(targets: tuple[TargetFindings, ...]) -> Block:
+    """The blocks of several targets, joined."""
+    each = {target.target: _blocks(target) for target in targets}
+
+    def joined(pick: Callable[[Block], list[Block]]) -> list[Block]:
+        return [{"target": name, **entry} for name, block in each.items() for entry in pick(block)]
+
+    return {
+        "verdicts": {target.target: target.verdict for target in targets},
+        "reasons": {name: block["reasons"] for name, block in each.items()},
+        "declared_by_target": {target.target: list(target.declared) for target in targets},
+        "added": joined(lambda b: b["added"]),
+        "held_out": {name: block["held_out"] for name, block in each.items()},
+        "estimates": {
+            "before": joined(lambda b: b["estimates"]["before"]),
+            "after": joined(lambda b: b["estimates"]["after"]),
+        },
+        "noise": {name: block["noise"] for name, block in each.items()},
+        "rejected": joined(lambda b: b["rejected"]),
+        "not_testable": joined(lambda b: b["not_testable"]),
+        "next_experiment": joined(lambda b: b["next_experiment"]),
+    }
+
+
+def _added(added: Added) -> Block:
+    return {
+        "effect": added.effect,
+        "order": added.order,
+        "parameters": [
+            {"name": p.parameter, "value": p.value, "sd": p.sd, "unit": p.unit} for p in added.parameters
+        ],
+        "p_value": added.p_value,
+        "likelihood_ratio": added.likelihood_ratio,
+        "confounded_with": list(added.confounded_with),
+        "held_out_before": added.held_out_before,
+        "held_out_after": added.held_out_after,
+        "generic": added.generic,
+        "remark": added.remark,
+    }
+
+
+def _estimate(estimate: Estimate) -> Block:
+    return {
+        "effect": estimate.effect,
+        "name": estimate.parameter,
+        "value": estimate.value,
+        "sd": estimate.sd,
+        "unit": estimate.unit,
+    }
+
+
+def _held_out(held_out: HeldOut) -> Block:
+    return {
+        "before": held_out.before,
+        "after": held_out.after,
+        "noise_floor": held_out.noise_floor,
+        "unit": held_out.unit,
+        "averaging_s": held_out.averaging,
+    }
+
+
+def _noise(noise: Iterable[Estimate]) -> Block:
+    """Noise coefficients by effect; a second parameter of one effect goes by ``effect.parameter``."""
+    block: Block = {}
+    for one in noise:
+        key = one.effect if one.effect not in block else f"{one.effect}.{one.parameter}"
+        block[key] = {"value": one.value, "sd": one.sd, "unit": one.unit}
+    return block
+
+
+def _experiment(experiment: NextExperiment) -> Block:
+    return {
+        "separates": list(experiment.separates),
+        "procedure": experiment.procedure,
+        "expected_separation_sigma": experiment.expected_separation_sigma,
+    }
+
+
+def _strict(value: Any) -> Any:
+    """The same with Python's own numbers, and None for what JSON has no number for."""
+    if isinstance(value, dict):
+        return {key: _strict(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_strict(item) for item in value]
+    if hasattr(value, "item"):  # a NumPy scalar
+        value = value.item()
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

@@ -1,0 +1,194 @@
+r"""A plant and the instruments that it carries, stepped together.
+
+    scene_k, p_{k+1} = plant(p_k, command_k, z_k)
+    y_k,     s_{k+1} = sensor(scene_k, s_k, z_k)
+
+`Rig.advance` is pure: state and unit normals go in, readings and state come out. The generators stand
+outside, in `Normals`: run ``seed`` has one `numpy.random.SeedSequence`, which gives every noise its own
+SFC64 stream, by the place of its instrument in the rig and of the noise in its chain. So row i of a batch
+is the run ``seed + i`` bit for bit, the size of the chunks does not matter, and an effect that is added at
+the end of a chain leaves every other noise as it was.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from insenv.core.motion import Motion
+from insenv.core.recording import Floats
+from insenv.plants.base import Plant, Reference
+from insenv.sensors.chain import Sensor
+
+#: Samples per chunk of a stream: its arrays stay within the processor's cache.
+CHUNK = 16384
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A sensor and the parameters with which it is simulated, shape (..., p)."""
+
+    sensor: Sensor
+    theta: Floats
+
+
+@dataclass(frozen=True)
+class RigState:
+    """Samples passed so far and the states of the plant and of each sensor.
+
+    Before the first sample ``sensors`` holds the unit normals of each sensor's first state, shape
+    (..., draws_at_start), or None where noise begins at zero.
+    """
+
+    samples: int
+    plant: Any
+    sensors: tuple[Any, ...]
+
+
+@dataclass(frozen=True)
+class Readings:
+    """A chunk of output.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n,)
+        Ends of the intervals [s].
+    outputs : mapping of str to ndarray, shape (..., n)
+        Mean of each instrument's output over the intervals, in SI units.
+    references : mapping of str to Reference
+        What the plant's log holds.
+    """
+
+    t: Floats
+    outputs: Mapping[str, Floats]
+    references: Mapping[str, Reference]
+
+
+class Normals:
+    """The unit normals of a run, or of ``batch`` runs with the seeds ``seed``, ``seed + 1``, ...
+
+    Stands at the outer edge: it is the one thing here that changes when it is used.
+    """
+
+    def __init__(self, rig: Rig, seed: int, batch: int | None = None) -> None:
+        self._batch = batch
+        self._seeds = range(seed, seed + (1 if batch is None else batch))
+        self._sensors = tuple(fitted.sensor for fitted in rig.instruments)
+        places = [(0, 0, d) for d in range(rig.plant.draws)]
+        for i, sensor in enumerate(self._sensors, start=1):
+            places += [(i, j, d) for j, noise in enumerate(sensor.noises) for d in range(noise.draws)]
+        self._streams = [[_stream(s, place) for place in places] for s in self._seeds]
+
+    def start(self) -> tuple[Floats | None, ...]:
+        """Unit normals of each sensor's first state, shape (..., draws_at_start); the same at every call."""
+        dealt = []
+        for i, sensor in enumerate(self._sensors, start=1):
+            rows = [
+                [
+                    _stream(s, (i, j, n.draws)).standard_normal(n.draws_at_start)
+                    for j, n in enumerate(sensor.noises)
+                ]
+                for s in self._seeds
+            ]
+            z = np.array([np.concatenate([*row, []]) for row in rows])
+            dealt.append(z[0] if self._batch is None else z)
+        return tuple(dealt)
+
+    def draw(self, n: int) -> Floats:
+        """The next ``n`` of every stream, shape (draws, n), with a batch (batch, draws, n)."""
+        z = np.empty((len(self._seeds), len(self._streams[0]), n))
+        for row, streams in zip(z, self._streams, strict=True):
+            for line, stream in zip(row, streams, strict=True):
+                stream.standard_normal(out=line)
+        return z[0] if self._batch is None else z
+
+
+def _stream(seed: int, place: tuple[int, int, int]) -> np.random.Generator:
+    """Generator of run ``seed`` for one draw of one noise of one instrument (0: the plant)."""
+    return np.random.Generator(np.random.SFC64(np.random.SeedSequence(seed, spawn_key=place)))
+
+
+@dataclass(frozen=True)
+class Rig:
+    """A plant with instruments, sampled evenly.
+
+    Attributes
+    ----------
+    plant : Plant
+    instruments : tuple of Fitted
+    rate : float
+        Sampling rate [Hz].
+    """
+
+    plant: Plant
+    instruments: tuple[Fitted, ...]
+    rate: float
+
+    @property
+    def draws(self) -> tuple[int, ...]:
+        """Unit normals per sample of the plant and of each instrument."""
+        return (self.plant.draws, *(fitted.sensor.draws for fitted in self.instruments))
+
+    def begin(self, z: tuple[Floats | None, ...] | None = None) -> RigState:
+        """State at time 0; ``z`` as of `Normals.start`, None: noise begins at zero."""
+        return RigState(0, self.plant.begin(), (None,) * len(self.instruments) if z is None else z)
+
+    def advance(self, state: RigState, command: Any, n: int, z: Floats) -> tuple[Readings, RigState]:
+        """The next ``n`` samples.
+
+        Parameters
+        ----------
+        state : RigState
+        command : object
+            What the plant takes: on a turntable a rate [rad/s], scalar or of shape (batch,); None: as before.
+        n : int
+        z : ndarray, shape (..., sum(draws), n)
+            Unit normals.
+
+        Raises
+        ------
+        ValueError
+            If an effect needs an exposure that the plant does not give.
+        """
+        t = np.arange(state.samples, state.samples + n + 1) / self.rate
+        first = np.cumsum((0, *self.draws))
+        scene, plant = self.plant.advance(state.plant, command, t, z[..., : first[1], :])
+        outputs, after = {}, []
+        for i, (fitted, before) in enumerate(zip(self.instruments, state.sensors, strict=True), start=1):
+            sensor, motion = fitted.sensor, scene.motions[fitted.sensor.target]
+            if not state.samples:
+                before = _first_state(fitted, motion, before)
+            reading, carried = sensor.measure(
+                motion, fitted.theta, before, z[..., first[i] : first[i + 1], :]
+            )
+            outputs[sensor.target] = np.broadcast_to(
+                reading, np.broadcast_shapes(reading.shape, (*z.shape[:-2], n))
+            )
+            after.append(carried)
+        return Readings(t[1:], outputs, scene.references), RigState(state.samples + n, plant, tuple(after))
+
+    def stream(
+        self, seed: int, samples: int, batch: int | None = None, chunk: int = CHUNK
+    ) -> Iterator[Readings]:
+        """So many samples of the plant left to itself, in chunks: memory does not grow with their number."""
+        normals = Normals(self, seed, batch)
+        state = self.begin(normals.start())
+        for start in range(0, samples, chunk):
+            n = min(chunk, samples - start)
+            readings, state = self.advance(state, None, n, normals.draw(n))
+            yield readings
+
+    def run(self, seed: int, samples: int, batch: int | None = None) -> Readings:
+        """The same in one piece."""
+        (readings,) = self.stream(seed, samples, batch, max(samples, 1))
+        return readings
+
+
+def _first_state(fitted: Fitted, motion: Motion, z: Floats | None) -> tuple[Any, ...]:
+    """State of an instrument before its first sample."""
+    if missing := fitted.sensor.missing(motion):
+        raise ValueError(f"{fitted.sensor.target}: this plant does not give {', '.join(missing)}")
+    return fitted.sensor.begin(motion, fitted.theta, z)

@@ -1,0 +1,148 @@
+"""Layout of a scenario: which tables and keys there are, and of which type.
+
+A scenario says what a plant does, which instruments it carries, which of their effects the manifest will
+declare and which it will not. Every quantity is a text with its unit. Keys that depend on a ``kind`` are
+checked in `insenv.scenario.plant`.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from msgspec import field
+
+from insenv.core.manifest.schema import HeldOutTable, Names, SiteTable, Table
+
+
+class RippleTable(Table):
+    """``[table.ripple]``: relative amplitude of the rate and periods per turn."""
+
+    fraction: str | float
+    order: int = 1
+
+
+class EncoderTable(Table):
+    """``[table.encoder]``: errors of the angle reading itself."""
+
+    resolution: str | None = None
+    noise: str | None = None
+    eccentricity: str | None = None
+    phase: str | None = None
+
+
+class TurntableTable(Table):
+    """``[table]``: ``tilt`` of the input axis above its plane, ``azimuth`` at table angle 0, limits."""
+
+    tilt: str | None = None
+    azimuth: str | None = None
+    max_rate: str | None = None
+    max_acceleration: str | None = None
+    ripple: RippleTable | None = None
+    encoder: EncoderTable = field(default_factory=EncoderTable)
+
+
+class ProfileTable(Table):
+    """``[profile]``: what the table is commanded to do."""
+
+    kind: Literal["constant", "staircase", "reversal", "sine", "rest", "steps"]
+    rate: str | None = None
+    rates: list[str] | None = None
+    dwell: str | None = None
+    cycles: int | None = None
+    amplitude: str | None = None
+    frequency: str | None = None
+    steps: list[tuple[str, str]] | None = None
+
+
+class DisturbanceTable(Table):
+    """``[base.disturbance]``: random tilt of the base."""
+
+    sd: str
+    time_constant: str
+
+
+class BaseTable(Table):
+    """``[base]``: a base at rest with a triad of gyros and one of accelerometers, axes right-forward-up."""
+
+    heading: str | None = None
+    pitch: str | None = None
+    roll: str | None = None
+    disturbance: DisturbanceTable | None = None
+
+
+class TemperatureTable(Table):
+    """``[temperature]`` of the instrument."""
+
+    kind: Literal["constant", "ramp", "warm_up", "cycle", "points"]
+    value: str | None = None
+    start: str | None = None
+    end: str | None = None
+    slope: str | None = None
+    rise: str | None = None
+    time_constant: str | None = None
+    levels: list[str] | None = None
+    soak: str | None = None
+    points: list[tuple[str, str]] | None = None
+
+
+class OutputTable(Table):
+    """``[instrument.gyro]``, ``[instrument.accel]``: what is written, and the noise that the maker declares.
+
+    ``pulses`` writes whole pulses of ``unit``, as a counter does.
+    """
+
+    quantity: Literal["rate", "increment"] = "rate"
+    unit: str | None = None
+    pulses: bool = False
+    noise: dict[str, str] = field(default_factory=dict)
+
+
+class InstrumentTable(Table):
+    """``[instrument]``."""
+
+    sampling: str
+    reference_temperature: str | None = None
+    gyro: OutputTable = field(default_factory=OutputTable)
+    accel: OutputTable = field(default_factory=OutputTable)
+
+
+class ModelTable(Table):
+    """``[model]``: the channels that the manifest wants explained."""
+
+    target: Names | None = None
+
+
+class FileTable(Table):
+    """``[output]``: ``decimals`` of a text file; ``truth`` writes what was simulated to a file of its own."""
+
+    format: Literal["csv", "npz", "parquet"] = "csv"
+    decimals: int = 9
+    title: str | None = None
+    truth: bool = False
+
+
+class ScenarioTable(Table):
+    """The whole scenario; entries of ``declared`` and ``undeclared`` are checked against the catalogue."""
+
+    instrument: InstrumentTable
+    duration: str | None = None
+    site: SiteTable = field(default_factory=SiteTable)
+    table: TurntableTable | None = None
+    profile: ProfileTable | None = None
+    base: BaseTable | None = None
+    temperature: TemperatureTable | None = None
+    model: ModelTable = field(default_factory=ModelTable)
+    declared: dict[str, Any] = field(default_factory=dict)
+    undeclared: dict[str, Any] = field(default_factory=dict)
+    held_out: HeldOutTable = field(default_factory=HeldOutTable)
+    output: FileTable = field(default_factory=FileTable)
+
+
+def family_name(target: str) -> str:
+    """Which instrument a channel belongs to: "gyro" or "accel"."""
+    return "accel" if target.startswith("accel") else "gyro"
+
+
+def family(table: ScenarioTable, target: str) -> OutputTable:
+    """The instrument that a channel belongs to."""
+    return table.instrument.accel if family_name(target) == "accel" else table.instrument.gyro

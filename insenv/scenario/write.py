@@ -1,0 +1,216 @@
+"""What a scenario leaves behind: the recording, its manifest and, where asked for, the truth.
+
+Every file is written under a temporary name and takes its own only when it is whole; the manifest comes
+last. The undeclared effects are in none of them but the truth.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from insenv.core.errors import InputError
+from insenv.core.files import WRITERS, replacing, toml
+from insenv.core.manifest.spec import CHANNELS, INCREMENTS
+from insenv.core.recording import Floats
+from insenv.core.units import scale_to_si
+from insenv.effects.base import OUTPUT, Effect
+from insenv.rig import Readings
+from insenv.scenario.build import Scenario
+from insenv.scenario.schema import family, family_name
+from insenv.sensors.chain import Sensor
+
+Progress = Callable[[int, int], None]
+
+#: Units of the columns, where the scenario names none.
+UNITS = {
+    "time": "s",
+    "rate": "deg/s",
+    "angle": "deg",
+    "acceleration": "m/s^2",
+    "velocity": "m/s",
+    "temperature": "degC",
+}
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column: ``value = (si * increment - offset) / factor``, with ``increment`` [s] None for a rate."""
+
+    name: str
+    unit: str
+    factor: float
+    offset: float = 0.0
+    increment: float | None = None
+    over_interval: bool = False
+    pulses: bool = False
+
+    @property
+    def header(self) -> str:
+        """Name with unit, as the file's first line has it."""
+        return f"{self.name} ({self.unit})"
+
+    def shown(self, si: Floats, carry: float) -> tuple[Floats, float]:
+        """Values of the column, shape (n,), and the part of a pulse that is left over."""
+        values = (si * (self.increment or 1.0) - self.offset) / self.factor
+        if not self.pulses:
+            return values, carry
+        # A counter rounds the angle that has passed, not each increment: no pulse is lost.
+        passed = carry + np.cumsum(values)
+        count = np.rint(passed)
+        return np.diff(count, prepend=0.0), float(passed[-1] - count[-1])
+
+
+def columns(scenario: Scenario) -> tuple[Column, ...]:
+    """Columns of the recording.
+
+    Raises
+    ------
+    InputError
+        If a unit does not fit.
+    """
+    period = 1.0 / scenario.rig.rate
+    found = [Column("time", "s", 1.0)]
+    for fitted in scenario.rig.instruments:
+        target = fitted.sensor.target
+        table, dimension = family(scenario.table, target), CHANNELS[target]
+        step = table.quantity == "increment"
+        dimension = INCREMENTS[dimension] if step else dimension
+        unit, where = table.unit or UNITS[dimension], f"{scenario.path}: instrument.{family_name(target)}"
+        if table.pulses and not step:
+            raise InputError(f"{where}.pulses = true; wanted quantity = 'increment' with it")
+        factor, _ = scale_to_si(unit, dimension, f"{where}.unit")
+        found.append(
+            Column(fitted.sensor.target, unit, factor, 0.0, period if step else None, True, table.pulses)
+        )
+    for name, over_interval in (("table_angle", False), ("table_rate", True), ("temperature", False)):
+        if name == "temperature" and scenario.table.temperature is None:
+            continue
+        if name == "temperature" or scenario.table.table is not None:
+            unit = UNITS[CHANNELS[name]]
+            factor, offset = scale_to_si(unit, CHANNELS[name], str(scenario.path))
+            found.append(Column(name, unit, factor, offset, over_interval=over_interval))
+    return tuple(found)
+
+
+def rows(stream: Iterator[Readings], cols: Sequence[Column]) -> Iterator[Floats]:
+    """Chunks of the recording, shape (n, columns), in the columns' units."""
+    carries = [0.0] * len(cols)
+    for readings in stream:
+        chunk = np.empty((len(readings.t), len(cols)))
+        for j, column in enumerate(cols):
+            if column.name == "time":
+                si = readings.t
+            elif column.name in readings.outputs:
+                si = readings.outputs[column.name]
+            else:
+                si = readings.references[column.name].values
+            chunk[:, j], carries[j] = column.shown(si, carries[j])
+        yield chunk
+
+
+def write_recording(
+    scenario: Scenario, chunks: Iterator[Floats], path: Path, progress: Progress | None
+) -> None:
+    """The recording in the scenario's format; text is written chunk by chunk, the binary formats at once."""
+    cols = columns(scenario)
+    watched = _watched(chunks, scenario.samples, progress)
+    output = scenario.table.output
+    with replacing(path) as temporary:
+        if output.format == "csv":
+            _csv(watched, cols, output.decimals, temporary)
+        else:
+            whole = np.concatenate(list(watched))
+            WRITERS[output.format](temporary, {column.name: whole[:, j] for j, column in enumerate(cols)})
+
+
+def manifest(scenario: Scenario, data: str, seed: int) -> str:
+    """Text of the manifest: what is measured and declared, and nothing else."""
+    table = scenario.table
+    tables: list[tuple[str, Mapping[str, object]]] = [
+        ("", {"title": table.output.title or f"Simulated recording, seed {seed}", "data": data}),
+        *(
+            (f"[channels.{column.name}]", _channel(column, table.output.format))
+            for column in columns(scenario)
+        ),
+        ("[site]", _told(table.site)),
+        ("[mounting]", {"axes": "RFU"} if table.table is None else {"tilt": table.table.tilt or "90 deg"}),
+        ("[model]", _model(scenario)),
+        *((f"[noise.{target}]", family(table, target).noise) for target in scenario.targets),
+        ("[held_out]", _told(table.held_out)),
+    ]
+    return toml(tables)
+
+
+def _channel(column: Column, form: str) -> dict[str, object]:
+    """What the manifest says of a column; only text files bear the unit in the column's name."""
+    entry: dict[str, object] = {
+        "column": column.header if form == "csv" else column.name,
+        "unit": column.unit,
+    }
+    if column.increment is not None:
+        return entry | {"quantity": "increment"}
+    return entry | ({"covers": "interval"} if column.over_interval else {})
+
+
+def _model(scenario: Scenario) -> dict[str, object]:
+    """Targets and declared effects; nothing of the undeclared."""
+    single = len(scenario.targets) == 1
+    entry: dict[str, object] = {"target": scenario.targets[0] if single else list(scenario.targets)}
+    entry["declared"] = list(scenario.declared)
+    reference = scenario.table.instrument.reference_temperature
+    return entry | ({"reference_temperature": reference} if reference else {})
+
+
+def _told(table: msgspec.Struct) -> dict[str, object]:
+    """Entries of a table that were given, as they were given."""
+    return {name: value for name, value in msgspec.structs.asdict(table).items() if value is not None}
+
+
+def truth(scenario: Scenario, seed: int) -> str:
+    """JSON with all that was simulated, in SI units."""
+    effects = [
+        {
+            "target": p.target,
+            "effect": p.effect.key,
+            "origin": p.origin,
+            "parameters": [
+                {"name": param.name, "value": value, "unit": unit}
+                for param, value, unit in zip(
+                    p.effect.params, p.values, _units(p.target, p.effect), strict=True
+                )
+            ],
+        }
+        for p in scenario.planted
+    ]
+    return json.dumps({"schema": "insenv.truth/1", "seed": seed, "effects": effects}, indent=1) + "\n"
+
+
+def _watched(chunks: Iterator[Floats], total: int, progress: Progress | None) -> Iterator[Floats]:
+    """The chunks, reported as they pass."""
+    done = 0
+    for chunk in chunks:
+        yield chunk
+        done += len(chunk)
+        if progress is not None:
+            progress(done, total)
+
+
+def _csv(chunks: Iterator[Floats], cols: Sequence[Column], decimals: int, path: Path) -> None:
+    """Comma-separated text with one header line."""
+    formats = ["%d" if c.pulses else f"%.{decimals}f" for c in cols]
+    line = ",".join(formats) + "\n"
+    with path.open("w", encoding="utf-8", newline="") as file:
+        file.write(",".join(column.header for column in cols) + "\n")
+        for chunk in chunks:
+            # One format for the whole chunk: three times as fast as one for each row.
+            file.write((line * len(chunk)) % tuple(chunk.ravel().tolist()))
+
+
+def _units(target: str, effect: Effect) -> list[str]:
+    return [param.unit.replace(OUTPUT, Sensor(target).unit) for param in effect.params]

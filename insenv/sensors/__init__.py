@@ -1,0 +1,1 @@
+"""Instruments: an input axis and a chain of effects."""

@@ -1,0 +1,25 @@
+"""Where the tests find measured recordings: the folder in ``INSENV_DATA``, else one beside the repository."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from insenv.core.manifest import Manifest, load_manifest
+from insenv.datasets import local, registry
+
+#: As the environment stood when the tests were collected; single tests change it.
+FOLDERS = (local.given_folder(), Path(__file__).parents[2] / "shared" / "data")
+
+
+def manifest(name: str) -> Manifest:
+    """Manifest of the recording ``name`` with its data; skips the test where they are not on this machine."""
+    wanted = [file.path for file in registry.files(name)]
+    for folder in FOLDERS:
+        if folder is not None and all((folder / path).is_file() for path in wanted):
+            return load_manifest(registry.manifest_path(name), folder=folder)
+    pytest.skip(
+        f"the measured recording {name!r} is not here: `insenv datasets --fetch {name}`, "
+        f"then name its folder in {local.VARIABLE}"
+    )
