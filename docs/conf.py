@@ -1,6 +1,8 @@
 """Sphinx settings. The site is built offline and loads nothing from other hosts."""
 
+import sys
 from html import escape
+from pathlib import Path
 from typing import Any
 
 from docutils.nodes import SkipNode
@@ -10,7 +12,9 @@ project = "insenv"
 author = "insenv contributors"
 copyright = "insenv contributors"
 
-extensions = ["myst_parser"]
+sys.path.insert(0, str(Path(__file__).parent))
+
+extensions = ["myst_parser", "fromcode"]
 myst_enable_extensions = ["deflist", "dollarmath"]
 myst_heading_anchors = 3
 exclude_patterns = ["_build"]
@@ -28,7 +32,9 @@ def visit_inline_math(translator: Any, node: Any) -> None:
 
 def visit_block_math(translator: Any, node: Any) -> None:
     number = f'<span class="eqno">({escape(str(node["number"]))})</span>' if node.get("number") else ""
-    translator.body.append(f'<div class="math">{number}{convert(node.astext(), display="block")}</div>')
+    formula = convert(node.astext(), display="block")
+    # The theme makes formulas scroll sideways; a bar for a pixel of height would stand beside each of them.
+    translator.body.append(f'<div class="math" style="overflow-y: hidden">{number}{formula}</div>')
     raise SkipNode
 
 

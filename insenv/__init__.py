@@ -1,4 +1,4 @@
-"""insenv: stepwise environments, calibration estimators and closed-loop error attribution for inertial instruments.
+"""insenv: stepwise environments, calibration and closed-loop error attribution for inertial instruments.
 
 Conventions, said once
 ----------------------
@@ -9,11 +9,11 @@ Units
     SI and radians inside, temperature in kelvin. Other units live at the border only: manifests, readers,
     reports, and arguments whose name carries the unit (``rate_deg_s``).
 Shapes
-    Time is the last axis. A batch of runs stands in front of it: ``(..., n)``; a single run is a batch of one.
+    Time is the last axis. A batch of runs stands in front of it: ``(..., n)``; one run is a batch of one.
 Intervals
     Instruments integrate. A sample stands for the interval that ends at its time, so ``n`` intervals have
-    ``n + 1`` edges: what is a state (angle, temperature) is given at the edges, what is a rate is given as the
-    mean over the interval.
+    ``n + 1`` edges: what is a state (angle, temperature) is given at the edges, what is a rate is given as
+    the mean over the interval.
 Randomness
     Generators live at the outer edge; kernels take unit normals and carry state in and out.
     Row ``i`` of a batch is the run with seed ``seed + i``, bit for bit.

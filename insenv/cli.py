@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import sys
 import time
+from io import TextIOWrapper
 from pathlib import Path
+from typing import NoReturn
 
 import click
 
@@ -28,21 +30,33 @@ class Progress:
             click.echo(f"[{elapsed:5.1f} s] {text}", err=True)
 
 
-@click.group()
+@click.group(invoke_without_command=True)
 @click.version_option(__version__, prog_name="insenv")
-def insenv() -> None:
+@click.pass_context
+def insenv(context: click.Context) -> None:
     """Simulate inertial instruments, and trace measured errors to the effects that a model lacks."""
+    if context.invoked_subcommand is None:
+        click.echo(context.get_help())
 
 
 @insenv.command("close-loop")
 @click.argument("manifest")
 @click.option("--json", "json_path", type=click.Path(path_type=Path), help="Write the findings as JSON.")
-@click.option("--html", "html_path", type=click.Path(path_type=Path), help="Write a self-contained HTML report.")
+@click.option(
+    "--html", "html_path", type=click.Path(path_type=Path), help="Write an HTML report in one file."
+)
 @click.option("--effects", help="Try these effects only, separated by commas.")
-@click.option("--alpha", default=0.01, show_default=True, help="Probability of a false discovery, per target.")
-@click.option("--seed", default=0, show_default=True, help="Seed of the simulated noise that calibrates the search.")
+@click.option(
+    "--alpha", default=0.01, show_default=True, help="Probability of a false discovery, per target."
+)
+@click.option("--seed", default=0, show_default=True, help="Seed of the noise that calibrates the search.")
 def close_loop(
-    manifest: str, json_path: Path | None, html_path: Path | None, effects: str | None, alpha: float, seed: int
+    manifest: str,
+    json_path: Path | None,
+    html_path: Path | None,
+    effects: str | None,
+    alpha: float,
+    seed: int,
 ) -> None:
     """Find the residual of the declared model and the effect that it lacks.
 
@@ -55,12 +69,16 @@ def close_loop(
 
     for path in (json_path, html_path):
         _check_folder(path)
-    found = close(manifest, effects.split(",") if effects else None, alpha, seed, Progress())
-    click.echo(summary(found))
-    if json_path is not None:
-        write_json(found, json_path)
+    if json_path is not None and html_path is not None and json_path.resolve() == html_path.resolve():
+        raise InputError(f"{json_path}: named for the JSON and for the HTML; wanted two files")
+    found = close(manifest, None if effects is None else effects.split(","), alpha, seed, Progress())
+    # Files first, and of them the one that takes time: a pipe that breaks or Ctrl-C then costs neither half.
     if html_path is not None:
         write_html(found, html_path)
+    if json_path is not None:
+        write_json(found, json_path)
+    click.echo(summary(found))
+    if html_path is not None:
         click.echo(f"\nReport: {html_path.resolve()}")
 
 
@@ -76,7 +94,7 @@ def _check_folder(path: Path | None) -> None:
 
 @insenv.command()
 @click.argument("scenario", type=click.Path(path_type=Path))
-@click.option("--out", required=True, type=click.Path(path_type=Path), help="Folder for the recording and its manifest.")
+@click.option("--out", required=True, type=click.Path(path_type=Path), help="Folder to write into.")
 @click.option("--seed", default=0, show_default=True, help="Seed of the run.")
 def simulate(scenario: Path, out: Path, seed: int) -> None:
     """Simulate the recording that SCENARIO (a TOML file) describes, and write its manifest beside it."""
@@ -93,6 +111,8 @@ def datasets(names: tuple[str, ...], fetch: bool) -> None:
     """List the published recordings that insenv knows, or fetch them."""
     from insenv import datasets as registry
 
+    if names and not fetch:
+        raise InputError(f"datasets {' '.join(names)}: only --fetch takes names; wanted it with them")
     if fetch:
         for name in names or registry.names():
             click.echo(registry.fetch(name))
@@ -102,17 +122,24 @@ def datasets(names: tuple[str, ...], fetch: bool) -> None:
 
 def main() -> None:
     """Entry point of the command."""
+    if isinstance(sys.stdout, TextIOWrapper):
+        # A terminal or pipe that has no root sign or minus sign gets its escape, not a traceback.
+        sys.stdout.reconfigure(errors="backslashreplace")
     try:
         insenv(standalone_mode=False)
     except InputError as error:
-        click.echo(f"insenv: {error}", err=True)
-        sys.exit(2)
+        _end(str(error), 2)
     except click.ClickException as error:
-        click.echo(f"insenv: {error.format_message()}", err=True)
-        sys.exit(2)
+        _end(error.format_message(), 2)
     except (click.Abort, KeyboardInterrupt):
-        click.echo("insenv: interrupted; nothing was written", err=True)
-        sys.exit(130)
+        _end("interrupted; nothing was written", 130)
+
+
+def _end(sentence: str, status: int) -> NoReturn:
+    """One line on standard error, whatever a file's name holds, and the exit status."""
+    line = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in sentence)
+    click.echo(f"insenv: {line}", err=True)
+    sys.exit(status)
 
 
 if __name__ == "__main__":

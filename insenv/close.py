@@ -11,7 +11,7 @@ from insenv.core.load import read_recordings
 from insenv.core.manifest import Manifest, load_manifest
 from insenv.core.remarks import remarks
 from insenv.core.split import split
-from insenv.effects.base import Effect
+from insenv.effects.base import Effect, NoiseEffect
 from insenv.effects.catalogue import CATALOGUE, by_key
 from insenv.identify.assemble import findings
 from insenv.identify.findings import Findings
@@ -47,6 +47,8 @@ def close(
     """
     if not 0 < alpha < 1:
         raise InputError(f"alpha = {alpha:g}; wanted a probability between 0 and 1")
+    if seed < 0:
+        raise InputError(f"seed = {seed}; wanted zero or more")
     tried = _chosen(effects)
     read = _manifest(manifest, progress)
     progress("reading the recording")
@@ -68,4 +70,15 @@ def _manifest(manifest: str | Path, progress: Callable[[str], None]) -> Manifest
 def _chosen(effects: Sequence[str] | None) -> tuple[Effect, ...]:
     if effects is None:
         return CATALOGUE
-    return tuple(by_key(key.strip()) for key in effects)
+    return tuple(_effect(key.strip()) for key in dict.fromkeys(effects))
+
+
+def _effect(key: str) -> Effect:
+    """One of the effects to try."""
+    try:
+        effect = by_key(key)
+    except InputError as error:
+        raise InputError(f"effects to try: {error}") from None
+    if isinstance(effect, NoiseEffect):
+        raise InputError(f"effects to try: {key!r} is noise, which is always fitted; wanted other effects")
+    return effect

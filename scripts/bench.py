@@ -198,7 +198,7 @@ def closing() -> Iterator[Line]:
 
 
 def _simulated(scenario: str, stretched: str, folder: Path) -> Path:
-    """Manifest of the scenario, with the number that ``stretched`` finds made larger for about `ROWS` rows."""
+    """Manifest of the scenario, with the number that ``stretched`` finds raised for about `ROWS` rows."""
     text = (SCENARIOS / f"{scenario}.toml").read_text(encoding="utf-8")
     played = simulate(SCENARIOS / f"{scenario}.toml", folder / "short")
     factor = ROWS / len(read_recordings(load_manifest(played))[0])

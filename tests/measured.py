@@ -1,4 +1,4 @@
-"""Where the tests find measured recordings: the folder in ``INSENV_DATA``, else one beside the repository."""
+"""Where the tests find measured recordings: in ``INSENV_DATA``, beside the repository, or in the cache."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from insenv.core.manifest import Manifest, load_manifest
 from insenv.datasets import local, registry
 
 #: As the environment stood when the tests were collected; single tests change it.
-FOLDERS = (local.given_folder(), Path(__file__).parents[2] / "shared" / "data")
+FOLDERS = (local.given_folder(), Path(__file__).parents[2] / "shared" / "data", local.cache())
 
 
 def manifest(name: str) -> Manifest:
@@ -20,6 +20,6 @@ def manifest(name: str) -> Manifest:
         if folder is not None and all((folder / path).is_file() for path in wanted):
             return load_manifest(registry.manifest_path(name), folder=folder)
     pytest.skip(
-        f"the measured recording {name!r} is not here: `insenv datasets --fetch {name}`, "
-        f"then name its folder in {local.VARIABLE}"
+        f"the measured recording {name!r} is not here: `insenv datasets --fetch {name}` brings it, "
+        f"or {local.VARIABLE} may name a folder that has it"
     )

@@ -83,6 +83,40 @@ def test_any_text_is_an_effect_or_an_input_error(key: str) -> None:
         assert "\n" not in str(error)
 
 
+@every_deterministic
+def test_an_effect_of_the_rate_follows_the_input(key: str) -> None:
+    motion = rich_motion(50)
+    effect = on(motion, key)
+    theta = typical(effect, motion)
+    assert motion.rate_edges is not None
+    faster = replace(motion, rate=1.5 * motion.rate, rate_edges=1.5 * motion.rate_edges)
+    follows = np.any(addition(effect, faster, theta) != addition(effect, motion, theta))
+    assert follows == effect.of_rate
+    # An accelerometer at rest has no input rate, and a table turns only gyros.
+    turns = effect.of_rate or "angle" in effect.needs or "cross_rate" in effect.needs
+    assert not (turns and "accelerometer" in effect.instruments)
+
+
+def test_an_effect_belongs_to_some_instrument_and_curves_without_a_cause_are_generic() -> None:
+    for effect in CATALOGUE:
+        assert effect.instruments and set(effect.instruments) <= {"gyro", "accelerometer"}
+        assert effect.generic == effect.id.startswith("spline_")
+    alone = {effect.id for effect in CATALOGUE if effect.instruments == ("accelerometer",)}
+    assert alone == {"base_tilt"}
+
+
+@pytest.mark.parametrize("tau", [1e-3, 0.1, 0.3])
+def test_the_slope_of_a_short_time_constant_is_taken_on_its_own_side_of_zero(tau: float) -> None:
+    motion = rich_motion(200)
+    effect = by_key("bias_warm_up")
+    assert isinstance(effect, CurveEffect)
+    slope = effect.jacobian(motion.rate, motion, np.array([1.0, tau]))[:, 1]
+    # d/dtau of the mean over the first interval of exp(-t / tau), that is of (tau / dt) (1 - exp(-dt / tau)).
+    x = motion.dt / tau
+    assert slope[0] == pytest.approx((1 - (1 + x) * np.exp(-x)) / motion.dt, rel=1e-5)
+    assert np.isfinite(slope).all()
+
+
 def test_settings_out_of_range_are_refused() -> None:
     for make in (
         lambda: SplineTime(count=2),

@@ -17,11 +17,12 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from insenv.core.errors import InputError
+from insenv.core.files import Format
 from insenv.core.load import read_recordings
 from insenv.core.manifest import HeldOut, Manifest, Model, load_manifest
 from insenv.core.recording import Channel, Floats, Mounting, Recording, Segment, Site
 from insenv.core.remarks import remarks
-from insenv.core.save import Format, save
+from insenv.core.save import save
 from insenv.core.split import RowUse, split
 
 ROOT = Path(__file__).parent.parent

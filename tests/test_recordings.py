@@ -74,7 +74,8 @@ def test_parked_vehicle_has_an_explanation(vehicle: Findings) -> None:
 def test_gyro_y_lags_behind_the_temperature(chamber: Findings) -> None:
     found = target(chamber, "gyro_y")
     assert "bias_thermal_lag" in names_added(found)
-    assert 0.0014 <= found.held_out.before <= 0.0016
+    # 0.00154 by ordinary least squares on single rows; weighted by the noise, on means of two rows, a little less.
+    assert 0.0013 <= found.held_out.before <= 0.0016
     assert found.held_out.after <= 0.0008
 
 

@@ -24,8 +24,27 @@ from made_findings import (
 )
 
 from insenv.core.errors import InputError
-from insenv.identify.findings import VERDICTS, Findings
-from insenv.report import binning, figures, summary, to_html, to_json, words, write_html, write_json
+from insenv.core.units import dimension_of, scale_to_si
+from insenv.effects.base import OUTPUT, CurveEffect, Param
+from insenv.effects.catalogue import CATALOGUE
+from insenv.identify.excess import TOLERANCE
+from insenv.identify.findings import VERDICTS, Added, Estimate, Findings, NextExperiment, TargetFindings
+from insenv.identify.heldout import CHANCE
+from insenv.identify.lines import FALSE_ALARM
+from insenv.report import (
+    binning,
+    drawing,
+    estimates,
+    figures,
+    found,
+    sentences,
+    summary,
+    to_html,
+    to_json,
+    words,
+    write_html,
+    write_json,
+)
 from insenv.report.quantities import number, p_value, unit_for, with_sd
 
 Make = Callable[[], Findings]
@@ -251,7 +270,7 @@ def test_html_says_what_was_found(page: tuple[Findings, str]) -> None:
     made, text = page
     said = Page(text).text
     for target in made.targets:
-        assert words.headline(target) in said
+        assert sentences.headline(target) in said
         for added in target.added:
             assert words.meaning(added.effect) in said
         for effect in (*(r.effect for r in target.rejected), *(n.effect for n in target.not_testable)):
@@ -260,6 +279,15 @@ def test_html_says_what_was_found(page: tuple[Findings, str]) -> None:
             assert experiment.procedure in said
     for remark in (*made.remarks, made.source, made.licence):
         assert remark in said
+
+
+def test_one_banner_does_not_speak_for_targets_that_differ() -> None:
+    assert (
+        "Explained: accel_x, accel_y · Nothing significant: gyro_z" in Page(to_html(several_targets())).text
+    )
+    alike = several_targets()
+    alike = replace(alike, targets=alike.targets[:2])
+    assert "Explained: " not in Page(to_html(alike)).text
 
 
 def test_html_shows_figures_with_units() -> None:
@@ -338,7 +366,7 @@ def test_summary_opens_with_the_verdict_and_keeps_its_width(make: Make) -> None:
     made = make()
     lines = summary(made, 90).split("\n")
     opening = " ".join(lines[: lines.index("")])
-    assert opening == words.overall(made)
+    assert opening == sentences.overall(made)
     assert max(map(len, lines)) <= 90
     assert not any(line != line.rstrip() for line in lines)
 
@@ -372,8 +400,8 @@ def test_nothing_significant_claims_no_improvement() -> None:
 def test_every_verdict_has_words(verdict: str) -> None:
     target = replace(gyro(60), verdict=verdict)
     assert verdict in words.LABELS
-    assert verdict not in words.headline(target)
-    assert words.headline(target).endswith(".")
+    assert verdict not in sentences.headline(target)
+    assert sentences.headline(target).endswith(".")
 
 
 def test_every_effect_of_the_contract_has_a_description() -> None:
@@ -382,7 +410,189 @@ def test_every_effect_of_the_contract_has_a_description() -> None:
     assert words.name("unheard_of:2") == "unheard_of (order 2)"
 
 
+def test_every_effect_of_the_catalogue_has_a_description() -> None:
+    assert {effect.id for effect in CATALOGUE} <= set(words.EFFECTS)
+
+
+def test_the_method_names_the_limits_that_the_computation_uses() -> None:
+    method = " ".join(words.METHOD)
+    assert f"false alarm in {100 * FALSE_ALARM:g} % of recordings" in method
+    assert f"by more than {100 * CHANCE:g} %" in method
+    assert f"tolerance of {100 * TOLERANCE:g} %" in method
+
+
+# What was found, in running text
+
+
+def effect(kind: str, p: float = 1e-20, generic: bool = False, **values: tuple[float, float, str]) -> Added:
+    parameters = tuple(Estimate(kind, name, *given) for name, given in values.items())
+    return Added(kind, None, parameters, p, 90.0, (), 4.1e-7, 1.01e-7, generic=generic)
+
+
+def tone(frequency: float, sd: float = 0.01, p: float = 1e-20) -> Added:
+    return effect("tone", p, f=(frequency, sd, "Hz"), amplitude=(1e-5, 1e-7, "rad/s"))
+
+
+def with_added(*added: Added, **changes: Any) -> Findings:
+    made = empty_covariates()
+    return replace(made, targets=(replace(made.targets[0], added=added, **changes),))
+
+
+def step(at: float) -> Added:
+    return effect("bias_step", c=(1e-6, 1e-8, "rad/s"), t0=(at, 0.3, "s"))
+
+
+@pytest.mark.parametrize(
+    ("added", "text"),
+    [
+        ([tone(29.929, 0.028), tone(18.98, 0.19), tone(9.1858, 0.0013), tone(20.743, 0.027)],
+         "tones at 29.93, 18.98, 9.19 and 20.74 Hz"),
+        ([tone(12.72, 0.1)], "a tone at 12.72 Hz"),
+        ([tone(12.72, 0.5)], "a tone at 12.7 Hz"),
+        ([tone(0.039098, 1.4e-5)], "a tone at 39.10 mHz"),
+        ([tone(30.0), tone(0.0391, 1e-5)], "tones at 30.00 and 0.0391 Hz"),
+        ([tone(12.0, 0.0), tone(8.0, float("nan"))], "tones at 12.00 and 8.00 Hz"),
+        ([step(2214.3)], "a step of the bias at 2214 s"),
+        ([step(2214.3), step(2537.1)], "two steps of the bias (at 2214 and 2537 s)"),
+        ([effect("tone")], "tone"),
+        ([effect("lock_in")] * 2, "lock-in (twice)"),
+        ([effect("lock_in"), tone(8.0), tone(9.0)], "lock-in, and tones at 8.000 and 9.000 Hz"),
+    ],
+)  # fmt: skip
+def test_found_effects_are_named_by_where_they_sit(added: list[Added], text: str) -> None:
+    assert found.listed(added) == text
+
+
+def test_the_same_probability_is_said_once() -> None:
+    first, second = found.chances([tone(5.0), tone(6.0, p=0.004), tone(7.0, p=1e-30)])
+    assert first == "Tones at 5.000 and 7.000 Hz: noise alone would imitate each with probability p < 10⁻¹⁵."
+    assert second == "A tone at 6.000 Hz: noise alone would imitate it with probability p = 0.004."
+
+
+def test_several_tones_share_one_heading_and_one_meaning() -> None:
+    made = with_added(tone(5.0), tone(7.0))
+    for said in (summary(made), Page(to_html(made)).text):
+        assert "lacked tones at 5.000 and 7.000 Hz." in said
+        assert said.count(words.meaning("tone")) == 1
+        assert said.count("(both together)") == 2
+
+
+def test_a_candidate_whose_like_was_added_is_called_another() -> None:
+    said = Page(to_html(with_added(tone(5.0)))).text
+    assert "tone (another) tone 0.3" in said
+    assert said.count("(another)") == 1
+
+
+def test_a_curve_without_a_cause_is_shown_by_its_range() -> None:
+    curve = effect("spline_time", generic=True, **{f"c{i}": (i * 1e-7, 1e-8, "rad/s") for i in range(1, 9)})
+    for said in (summary(with_added(curve)), Page(to_html(with_added(curve))).text):
+        assert "8 coefficients from 0.0206 to 0.165 deg/h" in said
+        assert "c3 =" not in said
+
+
+def _estimate(name: str) -> Estimate:
+    return Estimate(name, "c", 1e-6, 1e-8, "rad/s")
+
+
+def test_an_estimate_that_only_one_model_has_shows_a_dash() -> None:
+    both, dropped, fresh = (_estimate(name) for name in ("bias", "bias_drift", "lock_in"))
+    rows = estimates.pairs((both, dropped), (both, fresh))
+    assert [(r.effect, r.before == "—", r.after == "—", r.shift == "—") for r in rows] == [
+        ("bias", False, False, False),
+        ("bias_drift", False, True, True),
+        ("lock_in", True, False, True),
+    ]
+    made = with_added(tone(5.0), estimates_before=(both, dropped), estimates_after=(both, fresh))
+    whole = with_added(tone(5.0), estimates_before=(both,), estimates_after=(both,))
+    for show in (summary, lambda one: Page(to_html(one)).text):
+        assert "that model has no estimate of its own" in " ".join(show(made).split())
+        assert "that model has no estimate of its own" not in " ".join(show(whole).split())
+
+
+def _confounded(*others: Added) -> TargetFindings:
+    rivals = replace(effect("timing_skew"), confounded_with=("tone", "sample_hold"))
+    experiment = NextExperiment(("timing_skew", "tone", "sample_hold"), "a staircase of rates", None)
+    made = with_added(rivals, *others, verdict="confounded", next_experiment=(experiment,))
+    return made.targets[0]
+
+
+def test_a_confounded_verdict_says_what_holds_all_the_same_and_what_to_do() -> None:
+    said = " ".join(sentences.sureness(_confounded(), 0.01))
+    assert "Whichever it is (fitted as timing skew), on data that no fit saw the error" in said
+    assert "from 0.0846 deg/h to 0.0208 deg/h rms (-75%)" in said
+    assert said.endswith("to tell timing skew, tone, and sample and hold apart – a staircase of rates.")
+
+
+def test_what_is_sure_beside_a_confounded_set_is_said_to_be_so() -> None:
+    assert sentences.headline(_confounded(effect("lock_in")), "G") == (
+        "The declared model of G lacked lock-in, and something else that this recording cannot tell: "
+        "timing skew, tone, or sample and hold."
+    )
+
+
+@pytest.mark.parametrize(("after", "said"), [(2e-7, True), (1.01e-7, False), (0.5e-7, False)])
+def test_an_excess_over_the_noise_is_claimed_only_where_there_is_one(after: float, said: bool) -> None:
+    target = gyro(60)
+    held_out = replace(target.held_out, after=after)
+    target = replace(target, verdict="effects-found-incomplete", held_out=held_out)
+    assert ("What is left on held-out data" in " ".join(sentences.sureness(target, 0.01))) is said
+
+
+def test_p_values_in_reasons_read_as_elsewhere() -> None:
+    target = replace(gyro(60), reasons=("the residual holds more (p = 2e-303)", "no line (best p = 0.3)"))
+    said = sentences.sureness(target, 0.01)
+    assert "The residual holds more (p < 10⁻¹⁵)." in said
+    assert "No line (best p = 0.3)." in said
+
+
+@pytest.mark.parametrize(
+    ("p_values", "text"), [([1.0, 0.13], "all p > 0.1"), ([0.045, 1.0], "smallest p = 0.045")]
+)
+def test_candidates_that_are_only_counted(p_values: list[float], text: str) -> None:
+    assert sentences.rest(p_values) == f"not significant ({text})"
+
+
 # Quantities and bins
+
+
+def _parameters() -> Iterator[tuple[str, Param]]:
+    for one in CATALOGUE:
+        for param in (*one.linear, *(one.shapes if isinstance(one, CurveEffect) else ())):
+            yield one.key, param
+
+
+@pytest.mark.parametrize("output", ["rad/s", "m/s^2"])
+@pytest.mark.parametrize("size", [1e-12, 1e-6, 1e-3, 1.0, 1e3])
+def test_every_unit_of_the_catalogue_is_shown_in_one_of_the_same_dimension(output: str, size: float) -> None:
+    ascii_text = str.maketrans({"²": "^2", "³": "^3", "µ": "u"})
+    for key, param in _parameters():
+        si = param.unit.replace(OUTPUT, output)
+        unit = unit_for(si, size)
+        label = re.sub(r"√(\w+)", r"sqrt(\1)", unit.label.translate(ascii_text)) or "1"
+        if si not in ("", "1"):
+            assert "rad" not in unit.label and " " not in unit.label, key
+            factor, _ = scale_to_si(label, dimension_of(si), f"{key} {param.name} {si}")
+            assert unit.factor == pytest.approx(factor, rel=1e-9), (key, si, label)
+
+
+@pytest.mark.parametrize(
+    ("kind", "si", "value", "text"),
+    [
+        ("angle_random_walk", "rad/s sqrt(s)", np.deg2rad(4e-5) / 60, "(4.0 ± 0.4)×10⁻⁵ deg/√h"),
+        ("angle_random_walk", "m/s^2 sqrt(s)", 6e-5, "0.0036 ± 0.0004 m/s/√h"),
+        ("bias_instability", "rad/s", np.deg2rad(0.1), "360 ± 40 deg/h"),
+        ("bias_instability", "m/s^2", 9.80665e-4, "100 ± 10 µg"),
+        ("rate_random_walk", "rad/s/sqrt(s)", np.deg2rad(0.5) / 3600 / 60, "0.50 ± 0.05 deg/h/√h"),
+        ("quantization", "rad/s s", np.deg2rad(9.0) / 3600, "9.0 ± 0.9 arcsec"),
+        ("quantization", "m/s^2 s", 0.0016, "0.00160 ± 0.00016 m/s"),
+        ("base_tilt", "m/s^3", 0.012 / 3600, "12.0 ± 1.2 mm/s²/h"),
+        ("base_tilt", "m/s^3", 9.80665e-5 / 3600, "10.0 ± 1.0 µg/h"),
+        ("bias_temperature", "rad/s/K^2", np.deg2rad(200.0) / 3600, "200 ± 20 deg/h/K²"),
+    ],
+)
+def test_figures_of_a_sensor_have_the_units_of_the_field(kind: str, si: str, value: float, text: str) -> None:
+    shown = estimates.value(Estimate(kind, "x", value, 0.1 * value, si))
+    assert shown == text
 
 
 @pytest.mark.parametrize(
@@ -400,6 +610,9 @@ def test_every_effect_of_the_contract_has_a_description() -> None:
         (1.0, 0.0996, "1.00 ± 0.10"),
         (5123.0, 812.0, "(5.1 ± 0.8)×10³"),
         (5123.0, 12.0, "5123 ± 12"),
+        (-48.3, 41.0, "-50 ± 40"),
+        (148.0, 37.0, "150 ± 40"),
+        (-0.01, 0.8, "0.0 ± 0.8"),
     ],
 )
 def test_a_value_is_rounded_to_what_its_sd_supports(value: float, sd: float, text: str) -> None:
@@ -487,10 +700,55 @@ def test_the_overview_shows_time_and_spectrum() -> None:
     assert (right.get_xlabel(), right.get_ylabel()) == ("frequency [Hz]", "two-sided root PSD [(deg/h)/√Hz]")
 
 
+@pytest.mark.parametrize("low", [1e-9, 1e-3, 0.03, 0.5, 1.7, 4000.0])
+@pytest.mark.parametrize("ratio", [1.3, 3.0, 9.0, 40.0, 900.0, 1e5, 1e9, 1e14])
+def test_labels_of_logarithmic_axes_are_few_and_do_not_overlap(low: float, ratio: float) -> None:
+    spectra = gyro(60).spectra
+    tau, deviation = np.geomspace(low, low * ratio, 30), np.geomspace(1e-7, 1e-7 * ratio, 30)
+    made = replace(
+        spectra, tau=tau, allan_before=deviation, allan_after=deviation, allan_lower=deviation,
+        allan_upper=deviation, allan_fitted=deviation, allan_declared=None,
+    )  # fmt: skip
+    figure = figures.allan(replace(gyro(60), spectra=made))
+    figure.draw_without_rendering()
+    (ax,) = figure.axes
+    for axis, (first, last), side in ((ax.xaxis, ax.get_xlim(), "x"), (ax.yaxis, ax.get_ylim(), "y")):
+        boxes = [t.label1.get_window_extent() for t in axis.get_major_ticks() if t.label1.get_text()]
+        edges = sorted((getattr(b, f"{side}0"), getattr(b, f"{side}1")) for b in boxes)
+        assert 2 <= len(boxes) <= 8
+        assert all(a[1] < b[0] for a, b in zip(edges, edges[1:], strict=False)), (side, low, ratio)
+        assert all(first <= tick <= last for tick in drawing.log_ticks(first, last))
+        assert not any(label.get_text() for label in axis.get_minorticklabels())
+
+
+def test_one_decade_is_labelled_in_plain_numbers() -> None:
+    assert drawing.log_ticks(1.8, 52.0) == [2.0, 5.0, 10.0, 20.0, 50.0]
+
+
+@pytest.mark.parametrize("size", [1e-7, 1e-3, 1.0, 1e4])
+def test_a_residual_of_any_size_needs_no_factor_that_the_legend_would_hide(size: float) -> None:
+    target = gyro(60)
+    traces = replace(target.traces, before=size * target.traces.before, after=size * target.traces.after)
+    figure = figures.against_time(replace(target, traces=traces))
+    figure.draw_without_rendering()
+    assert [ax.yaxis.get_offset_text().get_text() for ax in figure.axes] == ["", ""]
+
+
+def test_a_table_that_only_swings_is_drawn_about_its_middle() -> None:
+    target = gyro(600)
+    swing = np.mod(np.deg2rad(12.0) * np.sin(np.arange(600.0)), 2 * np.pi)
+    traces = replace(target.traces, covariates={"angle": swing})
+    low, high = figures.against(replace(target, traces=traces), "angle").axes[-1].get_xlim()
+    assert -16 < low < -12 and 12 < high < 16
+    assert figures.against(target, "angle").axes[-1].get_xlim() == (0, 360)
+
+
 def test_figures_cope_with_hardly_any_data() -> None:
     target = gyro(60)
     short = {name: getattr(target.traces, name)[:1] for name in ("t", "run", "held_out", "before", "after")}
-    figures.against_time(replace(target, traces=replace(target.traces, covariates={}, **short))).canvas.draw()
+    figures.against_time(
+        replace(target, traces=replace(target.traces, covariates={}, **short))
+    ).draw_without_rendering()
 
 
 def test_drawing_is_lazy_and_leaves_pyplot_alone() -> None:

@@ -73,7 +73,12 @@ def test_regressors_are_derivatives_of_the_reading() -> None:
         e for e in MODELLED if e.id not in ("bias_step", "sample_hold")
     )  # these jump in their shapes
     motion, fitted = rich_motion(n=120), chain(effects)
-    steps = np.array([1e-3 * p.sd for e in effects for p in e.params])
+    params = [p for e in effects for p in e.params]
+    # Of a time constant no more than a share of its value: the curve bends within a second.
+    steps = [
+        1e-3 * (min(p.sd, value) if p.low > 0 else p.sd)
+        for p, value in zip(params, fitted.theta, strict=True)
+    ]
     columns = fitted.sensor.regressors(motion, fitted.theta)
     for j, step in enumerate(steps):
         up, down = fitted.theta.copy(), fitted.theta.copy()

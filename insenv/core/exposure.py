@@ -1,8 +1,8 @@
 """The reference channels of a recording turned into the `Motion` that a target channel was exposed to.
 
 Rows are gathered into cells of ``rows_per_cell`` sampling periods on one even grid that runs through gaps
-(``count`` says how many rows a cell holds). What is measured is averaged over a cell; rates are differences of
-their integral over the cell's edges, so that the mean over a cell is exact; states are given at the edges.
+(``count`` says how many rows a cell holds). What is measured is averaged over a cell; rates are differences
+of their integral over the cell's edges, so that the mean over a cell is exact; states are given at the edges.
 
 The rows of a target that ``covers`` its interval end at the row's time, those of an instantaneous target are
 centred on it; a channel's ``delay`` moves it back.
@@ -87,10 +87,10 @@ def expose(
     InputError
         If the recording has no such channel.
     """
-    channel = recording.channels[target]
+    channel = recording.channel(target)
     cell_of_row, start, n = _cells(recording, channel, rows_per_cell)
     step = rows_per_cell * recording.dt
-    edges = start + step * np.arange(n + 1)
+    edges: Floats = start + step * np.arange(n + 1.0)
     count, y = _gather(channel.values, cell_of_row, n)
     tilt = recording.mounting.tilt
     projection = float(np.sin(tilt)) if target == "gyro" or _has_table(recording) else 1.0
@@ -118,7 +118,9 @@ def _has_table(recording: Recording) -> bool:
     return "table_angle" in recording.channels or "table_rate" in recording.channels
 
 
-def _cells(recording: Recording, channel: Channel, rows_per_cell: int) -> tuple[NDArray[np.int64], float, int]:
+def _cells(
+    recording: Recording, channel: Channel, rows_per_cell: int
+) -> tuple[NDArray[np.int64], float, int]:
     """Cell of each row, start of the first cell [s] and number of cells."""
     dt, covers = recording.dt, channel.covers == "interval"
     middle = recording.t - channel.delay - (0.5 * dt if covers else 0.0)
@@ -146,9 +148,9 @@ def _at(times: Floats, values: Floats) -> Callable[[Floats], Floats]:
         inside = np.interp(x, times, values)
         if len(times) < 2:
             return inside
-        before, after = x < times[0], x > times[-1]
-        inside[before] = values[0] + (x[before] - times[0]) * (values[1] - values[0]) / (times[1] - times[0])
-        inside[after] = values[-1] + (x[after] - times[-1]) * (values[-1] - values[-2]) / (times[-1] - times[-2])
+        for end, next_to_it, beyond in ((0, 1, x < times[0]), (-1, -2, x > times[-1])):
+            slope = (values[next_to_it] - values[end]) / (times[next_to_it] - times[end])
+            inside[beyond] = values[end] + slope * (x[beyond] - times[end])
         return inside
 
     return evaluate
@@ -190,7 +192,11 @@ def _rate_edges(recording: Recording, edges: Floats, projection: float, vertical
     if angle is None:
         return None
     half = 0.5 * (edges[1] - edges[0])
-    return (angle(edges + half) - angle(edges - half)) / (2 * half) * projection + vertical
+    rate = (angle(edges + half) - angle(edges - half)) / (2 * half)
+    if len(rate) > 3:
+        # Half a cell beyond the ends the angle is a guess, and its error would stand for an acceleration.
+        rate[[0, -1]] = 2 * rate[[1, -2]] - rate[[2, -3]]
+    return rate * projection + vertical
 
 
 def _temperature(recording: Recording, cell_of_row: NDArray[np.int64], n: int) -> Floats | None:
@@ -199,11 +205,13 @@ def _temperature(recording: Recording, cell_of_row: NDArray[np.int64], n: int) -
         return None
     count, mean = _gather(recording.values("temperature", "K"), cell_of_row, n)
     filled = np.flatnonzero(count)
-    return _at(np.arange(n) + 0.5, smoothed(np.interp(np.arange(n), filled, mean[filled])))(np.arange(n + 1.0))
+    edges = np.arange(n + 1.0)
+    middle: Floats = edges[:-1] + 0.5
+    return _at(middle, smoothed(np.interp(edges[:-1], filled, mean[filled])))(edges)
 
 
 def up_direction(recording: Recording) -> Floats:
-    """Unit vector of "up" in the axes of the triad: as the accelerometers feel it, else by the mounting's letters."""
+    """Unit vector of "up" in the axes of the triad: as the accelerometers feel it, else by the mounting."""
     names = ("accel_x", "accel_y", "accel_z")
     if all(name in recording.channels for name in names):
         force = np.array([recording.channels[name].values.mean() for name in names])
@@ -212,7 +220,7 @@ def up_direction(recording: Recording) -> Floats:
 
 
 def _base_tilt(recording: Recording, target: str, edges: Floats) -> Floats | None:
-    """Angle whose product with gravity an accelerometer at rest reads: -(theta x up), theta from the gyros."""
+    """Angle that times gravity is what an accelerometer at rest reads: -(theta x up), theta of the gyros."""
     if not target.startswith("accel_"):
         return None
     up = up_direction(recording)
@@ -241,7 +249,9 @@ def _others(recording: Recording, cell_of_row: NDArray[np.int64], n: int, prefix
     }
 
 
-def _cross_rates(recording: Recording, target: str, cell_of_row: NDArray[np.int64], n: int) -> dict[str, Floats]:
+def _cross_rates(
+    recording: Recording, target: str, cell_of_row: NDArray[np.int64], n: int
+) -> dict[str, Floats]:
     if not target.startswith("gyro_"):
         return {}
     rates = _others(recording, cell_of_row, n, "gyro_")

@@ -9,7 +9,7 @@ import csv
 import json
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Literal
 
@@ -37,7 +37,8 @@ def replacing(path: Path) -> Iterator[Path]:
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror or error})") from error
     finally:
-        temporary.unlink(missing_ok=True)
+        with suppress(OSError):  # moved, never made, or with a name that the disk does not take
+            temporary.unlink()
 
 
 def write_whole(path: str | os.PathLike[str], text: str) -> Path:
@@ -56,7 +57,7 @@ def write_whole(path: str | os.PathLike[str], text: str) -> Path:
 
 
 def toml(tables: Sequence[tuple[str, Mapping[str, object]]]) -> str:
-    """TOML text of ``tables``, each a head such as "[site]" ("" for the top) and its entries; none if empty."""
+    """TOML text of tables: a head such as "[site]" ("" for the top) and its entries, left out where empty."""
     return "\n".join("\n".join(_lines(head, entries)) for head, entries in tables if entries)
 
 

@@ -1,13 +1,15 @@
 """What an instrument is exposed to, on ``n`` contiguous intervals with ``n + 1`` edges.
 
-States (table angle, temperature) are given at the edges; rates and forces are means over the intervals. A plant
-makes a ``Motion`` from commands, `insenv.core.exposure` makes one from the reference channels of a recording.
+States (table angle, temperature) are given at the edges; rates and forces are means over the intervals. A
+plant makes a ``Motion`` from commands, `insenv.core.exposure` makes one from the reference channels of a
+recording.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -87,9 +89,9 @@ class Motion:
         """Row ``index`` of a batch of exposures (arrays that have no batch axis are shared)."""
         return self._each(*(2 * [lambda a: a[index] if a.ndim > 1 else a]))
 
-    def _each(self, edges, intervals) -> Motion:  # type: ignore[no-untyped-def]
+    def _each(self, edges: Callable[[Floats], Floats], intervals: Callable[[Floats], Floats]) -> Motion:
         """Map the arrays at the edges and the arrays per interval."""
-        changed: dict[str, object] = {}
+        changed: dict[str, Any] = {}
         for f in fields(self):
             value = getattr(self, f.name)
             if f.name in _AT_EDGES and value is not None:
@@ -98,7 +100,7 @@ class Motion:
                 changed[f.name] = {key: intervals(a) for key, a in value.items()}
             elif f.name in _PER_INTERVAL and value is not None:
                 changed[f.name] = intervals(value)
-        return replace(self, **changed)  # type: ignore[arg-type]
+        return replace(self, **changed)
 
 
 def interval_mean(at_edges: Floats) -> Floats:

@@ -1,7 +1,7 @@
 """A recording: channels on a common time base, simulated and measured alike.
 
-Time of a row: an increment, and a rate that ``covers`` its interval, belongs to the interval that *ends* at the
-row's time; angles, temperatures and instantaneous rates are values *at* the row's time. A channel with a
+Time of a row: an increment, and a rate that ``covers`` its interval, belongs to the interval that *ends* at
+the row's time; angles, temperatures and instantaneous rates are values *at* the row's time. A channel with a
 ``delay`` shows a value that is older than the row's time by that much.
 """
 
@@ -102,6 +102,19 @@ class Recording:
     def __len__(self) -> int:
         return len(self.t)
 
+    def channel(self, name: str) -> Channel:
+        """Channel ``name``.
+
+        Raises
+        ------
+        InputError
+            If the recording has none of that name.
+        """
+        if name not in self.channels:
+            there = ", ".join(self.channels) or "none"
+            raise InputError(f"{self.label}: no channel {name!r}; there are {there}")
+        return self.channels[name]
+
     def values(self, name: str, unit: str) -> Floats:
         """Samples of channel ``name``, shape (n,), checked to be in ``unit``.
 
@@ -110,9 +123,7 @@ class Recording:
         InputError
             If the recording has no such channel, or has it in another unit.
         """
-        if name not in self.channels:
-            raise InputError(f"{self.label}: no channel {name!r}; there are {', '.join(self.channels) or 'none'}")
-        channel = self.channels[name]
+        channel = self.channel(name)
         if channel.unit != unit:
             raise InputError(f"{self.label}: channel {name!r} is in {channel.unit}, wanted in {unit}")
         return channel.values

@@ -1,11 +1,13 @@
 """A slow state without its sensor's noise.
 
-The smooth curve s of samples x minimises |x - s|^2 + alpha |second difference of s|^2; in the DCT-II domain it is
-each coefficient divided by 1 + alpha lambda^2, lambda = 4 sin^2(pi k / 2n). The weight alpha is the one that predicts
-left-out samples best (generalised cross-validation). D. Garcia, Computational Statistics and Data Analysis 54 (2010).
+The smooth curve s of samples x minimises |x - s|^2 + alpha |second difference of s|^2; in the DCT-II domain
+it is each coefficient divided by 1 + alpha lambda^2, lambda = 4 sin^2(pi k / 2n). The weight alpha is the one
+that predicts left-out samples best (generalised cross-validation).
 
-Temperature is measured with noise and quantisation, and instruments follow its derivative: without smoothing the
-derivative would be all noise.
+Source: D. Garcia, Computational Statistics and Data Analysis 54 (2010) 1167.
+
+Temperature is measured with noise and quantisation, and instruments follow its derivative: without smoothing
+the derivative would be all noise.
 """
 
 from __future__ import annotations

@@ -298,14 +298,17 @@ def combine(basis: Floats, theta: Floats) -> Floats:
     return total
 
 
-def central_differences(
-    value: Callable[[Floats], Floats], theta: Floats, params: Sequence[Param]
-) -> Floats:
-    """Derivative of ``value(theta)``, shape (..., n, p), in steps of a thousandth of each ``Param.sd``."""
+def central_differences(value: Callable[[Floats], Floats], theta: Floats, params: Sequence[Param]) -> Floats:
+    """Derivative of ``value(theta)``, shape (..., n, p), in steps of a thousandth of each ``Param.sd``.
+
+    Of what cannot be zero, as a time constant, a step is no more than a thousandth of the value itself: a
+    short one would change its sign.
+    """
     theta = np.asarray(theta, float)
     columns = []
     for j, param in enumerate(params):
-        step = np.zeros(theta.shape[-1])
-        step[j] = 1e-3 * param.sd
-        columns.append((value(theta + step) - value(theta - step)) / (2 * step[j]))
+        step = np.zeros_like(theta)
+        size = np.minimum(param.sd, np.abs(theta[..., j])) if param.low > 0 else param.sd
+        step[..., j] = 1e-3 * size
+        columns.append((value(theta + step) - value(theta - step)) / (2 * step[..., j, None]))
     return np.stack(columns, axis=-1)

@@ -31,6 +31,7 @@ from insenv.identify.line_effects import line_effects
 from insenv.identify.loop import Outcome, Step, Track
 from insenv.identify.next_experiment import propose
 from insenv.identify.problem import NOISE_TERMS, Problem
+from insenv.identify.two_position import with_vertical_rate
 from insenv.identify.uncertainty import estimates, noise_estimates
 
 
@@ -49,9 +50,22 @@ def findings(
         alpha=outcome.alpha,
         seed=outcome.seed,
         targets=targets,
-        remarks=remarks,
+        remarks=(*remarks, *(text for track in outcome.tracks if (text := _outliers(track.problem)))),
         source=" ".join(filter(None, (source.repository, source.commit[:12]))) if source else "",
         licence=source.licence if source else "",
+    )
+
+
+def _outliers(problem: Problem) -> str:
+    """Which bins were left free as outliers; empty if none."""
+    if not problem.outliers:
+        return ""
+    times = [f"{problem.bins.time[i]:.6g} s" for i in problem.outliers[:5]]
+    more = len(problem.outliers) - len(times)
+    where = ", ".join(times) + (f" and {more} more" if more else "")
+    return (
+        f"{problem.target}: {len(problem.outliers)} of the fitted means over {problem.bins.width:.3g} s left out as "
+        f"outliers, at {where} from the start of the run"
     )
 
 
@@ -69,6 +83,8 @@ def _target(
     first = estimates(plain, before)
     declared = set(track.prepared.model)
     added = tuple(_added(track, index, step, own[step.hit.term]) for index, step in enumerate(track.steps))
+    collinear = _collinear(track)
+    lost = _not_told_apart(track)
     return TargetFindings(
         target=problem.target,
         unit=problem.unit,
@@ -77,12 +93,14 @@ def _target(
         declared=manifest.model.declared,
         added=(*added, *line_effects(lines, problem, scores[0].rms, _start_rms(track))),
         rejected=_rejected(track, alpha),
-        not_testable=(*track.not_testable, *_collinear(track)),
+        not_testable=(*lost, *track.not_testable, *collinear),
         held_out=HeldOut(scores[0].rms, scores[1].rms, scores[1].floor, problem.unit, problem.bins.width),
-        estimates_before=tuple(e for rows in first.values() for e in rows),
-        estimates_after=tuple(e for term, rows in own.items() if term in declared for e in rows),
+        estimates_before=with_vertical_rate(recordings, [e for rows in first.values() for e in rows]),
+        estimates_after=with_vertical_rate(
+            recordings, [e for term, rows in own.items() if term in declared for e in rows]
+        ),
         noise=noise_estimates(problem, track.fit),
-        next_experiment=propose(track.problem, added),
+        next_experiment=propose(added, manifest.model.declared, tuple(n.effect for n in collinear)),
         spectra=_spectra(plain, before, problem, track.fit, declared_noise),
         traces=_traces(recordings, plain, before, problem, track.fit),
     )
@@ -124,7 +142,8 @@ def _added(track: Track, index: int, step: Step, parameters: tuple[Estimate, ...
 def _rejected(track: Track, alpha: float) -> tuple[Rejected, ...]:
     """Candidates of the last search that were not added, most significant first."""
     rows = [
-        Rejected(r.hit.candidate.effect.key, r.hit.p_value, r.hit.likelihood_ratio, r.reason) for r in track.refusals
+        Rejected(r.hit.candidate.effect.key, r.hit.p_value, r.hit.likelihood_ratio, r.reason)
+        for r in track.refusals
     ]
     named = {row.effect for row in rows} | {s.hit.candidate.effect.key for s in track.steps}
     for hit in (*track.last_physical, *(track.hits or ())):
@@ -132,6 +151,7 @@ def _rejected(track: Track, alpha: float) -> tuple[Rejected, ...]:
         if key not in named:
             named.add(key)
             reason = "not significant" if hit.p_value >= alpha else "already explained by what was added"
+            reason = hit.remark or reason
             rows.append(Rejected(key, hit.p_value, hit.likelihood_ratio, reason))
     return tuple(sorted(rows, key=lambda row: row.p_value))
 
@@ -139,11 +159,25 @@ def _rejected(track: Track, alpha: float) -> tuple[Rejected, ...]:
 def _collinear(track: Track) -> tuple[NotTestable, ...]:
     """Effects whose regressors the model already spans on this recording."""
     seen = {h.candidate.effect.key for h in (*track.last_physical, *(track.hits or ()))}
-    seen |= {s.hit.candidate.effect.key for s in track.steps} | {r.hit.candidate.effect.key for r in track.refusals}
+    seen |= {s.hit.candidate.effect.key for s in track.steps} | {
+        r.hit.candidate.effect.key for r in track.refusals
+    }
     return tuple(
         NotTestable(c.effect.key, (), "on this recording it looks exactly like what the model already has")
         for c in track.candidates
         if c.effect.key not in seen
+    )
+
+
+def _not_told_apart(track: Track) -> tuple[NotTestable, ...]:
+    """Declared effects of which the recording tells nothing beside the ones declared before them."""
+    declared = {term.effect.key: term for term in track.prepared.model}
+    kept = {label[0] for label in track.fit.design.labels}
+    reason = "declared, but on this recording it cannot be told from the effects declared before it, which hold its part"
+    return tuple(
+        NotTestable(key, (), reason)
+        for key in declared
+        if key not in kept and key in {d[0] for d in track.fit.design.dropped}
     )
 
 
@@ -153,7 +187,9 @@ def _traces(
     covariates: dict[str, Floats] = {}
     motions = [e.motion for e in problem.exposures]
     if all(m.temperature is not None for m in motions):
-        cells = tuple(0.5 * (m.temperature[1:] + m.temperature[:-1]) for m in motions if m.temperature is not None)
+        cells = tuple(
+            0.5 * (m.temperature[1:] + m.temperature[:-1]) for m in motions if m.temperature is not None
+        )
         covariates["temperature"] = problem.bins.mean(cells)
     if any(np.ptp(e.u) for e in problem.exposures):
         covariates["rate"] = problem.bins.mean(tuple(e.u for e in problem.exposures))
@@ -176,9 +212,7 @@ def _on(problem: Problem, plain: Problem, values: Floats) -> Floats:
     return values
 
 
-def _spectra(
-    plain: Problem, before: Fit, problem: Problem, fit: Fit, declared: dict[str, float]
-) -> Spectra:
+def _spectra(plain: Problem, before: Fit, problem: Problem, fit: Fit, declared: dict[str, float]) -> Spectra:
     """Spectrum and Allan deviation of the longest stretch of bins, before and after."""
     start, stop = _longest(problem)
     width = problem.bins.width

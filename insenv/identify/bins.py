@@ -144,7 +144,11 @@ def _hann(n: int) -> Floats:
 
 
 def _bin_use(
-    exposure: Exposure, fit: NDArray[np.bool_], held_out: NDArray[np.bool_], cells_per_bin: int, rows_per_cell: int
+    exposure: Exposure,
+    fit: NDArray[np.bool_],
+    held_out: NDArray[np.bool_],
+    cells_per_bin: int,
+    rows_per_cell: int,
 ) -> tuple[Floats, NDArray[np.int64]]:
     """Share of rows in each cell of each bin, shape (bins, cells per bin), and the use of each bin, shape (bins,)."""
     n_cells = len(exposure.count)

@@ -1,7 +1,8 @@
 """Which effects of the catalogue a recording can show, and the shapes that a scan tries for each.
 
-A candidate is one effect with all its shapes. An effect is not testable where the recording lacks a channel that it
-needs, or where its regressors cannot be told from the model already there (a scale factor at a single rate).
+A candidate is one effect with all its shapes. An effect is not testable where the recording lacks a channel
+that it needs, or where its regressors cannot be told from the model already there (a scale factor at a single
+rate).
 """
 
 from __future__ import annotations
@@ -15,6 +16,10 @@ from insenv.core.recording import Floats
 from insenv.effects.base import CurveEffect, Effect, LinearEffect, NoiseEffect
 from insenv.identify.findings import NotTestable
 from insenv.identify.problem import Problem, Term
+
+
+#: Share of the fitted time at either end in which no step is looked for.
+END_SHARE = 0.05
 
 
 @dataclass(frozen=True)
@@ -75,7 +80,26 @@ def _terms(problem: Problem, effect: Effect) -> tuple[Term, ...]:
     if isinstance(effect, LinearEffect):
         return (Term(effect.over(longest.motion)),)
     assert isinstance(effect, CurveEffect)
-    return tuple(Term(effect, tuple(map(float, row))) for row in effect.grid(longest.motion))
+    grid = effect.grid(longest.motion)
+    start, stop = _fitted_time(problem)
+    for j, param in enumerate(effect.shapes):
+        if param.name == "tau":
+            # Slower than the fitted data are long, an exponential is a ramp and its time constant a fiction.
+            grid = grid[grid[:, j] <= stop - start]
+        elif param.name == "t0":
+            # A step at either end is a transient, or an outlier: the level beside it is not the instrument's.
+            margin = END_SHARE * (stop - start)
+            grid = grid[(grid[:, j] > start + margin) & (grid[:, j] < stop - margin)]
+    return tuple(Term(effect, tuple(map(float, row))) for row in grid)
+
+
+def _fitted_time(problem: Problem) -> tuple[float, float]:
+    """First and last fitted bin of the run with the longest fitted time [s]."""
+    time, run = problem.bins.time, problem.bins.run
+    fitted = ~problem.bins.held_out
+    spans = [time[fitted & (run == r)] for r in {b.run for b in problem.fitted}]
+    longest = max(spans, key=lambda t: float(np.ptp(t)))
+    return float(longest.min()), float(longest.max())
 
 
 def stacked(problem: Problem, found: tuple[Candidate, ...]) -> list[Floats]:

@@ -17,6 +17,7 @@ No coefficient is fitted to held-out data; they confirm or refute, they do not s
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -41,12 +42,13 @@ def held_out_deviate(problem: Problem, small: Fit, large: Fit, freedom: float) -
     power = np.maximum(small.noise.power, large.noise.power)
     anchored = _Anchored.of(problem, power)
     left = residual(problem, small)
-    r, phi = anchored.whiten(left), anchored.whiten(left - residual(problem, large))
+    free = _free_of_run(problem, small, anchored)
+    r, phi = free(anchored.whiten(left)), free(anchored.whiten(left - residual(problem, large)))
     if not small.design.matrix.shape[1]:
         information = float(phi @ phi)
         return _deviate(float(r @ phi), information, freedom), information
     # V^-1 by the matrix inversion lemma, in the whitened domain where the noise is the identity.
-    half = anchored.whiten(small.design.matrix) @ np.linalg.cholesky(small.cov)
+    half = free(anchored.whiten(small.design.matrix)) @ np.linalg.cholesky(small.cov)
     inner = np.eye(half.shape[1]) + half.T @ half
     damped = phi - half @ np.linalg.solve(inner, half.T @ phi)
     information = float(phi @ damped)
@@ -56,6 +58,24 @@ def held_out_deviate(problem: Problem, small: Fit, large: Fit, freedom: float) -
 #: Spread of z on simulated recordings without any effect and with the true noise, for slow effects; what is beyond 1
 #: is the correlation of flicker across the border of fitted and held-out data. Faster effects reach 0.95.
 HELD_OUT_SPREAD = 1.1
+
+
+#: What changes from one power-up to the next: a run that was not fitted says nothing through its level and slope.
+RUN_TO_RUN = ("bias", "scale_factor")
+
+
+def _free_of_run(problem: Problem, fit: Fit, anchored: _Anchored) -> Callable[[Floats], Floats]:
+    """Takes out of whitened held-out values what a run without fitted data may have as its own."""
+    unseen = {b.run for b in problem.held_out} - {b.run for b in problem.fitted}
+    terms = [i for i, term in enumerate(fit.model) if term.effect.id in RUN_TO_RUN]
+    columns = [fit.design.matrix[:, j] for j in np.flatnonzero(np.isin(fit.design.term, terms))]
+    columns.append(np.ones(problem.bins.n))
+    own = [column * (problem.bins.run == run) for run in sorted(unseen) for column in columns]
+    if not own:
+        return lambda values: values
+    basis, size, _ = np.linalg.svd(anchored.whiten(np.column_stack(own)), full_matrices=False)
+    q = basis[:, size > 1e-9 * size.max(initial=1e-300)]
+    return lambda values: values - q @ (q.T @ values)
 
 
 @dataclass(frozen=True)
@@ -83,7 +103,9 @@ class _Anchored:
             anchor = _anchor(problem, block, most)
             if anchor is not None:
                 size = anchor.stop - anchor.start
-                own = modes((replace(block, span=block.n),), NOISE_TERMS, problem.bins.width).shapes[0] @ power
+                own = (
+                    modes((replace(block, span=block.n),), NOISE_TERMS, problem.bins.width).shapes[0] @ power
+                )
                 variance[offset] = own + block.n * (white / size + walk * size / 3)
             anchors.append(anchor)
             offset += block.n

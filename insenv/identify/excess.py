@@ -34,7 +34,12 @@ class Structure:
 
 def structure(problem: Problem, fit: Fit, declared: dict[str, float], alpha: float) -> Structure:
     """Test the residual of a fit against the declared noise (by effect id, SI) and against any noise."""
-    tests = [("the residual's spectrum has a hump or line that the noise model cannot follow", _shape_p(problem, fit))]
+    tests = [
+        (
+            "the residual's spectrum has a hump or line that the noise model cannot follow",
+            _shape_p(problem, fit),
+        )
+    ]
     if declared:
         tests.append(("the residual holds more noise than was declared", _excess_p(problem, fit, declared)))
     level = alpha / len(tests)

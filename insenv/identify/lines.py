@@ -26,7 +26,7 @@ MOST_LINES = 8
 #: Two peaks closer than this are one line, whose frequency wanders [Hz].
 SAME_LINE = 0.3
 #: A line is steady if one sinusoid takes out more than this share of its power.
-STEADY = 0.7
+STEADY = 0.9
 
 
 def strongest_tone(problem: Problem, fit: Fit) -> tuple[float, float]:
@@ -168,7 +168,9 @@ def _sinusoid(t: Floats, dt: float, values: Floats, near: float) -> tuple[float,
     def lost(frequency: float) -> float:
         return -float(np.abs(values @ np.exp(-2j * np.pi * frequency * t)))
 
-    best = minimize_scalar(lost, bounds=(near - step, near + step), method="bounded", options={"xatol": 1e-4 * step})
+    best = minimize_scalar(
+        lost, bounds=(near - step, near + step), method="bounded", options={"xatol": 1e-4 * step}
+    )
     basis = np.column_stack([np.cos(2 * np.pi * best.x * t), np.sin(2 * np.pi * best.x * t)])
     c, s = np.linalg.lstsq(basis, values, rcond=None)[0]
     return float(best.x), float(c), float(s)

@@ -185,11 +185,15 @@ def _grow(tracks: list[Track], alpha: float, progress: Progress) -> list[Track] 
         for index, hit in zip(best.where, best.hits, strict=True):
             changed[index], ok = _tried(tracks[index], hit, best, names, alpha)
             refused |= not ok
-            progress(f"{tracks[index].problem.target}: {hit.candidate.effect.key} {'added' if ok else 'refused'}")
+            progress(
+                f"{tracks[index].problem.target}: {hit.candidate.effect.key} {'added' if ok else 'refused'}"
+            )
         if not refused:
             return changed
         # A target that refuses has no say any more: the others are asked again without it.
-        tracks = [new if new.refusals != old.refusals else old for new, old in zip(changed, tracks, strict=True)]
+        tracks = [
+            new if new.refusals != old.refusals else old for new, old in zip(changed, tracks, strict=True)
+        ]
 
 
 @dataclass(frozen=True)
@@ -249,7 +253,10 @@ def _common(tracks: list[Track], key: str) -> list[Hit]:
     bases = [reference(t.problem, t.fit.model, t.fit.noise.power) for t in tracks]
 
     def total(term: Term) -> float:
-        ratios = [likelihood_ratio(t.problem, b, with_term(b.model, term))[0] for t, b in zip(tracks, bases, strict=True)]
+        ratios = [
+            likelihood_ratio(t.problem, b, with_term(b.model, term))[0]
+            for t, b in zip(tracks, bases, strict=True)
+        ]
         return sum(ratios)
 
     term = max(hits[0].candidate.terms, key=total)
@@ -268,7 +275,10 @@ def _tried(
     model = with_term(track.fit.model, hit.term)
     fit = solve(problem, model, start=track.fit.noise.power)
     score = held_out_score(problem, fit)
-    if not confirms(track.score, score, rescored(problem, track.fit, fit.noise.power)):
+    confirmed = confirms(track.score, score, rescored(problem, track.fit, fit.noise.power))
+    # What another power-up changed by itself, level and scale factor, says nothing against an effect.
+    elsewhere = not {b.run for b in problem.held_out} & {b.run for b in problem.fitted}
+    if not confirmed and not (elsewhere and hit.held_out > 0):
         reason = f"significant, but it makes held-out data worse: {track.score.rms:.3g} to {score.rms:.3g} {problem.unit}"
         return replace(track, refusals=(*track.refusals, Refusal(hit, reason))), False
     step = Step(hit, track.score, score, proposal.p_value, together)
@@ -289,7 +299,9 @@ def _pruned(track: Track, alpha: float) -> Track:
         if log_significance(ratio, gained, freedom) > math.log(alpha):
             fit = solve(track.problem, rest, start=track.fit.noise.power)
             steps = tuple(s for s in track.steps if s is not step)
-            track = replace(track, fit=fit, steps=steps, score=held_out_score(track.problem, fit))
+            refusals = (*track.refusals, Refusal(step.hit, "superfluous beside what was added after it"))
+            score = held_out_score(track.problem, fit)
+            track = replace(track, fit=fit, steps=steps, score=score, refusals=refusals)
     return track
 
 
@@ -332,4 +344,3 @@ def _swapped(track: Track, step: Step, better: Hit) -> Track:
         return track
     steps = tuple(Step(better, s.before, score, better.p_value) if s is step else s for s in track.steps)
     return replace(track, fit=fit, score=score, steps=steps)
-

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from insenv.identify.findings import Added, NextExperiment
-from insenv.identify.problem import Problem
 
 #: What separates a pair, by what the two effects depend on.
 _REVERSE = "turn the table both ways: half of the time at the same rate in the other direction"
@@ -22,6 +21,7 @@ _TRAITS = {
     "bias_temperature": "temperature",
     "bias_temperature_rate": "temperature_history",
     "bias_thermal_lag": "temperature_history",
+    "bias": "bias",
     "bias_drift": "time",
     "bias_warm_up": "time",
     "bias_step": "time",
@@ -34,22 +34,45 @@ _TRAITS = {
     "sample_hold": "rate",
 }
 
+#: Which declared effects can hide an effect on a recording that cannot tell them apart.
+_HIDDEN_BY = {"encoder": ("earth", "angle"), "angle": ("earth",), "rate": ("rate", "bias")}
 
-def propose(problem: Problem, added: tuple[Added, ...]) -> tuple[NextExperiment, ...]:
-    """One procedure for every confounded set."""
-    return tuple(
-        NextExperiment((_key(one), *one.confounded_with), _procedure(_key(one), one.confounded_with), None)
-        for one in added
-        if one.confounded_with
-    )
+
+def propose(
+    added: tuple[Added, ...], declared: tuple[str, ...], collinear: tuple[str, ...]
+) -> tuple[NextExperiment, ...]:
+    """One procedure for every confounded set.
+
+    Parameters
+    ----------
+    added : tuple of Added
+    declared : tuple of str
+        Keys of the declared effects.
+    collinear : tuple of str
+        Keys of effects that this recording cannot tell from the declared ones: what one of them does is now in the
+        declared parameters, and no residual shows it.
+    """
+    sets = [(_key(one), *one.confounded_with) for one in added if one.confounded_with]
+    hidden = [
+        key for key in collinear if _trait(key) in _HIDDEN_BY and key not in {k for s in sets for k in s}
+    ]
+    for trait in dict.fromkeys(_trait(key) for key in hidden):
+        hiding = [key for key in declared if _trait(key) in _HIDDEN_BY[trait]]
+        if hiding:
+            sets.append((*hiding, *(key for key in hidden if _trait(key) == trait)))
+    return tuple(NextExperiment(keys, _procedure(keys), None) for keys in sets)
+
+
+def _trait(key: str) -> str:
+    return _TRAITS.get(key.partition(":")[0], "other")
 
 
 def _key(one: Added) -> str:
     return one.effect if one.order is None else f"{one.effect}:{one.order}"
 
 
-def _procedure(key: str, rivals: tuple[str, ...]) -> str:
-    traits = {_TRAITS.get(k.partition(":")[0], "other") for k in (key, *rivals)}
+def _procedure(keys: tuple[str, ...]) -> str:
+    traits = {_trait(key) for key in keys}
     if "encoder" in traits:
         return _REVERSE
     if {"angle", "earth"} & traits and "force" in traits:

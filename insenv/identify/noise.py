@@ -183,7 +183,11 @@ class NoiseFit:
 
 
 def fit_noise(
-    pooled: Pooled, prior: Floats, restricted: bool = True, start: Floats | None = None, most: Floats | None = None
+    pooled: Pooled,
+    prior: Floats,
+    restricted: bool = True,
+    start: Floats | None = None,
+    most: Floats | None = None,
 ) -> NoiseFit:
     """Powers of the noise terms that maximise the (restricted) likelihood.
 
@@ -205,7 +209,11 @@ def fit_noise(
     """
     scale = _scale(pooled)
     low = np.log(_ABSENT * scale)
-    high = np.log(1e4 * scale) if most is None else np.clip(np.log(np.maximum(most, 1e-300)), low, np.log(1e4 * scale))
+    high = (
+        np.log(1e4 * scale)
+        if most is None
+        else np.clip(np.log(np.maximum(most, 1e-300)), low, np.log(1e4 * scale))
+    )
     powers = 0.25 * scale if start is None else np.maximum(start, 1e-3 * scale)
     powers = _scored(pooled, prior, restricted, powers)
     x = np.clip(np.log(np.maximum(powers, 1e-6 * scale)), low, high)
@@ -221,7 +229,9 @@ def fit_noise(
     free = ((x > low) | (slope < 0)) & ((x < high) | (slope > 0))
     if np.abs(slope[free]).max(initial=0.0) > _FLAT:
         bounds = list(zip(low, high, strict=True))
-        best = minimize(cost, x, jac=True, method="L-BFGS-B", bounds=bounds, options={"ftol": 1e-10, "gtol": _FLAT})
+        best = minimize(
+            cost, x, jac=True, method="L-BFGS-B", bounds=bounds, options={"ftol": 1e-10, "gtol": _FLAT}
+        )
         x, value = best.x, float(best.fun)
     return NoiseFit(np.exp(x), -value, likelihood)
 
@@ -264,7 +274,9 @@ def _scale(pooled: Pooled) -> Floats:
     """Power of each term that would alone explain the data where the term is strongest."""
     share = pooled.shapes / pooled.shapes.max(axis=0)
     energy = pooled.cross[:, 0, 0]
-    return np.maximum((share * energy[:, None]).sum(0) / (share * pooled.shapes * pooled.count[:, None]).sum(0), 1e-300)
+    return np.maximum(
+        (share * energy[:, None]).sum(0) / (share * pooled.shapes * pooled.count[:, None]).sum(0), 1e-60
+    )
 
 
 def loglik(pooled: Pooled, power: Floats, prior: Floats, restricted: bool) -> tuple[float, Floats]:

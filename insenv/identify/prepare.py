@@ -11,11 +11,12 @@ from insenv.core.exposure import CHANNEL_OF, Exposure, expose
 from insenv.core.manifest.spec import Manifest
 from insenv.core.recording import Floats, Recording
 from insenv.core.split import RowUse
-from insenv.effects.base import CurveEffect, NoiseEffect
+from insenv.effects.base import CurveEffect, Effect, NoiseEffect
 from insenv.effects.catalogue import by_key
 from insenv.identify.bins import gather
 from insenv.identify.fit import solve
 from insenv.identify.lines import Line, find_lines, quantum
+from insenv.identify.outliers import outliers
 from insenv.identify.problem import Model, Problem, Term
 
 #: Fitted bins aimed at, and the most that are used.
@@ -58,6 +59,10 @@ def prepare(
     manifest: Manifest, recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], target: str
 ) -> Prepared:
     """Bins and declared model of one target."""
+    if manifest.procedure == "multi-position":
+        raise InputError(
+            f"{manifest.path}: model.procedure = 'multi-position' is not supported yet; wanted 'static' or 'rate-table'"
+        )
     model = declared_model(manifest, recordings, target)
     rows = _rows_per_bin(manifest, recordings, uses)
     plain = _problem(manifest, recordings, uses, target, rows, reject_lines=False)
@@ -110,21 +115,32 @@ def declared_model(manifest: Manifest, recordings: tuple[Recording, ...], target
     motions = [expose(r, target).motion for r in (_head(recording) for recording in recordings)]
     terms = []
     for key in manifest.model.declared:
-        effect = by_key(key)
+        effect = _effect(key, where)
         if isinstance(effect, NoiseEffect):
             raise InputError(f"{where} names {key!r}, which is noise; wanted it in the [noise] table")
         if isinstance(effect, CurveEffect) and effect.shapes:
             names = " and ".join(p.name for p in effect.shapes)
-            raise InputError(f"{where} names {key!r}, whose {names} would have to be found first; leave it out")
+            raise InputError(
+                f"{where} names {key!r}, whose {names} would have to be found first; leave it out"
+            )
         missing = sorted({CHANNEL_OF.get(n.partition(".")[0], n) for m in motions for n in effect.missing(m)})
         if effect.id == "earth_rate":
             _wants_latitude(recordings, where)
             missing = []
         if missing:
-            raise InputError(f"{where} names {key!r}, which needs the channel {', '.join(missing)}; the file has none")
+            raise InputError(
+                f"{where} names {key!r}, which needs the channel {', '.join(missing)}; the file has none"
+            )
         if effect.id != "earth_rate" or motions[0].angle is not None:
             terms.append(Term(effect, per_run=effect.id == "bias" and _bias_per_run(manifest, recordings)))
     return tuple(terms)
+
+
+def _effect(key: str, where: str) -> Effect:
+    try:
+        return by_key(key)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
 
 
 def _head(recording: Recording) -> Recording:
@@ -161,6 +177,11 @@ def _rows_per_bin(manifest: Manifest, recordings: tuple[Recording, ...], uses: t
                 f"{manifest.path}: held_out.averaging = {manifest.held_out.averaging:g} s is shorter than the "
                 f"sampling period, {dt:g} s"
             )
+        if rows > max(map(len, recordings)):
+            raise InputError(
+                f"{manifest.path}: held_out.averaging = {manifest.held_out.averaging:g} s is longer than the recording, "
+                f"{max(len(r) * r.dt for r in recordings):g} s"
+            )
         return rows
     fitted = sum(int(use.fit.sum()) for use in uses) * dt
     width = min(_nice(fitted / BINS), LONGEST_BIN)
@@ -177,21 +198,23 @@ def _nice(x: float) -> float:
 
 def _quickest_turn(recording: Recording) -> float:
     """Shortest time that the table takes for a turn [s]."""
-    n = max(2, len(recording) // 1000)
+    n = min(max(2, len(recording) // 1000), len(recording) - 1)
     if "table_angle" in recording.channels:
         angle = recording.channels["table_angle"].values
-        rate = np.abs(angle[n:] - angle[:-n]).max(initial=0.0) / (n * recording.dt)
+        rate = float(np.abs((angle[n:] - angle[:-n]) / (recording.t[n:] - recording.t[:-n])).max())
     elif "table_rate" in recording.channels:
-        rate = np.abs(recording.channels["table_rate"].values).max()
+        rate = float(np.abs(recording.channels["table_rate"].values).max())
     else:
         return np.inf
-    return float(2 * np.pi / rate) if rate > 0 else np.inf
+    return 2 * np.pi / rate if rate > 0 else np.inf
 
 
 def _rows_per_cell(rows_per_bin: int, total_rows: int) -> int:
     """The smallest divisor of a bin that keeps the number of cells in bounds."""
     least = max(1.0, total_rows / MOST_CELLS)
-    return min(d for d in range(1, rows_per_bin + 1) if rows_per_bin % d == 0 and (d >= least or d == rows_per_bin))
+    return min(
+        d for d in range(1, rows_per_bin + 1) if rows_per_bin % d == 0 and (d >= least or d == rows_per_bin)
+    )
 
 
 def _problem(
@@ -221,7 +244,9 @@ def _problem(
             "wanted longer stretches or a shorter held_out.averaging"
         )
     y = bins.mean(tuple(e.y - e.motion.rate for e in exposures))
-    return Problem(target, recordings[0].channels[target].unit, exposures, bins, y)
+    turning = any(np.ptp(e.u) for e in exposures)
+    out = () if turning else outliers(y, bins.blocks)
+    return Problem(target, recordings[0].channels[target].unit, exposures, bins, y, out)
 
 
 def _enough(manifest: Manifest, problem: Problem, model: Model, target: str) -> None:
@@ -243,7 +268,7 @@ def _lines(
     for run, (recording, use) in enumerate(zip(recordings, uses, strict=True)):
         span = _longest_fitted(recording, use)
         t = (recording.t - recording.t[0])[span]
-        values = _without_reference(problem, run, recording, target)[span]
+        values = _without_reference(recording, target)[span]
         step = quantum(recording.channels[target].values[span]) * recording.dt
         found += find_lines(t, recording.dt, values, step, run, 0.6 / problem.bins.width)
     noise = _bin_noise(problem)
@@ -272,9 +297,13 @@ def _longest_fitted(recording: Recording, use: RowUse) -> slice:
     return best
 
 
-def _without_reference(problem: Problem, run: int, recording: Recording, target: str) -> Floats:
-    """Samples minus the reference between the cells, so that commanded motion is no line."""
-    motion = problem.exposures[run].motion
-    middle = motion.middle
-    start = recording.t[0] - 0.5 * recording.dt
-    return recording.channels[target].values - np.interp(recording.t - start, middle, motion.rate)
+def _without_reference(recording: Recording, target: str) -> Floats:
+    """Samples minus the reference over each sampling period, so that commanded motion is no line."""
+    values = recording.channels[target].values
+    if not {"table_angle", "table_rate"} & set(recording.channels):
+        return values
+    exposure = expose(recording, target)
+    inside = exposure.cell_of_row >= 0
+    left = np.zeros(len(values))
+    left[inside] = values[inside] - exposure.motion.rate[exposure.cell_of_row[inside]]
+    return left

@@ -23,7 +23,16 @@ from insenv.identify.bins import Bins, Block
 from insenv.identify.noise import Grouping, Modes, grouping, modes, transform
 
 #: Noise terms of every fit, in this order.
-NOISE_TERMS: tuple[NoiseEffect, ...] = (AngleRandomWalk(), BiasInstability(), RateRandomWalk(), Quantization())
+NOISE_TERMS: tuple[NoiseEffect, ...] = (
+    AngleRandomWalk(),
+    BiasInstability(),
+    RateRandomWalk(),
+    Quantization(),
+)
+
+#: Blocks whose first and last bin are left free.
+MOST_FREE_ENDS = 8
+_NUISANCE = -1
 
 #: A column whose part outside the span of the columns before it is a smaller share of it is not told from them.
 COLLINEAR = 1e-5
@@ -58,6 +67,8 @@ class Problem:
     bins : Bins
     y : ndarray, shape (bins,)
         Measured mean minus the reference.
+    outliers : tuple of int
+        Fitted bins that are left free: no model has to explain them.
     """
 
     target: str
@@ -65,6 +76,7 @@ class Problem:
     exposures: tuple[Exposure, ...]
     bins: Bins
     y: Floats
+    outliers: tuple[int, ...] = ()
     cache: dict[Hashable, Any] = field(default_factory=dict, repr=False)
 
     def remember(self, key: Hashable, make: Any) -> Any:
@@ -117,10 +129,23 @@ class Problem:
 
     def names(self, term: Term) -> list[tuple[str, str, float]]:
         """Name, unit and prior standard deviation of each column of a term."""
-        rows = [(p.name, p.unit.replace(OUTPUT, self.unit), p.sd * self._prior_scale(p)) for p in term.effect.linear]
+        rows = [
+            (p.name, p.unit.replace(OUTPUT, self.unit), p.sd * self._prior_scale(p))
+            for p in term.effect.linear
+        ]
         if not term.per_run or len(self.exposures) == 1:
             return rows
-        return [(f"{name}[{run + 1}]", unit, sd) for name, unit, sd in rows for run in range(len(self.exposures))]
+        return [
+            (f"{name}[{run + 1}]", unit, sd) for name, unit, sd in rows for run in range(len(self.exposures))
+        ]
+
+    def limits(self, param: Param) -> tuple[float, float]:
+        """Least and largest credible value of a linear parameter on this target."""
+        scale = self._prior_scale(param)
+        if param.per_rate:
+            scale = max(float(np.abs(e.u).max()) for e in self.exposures)
+        bound = param.bound * scale
+        return max(param.low * scale, -bound), bound
 
     def _prior_scale(self, param: Param) -> float:
         """An accelerometer's output holds gravity: its priors in the output's unit are that much wider."""
@@ -150,7 +175,7 @@ class Design:
         Prior precision of the scaled coefficients.
     labels : tuple of (term's key, parameter, unit)
     term : ndarray of int, shape (p,)
-        Index of the term in the model.
+        Index of the term in the model; -1 for free bins.
     dropped : tuple of (term's key, parameter)
         Columns that are a combination of the ones before, or zero.
     """
@@ -169,7 +194,10 @@ def design(problem: Problem, model: Model) -> Design:
     weight = 1 / np.sqrt(problem.modes().shapes[:, 0] + problem.modes().shapes[:, 2] * problem.bins.width**2)
     kept: list[tuple[Floats, Floats, float, float, tuple[str, str, str], int]] = []
     dropped: list[tuple[str, str]] = []
-    q = np.zeros((len(weight), 0))
+    free, free_changed = problem.remember("free", lambda: _free_bins(problem))
+    q = np.linalg.qr(free_changed * weight[:, None])[0]
+    for column, changed in zip(free.T, free_changed.T, strict=True):
+        kept.append((column, changed, 1.0, np.inf, ("free bin", "mean", problem.unit), _NUISANCE))
     for index, term in enumerate(model):
         columns, changed = problem.columns(term), problem.transformed(term)
         for j, (name, unit, sd) in enumerate(problem.names(term)):
@@ -179,7 +207,16 @@ def design(problem: Problem, model: Model) -> Design:
                 dropped.append((term.effect.key, name))
                 continue
             q = np.column_stack([q, fresh])
-            kept.append((columns[:, j] / scale, changed[:, j] / scale, scale, sd, (term.effect.key, name, unit), index))
+            kept.append(
+                (
+                    columns[:, j] / scale,
+                    changed[:, j] / scale,
+                    scale,
+                    sd,
+                    (term.effect.key, name, unit),
+                    index,
+                )
+            )
     if not kept:
         return _empty_design(problem, tuple(dropped))
     matrix, transformed, scale, sd, labels, term_index = zip(*kept, strict=True)
@@ -193,6 +230,22 @@ def design(problem: Problem, model: Model) -> Design:
         np.array(term_index),
         tuple(dropped),
     )
+
+
+def _free_bins(problem: Problem) -> tuple[Floats, Floats]:
+    """Columns that free the first and the last bin of the longest fitted blocks, and outliers.
+
+    An error of angle enters the means on both sides of an edge with opposite signs, but only one of them at the ends of
+    a block. Modes are independent once those two means are free; otherwise quantisation there looks like a warm-up.
+    """
+    longest = sorted(problem.fitted, key=lambda b: -b.n)[:MOST_FREE_ENDS]
+    ends = {edge for b in longest if b.n >= 8 for edge in (b.start, b.stop - 1)}
+    bins = sorted(ends | set(problem.outliers))
+    columns = np.zeros((problem.bins.n, len(bins)))
+    columns[bins, np.arange(len(bins))] = 1.0
+    changed = transform(problem.fitted, columns)
+    size = np.sqrt(np.mean(changed**2, axis=0)) if bins else np.ones(0)
+    return columns / size, changed / size
 
 
 def _outside(q: Floats, column: Floats) -> Floats | None:

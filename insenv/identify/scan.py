@@ -21,10 +21,14 @@ from insenv.identify.candidates import Candidate, stacked
 from insenv.identify.evidence import log_tail
 from insenv.identify.fit import Fit, pool, spectrum
 from insenv.identify.noise import NoiseFit, fit_noise
-from insenv.identify.problem import COLLINEAR, Design, Model, Problem, Term, design
+from insenv.identify.problem import Design, Model, Problem, Term, design
 
 #: Runs of simulated noise that measure the number of independent shapes.
 NULL_RUNS = 200
+
+#: A candidate less of which is left outside the model than this is not told from it: its coefficient would be hundreds
+#: of times less certain than alone, and small errors of the references would decide it.
+TOLD_APART = 3e-3
 
 #: Shapes of each candidate whose likelihood ratio is taken, best score first.
 SHAPES_REFITTED = 3
@@ -72,6 +76,10 @@ class Hit:
         Independent shapes of this candidate times the candidates tried.
     deviate : float
         Normal deviate of the evidence, uncorrected for the looks.
+    held_out : float
+        Normal deviate of the held-out data alone; 0 where they were not asked.
+    remark : str
+        Why it was taken out, if it was.
     """
 
     candidate: Candidate
@@ -79,6 +87,8 @@ class Hit:
     likelihood_ratio: float
     looks: float
     deviate: float
+    held_out: float = 0.0
+    remark: str = ""
 
     @property
     def log_p(self) -> float:
@@ -139,7 +149,7 @@ def _orthonormal(columns: Floats) -> tuple[Floats, Floats]:
         for i in range(j):
             rest = rest - out[:, :, i] * np.sum(out[:, :, i] * columns[:, :, j], axis=0)
         left = np.linalg.norm(rest, axis=0)
-        good = left > COLLINEAR
+        good = left > TOLD_APART
         out[:, :, j] = rest / np.where(good, left, 1.0) * good
         rank += good
     return out, rank
@@ -171,8 +181,9 @@ def likelihood_ratio(problem: Problem, base: Reference, model: Model) -> tuple[f
 def noise_freedom(problem: Problem, base: Reference, term: Term) -> float:
     """Degrees of freedom with which the noise is known in the modes where ``term`` lives.
 
-    The information matrix of the noise coefficients gives the variance of log S there; a variance estimated with nu
-    degrees of freedom has var(log S) = 2 / nu. A slow effect meets noise that only a few slow modes tell.
+    The Fisher information of the noise powers gives the variance of S there, of terms that happened to come out as
+    zero too; a variance estimated with nu degrees of freedom has var(log S) = 2 / nu. A slow effect meets noise that
+    only a few slow modes tell.
     """
     shapes = problem.modes().shapes
     s = shapes @ base.noise.power
@@ -182,10 +193,13 @@ def noise_freedom(problem: Problem, base: Reference, term: Term) -> float:
         q = np.linalg.qr(model)[0]
         columns = columns - q @ (q.T @ columns)
     energy = np.sum(columns**2 / np.maximum(np.sum(columns**2, axis=0), 1e-300), axis=1)
-    share = (energy / max(energy.sum(), 1e-300)) @ (shapes * base.noise.power / s[:, None])
-    # A weak prior on the logarithms keeps terms that the data do not tell from having no variance at all.
-    covariance = np.linalg.inv(base.noise.information + 0.05 * np.eye(len(share)))
-    variance = float(share @ covariance @ share)
+    pull = (energy / max(energy.sum(), 1e-300)) @ (shapes / s[:, None])
+    groups = problem.grouping()
+    relative = groups.shapes / (groups.shapes @ base.noise.power)[:, None]
+    information = 0.5 * (relative * groups.count[:, None]).T @ relative
+    size = np.sqrt(np.diag(information))
+    covariance = np.linalg.pinv(information / np.outer(size, size), rcond=1e-8, hermitian=True)
+    variance = float((pull / size) @ covariance @ (pull / size))
     return float(np.clip(2 / max(variance, 1e-9), 2.0, len(s)))
 
 

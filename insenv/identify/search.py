@@ -41,33 +41,55 @@ def search(problem: Problem, fit: Fit, found: tuple[Candidate, ...], seed: int) 
     hits = [_hit(problem, base, c, s, count) for c, s in zip(found, scores, strict=True) if s.testable]
     hits.append(_tone_hit(problem, fit, base, count, seed))
     hits.sort(key=lambda hit: -hit.rank)
-    best = [refined(problem, base, hit) if hit.candidate.effect.id != "tone" else hit for hit in hits[:REFINED]]
+    best = [
+        refined(problem, base, hit) if hit.candidate.effect.id != "tone" else hit for hit in hits[:REFINED]
+    ]
     hits = [confronted(problem, fit, hit) for hit in best + hits[REFINED:]]
     return sorted(hits, key=lambda hit: -hit.rank)
 
 
 def confronted(problem: Problem, fit: Fit, hit: Hit) -> Hit:
-    """The hit with the evidence of the held-out data joined in, where the fitted data at all suggest it."""
+    """The hit with the evidence of the held-out data joined in, where the fitted data at all suggest it.
+
+    A coefficient beyond what is credible for its effect takes the hit out: it is something else in this effect's dress.
+    """
     if log_tail(hit.deviate) > np.log(SUGGESTED):
         return hit
     larger = solve(problem, with_term(fit.model, hit.term), start=fit.noise.power)
+    beyond = _beyond_bounds(problem, larger)
+    if beyond:
+        return replace(hit, deviate=-np.inf, remark=beyond)
     base = reference(problem, fit.model, fit.noise.power)
     freedom = noise_freedom(problem, base, hit.term)
     z, information = held_out_deviate(problem, fit, larger, freedom)
-    return replace(hit, deviate=joint_deviate(log_tail(hit.deviate), hit.likelihood_ratio, z, information))
+    joint = joint_deviate(log_tail(hit.deviate), hit.likelihood_ratio, z, information)
+    return replace(hit, deviate=joint, held_out=z)
+
+
+def _beyond_bounds(problem: Problem, fit: Fit) -> str:
+    """Why the last term's coefficients are not credible; empty if they are."""
+    params = {p.name: p for p in fit.model[-1].effect.linear}
+    for j in np.flatnonzero(fit.design.term == len(fit.model) - 1):
+        name = fit.design.labels[j][1].partition("[")[0]
+        low, high = problem.limits(params[name])
+        value, slack = float(fit.theta[j]), 3 * float(fit.sd[j])
+        if not low - slack <= value <= high + slack:
+            return f"its {name} would be {value:.3g}, beyond the credible {low:.3g} to {high:.3g}"
+    return ""
 
 
 def at_shape(problem: Problem, fit: Fit, base: Reference, hit: Hit, term: Term) -> Hit:
     """The hit at another shape of its candidate."""
     ratio, gained = likelihood_ratio(problem, base, with_term(base.model, term))
-    moved = replace(hit, term=term, likelihood_ratio=ratio, deviate=deviate(problem, base, term, ratio, gained))
+    moved = replace(
+        hit, term=term, likelihood_ratio=ratio, deviate=deviate(problem, base, term, ratio, gained)
+    )
     return confronted(problem, fit, moved)
 
 
 def with_term(model: Model, term: Term) -> Model:
-    """The model with ``term`` added; a lower order of the same polynomial effect gives way to it."""
-    kept = tuple(t for t in model if not (t.effect.id == term.effect.id == "bias_temperature"))
-    return (*kept, term)
+    """The model with ``term`` added; columns that the model has already are dropped by the design."""
+    return (*model, term)
 
 
 def _hit(problem: Problem, base: Reference, candidate: Candidate, scores: Scores, count: int) -> Hit:
@@ -93,7 +115,9 @@ def _tone_hit(problem: Problem, fit: Fit, base: Reference, count: int, seed: int
     frequency, trials = strongest_tone(problem, fit)
     term = Term(Tone(), (frequency,), per_run=len(problem.exposures) > 1)
     ratio, gained = likelihood_ratio(problem, base, (*base.model, term))
-    best = Hit(Candidate(Tone(), (term,)), term, ratio, trials * count, deviate(problem, base, term, ratio, gained))
+    best = Hit(
+        Candidate(Tone(), (term,)), term, ratio, trials * count, deviate(problem, base, term, ratio, gained)
+    )
     resolution = 0.25 / max(b.n for b in problem.fitted) / problem.bins.width
     return refined(problem, base, best, np.array([resolution]))
 
@@ -124,7 +148,9 @@ def refined(problem: Problem, base: Reference, hit: Hit, step: Floats | None = N
     ratio, gained = likelihood_ratio(problem, base, with_term(base.model, term))
     if ratio <= hit.likelihood_ratio:
         return hit
-    return replace(hit, term=term, likelihood_ratio=ratio, deviate=deviate(problem, base, term, ratio, gained))
+    return replace(
+        hit, term=term, likelihood_ratio=ratio, deviate=deviate(problem, base, term, ratio, gained)
+    )
 
 
 def _grid_steps(candidate: Candidate, start: Floats) -> Floats:

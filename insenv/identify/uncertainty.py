@@ -19,6 +19,24 @@ from insenv.identify.noise import transform
 from insenv.identify.problem import NOISE_TERMS, Problem, Term
 
 
+_SQUARED = "_squared"
+#: SI units of the noise coefficients as the field writes them, by the unit of the output.
+NOISE_UNITS = {
+    "rad/s": {
+        "angle_random_walk": "rad/sqrt(s)",
+        "bias_instability": "rad/s",
+        "rate_random_walk": "rad/s/sqrt(s)",
+        "quantization": "rad",
+    },
+    "m/s^2": {
+        "angle_random_walk": "m/s/sqrt(s)",
+        "bias_instability": "m/s^2",
+        "rate_random_walk": "m/s^2/sqrt(s)",
+        "quantization": "m/s",
+    },
+}
+
+
 @dataclass(frozen=True)
 class _Slopes:
     """Derivatives to the shapes of a term: columns over the modes, name, unit, value and prior of each shape."""
@@ -36,8 +54,17 @@ def estimates(problem: Problem, fit: Fit) -> dict[Term, tuple[Estimate, ...]]:
         key = term.effect.key
         own = np.flatnonzero(fit.design.term == index)
         rows = [
-            Estimate(key, fit.design.labels[j][1], float(fit.theta[j]), float(linear_sd[j]), fit.design.labels[j][2])
+            Estimate(
+                key,
+                fit.design.labels[j][1],
+                float(fit.theta[j]),
+                float(linear_sd[j]),
+                fit.design.labels[j][2],
+            )
             for j in own
+        ]
+        rows += [
+            _root(row, problem.unit) for row in rows if row.parameter.endswith(_SQUARED) and row.value > 0
         ]
         if term in slopes:
             rows += [
@@ -48,6 +75,12 @@ def estimates(problem: Problem, fit: Fit) -> dict[Term, tuple[Estimate, ...]]:
     return out
 
 
+def _root(row: Estimate, unit: str) -> Estimate:
+    """The root of a parameter that is fitted as its square: a lock-in threshold from W_L^2."""
+    root = float(np.sqrt(row.value))
+    return Estimate(row.effect, row.parameter.removesuffix(_SQUARED), root, row.sd / (2 * root), unit)
+
+
 def noise_estimates(problem: Problem, fit: Fit) -> tuple[Estimate, ...]:
     """Coefficients of the noise terms that the data determine."""
     rows = []
@@ -55,8 +88,9 @@ def noise_estimates(problem: Problem, fit: Fit) -> tuple[Estimate, ...]:
         if np.isfinite(share) and share < 1:
             param = term.linear[0]
             value = float(np.sqrt(power))
-            unit = param.unit.replace(OUTPUT, problem.unit)
-            rows.append(Estimate(term.id, param.name, value, value * float(share), unit))
+            rows.append(
+                Estimate(term.id, param.name, value, value * float(share), NOISE_UNITS[problem.unit][term.id])
+            )
     return tuple(rows)
 
 
@@ -69,7 +103,9 @@ def _standard_deviations(
     weight = 1 / np.sqrt(spectrum(problem, fit.noise.power))
     blocks = [fit.design.transformed, *(s.columns for s in slopes.values())]
     columns = np.column_stack(blocks) * weight[:, None]
-    prior = np.concatenate([fit.design.prior, *([1 / row[3] ** 2 for row in s.rows] for s in slopes.values())])
+    prior = np.concatenate(
+        [fit.design.prior, *([1 / row[3] ** 2 for row in s.rows] for s in slopes.values())]
+    )
     size = np.sqrt(np.sum(columns**2, axis=0) + prior)
     r = np.linalg.qr(np.vstack([columns / size, np.diag(np.sqrt(prior) / size)]), mode="r")
     sd = np.sqrt(np.diag(np.linalg.pinv(r.T @ r))) / size
@@ -97,7 +133,7 @@ def _slopes(problem: Problem, fit: Fit, index: int) -> _Slopes:
     )
     columns = transform(problem.fitted, problem.bins.mean(cells))
     rows = tuple(
-        (p.name, p.unit.replace(OUTPUT, problem.unit), value, p.sd)
+        (p.name, p.unit.replace(OUTPUT, problem.unit), value, 10 * max(p.sd, abs(value)))
         for p, value in zip(effect.shapes, term.shape, strict=True)
     )
     return _Slopes(columns, rows)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -9,7 +10,15 @@ from typing import Any
 import matplotlib.style
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import AutoMinorLocator, LogLocator, MaxNLocator
+from matplotlib.ticker import (
+    AutoMinorLocator,
+    FixedLocator,
+    FuncFormatter,
+    LogLocator,
+    MaxNLocator,
+    NullFormatter,
+    ScalarFormatter,
+)
 
 from insenv.core.recording import Floats
 from insenv.report.binning import Bins, Timeline, reach, stretches
@@ -56,6 +65,11 @@ def limit(ax: Axes, *residuals: Floats) -> None:
     ax.grid(True, color="#d9dee4", lw=0.5, zorder=0)
     ax.xaxis.set_minor_locator(AutoMinorLocator(2))
     ax.yaxis.set_major_locator(MaxNLocator(5))
+    if 1e-4 < limit < 1e6:
+        ax.yaxis.set_major_formatter(plain := ScalarFormatter(useOffset=False))
+        plain.set_powerlimits((-7, 7))
+    else:  # not as one factor above the axis, which the legend would hide
+        ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: _power_of_ten(value)))
     if beyond:
         text = f"{beyond} point{'s' * (beyond > 1)} outside"
         ax.text(
@@ -117,10 +131,42 @@ def log_log(ax: Axes, x: Floats, curves: Sequence[Floats], unit: Unit) -> None:
     if len(values):
         low, high = np.quantile(values, 0.01), values.max()
         ax.set_ylim(low / 1.8, high * 1.8)
-    for axis in (ax.xaxis, ax.yaxis):
-        axis.set_major_locator(LogLocator(numticks=12))
+    for axis, limits in ((ax.xaxis, ax.get_xlim()), (ax.yaxis, ax.get_ylim())):
+        axis.set_major_locator(FixedLocator(log_ticks(*limits)))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: _tick_label(value)))
+        axis.set_minor_locator(LogLocator(subs=range(1, 10), numticks=99))
+        axis.set_minor_formatter(NullFormatter())
     ax.grid(True, which="major", color="#d9dee4", lw=0.6)
     ax.grid(True, which="minor", color="#eef1f4", lw=0.4)
+
+
+def log_ticks(low: float, high: float, most: int = 7) -> list[float]:
+    """Three to eight values between ``low`` and ``high`` to label: decades, else 1-2-5, else 1 to 9.
+
+    Over a narrow range they are evenly spaced; of more than ``most`` decades every second is taken, or fewer.
+    """
+    decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+    for steps in ((1,), (1, 2, 5), range(1, 10)):
+        ticks = [step * 10.0**n for n in decades for step in steps if low <= step * 10.0**n <= high]
+        if len(ticks) > 2:
+            return ticks[:: math.ceil(len(ticks) / most) if steps == (1,) else 1]
+    return [float(v) for v in MaxNLocator(4).tick_values(low, high) if low <= v <= high]
+
+
+def _tick_label(value: float) -> str:
+    """A plain number where that is short, else with a power of ten."""
+    if 1e-3 <= value < 1e5:
+        return f"{value:.6g}"
+    return _power_of_ten(value)
+
+
+def _power_of_ten(value: float) -> str:
+    """A number as factor and power of ten, in mathtext."""
+    if value == 0:
+        return "0"
+    power = math.floor(math.log10(abs(value)) + 1e-9)
+    factor = f"{value / 10.0**power:.4g}"
+    return f"${'' if factor == '1' else factor + '·'}10^{{{power}}}$"
 
 
 def legend(ax: Axes) -> None:

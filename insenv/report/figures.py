@@ -12,13 +12,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from insenv.core.recording import Floats
+from insenv.core.units import ZERO_CELSIUS
 from insenv.identify.findings import Spectra, TargetFindings
 from insenv.report import drawing as draw
 from insenv.report.binning import Bins, Timeline, means, means_of_runs, smoothed, timeline
-from insenv.report.quantities import CELSIUS, Unit, unit_for
+from insenv.report.quantities import Unit, unit_for
 
 _PANEL, _WIDE, _README = (5.2, 4.3), (10.6, 4.6), (12.0, 3.9)
 _BINS = {"angle": 36}
+#: Range of the table angle [deg] from which it counts as going round.
+_FULL_TURN = 270.0
 
 #: What turns a residual into means in bins.
 Binning = Callable[[Floats], Bins]
@@ -45,7 +48,7 @@ def against(target: TargetFindings, covariate: str) -> Figure:
     x, label = _covariate(covariate, target.traces.covariates[covariate])
     axes = _rows(figure, target)
     _pair(axes, x, target, lambda y: means(x, y, _BINS.get(covariate, 24)))
-    if covariate == "angle":
+    if covariate == "angle" and np.ptp(x[np.isfinite(x)]) >= _FULL_TURN:
         axes[-1].set_xlim(0, 360)
         axes[-1].set_xticks(range(0, 361, 60))
     axes[-1].set_xlabel(label)
@@ -229,11 +232,18 @@ def _time_unit(length: float) -> tuple[float, str]:
 def _covariate(name: str, values: Floats) -> tuple[Floats, str]:
     """Values of a covariate to be drawn, and the label of its axis."""
     if name == "temperature":
-        return values - CELSIUS, "temperature [°C]"
+        return values - ZERO_CELSIUS, "temperature [°C]"
     if name == "angle":
-        return np.mod(np.rad2deg(values), 360), "table angle [deg]"
+        return _turned(values), "table angle [deg]"
     unit = unit_for("rad/s", float(np.nanmax(np.abs(values))))
     return unit.each(values), f"rate [{unit.label}]"
+
+
+def _turned(angle: Floats) -> Floats:
+    """Table angle [deg] within one turn: about its middle where the table only swings, else from zero."""
+    middle = np.angle(np.nanmean(np.exp(1j * angle)))
+    about = np.rad2deg(middle + np.angle(np.exp(1j * (angle - middle))))
+    return about if np.nanmax(about) - np.nanmin(about) < _FULL_TURN else np.mod(np.rad2deg(angle), 360)
 
 
 def _varies(values: Floats) -> bool:

@@ -6,7 +6,8 @@ matplotlib and jinja2 are imported when a report is made, not before.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -16,13 +17,12 @@ from insenv.identify.findings import (
     Added,
     Estimate,
     Findings,
-    HeldOut,
     NextExperiment,
     Rejected,
     TargetFindings,
 )
-from insenv.report import words
-from insenv.report.quantities import number, p_value, percent, span, unit_for, with_sd
+from insenv.report import estimates, found, sentences, words
+from insenv.report.quantities import number, p_value, percent, span
 
 Row = dict[str, Any]
 
@@ -58,8 +58,8 @@ def to_html(findings: Findings) -> str:
     )
     return environment.get_template("report.html.j2").render(
         findings=findings,
-        overall=words.overall(findings),
-        label=words.LABELS.get(findings.verdict, (findings.verdict, "plain")),
+        overall=sentences.overall(findings),
+        label=_label_of_all(findings.targets),
         duration=span(findings.duration),
         alpha=percent(findings.alpha),
         targets=[_target(t, f"t{i}", findings.alpha) for i, t in enumerate(findings.targets, 1)],
@@ -68,38 +68,55 @@ def to_html(findings: Findings) -> str:
     )
 
 
+def _label(verdict: str) -> tuple[str, str]:
+    return words.LABELS.get(verdict, (verdict, "plain"))
+
+
+def _label_of_all(targets: Sequence[TargetFindings]) -> tuple[str, str]:
+    """The label that all targets share; where they differ, each label with its targets, in a neutral tone."""
+    names: dict[tuple[str, str], list[str]] = {}
+    for target in targets:
+        names.setdefault(_label(target.verdict), []).append(target.target)
+    if len(names) == 1:
+        return next(iter(names))
+    return " · ".join(f"{label}: {', '.join(who)}" for (label, _), who in names.items()), "plain"
+
+
 def _target(target: TargetFindings, ident: str, alpha: float) -> Row:
     """Everything that the template shows of one target, as ready text."""
+    pairs = estimates.pairs(target.estimates_before, target.estimates_after)
     return {
         "id": ident,
         "name": target.target,
-        "label": words.LABELS.get(target.verdict, (target.verdict, "plain")),
-        "headline": words.headline(target),
-        "sureness": words.sureness(target, alpha),
+        "label": _label(target.verdict),
+        "headline": sentences.headline(target),
+        "sureness": sentences.sureness(target, alpha),
         "declared": ", ".join(target.declared) or "nothing",
-        "held_out": _held_out(target.held_out),
-        "added": [_added(a, target.unit) for a in target.added],
-        "estimates": [
-            _estimate(*pair) for pair in words.paired(target.estimates_before, target.estimates_after)
-        ],
+        "held_out": _held_out(target),
+        "added": [_kind(alike, target) for alike in found.kinds(target.added)],
+        "listed": found.listed(target.added),
+        "estimates": [_estimate(p) for p in pairs],
+        "none_means": estimates.NONE_MEANS
+        if any(estimates.NONE in (p.before, p.after) for p in pairs)
+        else "",
         "noise": [_noise(n, target.unit) for n in target.noise],
         "candidates": _candidates(target),
-        "rivals": [" or ".join(words.name(key) for key in rivals) for rivals in words.rival_sets(target)],
-        "not_testable": words.by_need(target),
+        "rivals": [" or ".join(words.name(key) for key in rivals) for rivals in sentences.rival_sets(target)],
+        "not_testable": sentences.by_need(target),
         "next": [_next(n) for n in target.next_experiment],
         "pictures": _pictures(target, ident),
     }
 
 
-def _held_out(held_out: HeldOut) -> Row:
-    unit = unit_for(held_out.unit, held_out.before, held_out.after)
+def _held_out(target: TargetFindings) -> Row:
+    held_out, unit = target.held_out, sentences.held_out_unit(target)
     return {
         "unit": unit.label,
         "averaging": span(held_out.averaging),
         "before": number(unit.of(held_out.before)),
         "after": number(unit.of(held_out.after)),
         "floor": number(unit.of(held_out.noise_floor)),
-        "change": words.change(held_out),
+        "change": sentences.change(held_out),
         "bars": _bars(held_out.before, held_out.after, held_out.noise_floor),
     }
 
@@ -110,25 +127,36 @@ def _bars(*values: float) -> list[str]:
     return [f"{100 * v / longest:.1f}" if v == v else "0" for v in values]
 
 
-def _added(added: Added, unit: str) -> Row:
-    show = unit_for(unit, added.held_out_before, added.held_out_after)
-    key = words.key_of(added)
+def _kind(alike: Sequence[Added], target: TargetFindings) -> Row:
+    """Found effects that share a key: what they are is said once."""
+    key = words.key_of(alike[0])
     return {
         "key": key,
-        "name": words.name(key),
+        "title": found.title(alike),
         "meaning": words.meaning(key),
+        "generic": alike[0].generic,
+        "each": [_added(one, target) for one in alike],
+    }
+
+
+def _added(added: Added, target: TargetFindings) -> Row:
+    show = sentences.held_out_unit(target)
+    return {
         "remark": added.remark,
-        "generic": added.generic,
-        "parameters": [{"name": p.parameter, "value": _value(p)} for p in added.parameters],
+        "parameters": estimates.parameters(added),
         "p": p_value(added.p_value),
-        "before": number(show.of(added.held_out_before)),
-        "after": show.show(added.held_out_after),
+        "before": show.number(added.held_out_before),
+        "after": show.show(added.held_out_after) + found.together(added, target.added),
         "confounded": words.listing(map(words.name, added.confounded_with)),
     }
 
 
 def _noise(noise: Estimate, unit: str) -> Row:
-    return {"name": words.noise_name(noise.effect, unit), "symbol": noise.parameter, "value": _value(noise)}
+    return {
+        "name": words.noise_name(noise.effect, unit),
+        "symbol": noise.parameter,
+        "value": estimates.value(noise),
+    }
 
 
 def _next(experiment: NextExperiment) -> Row:
@@ -140,36 +168,21 @@ def _next(experiment: NextExperiment) -> Row:
     }
 
 
-def _value(estimate: Estimate) -> str:
-    unit = unit_for(estimate.unit, estimate.value, estimate.sd)
-    return unit.show_with_sd(estimate.value, estimate.sd)
-
-
-def _estimate(before: Estimate, after: Estimate | None) -> Row:
-    unit = unit_for(before.unit, before.value, before.sd, *(() if after is None else (after.value, after.sd)))
-    moved = words.shift(before, after)
-    return {
-        "name": words.name(before.effect),
-        "parameter": before.parameter,
-        "unit": unit.label,
-        "before": with_sd(unit.of(before.value), unit.of(before.sd)),
-        "after": "—" if after is None else with_sd(unit.of(after.value), unit.of(after.sd)),
-        "shift": f"{moved:+.1f}" if abs(moved) < 1e6 else "—",
-        "large": abs(moved) > 3,
-    }
+def _estimate(pair: estimates.Pair) -> Row:
+    return {**asdict(pair), "name": words.name(pair.effect)}
 
 
 def _candidates(target: TargetFindings) -> list[Row]:
     """Added effects in the order of their addition, then the refused ones by p-value."""
     added = [_candidate(words.key_of(a), a, "added") for a in target.added]
     refused = sorted(target.rejected, key=lambda r: (r.p_value, -r.likelihood_ratio))
-    return added + [_candidate(r.effect, r, r.reason) for r in refused]
+    return added + [_candidate(r.effect, r, r.reason, sentences.again(r.effect, target)) for r in refused]
 
 
-def _candidate(key: str, tried: Added | Rejected, outcome: str) -> Row:
+def _candidate(key: str, tried: Added | Rejected, outcome: str, note: str = "") -> Row:
     return {
         "key": key,
-        "name": words.name(key),
+        "name": words.name(key) + note,
         "likelihood_ratio": number(tried.likelihood_ratio),
         "p": p_value(tried.p_value).removeprefix("= "),
         "outcome": outcome,

@@ -8,18 +8,23 @@ deviation, 100-354 keep two and 355-999 keep one.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 from insenv.core.recording import Floats
+from insenv.core.units import (
+    ARCSEC,
+    DEG,
+    DEG_PER_HOUR,
+    DEG_PER_HOUR_PER_SQRT_HOUR,
+    DEG_PER_SQRT_HOUR,
+    HOUR,
+    MINUTE,
+    PPM,
+    STANDARD_GRAVITY,
+    UG,
+)
 
-_DEG = math.pi / 180
-_DEG_H = _DEG / 3600
-_G = 9.80665
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-
-#: Zero on the Celsius scale [K].
-CELSIUS = 273.15
 
 
 @dataclass(frozen=True)
@@ -38,6 +43,10 @@ class Unit:
         """``values`` [SI] in this unit, same shape."""
         return values / self.factor
 
+    def number(self, value: float, digits: int = 3) -> str:
+        """``value`` [SI] as text without the unit; "—" where it is not finite."""
+        return number(self.of(value), digits)
+
     def show(self, value: float, digits: int = 3) -> str:
         """``value`` [SI] as text with the unit; "—" where it is not finite."""
         return f"{number(self.of(value), digits)} {self.label}".rstrip() if math.isfinite(value) else "—"
@@ -47,40 +56,62 @@ class Unit:
         return f"{with_sd(self.of(value), self.of(sd))} {self.label}".rstrip()
 
 
-_RATE = (Unit("deg/s", _DEG, 0.05 * _DEG), Unit("deg/h", _DEG_H))
-_FORCE = (Unit("m/s²", 1.0, 0.5), Unit("mm/s²", 1e-3, 2e-4), Unit("µg", _G * 1e-6))
-_SHARE = (Unit("", 1.0, 0.01), Unit("ppm", 1e-6))
+_RATE = (Unit("deg/s", DEG, 0.05 * DEG), Unit("deg/h", DEG_PER_HOUR))
+_FORCE = (Unit("m/s²", 1.0, 0.5), Unit("mm/s²", 1e-3, 2e-4), Unit("µg", UG))
+_FORCE_DRIFT = (Unit("mm/s²/h", 1e-3 / HOUR, 2e-4 / HOUR), Unit("µg/h", UG / HOUR))
+_RATE_DRIFT = (Unit("deg/h/h", DEG_PER_HOUR / HOUR),)
+_SHARE = (Unit("", 1.0, 0.01), Unit("ppm", PPM))
+_PER_RATE_SQUARED = (Unit("ppm/(deg/s)²", PPM / DEG**2),)
+_WHITE_RATE = (Unit("deg/√h", DEG_PER_SQRT_HOUR),)
+_WHITE_FORCE = (Unit("m/s/√h", 1 / math.sqrt(HOUR)),)
 
 #: SI unit -> what to show instead, from the largest magnitude down.
 _SHOWN: dict[str, tuple[Unit, ...]] = {
     "rad/s": _RATE,
     "m/s^2": _FORCE,
-    "rad": (Unit("deg", _DEG, 0.1 * _DEG), Unit("arcsec", _DEG / 3600)),
+    "rad": (Unit("deg", DEG, 0.1 * DEG), Unit("arcsec", ARCSEC)),
     "": _SHARE,
     "1": _SHARE,
     "s": (Unit("s", 1.0, 0.1), Unit("ms", 1e-3, 1e-4), Unit("µs", 1e-6)),
     "Hz": (Unit("Hz", 1.0, 0.1), Unit("mHz", 1e-3)),
     "K": (Unit("K"),),
     "m/s": (Unit("m/s", 1.0, 0.1), Unit("mm/s", 1e-3)),
-    "1/K": (Unit("ppm/K", 1e-6),),
-    "1/s": (Unit("ppm/h", 1e-6 / 3600),),
-    "s^2/rad^2": (Unit("ppm/(deg/s)²", 1e-6 / _DEG**2),),
-    "1/(rad/s)^2": (Unit("ppm/(deg/s)²", 1e-6 / _DEG**2),),
-    "rad/s^2": (Unit("deg/h/h", _DEG_H / 3600),),
-    "rad/s/s": (Unit("deg/h/h", _DEG_H / 3600),),
-    "m/s^2/s": (Unit("mm/s²/h", 1e-3 / 3600),),
-    "m/s^3": (Unit("mm/s²/h", 1e-3 / 3600),),
-    "rad/s/(K/s)": (Unit("deg/h/(K/min)", _DEG_H * 60),),
-    "m/s^2/(K/s)": (Unit("mm/s²/(K/min)", 1e-3 * 60),),
-    "rad/K": (Unit("deg/h/(K/s)", _DEG_H),),
-    "rad/s/(m/s^2)": (Unit("deg/h/g", _DEG_H / _G),),
-    "rad/sqrt(s)": (Unit("deg/√h", _DEG / 60),),
-    "rad/s*sqrt(s)": (Unit("deg/√h", _DEG / 60),),
-    "rad/s/sqrt(s)": (Unit("deg/h/√h", _DEG_H / 60),),
-    "m/s/sqrt(s)": (Unit("µg/√Hz", _G * 1e-6),),
-    "m/s^2*sqrt(s)": (Unit("µg/√Hz", _G * 1e-6),),
-    "m/s^2/sqrt(s)": (Unit("µg/√h", _G * 1e-6 / 60),),
+    "1/K": (Unit("ppm/K", PPM),),
+    "1/s": (Unit("ppm/h", PPM / HOUR),),
+    "s^2/rad^2": _PER_RATE_SQUARED,
+    "1/(rad/s)^2": _PER_RATE_SQUARED,
+    "1/(m/s^2)^2": (Unit("ppm/g²", PPM / STANDARD_GRAVITY**2),),
+    "rad^2/s^2": (Unit("(deg/h)²", DEG_PER_HOUR**2),),
+    "rad/s^2": _RATE_DRIFT,
+    "rad/s/s": _RATE_DRIFT,
+    "m/s^2/s": _FORCE_DRIFT,
+    "m/s^3": _FORCE_DRIFT,
+    # Powers of one temperature stand below each other: one unit whatever their size.
+    "rad/s/K": (Unit("deg/h/K", DEG_PER_HOUR),),
+    "rad/s/K^2": (Unit("deg/h/K²", DEG_PER_HOUR),),
+    "rad/s/K^3": (Unit("deg/h/K³", DEG_PER_HOUR),),
+    "rad/s s/K": (Unit("deg/h/(K/min)", DEG_PER_HOUR * MINUTE),),
+    "m/s^2 s/K": (Unit("mm/s²/(K/min)", 1e-3 * MINUTE),),
+    "rad/s/(m/s^2)": (Unit("deg/h/g", DEG_PER_HOUR / STANDARD_GRAVITY),),
+    "m/s^2/(m/s^2)": _SHARE,
+    # Noise, in the units of IEEE Std 952 and 1293; the read-out step of an angle in arcsec.
+    "rad/sqrt(s)": _WHITE_RATE,
+    "rad/s sqrt(s)": _WHITE_RATE,
+    "rad/s/sqrt(s)": (Unit("deg/h/√h", DEG_PER_HOUR_PER_SQRT_HOUR),),
+    "rad/s s": (Unit("arcsec", ARCSEC),),
+    "m/s/sqrt(s)": _WHITE_FORCE,
+    "m/s^2 sqrt(s)": _WHITE_FORCE,
+    "m/s^2/sqrt(s)": (Unit("µg/√h", UG / math.sqrt(HOUR)),),
+    "m/s^2 s": (Unit("m/s"),),
 }
+
+#: Bias instability has the unit of the output but is quoted in the small one, whatever its size.
+_INSTABILITY = {"rad/s": Unit("deg/h", DEG_PER_HOUR), "m/s^2": Unit("µg", UG)}
+
+
+def instability_unit(si: str) -> Unit:
+    """The unit of a bias instability given in the SI unit ``si``."""
+    return _INSTABILITY.get(si, Unit(_pretty(si)))
 
 
 def unit_for(si: str, *magnitudes: float) -> Unit:
@@ -101,7 +132,7 @@ def _split(si: str) -> tuple[str | None, str]:
     """The longest known unit that ``si`` starts with, and the rest."""
     if si in _SHOWN:
         return si, ""
-    heads = [h for h in ("rad/s", "m/s^2", "rad") if si.startswith((h + "/", h + "*"))]
+    heads = [h for h in ("rad/s", "m/s^2", "rad") if si.startswith(h + "/")]
     return (heads[0], si[len(heads[0]) :]) if heads else (None, "")
 
 
@@ -113,11 +144,6 @@ def _pretty(si: str) -> str:
         .replace("sqrt(Hz)", "√Hz")
         .replace("*", "·")
     )
-
-
-def largest(values: Iterable[float]) -> float:
-    """Largest finite magnitude; 0 where there is none."""
-    return max((abs(v) for v in values if math.isfinite(v)), default=0.0)
 
 
 def number(value: float, digits: int = 3) -> str:
@@ -136,15 +162,25 @@ def with_sd(value: float, sd: float) -> str:
     """``value ± sd`` to the digits that the standard deviation supports; "9.79 ± 0.04"."""
     if not math.isfinite(value) or not math.isfinite(sd) or sd <= 0:
         return number(value, 4)
-    last = _last_digit(sd)
+    last = last_digit(sd)
     top = math.floor(math.log10(max(abs(value), sd)))
-    if -4 < top < 5 and last > -7 and last <= 0:
-        return f"{value:.{-last}f} ± {sd:.{-last}f}"
+    if -4 < top < 5 and (-7 < last <= 0 or (last > 0 and top <= 2)):
+        return f"{_fixed(value, -last)} ± {_fixed(sd, -last)}"
     places, scale = max(top - last, 0), 10.0**top
-    return f"({value / scale:.{places}f} ± {sd / scale:.{places}f}){_times_ten(top)}"
+    return f"({_fixed(value / scale, places)} ± {_fixed(sd / scale, places)}){_times_ten(top)}"
 
 
-def _last_digit(sd: float) -> int:
+def _fixed(value: float, places: int) -> str:
+    """``value`` rounded to ``places`` decimals, to tens and hundreds where negative; zero without a sign."""
+    return f"{round(value, places) + 0.0:.{max(places, 0)}f}"
+
+
+def decimals(value: float, digits: int) -> int:
+    """Decimals that show ``value`` to ``digits`` significant digits; none for large numbers."""
+    return max(0, digits - 1 - math.floor(math.log10(abs(value)))) if value else digits - 1
+
+
+def last_digit(sd: float) -> int:
     """Power of ten of the last digit that a standard deviation supports (see the module's opening)."""
     power = math.floor(math.log10(sd))
     return power - 1 if sd / 10.0**power < 3.55 else power

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from textwrap import wrap
 
-from insenv.identify.findings import Added, Estimate, Findings, Rejected, TargetFindings
-from insenv.report import words
-from insenv.report.quantities import number, p_value, span, unit_for, with_sd
+from insenv.identify.findings import Added, Findings, TargetFindings
+from insenv.report import estimates, found, sentences, words
+from insenv.report.quantities import number, p_value, span
 
 #: Candidates of no further interest that are named before the rest is only counted.
 _REFUSED_SHOWN = 4
@@ -15,7 +15,7 @@ _REFUSED_SHOWN = 4
 
 def summary(findings: Findings, width: int = 100) -> str:
     """``findings`` as text of at most ``width`` columns where no table needs more; no final line break."""
-    lines = list(_paragraph(words.overall(findings), width))
+    lines = list(_paragraph(sentences.overall(findings), width))
     if findings.title:
         about = f"{findings.title}: {findings.rows} rows, {span(findings.duration)}"
         lines += ["", *_paragraph(about, width)]
@@ -41,7 +41,7 @@ def _all_targets(targets: Sequence[TargetFindings]) -> list[str]:
     rows = [("held-out error, rms", "before", "after", "noise alone", "verdict")]
     for target in targets:
         h = target.held_out
-        unit = unit_for(h.unit, h.before, h.after)
+        unit = sentences.held_out_unit(target)
         figures = (number(unit.of(x)) for x in (h.before, h.after, h.noise_floor))
         rows.append((f"{target.target} [{unit.label}]", *figures, target.verdict))  # type: ignore[arg-type]
     return _table(rows, "lrrrl")
@@ -52,93 +52,95 @@ def _target(target: TargetFindings, alpha: float, width: int) -> Iterator[str]:
     title = f"{target.target}: {target.verdict}"
     yield title
     yield "-" * len(title)
-    for sentence in words.sureness(target, alpha):
+    for sentence in sentences.sureness(target, alpha):
         yield from _paragraph(sentence, width)
     yield ""
     yield from _held_out(target)
     if target.added:
         yield from ("", "Added to the model")
-    for added in target.added:
-        yield from _added(added, target.unit, width)
-    yield from _estimates(target)
+    for alike in found.kinds(target.added):
+        yield from _added(alike, target, width)
+    yield from _estimates(target, width)
     yield from _noise(target)
-    yield from _refused(target.rejected)
+    yield from _refused(target)
     yield from _cannot_be_told(target, width)
     yield from _next(target, width)
 
 
 def _held_out(target: TargetFindings) -> Iterator[str]:
     h = target.held_out
-    unit = unit_for(h.unit, h.before, h.after)
+    unit = sentences.held_out_unit(target)
     rows = [
         ("declared model", unit.show(h.before), ""),
-        ("with what was added", unit.show(h.after), words.change(h)),
+        ("with what was added", unit.show(h.after), sentences.change(h)),
         ("noise alone", unit.show(h.noise_floor), ""),
     ]
     yield f"Held-out error, rms of means over {span(h.averaging)}"
     yield from _table(rows if target.added else [rows[0], rows[2]], "lrr")
 
 
-def _added(added: Added, unit: str, width: int) -> Iterator[str]:
-    key = words.key_of(added)
-    figures = ", ".join(f"{p.parameter} = {_value(p)}" for p in added.parameters)
-    yield from _hang(f"{key}: {figures}", width)
-    show = unit_for(unit, added.held_out_before, added.held_out_after)
-    before, after = number(show.of(added.held_out_before)), show.show(added.held_out_after)
-    evidence = f"p {p_value(added.p_value)}, held-out error {before} → {after}"
-    yield from _hang(evidence, width, "    ")
-    for line in filter(None, (words.meaning(key), added.remark)):
-        yield from _hang(line, width, "    ")
+def _added(alike: Sequence[Added], target: TargetFindings, width: int) -> Iterator[str]:
+    """Found effects that share a key: what they are is said once."""
+    key = words.key_of(alike[0])
+    for added in alike:
+        yield from _hang(f"{key}: {estimates.parameters(added)}", width)
+        show = sentences.held_out_unit(target)
+        before, after = show.number(added.held_out_before), show.show(added.held_out_after)
+        shared = found.together(added, target.added)
+        evidence = f"p {p_value(added.p_value)}, held-out error {before} → {after}{shared}"
+        yield from _hang(evidence, width, "    ")
+        meaning = words.meaning(key) if added is alike[0] else ""
+        for line in filter(None, (meaning, added.remark)):
+            yield from _hang(line, width, "    ")
 
 
-def _value(p: Estimate) -> str:
-    unit = unit_for(p.unit, p.value, p.sd)
-    return unit.show_with_sd(p.value, p.sd)
-
-
-def _estimates(target: TargetFindings) -> Iterator[str]:
-    pairs = words.paired(target.estimates_before, target.estimates_after)
+def _estimates(target: TargetFindings, width: int) -> Iterator[str]:
+    pairs = estimates.pairs(target.estimates_before, target.estimates_after)
     if not pairs:
         return
+    changed = bool(target.added)
     rows = [
-        ("declared parameter", "before", "after" if target.added else "", "shift" if target.added else "")
+        ("declared parameter", "before", "after", "shift") if changed else ("declared parameter", "estimate")
     ]
-    for before, after in pairs:
-        unit = unit_for(
-            before.unit, before.value, before.sd, *(() if after is None else (after.value, after.sd))
-        )
-        shown = [with_sd(unit.of(e.value), unit.of(e.sd)) if e else "—" for e in (before, after)]
-        name = f"{before.effect} {before.parameter}" + (f" [{unit.label}]" if unit.label else "")
-        moved = words.shift(before, after)
-        shift = f"{moved:+.1f} sd" if abs(moved) < 1e4 else "—"
-        rows.append((name, shown[0], shown[1] if target.added else "", shift if target.added else ""))
+    for pair in pairs:
+        name = f"{pair.effect} {pair.parameter}" + (f" [{pair.unit}]" if pair.unit else "")
+        shift = pair.shift if pair.shift == estimates.NONE else f"{pair.shift} sd"
+        rows.append((name, pair.before, pair.after, shift) if changed else (name, pair.before))
     yield ""
-    yield from _table(rows, "lrrr")
+    yield from _table(rows, "lrrr"[: len(rows[0])])
+    if changed and any(estimates.NONE in (pair.before, pair.after) for pair in pairs):
+        yield from _hang(estimates.NONE_MEANS, width)
 
 
 def _noise(target: TargetFindings) -> Iterator[str]:
     if target.noise:
-        rows = [(f"{words.noise_name(n.effect, target.unit)} {n.parameter}", _value(n)) for n in target.noise]
+        rows = [
+            (f"{words.noise_name(n.effect, target.unit)} {n.parameter}", estimates.value(n))
+            for n in target.noise
+        ]
         yield from ("", "Noise of the residual")
         yield from _table(rows, "lr")
 
 
-def _refused(rejected: Sequence[Rejected]) -> Iterator[str]:
+def _refused(target: TargetFindings) -> Iterator[str]:
     """The refusals worth a line each: those that were not for want of significance, and the next best."""
-    if not rejected:
+    if not target.rejected:
         return
-    ranked = sorted(rejected, key=lambda r: (r.reason == "not significant", r.p_value))
+    ranked = sorted(target.rejected, key=lambda r: (r.reason == "not significant", r.p_value))
     telling = sum(r.reason != "not significant" for r in ranked)
     shown = ranked[: max(telling, _REFUSED_SHOWN)]
     yield from ("", "Tried and refused")
-    yield from _table([(r.effect, f"p {p_value(r.p_value)}", r.reason) for r in shown], "lll")
+    yield from _table(
+        [(r.effect + sentences.again(r.effect, target), f"p {p_value(r.p_value)}", r.reason) for r in shown],
+        "lll",
+    )
     if len(ranked) > len(shown):
-        rest = len(ranked) - len(shown)
-        yield f"  and {rest} more, not significant (p {p_value(ranked[len(shown)].p_value)} or more)"
+        others = [r.p_value for r in ranked[len(shown) :]]
+        yield f"  and {len(others)} more, {sentences.rest(others)}"
 
 
 def _cannot_be_told(target: TargetFindings, width: int) -> Iterator[str]:
-    sets = words.rival_sets(target)
+    sets = sentences.rival_sets(target)
     if sets:
         yield from ("", "Cannot be told apart with this recording")
         yield from _items((words.listing(rivals, "or") for rivals in sets), width)
@@ -148,7 +150,7 @@ def _not_testable(target: TargetFindings, width: int) -> Iterator[str]:
     if target.not_testable:
         yield from ("", "Not testable with this recording")
         yield from _items(
-            (f"{needs}: {', '.join(effects)}" for needs, effects in words.by_need(target)), width
+            (f"{needs}: {', '.join(effects)}" for needs, effects in sentences.by_need(target)), width
         )
 
 

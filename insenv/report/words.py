@@ -1,13 +1,10 @@
-"""What verdicts and effects mean, in sentences that the text and the HTML report share."""
+"""Names of effects and verdicts and what they mean, for the text and the HTML report alike."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Sequence
-from itertools import groupby
+from collections.abc import Iterable
 
-from insenv.identify.findings import Added, Estimate, Findings, HeldOut, NotTestable, TargetFindings
-from insenv.report.quantities import number, p_value, percent, span, unit_for
+from insenv.identify.findings import Added
 
 #: Effect id -> its name in running text, and what it is physically in one line.
 EFFECTS: dict[str, tuple[str, str]] = {
@@ -121,139 +118,37 @@ def noise_name(effect: str, unit: str) -> str:
 
 
 def listing(items: Iterable[str], last: str = "and") -> str:
-    """Join items as in a sentence: "a", "a and b", "a, b and c"."""
+    """Join items as in a sentence: "a", "a and b", "a, b and c"; "a, and b and c" if one has an "and"."""
     words = list(items)
-    return f" {last} ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
-
-
-def headline(target: TargetFindings, who: str = "") -> str:
-    """The verdict on one target (or on ``who``, targets alike) in one or two plain sentences."""
-    who = who or target.target
-    found = listing(name(key_of(a)) for a in target.added)
-    rivals = listing(
-        dict.fromkeys(name(key) for a in target.added for key in (key_of(a), *a.confounded_with)), "or"
-    )
-    return {
-        "effects-found": f"The declared model of {who} lacked {found}.",
-        "effects-found-incomplete": f"The declared model of {who} lacked {found}, and that is not all.",
-        "confounded": f"The declared model of {who} lacks something, "
-        f"and this recording cannot tell what: {rivals}.",
-        "generic-only": f"The declared model of {who} lacks something that no physical effect explains; "
-        f"what describes it is generic: {found or 'a smooth curve'}.",
-        "unexplained-structure": f"The residual of {who} is not noise, and no effect explains it.",
-        "nothing-significant": f"Nothing significant is missing from the declared model of {who}.",
-    }.get(target.verdict, f"{who}: {target.verdict}.")
-
-
-def sureness(target: TargetFindings, alpha: float) -> list[str]:
-    """How sure the verdict is: sentences with the figures that stand behind it."""
-    said = [*map(_chance, target.added), *map(_sentence, target.reasons)]
-    said.append(_outcome(target.held_out, bool(target.added)))
-    if target.verdict == "nothing-significant":
-        said.append(
-            f"A false alarm of the whole search was allowed in {percent(alpha)} of recordings; "
-            "an effect too weak for this recording, or not testable with it, would not show."
-        )
-    if target.verdict == "effects-found-incomplete":
-        said.append(f"The residual still exceeds its noise: {_over_floor(target.held_out)} on held-out data.")
-    return said
-
-
-def _sentence(text: str) -> str:
-    """``text`` with a capital and a full stop, unless it opens with an identifier."""
-    text = text.strip()
-    first = text.split(" ", 1)[0]
-    opened = text if "_" in first or ":" in first else text[:1].upper() + text[1:]
-    return opened if opened.endswith((".", "!", "?")) else opened + "."
-
-
-def _chance(added: Added) -> str:
-    title = name(key_of(added))
-    imitation = f"noise alone would imitate it with probability p {p_value(added.p_value)}"
-    return f"{title[:1].upper()}{title[1:]}: {imitation}."
-
-
-def _over_floor(held_out: HeldOut) -> str:
-    ratio = held_out.after / held_out.noise_floor if held_out.noise_floor > 0 else math.nan
-    return f"{number(ratio)} times the noise floor"
-
-
-def _outcome(held_out: HeldOut, added: bool) -> str:
-    """What happened on the data that no fit saw."""
-    unit = unit_for(held_out.unit, held_out.before, held_out.after)
-    before, after, floor = (unit.show(x) for x in (held_out.before, held_out.after, held_out.noise_floor))
-    means = f"means over {span(held_out.averaging)}"
-    if not added:
-        return (
-            f"On data that no fit saw, {means} scatter by {after} rms; the fitted noise alone leaves {floor}."
-        )
-    return (
-        f"On data that no fit saw, the error of {means} went from {before} to {after} rms "
-        f"({change(held_out)}); the fitted noise alone leaves {floor}."
-    )
-
-
-def change(held_out: HeldOut) -> str:
-    """Relative change of the held-out error: "-94%"."""
-    share = held_out.after / held_out.before - 1 if held_out.before > 0 else math.nan
-    if not math.isfinite(share):
-        return "—"
-    return ("-" if share < 0 else "+") + percent(abs(share))
-
-
-def overall(findings: Findings) -> str:
-    """The verdicts on all targets, one sentence for targets that share one."""
-    alike: dict[tuple[object, ...], list[TargetFindings]] = {}
-    for target in findings.targets:
-        kind = (target.verdict, *((key_of(a), a.confounded_with) for a in target.added))
-        alike.setdefault(kind, []).append(target)
-    return " ".join(headline(group[0], listing(t.target for t in group)) for group in alike.values())
-
-
-def rival_sets(target: TargetFindings) -> list[tuple[str, ...]]:
-    """Sets of effects that this recording cannot tell apart, each once."""
-    sets: dict[frozenset[str], tuple[str, ...]] = {}
-    for added in target.added:
-        rivals = (key_of(added), *added.confounded_with)
-        if added.confounded_with:
-            sets.setdefault(frozenset(rivals), rivals)
-    return list(sets.values())
-
-
-def by_need(target: TargetFindings) -> list[tuple[str, list[str]]]:
-    """What could not be tested, grouped by what it would need."""
-
-    def need(item: NotTestable) -> str:
-        return f"needs {listing(item.needs)}" if item.needs else item.reason or "no reason given"
-
-    ordered = sorted(target.not_testable, key=need)
-    return [(key, [item.effect for item in group]) for key, group in groupby(ordered, key=need)]
-
-
-def shift(before: Estimate, after: Estimate | None) -> float:
-    """By how many of its own standard deviations the first answer was off; NaN where that cannot be said."""
-    if after is None or not before.sd > 0:
-        return math.nan
-    return (after.value - before.value) / before.sd
-
-
-def paired(before: Sequence[Estimate], after: Sequence[Estimate]) -> list[tuple[Estimate, Estimate | None]]:
-    """Estimates before and after of the same parameter, in the order of ``before``."""
-    later = {(e.effect, e.parameter): e for e in after}
-    return [(e, later.get((e.effect, e.parameter))) for e in before]
+    comma = "," if any(f" {inner} " in word for word in words for inner in ("and", "or")) else ""
+    return f"{comma} {last} ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
 #: How the figures came about, a paragraph each; holds for every report.
 METHOD = (
-    "The declared model was fitted to the part of the recording that is not held out, by generalised "
-    "least squares: coefficients and noise (white, flicker, random walk, quantisation) together, the "
-    "noise by restricted maximum likelihood in the cosine-transform domain, where it is nearly "
-    "uncorrelated. Each effect of the catalogue was then tried on the residual with its own shape "
-    "parameters fitted, and its likelihood ratio turned into a p-value that accounts for the shapes "
-    "tried and for the number of candidates. The best one was added and everything refitted jointly, "
-    "until nothing significant was left or the next effect made the held-out error worse.",
-    "Held-out data were never fitted, except that a run held out whole may keep a bias of its own. "
-    "Standard deviations are one sigma and include the fitted noise. Spectral densities are two-sided: "
+    "The samples were averaged in bins, and the effects with them, so that the model of the bins is that of "
+    "the samples. The declared model was fitted to the part of the recording that is not held out: "
+    "coefficients by generalised least squares; noise (white, flicker, random walk, quantisation) by "
+    "restricted maximum likelihood in the domain of the discrete cosine transform, where it is all but "
+    "uncorrelated. Lines above the rate of the bins were looked for in the samples, with a false alarm in "
+    "0.01 % of recordings: steady ones were subtracted, wandering ones rejected by weighting each bin with a "
+    "Hann window. The error after is then that of these bins, the error before that of plain means.",
+    "Each effect of the catalogue was then added to the model, its own shape parameters fitted and the noise "
+    "fitted anew. The likelihood ratio became a probability by Fisher's F, with as many degrees of freedom "
+    "as the noise is known with where the effect lives, times the number of independent looks (shapes and "
+    "effects tried), which was counted on simulated noise of this recording. The held-out data tell by "
+    "themselves whether their residual moves as the fitted effect foretells; their evidence is joined as a "
+    "normal deviate. A coefficient beyond what is credible takes an effect out.",
+    "Of the significant effects the one with the largest likelihood ratio, less what its freedom gains by "
+    "chance, was added and everything refitted jointly, until nothing significant was left. An effect was "
+    "refused where its error on held-out data, plain by more than 1 % and also weighted by the noise, got "
+    "worse, and dropped again where later ones made it superfluous. Smooth curves without a cause were tried "
+    "last. Effects cannot be told apart where, with one in the other's place, the other is no longer "
+    "significant. At the end the residual was tested against the fitted noise and, where a maker's figures "
+    "are declared, against these with a tolerance of 15 %.",
+    "Nothing was fitted to held-out data, except that a run held out whole may keep a bias of its own. "
+    "Standard deviations are one sigma, of all parameters and shapes together, and include the fitted noise. "
+    "Spectral densities are two-sided: "
     "white noise of coefficient N has density N² and Allan deviation N/√τ, so that the flat part of the "
     "root spectral density is N itself. The band about an Allan deviation is a 68 % confidence "
     "interval.",

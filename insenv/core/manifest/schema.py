@@ -170,9 +170,7 @@ def tree(path: Path, noun: str) -> dict[str, Any]:
         found = content[error.start : error.start + 1].hex()
         raise InputError(f"{path}: line {line}: byte 0x{found} is not UTF-8; wanted UTF-8 text") from None
     except RecursionError:
-        raise InputError(
-            f"{path}: tables or lists are nested too deeply; wanted a {noun} in TOML"
-        ) from None
+        raise InputError(f"{path}: tables or lists are nested too deeply; wanted a {noun} in TOML") from None
     except ValueError as error:  # TOMLDecodeError, and integers too long for Python to convert
         raise InputError(f"{path}: {_syntax(str(error), content)}; wanted a {noun} in TOML") from None
 

@@ -1,0 +1,132 @@
+"""Sphinx extension: fills parts of pages from the code, so that they cannot go stale.
+
+``effects.md``: one section for each physical family (a module of `insenv.effects`), with the module's
+docstring, which opens with its equations, and a table of its effects. ``method.md``: the constants of
+`insenv.identify` with the comments above them.
+"""
+
+from __future__ import annotations
+
+import inspect
+import pkgutil
+import re
+import sys
+from collections.abc import Callable, Iterator
+from importlib import import_module
+from itertools import groupby
+from typing import Any
+
+import insenv.identify
+from insenv.core.exposure import CHANNEL_OF
+from insenv.effects.base import CurveEffect, Effect, LinearEffect, MemoryEffect, NoiseEffect, Param
+from insenv.effects.catalogue import CATALOGUE
+from insenv.report.words import EFFECTS
+
+#: What stands in a page where text from the code is to come.
+MARK = "%FROM-CODE%"
+#: From the special to the general: a `MemoryEffect` is a `CurveEffect` too.
+_KINDS: tuple[type[Effect], ...] = (MemoryEffect, CurveEffect, LinearEffect, NoiseEffect)
+_RULE = re.compile(r"^={3,}( +={3,})+$", re.MULTILINE)
+#: A constant of a module, behind the comment that documents it.
+_CONSTANT = re.compile(r"((?:^#: ?.*\n)+)^([A-Z][A-Z_, ]*) = ([0-9].*)$", re.MULTILINE)
+_HEAD = "| identifier | what it is, its kind and source | parameters | needs |\n|---|---|---|---|"
+
+
+def catalogue() -> str:
+    """The catalogue as Markdown, and the names that are reserved for effects to come."""
+    families = (_family(name, tuple(effects)) for name, effects in groupby(CATALOGUE, key=_module))
+    return "\n\n".join([*families, _reserved()])
+
+
+def _module(effect: Effect) -> str:
+    return type(effect).__module__
+
+
+def _family(module: str, effects: tuple[Effect, ...]) -> str:
+    """Heading, equations and table of one module."""
+    first, _, rest = (sys.modules.get(module) or import_module(module)).__doc__.strip().partition("\n")
+    rows = [_row(tuple(same)) for _, same in groupby(effects, key=lambda effect: effect.id)]
+    return "\n\n".join([f"## {first.rstrip('.:')}", _body(rest.strip("\n")), "\n".join([_HEAD, *rows])])
+
+
+def _body(text: str) -> str:
+    """A docstring as Markdown: its tables between rules are shown as they are typed."""
+    parts = [
+        f"```text\n{part}\n```" if _RULE.search(part) else part
+        for part in re.split(r"\n{2,}(?! )", text)  # an indented block stays with the text before it
+    ]
+    return "\n\n".join(parts)
+
+
+def _row(orders: tuple[Effect, ...]) -> str:
+    """One row for an effect, whatever its orders."""
+    effect = max(orders, key=lambda one: len(one.params))
+    keys = f"`{effect.id}`" + (f" (order 1 to {len(orders)} tried)" if len(orders) > 1 else "")
+    what = (type(effect).__doc__ or "").strip().partition("\n")[0]
+    kind = next(kind.__name__ for kind in _KINDS if isinstance(effect, kind))
+    cells = (keys, f"{what} *{kind}*. {effect.source}", _parameters(effect), _needs(effect))
+    return "| " + " | ".join(cell.replace("|", r"\|") for cell in cells) + " |"
+
+
+def _parameters(effect: Effect) -> str:
+    """Linear parameters, then shapes; a long row of alike coefficients is shortened."""
+    listed = [_parameter(p) for p in effect.linear]
+    if len(listed) > 4:
+        listed = [listed[0], "...", listed[-1]]
+    shapes = [f"shape {_parameter(p)}" for p in effect.shapes]
+    return ", ".join([*listed, *shapes])
+
+
+def _parameter(param: Param) -> str:
+    return f"`{param.name}` [{param.unit}]"
+
+
+def _needs(effect: Effect) -> str:
+    """Channels of a manifest; instruments where not all can have the effect."""
+    channels = [CHANNEL_OF.get(need.partition(".")[0], need) for need in effect.needs]
+    channels += ["a table rate that changes"] if effect.of_rate else []
+    only = f"{effect.instruments[0]} only" if len(effect.instruments) == 1 else ""
+    return "; ".join(filter(None, [*dict.fromkeys(channels), only])) or "nothing"
+
+
+def _reserved() -> str:
+    known = {effect.id for effect in CATALOGUE}
+    names = ", ".join(f"`{name}`" for name in EFFECTS if name not in known) or "none"
+    return f"## Reserved\n\nNames of effects that this version does not have: {names}."
+
+
+def constants() -> str:
+    """Table of the documented numbers in `insenv.identify`."""
+    rows = [f"| `{name}` | {value} | {meaning} |" for name, value, meaning in _constants()]
+    return "\n".join(["| constant | value | meaning |", "|---|---|---|", *rows])
+
+
+def _constants() -> Iterator[tuple[str, str, str]]:
+    """Name with its module, value and meaning of each."""
+    for info in pkgutil.iter_modules(insenv.identify.__path__):
+        source = inspect.getsource(import_module(f"insenv.identify.{info.name}"))
+        for comment, names, values in _CONSTANT.findall(source):
+            meaning = " ".join(line.removeprefix("#:").strip() for line in comment.splitlines())
+            yield ", ".join(f"{info.name}.{name}" for name in names.split(", ")), values, meaning
+
+
+PAGES: dict[str, Callable[[], str]] = {"effects": catalogue, "method": constants}
+
+
+def _fill(app: Any, docname: str, source: list[str]) -> None:
+    del app
+    if docname in PAGES:
+        source[0] = source[0].replace(MARK, PAGES[docname]())
+
+
+def _always_again(*given: Any) -> list[str]:
+    """These pages are read at every build: what they show changes without their files."""
+    del given
+    return list(PAGES)
+
+
+def setup(app: Any) -> dict[str, bool]:
+    """Register with Sphinx."""
+    app.connect("source-read", _fill)
+    app.connect("env-get-outdated", _always_again)
+    return {"parallel_read_safe": True}

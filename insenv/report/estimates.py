@@ -1,0 +1,82 @@
+"""Estimates as text: a parameter with its standard deviation, and the parameters before and after."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from insenv.identify.findings import Added, Estimate
+from insenv.report.quantities import Unit, instability_unit, unit_for, with_sd
+
+#: A found curve with more coefficients than this is shown by their range: one by one they say nothing.
+_MOST_SHOWN = 4
+
+#: Stands for an estimate that one of the two models does not have, and what that means.
+NONE = "—"
+NONE_MEANS = (
+    f"{NONE}: that model has no estimate of its own, because another of its effects looks just like it."
+)
+
+
+@dataclass(frozen=True)
+class Pair:
+    """An estimate before and after as text, in one ``unit``; ``large`` marks a shift beyond three sigma."""
+
+    effect: str
+    parameter: str
+    unit: str
+    before: str
+    after: str
+    shift: str
+    large: bool
+
+
+def value(estimate: Estimate) -> str:
+    """``value ± sd`` with the unit that suits it."""
+    return _unit(estimate, estimate).show_with_sd(estimate.value, estimate.sd)
+
+
+def parameters(added: Added) -> str:
+    """The parameters of a found effect; the coefficients of a curve without a cause by their range."""
+    if added.generic and len(added.parameters) > _MOST_SHOWN:
+        each = [p.value for p in added.parameters]
+        unit = unit_for(added.parameters[0].unit, *each)
+        return f"{len(each)} coefficients from {unit.number(min(each))} to {unit.show(max(each))}"
+    return ", ".join(f"{p.parameter} = {value(p)}" for p in added.parameters)
+
+
+def pairs(before: Sequence[Estimate], after: Sequence[Estimate]) -> list[Pair]:
+    """Every parameter of either model: those before in their order, then those that only came after."""
+    first, later = ({(e.effect, e.parameter): e for e in side} for side in (before, after))
+    return [_pair(first.get(key), later.get(key)) for key in dict.fromkeys((*first, *later))]
+
+
+def _pair(before: Estimate | None, after: Estimate | None) -> Pair:
+    known = [e for e in (before, after) if e is not None]
+    unit = _unit(*known)
+    shown = [NONE if e is None else with_sd(unit.of(e.value), unit.of(e.sd)) for e in (before, after)]
+    moved = shift(before, after)
+    return Pair(
+        effect=known[0].effect,
+        parameter=known[0].parameter,
+        unit=unit.label,
+        before=shown[0],
+        after=shown[1],
+        shift=(f"{moved:+.1f}" if abs(moved) >= 0.05 else "0.0") if abs(moved) < 1e4 else NONE,
+        large=abs(moved) > 3,
+    )
+
+
+def shift(before: Estimate | None, after: Estimate | None) -> float:
+    """By how many of its own standard deviations the first answer was off; NaN where that cannot be said."""
+    if before is None or after is None or not before.sd > 0:
+        return math.nan
+    return (after.value - before.value) / before.sd
+
+
+def _unit(*estimates: Estimate) -> Unit:
+    """The unit that suits all of ``estimates``, which share an SI unit."""
+    if estimates[0].effect == "bias_instability":
+        return instability_unit(estimates[0].unit)
+    return unit_for(estimates[0].unit, *(x for e in estimates for x in (e.value, e.sd)))

@@ -1,0 +1,152 @@
+"""The verdict in sentences that the text and the HTML report share."""
+
+from __future__ import annotations
+
+import math
+import re
+from itertools import groupby
+
+from insenv.identify.findings import Findings, HeldOut, NotTestable, TargetFindings
+from insenv.report.found import chances, listed
+from insenv.report.quantities import Unit, number, p_value, percent, span, unit_for
+from insenv.report.words import key_of, listing, name
+
+#: Excess of the held-out error over the noise floor from which it is worth a sentence.
+_EXCESS = 1.05
+
+
+def headline(target: TargetFindings, who: str = "") -> str:
+    """The verdict on one target (or on ``who``, targets alike) in one or two plain sentences."""
+    who = who or target.target
+    found = listed(target.added)
+    return {
+        "effects-found": f"The declared model of {who} lacked {found}.",
+        "effects-found-incomplete": f"The declared model of {who} lacked {found}, and that is not all.",
+        "confounded": _ambiguous(target, who),
+        "generic-only": f"The declared model of {who} lacks something that no physical effect explains; "
+        f"what describes it is generic: {found or 'a smooth curve'}.",
+        "unexplained-structure": f"The residual of {who} is not noise, and no effect explains it.",
+        "nothing-significant": f"Nothing significant is missing from the declared model of {who}.",
+    }.get(target.verdict, f"{who}: {target.verdict}.")
+
+
+def _ambiguous(target: TargetFindings, who: str) -> str:
+    sets = rival_sets(target)
+    rivals = "; and ".join(listing(map(name, keys), "or") for keys in sets)
+    within = {key for keys in sets for key in keys}
+    sure = [one for one in target.added if key_of(one) not in within]
+    if sure:
+        lacked = f"The declared model of {who} lacked {listed(sure)}"
+        return f"{lacked}, and something else that this recording cannot tell: {rivals}."
+    return f"The declared model of {who} lacks something, and this recording cannot tell what: {rivals}."
+
+
+def overall(findings: Findings) -> str:
+    """The verdicts on all targets, one sentence for targets that share one."""
+    alike: dict[str, list[TargetFindings]] = {}
+    for target in findings.targets:
+        alike.setdefault(headline(target, "\0"), []).append(target)
+    return " ".join(headline(group[0], listing(t.target for t in group)) for group in alike.values())
+
+
+def sureness(target: TargetFindings, alpha: float) -> list[str]:
+    """How sure the verdict is: sentences with the figures that stand behind it, and what would settle it."""
+    said = [*chances(target.added), *map(_sentence, target.reasons), _outcome(target)]
+    if target.verdict == "nothing-significant":
+        said.append(
+            f"A false alarm of the whole search was allowed in {percent(alpha)} of recordings; "
+            "an effect too weak for this recording, or not testable with it, would not show."
+        )
+    if target.verdict == "effects-found-incomplete":
+        said += _left(target.held_out)
+    return said + _settling(target)
+
+
+def _sentence(text: str) -> str:
+    """``text`` with a capital and a full stop, unless it opens with an identifier; p-values as elsewhere."""
+    text = re.sub(
+        r"\bp = (\d[\d.]*(?:e[-+]?\d+)?)(?=\))", lambda m: f"p {p_value(float(m[1]))}", text.strip()
+    )
+    first = text.split(" ", 1)[0]
+    opened = text if "_" in first or ":" in first else text[:1].upper() + text[1:]
+    return opened if opened.endswith((".", "!", "?")) else opened + "."
+
+
+def _outcome(target: TargetFindings) -> str:
+    """What happened on the data that no fit saw."""
+    held_out = target.held_out
+    unit = held_out_unit(target)
+    before, after, floor = (unit.show(x) for x in (held_out.before, held_out.after, held_out.noise_floor))
+    means = f"means over {span(held_out.averaging)}"
+    alone = f"the fitted noise alone leaves {floor}"
+    if not target.added:
+        return f"On data that no fit saw, {means} scatter by {after} rms; {alone}."
+    went = f"the error of {means} went from {before} to {after} rms ({change(held_out)}); {alone}."
+    sets = rival_sets(target)
+    if target.verdict == "confounded" and sets:
+        fitted = listing(name(keys[0]) for keys in sets)
+        return f"Whichever it is (fitted as {fitted}), on data that no fit saw {went}"
+    return f"On data that no fit saw, {went}"
+
+
+def change(held_out: HeldOut) -> str:
+    """Relative change of the held-out error: "-94%"."""
+    share = held_out.after / held_out.before - 1 if held_out.before > 0 else math.nan
+    if not math.isfinite(share):
+        return "—"
+    return ("-" if share < 0 else "+") + percent(abs(share))
+
+
+def _left(held_out: HeldOut) -> list[str]:
+    """By how much the residual still exceeds its noise, where it does."""
+    ratio = held_out.after / held_out.noise_floor if held_out.noise_floor > 0 else math.nan
+    if not ratio > _EXCESS:
+        return []
+    return [f"What is left on held-out data is {number(ratio)} times what the fitted noise leaves."]
+
+
+def _settling(target: TargetFindings) -> list[str]:
+    """The experiment that would tell each set of rivals apart."""
+    said = []
+    for keys in rival_sets(target):
+        for one in target.next_experiment:
+            if set(keys) <= set(one.separates):
+                said.append(f"Next experiment, to tell {listing(map(name, keys))} apart – {one.procedure}.")
+                break
+    return said
+
+
+def rival_sets(target: TargetFindings) -> list[tuple[str, ...]]:
+    """Sets of effects that this recording cannot tell apart, each once."""
+    sets: dict[frozenset[str], tuple[str, ...]] = {}
+    for added in target.added:
+        rivals = (key_of(added), *added.confounded_with)
+        if added.confounded_with:
+            sets.setdefault(frozenset(rivals), rivals)
+    return list(sets.values())
+
+
+def by_need(target: TargetFindings) -> list[tuple[str, list[str]]]:
+    """What could not be tested, grouped by what it would need."""
+
+    def need(item: NotTestable) -> str:
+        return f"needs {listing(item.needs)}" if item.needs else item.reason or "no reason given"
+
+    ordered = sorted(target.not_testable, key=need)
+    return [(key, [item.effect for item in group]) for key, group in groupby(ordered, key=need)]
+
+
+def again(key: str, target: TargetFindings) -> str:
+    """A note for a candidate whose like was added: what was tried is one more of it."""
+    return " (another)" if any(key == key_of(one) for one in target.added) else ""
+
+
+def held_out_unit(target: TargetFindings) -> Unit:
+    """The one unit of all held-out errors of a target."""
+    return unit_for(target.unit, target.held_out.before, target.held_out.after)
+
+
+def rest(p_values: list[float]) -> str:
+    """What to say of candidates that are only counted: "not significant (all p > 0.1)"."""
+    least = min(p_values)
+    return f"not significant ({'all p > 0.1' if least > 0.1 else f'smallest p {p_value(least)}'})"
