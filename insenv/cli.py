@@ -42,13 +42,9 @@ def insenv(context: click.Context) -> None:
 @insenv.command("close-loop")
 @click.argument("manifest")
 @click.option("--json", "json_path", type=click.Path(path_type=Path), help="Write the findings as JSON.")
-@click.option(
-    "--html", "html_path", type=click.Path(path_type=Path), help="Write an HTML report in one file."
-)
+@click.option("--html", "html_path", type=click.Path(path_type=Path), help="Write an HTML report in one file.")
 @click.option("--effects", help="Try these effects only, separated by commas.")
-@click.option(
-    "--alpha", default=0.01, show_default=True, help="Probability of a false discovery, per target."
-)
+@click.option("--alpha", default=0.01, show_default=True, help="Probability of a false discovery, per target.")
 @click.option("--seed", default=0, show_default=True, help="Seed of the noise that calibrates the search.")
 def close_loop(
     manifest: str,

@@ -87,10 +87,7 @@ class Normals:
         dealt = []
         for i, sensor in enumerate(self._sensors, start=1):
             rows = [
-                [
-                    _stream(s, (i, j, n.draws)).standard_normal(n.draws_at_start)
-                    for j, n in enumerate(sensor.noises)
-                ]
+                [_stream(s, (i, j, n.draws)).standard_normal(n.draws_at_start) for j, n in enumerate(sensor.noises)]
                 for s in self._seeds
             ]
             z = np.array([np.concatenate([*row, []]) for row in rows])
@@ -161,18 +158,12 @@ class Rig:
             sensor, motion = fitted.sensor, scene.motions[fitted.sensor.target]
             if not state.samples:
                 before = _first_state(fitted, motion, before)
-            reading, carried = sensor.measure(
-                motion, fitted.theta, before, z[..., first[i] : first[i + 1], :]
-            )
-            outputs[sensor.target] = np.broadcast_to(
-                reading, np.broadcast_shapes(reading.shape, (*z.shape[:-2], n))
-            )
+            reading, carried = sensor.measure(motion, fitted.theta, before, z[..., first[i] : first[i + 1], :])
+            outputs[sensor.target] = np.broadcast_to(reading, np.broadcast_shapes(reading.shape, (*z.shape[:-2], n)))
             after.append(carried)
         return Readings(t[1:], outputs, scene.references), RigState(state.samples + n, plant, tuple(after))
 
-    def stream(
-        self, seed: int, samples: int, batch: int | None = None, chunk: int = CHUNK
-    ) -> Iterator[Readings]:
+    def stream(self, seed: int, samples: int, batch: int | None = None, chunk: int = CHUNK) -> Iterator[Readings]:
         """So many samples of the plant left to itself, in chunks: memory does not grow with their number."""
         normals = Normals(self, seed, batch)
         state = self.begin(normals.start())

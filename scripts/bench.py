@@ -112,9 +112,7 @@ def noise() -> Iterator[Line]:
         f"{bound:.1f} M/s",
         ours / bound,
     )
-    yield Line(
-        "    the same, samples of one axis", f"{AXES * ours:.0f} M/s", "", "", f"{AXES * bound:.0f} M/s", None
-    )
+    yield Line("    the same, samples of one axis", f"{AXES * ours:.0f} M/s", "", "", f"{AXES * bound:.0f} M/s", None)
 
 
 def importing() -> Iterator[Line]:

@@ -34,6 +34,4 @@ def normals(effect: Effect, n: int, batch: tuple[int, ...] = ()) -> Floats | Non
 
 def addition(effect: Effect, motion: Motion, theta: Floats, u: Floats | None = None) -> Floats:
     u = motion.rate if u is None else u
-    return effect.apply(
-        u, motion, theta, effect.begin(motion, theta), normals(effect, motion.n, u.shape[:-1])
-    )[0]
+    return effect.apply(u, motion, theta, effect.begin(motion, theta), normals(effect, motion.n, u.shape[:-1]))[0]

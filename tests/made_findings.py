@@ -178,9 +178,7 @@ def plain_gyro(name: str) -> TargetFindings:
     """A gyro at rest with nothing but noise."""
     target = gyro(1200)
     traces = replace(target.traces, before=target.traces.after, covariates={})
-    spectra = replace(
-        target.spectra, psd_before=target.spectra.psd_after, allan_before=target.spectra.allan_after
-    )
+    spectra = replace(target.spectra, psd_before=target.spectra.psd_after, allan_before=target.spectra.allan_after)
     return replace(
         target,
         target=name,

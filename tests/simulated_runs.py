@@ -65,9 +65,7 @@ def table_rates(kind: str, n: int, dt: float, rng: np.random.Generator) -> Float
     else:
         rate = np.zeros(n)
     ramp = max(1, round(1 / dt))
-    eased = np.convolve(np.concatenate([np.full(ramp, rate[0]), rate]), np.full(ramp, 1 / ramp))[
-        ramp : ramp + n
-    ]
+    eased = np.convolve(np.concatenate([np.full(ramp, rate[0]), rate]), np.full(ramp, 1 / ramp))[ramp : ramp + n]
     return np.deg2rad(eased)
 
 
@@ -83,9 +81,7 @@ def gyro_motion(kind: str, rng: np.random.Generator, duration: float, dt: float)
         rate=rate,
         angle=None if kind == "rest" else np.concatenate([[0.0], np.cumsum(rate * dt)]),
         rate_edges=np.concatenate([rate[:1], 0.5 * (rate[1:] + rate[:-1]), rate[-1:]]),
-        temperature=298.15
-        + rise * (1 - np.exp(-t / warm_up))
-        + swing * np.sin(2 * np.pi * t / period + phase),
+        temperature=298.15 + rise * (1 - np.exp(-t / warm_up)) + swing * np.sin(2 * np.pi * t / period + phase),
     )
 
 

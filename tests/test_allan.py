@@ -69,9 +69,7 @@ def test_every_averaging_factor_against_numpy(n: int, seed: int, dt: float) -> N
     rates = np.random.default_rng(seed).standard_normal(n)
     factors = np.arange(1, n // 2 + 1)
     x = np.concatenate([[0.0], np.cumsum(rates)])
-    direct = [
-        np.sqrt(np.mean((x[2 * m :] - 2 * x[m : len(x) - m] + x[: -2 * m]) ** 2) / 2) / m for m in factors
-    ]
+    direct = [np.sqrt(np.mean((x[2 * m :] - 2 * x[m : len(x) - m] + x[: -2 * m]) ** 2) / 2) / m for m in factors]
     found = allan_deviation(rates, dt, factors * dt)
     np.testing.assert_allclose(found.deviation, direct, rtol=1e-9, atol=1e-13)
     assert (found.lower < found.deviation).all() and (found.deviation < found.upper).all()
@@ -172,9 +170,7 @@ def test_power_law_is_identified(kind: str, alpha: int, m: int) -> None:
 @pytest.mark.parametrize("m", [4, 50])
 def test_interval_covers(kind: str, m: int) -> None:
     n = 400
-    deviations = allan_deviation(
-        np.stack([_series(kind, n, s) for s in range(400)]), 1.0, [float(m)], noise=kind
-    )
+    deviations = allan_deviation(np.stack([_series(kind, n, s) for s in range(400)]), 1.0, [float(m)], noise=kind)
     truth = np.sqrt(np.mean(deviations.deviation**2))
     covered = np.mean((deviations.lower < truth) & (truth < deviations.upper))
     assert covered == pytest.approx(0.6827, abs=0.10)
@@ -191,7 +187,5 @@ def test_a_folder_without_a_cache_still_computes(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(numba, "njit", without_cache)
     allan._compiled.cache_clear()
     x = np.arange(10.0) ** 2
-    np.testing.assert_allclose(
-        allan._compiled(allan._squared_second_differences)(x, np.array([1])), [8 * 4.0]
-    )
+    np.testing.assert_allclose(allan._compiled(allan._squared_second_differences)(x, np.array([1])), [8 * 4.0])
     allan._compiled.cache_clear()

@@ -29,15 +29,10 @@ LABELS = ["rest"] * 15 + ["turn"] * (ROWS - 15)
 
 def manifest_text(name: str, head: str = "", indices: bool = False) -> str:
     columns: list[object] = list(range(len(CHANNELS))) if indices else list(CHANNELS)
-    lines = [
-        f'{n} = {{ column = {c!r}, unit = "{u}" }}'
-        for (n, u), c in zip(CHANNELS.items(), columns, strict=True)
-    ]
+    lines = [f'{n} = {{ column = {c!r}, unit = "{u}" }}' for (n, u), c in zip(CHANNELS.items(), columns, strict=True)]
     lines += [] if indices else ['segment = { column = "segment" }']
     return (
-        f'{head}data = "{name}"\n[channels]\n'
-        + "\n".join(lines)
-        + '\n[model]\ntarget = "gyro"\ndeclared = ["bias"]\n'
+        f'{head}data = "{name}"\n[channels]\n' + "\n".join(lines) + '\n[model]\ntarget = "gyro"\ndeclared = ["bias"]\n'
     )
 
 
@@ -232,9 +227,7 @@ ARRAYS = dict(zip(CHANNELS, TABLE.T, strict=True)) | {"segment": np.array(LABELS
     ({"gyro": np.where(np.arange(ROWS) == 7, np.nan, 1.0)}, ["row 7", "'gyro'", "nan", "finite"]),
     ({"gyro": np.array([None] * ROWS)}, ["npz", "undamaged"]),
 ])  # fmt: skip
-def test_an_array_that_is_no_column_is_named(
-    tmp_path: Path, change: dict[str, np.ndarray], words: list[str]
-) -> None:
+def test_an_array_that_is_no_column_is_named(tmp_path: Path, change: dict[str, np.ndarray], words: list[str]) -> None:
     path = written(tmp_path, "npz")
     np.savez(path, **{**ARRAYS, **change})
     message = message_of(tmp_path)
@@ -263,9 +256,7 @@ def test_time_without_an_even_step_is_refused(tmp_path: Path) -> None:
     ('"segment"', '"part"', ["'part'", "channels.segment", "segment"]),
     ('"gyro", unit', "9, unit", ["9", "channels.gyro", "below 5"]),
 ])  # fmt: skip
-def test_a_channel_that_does_not_fit_the_file_is_named(
-    tmp_path: Path, old: str, new: str, words: list[str]
-) -> None:
+def test_a_channel_that_does_not_fit_the_file_is_named(tmp_path: Path, old: str, new: str, words: list[str]) -> None:
     written(tmp_path, "csv")
     manifest = tmp_path / "run.toml"
     manifest.write_text(manifest.read_text().replace("'", '"').replace(old, new, 1))
@@ -386,15 +377,9 @@ def test_a_damaged_manifest_loads_or_is_refused(sound: Sound, damage: list[tuple
         manifest.write_bytes(text)
 
 
-@pytest.mark.parametrize(
-    "kind", ["csv", "text", "npz", "parquet", "mat", "mat 7.3", "float64-le", "psins-imu"]
-)
+@pytest.mark.parametrize("kind", ["csv", "text", "npz", "parquet", "mat", "mat 7.3", "float64-le", "psins-imu"])
 @settings(max_examples=30, derandomize=True, deadline=None)
-@given(
-    content=st.one_of(
-        st.binary(max_size=300), st.text(max_size=100).map(lambda t: t.encode("utf-8", "replace"))
-    )
-)
+@given(content=st.one_of(st.binary(max_size=300), st.text(max_size=100).map(lambda t: t.encode("utf-8", "replace"))))
 def test_any_content_of_a_data_file_loads_or_is_refused(sound: Sound, kind: str, content: bytes) -> None:
     path, good, _ = sound[kind]
     path.write_bytes(content)

@@ -31,9 +31,7 @@ def uneven() -> NDArray[np.int64]:
     return np.random.default_rng(2).integers(0, 5, N)
 
 
-def bins_of(
-    e: Exposure, fit: NDArray[np.bool_], held: NDArray[np.bool_], rows: int = 1, hann: bool = False
-) -> Bins:
+def bins_of(e: Exposure, fit: NDArray[np.bool_], held: NDArray[np.bool_], rows: int = 1, hann: bool = False) -> Bins:
     return gather((e,), (fit,), (held,), PER_BIN, rows, hann)
 
 

@@ -120,15 +120,10 @@ def test_a_good_run_prints_and_writes_what_it_found(insenv: Command, tmp_path: P
 
 def test_effects_restricts_the_search(insenv: Command, tmp_path: Path) -> None:
     manifest = write(tmp_path)
-    assert (
-        insenv("close-loop", manifest, "--json", tmp_path / "a.json", "--effects", "bias_drift, tone").status
-        == 0
-    )
+    assert insenv("close-loop", manifest, "--json", tmp_path / "a.json", "--effects", "bias_drift, tone").status == 0
     document = strict(tmp_path / "a.json")
     named = [
-        entry["effect"].partition(":")[0]
-        for key in ("added", "rejected", "not_testable")
-        for entry in document[key]
+        entry["effect"].partition(":")[0] for key in ("added", "rejected", "not_testable") for entry in document[key]
     ]
     assert set(named) <= {"bias_drift", "tone"}
     assert document["verdict"] != "effects-found"
@@ -146,20 +141,13 @@ def test_a_seed_gives_the_same_json_byte_for_byte(insenv: Command, tmp_path: Pat
 def test_several_targets_have_a_block_each(insenv: Command, tmp_path: Path) -> None:
     lines = [f"{a},{b.split(',')[1]}" for a, b in zip(rows(), rows(seed=2), strict=True)]
     lines[0] = "time,gyro,table,other"
-    text = MANIFEST.replace("gyro = {", "gyro_x = {").replace(
-        'target = "gyro"', 'target = ["gyro_x", "gyro_y"]'
-    )
+    text = MANIFEST.replace("gyro = {", "gyro_x = {").replace('target = "gyro"', 'target = ["gyro_x", "gyro_y"]')
     text = text.replace("table_rate", 'gyro_y = { column = "other", unit = "deg/s" }\ntable_rate')
     ended = insenv("close-loop", write(tmp_path, text, lines), "--json", tmp_path / "a.json")
     assert ended.status == 0
     document = strict(tmp_path / "a.json")
     check_contract(document, targets=2)
-    assert (
-        set(document["verdicts"])
-        == set(document["held_out"])
-        == set(document["noise"])
-        == {"gyro_x", "gyro_y"}
-    )
+    assert set(document["verdicts"]) == set(document["held_out"]) == set(document["noise"]) == {"gyro_x", "gyro_y"}
     assert document["verdict"] == min(document["verdicts"].values(), key=VERDICTS.index)
     for key in ("added", "rejected"):
         assert {entry["target"] for entry in document[key]} == {"gyro_x", "gyro_y"}

@@ -109,9 +109,7 @@ def test_an_unknown_name_is_told_the_known_ones(ask: Callable[[str], object]) ->
 
 def test_a_recording_that_is_nowhere_is_not_located() -> None:
     assert datasets.locate(ONE) is None
-    with pytest.raises(
-        InputError, match=r"'psins_lasergyro' is not on this machine; .*--fetch .*INSENV_DATA"
-    ):
+    with pytest.raises(InputError, match=r"'psins_lasergyro' is not on this machine; .*--fetch .*INSENV_DATA"):
         datasets.load(ONE)
 
 
@@ -132,9 +130,7 @@ def test_half_a_recording_does_not_count() -> None:
     assert datasets.locate(TWO) is None
 
 
-def test_a_local_file_that_is_not_the_published_one_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_local_file_that_is_not_the_published_one_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(local.VARIABLE, str(tmp_path))
     _lay(tmp_path, ONE, b"something else")
     with pytest.raises(InputError, match=r"lasergyro\.imu: is not the published file \(sha256 f41f3fa625ff"):
@@ -157,9 +153,7 @@ def test_what_is_fetched_is_found_and_not_fetched_again(
     assert datasets.fetch(name) == folder
 
 
-def test_a_damaged_file_in_the_cache_is_fetched_again(
-    server: Server, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_damaged_file_in_the_cache_is_fetched_again(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
     _lay(local.cache(), ONE, b"damaged")
     _want(monkeypatch, ONE, b"as published")
     server(b"as published")
@@ -227,9 +221,7 @@ def test_the_table_says_where_each_recording_is(tmp_path: Path, monkeypatch: pyt
 
 def test_names_cost_nothing() -> None:
     program = "import sys, insenv.datasets as d; d.names(); print(*sys.modules)"
-    loaded = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, check=True, text=True
-    ).stdout
+    loaded = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True, text=True).stdout
     assert {"pooch", "pint", "scipy", "requests"}.isdisjoint(loaded.split())
 
 

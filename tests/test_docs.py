@@ -45,9 +45,7 @@ def blocks(path: Path) -> list[tuple[str, str]]:
 def unexplained(page: str, names: set[str]) -> list[str]:
     """Those of ``names`` that stand nowhere in the page's code: blocks and what is between backticks."""
     whole = text(page)
-    code = [content for _, content in _BLOCK.findall(whole)] + re.findall(
-        r"`([^`\n]+)`", _BLOCK.sub("", whole)
-    )
+    code = [content for _, content in _BLOCK.findall(whole)] + re.findall(r"`([^`\n]+)`", _BLOCK.sub("", whole))
     return sorted(names - set(re.findall(r"[\w-]+", " ".join(code))))
 
 
@@ -121,13 +119,7 @@ def test_toml_examples_are_accepted(path: Path, tmp_path: Path) -> None:
 
 def commands() -> list[str]:
     """Every line of a shell block that calls insenv."""
-    lines = [
-        line
-        for path in PAGES
-        for lang, content in blocks(path)
-        if lang == "sh"
-        for line in content.split("\n")
-    ]
+    lines = [line for path in PAGES for lang, content in blocks(path) if lang == "sh" for line in content.split("\n")]
     return sorted({line for line in lines if line.startswith(("insenv ", ".venv/bin/insenv "))})
 
 
@@ -215,8 +207,6 @@ def test_the_layers_are_those_of_the_import_contract() -> None:
     ]
     layers = next(c for c in contracts if c["id"] == "layers")["layers"]
     wanted = [re.findall(r"\w+", layer) for layer in layers if "__main__" not in layer]
-    drawn = next(
-        content for _, content in blocks(ROOT / "docs" / "architecture.md") if content.startswith("cli ")
-    )
+    drawn = next(content for _, content in blocks(ROOT / "docs" / "architecture.md") if content.startswith("cli "))
     found = [re.findall(r"\w+", re.split(r" {2,}", line)[0]) for line in drawn.splitlines()]
     assert found == wanted

@@ -16,9 +16,7 @@ from insenv.core.errors import InputError
     ],
 )
 @pytest.mark.parametrize("hemisphere", [1, -1])
-def test_gravity_on_the_ellipsoid(
-    latitude_deg: float, published: float, tolerance: float, hemisphere: int
-) -> None:
+def test_gravity_on_the_ellipsoid(latitude_deg: float, published: float, tolerance: float, hemisphere: int) -> None:
     assert earth.gravity(hemisphere * np.radians(latitude_deg)) == pytest.approx(published, abs=tolerance)
 
 

@@ -203,10 +203,6 @@ def test_an_angle_spline_has_the_period_of_a_turn() -> None:
     assert motion.angle is not None
     turned = replace(motion, angle=motion.angle - 6 * np.pi)
     effect = SplineAngle()
-    np.testing.assert_allclose(
-        effect.basis(turned.rate, turned), effect.basis(motion.rate, motion), atol=1e-12
-    )
+    np.testing.assert_allclose(effect.basis(turned.rate, turned), effect.basis(motion.rate, motion), atol=1e-12)
     turn = Motion(t=np.arange(2.0), rate=np.zeros(1), angle=np.array([0.3, 0.3 + 2 * np.pi]))
-    np.testing.assert_allclose(
-        effect.basis(turn.rate, turn), np.full((1, effect.count), 1 / (effect.count + 1))
-    )
+    np.testing.assert_allclose(effect.basis(turn.rate, turn), np.full((1, effect.count), 1 / (effect.count + 1)))

@@ -11,7 +11,7 @@ from insenv.identify.fit import solve
 from insenv.identify.heldout import Score, confirms, held_out_score, rescored, residual
 from insenv.identify.prepare import prepare
 from insenv.identify.problem import Term
-from insenv.identify.scan import noise_freedom, reference
+from insenv.identify.scan import reference, term_freedom
 from insenv.identify.search import with_term
 
 KEYS = ("bias_drift", "bias_temperature:1", "angle_locked_rate:1", "scale_factor_cubic")
@@ -25,7 +25,7 @@ def deviate(run: Simulated, key: str) -> tuple[float, float]:
     problem, small = prepared.problem, solve(prepared.problem, prepared.model)
     term = Term(by_key(key))
     large = solve(problem, with_term(prepared.model, term), start=small.noise.power)
-    freedom = noise_freedom(problem, reference(problem, prepared.model, small.noise.power), term)
+    freedom = term_freedom(problem, reference(problem, prepared.model, small.noise.power), term)
     return held_out_deviate(problem, small, large, freedom)
 
 

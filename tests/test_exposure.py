@@ -125,9 +125,7 @@ def test_a_cell_is_the_mean_of_its_rows() -> None:
     fine, coarse = (expose(swing("interval"), "gyro", rows_per_cell=k) for k in (1, 7))
     whole = len(fine.y) // 7
     assert_allclose(coarse.y[:whole], fine.y[: 7 * whole].reshape(whole, 7).mean(1), rtol=0, atol=1e-14)
-    assert_allclose(
-        coarse.motion.rate[:whole], fine.motion.rate[: 7 * whole].reshape(whole, 7).mean(1), atol=1e-12
-    )
+    assert_allclose(coarse.motion.rate[:whole], fine.motion.rate[: 7 * whole].reshape(whole, 7).mean(1), atol=1e-12)
     assert coarse.count.sum() == N - 1
     assert coarse.motion.dt == pytest.approx(7 * DT)
 
@@ -190,9 +188,7 @@ def test_temperature_is_given_at_the_edges() -> None:
     e = expose(replace(r, channels={**r.channels, "temperature": ramp}), "gyro")
     assert e.motion.temperature is not None
     assert_allclose(np.diff(e.motion.temperature)[20:-20] / DT, 0.02, rtol=1e-3)
-    assert_allclose(
-        e.motion.temperature[20:-20], 290.0 + 0.02 * DT * np.arange(N)[20:-20], rtol=0, atol=0.02 * DT
-    )
+    assert_allclose(e.motion.temperature[20:-20], 290.0 + 0.02 * DT * np.arange(N)[20:-20], rtol=0, atol=0.02 * DT)
 
 
 def test_a_channel_that_is_not_there_has_no_exposure() -> None:

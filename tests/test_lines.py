@@ -32,9 +32,7 @@ def test_a_line_is_found_where_it_is(frequency: float, amplitude: float) -> None
     assert len(found) == 1
     line = found[0]
     assert line.steady
-    assert line.frequency_sd == pytest.approx(
-        np.sqrt(6) / (np.pi * N * DT * amplitude) * np.sqrt(2 / N), rel=0.2
-    )
+    assert line.frequency_sd == pytest.approx(np.sqrt(6) / (np.pi * N * DT * amplitude) * np.sqrt(2 / N), rel=0.2)
     assert abs(line.frequency - frequency) < 5 * line.frequency_sd
     assert abs(line.amplitude - amplitude) < 5 * line.amplitude_sd
     # Phase at the first sample, correlated with the frequency: twice the deviation at the middle.

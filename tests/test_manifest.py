@@ -297,9 +297,7 @@ KEYS = st.sampled_from([
     "model", "target", "declared", "noise", "angle_random_walk", "held_out", "rows", "start", "fit",
     "source", "x",
 ])  # fmt: skip
-TEXTS = st.sampled_from(
-    ["gyro", "accel_x", "a.csv", "s", "deg/s", "5 deg", "1 s", "RFU", "bias", "rate", "", "\n"]
-)
+TEXTS = st.sampled_from(["gyro", "accel_x", "a.csv", "s", "deg/s", "5 deg", "1 s", "RFU", "bias", "rate", "", "\n"])
 LEAVES = st.one_of(TEXTS, st.text(max_size=8), st.integers(), st.floats(), st.booleans())
 
 
@@ -329,9 +327,7 @@ EITHER = st.one_of(
 
 @settings(max_examples=300, derandomize=True, deadline=None)
 @given(content=EITHER)
-def test_any_content_is_a_manifest_or_an_input_error(
-    tmp_path_factory: pytest.TempPathFactory, content: bytes
-) -> None:
+def test_any_content_is_a_manifest_or_an_input_error(tmp_path_factory: pytest.TempPathFactory, content: bytes) -> None:
     path = tmp_path_factory.getbasetemp() / "any.toml"
     path.write_bytes(content)
     try:

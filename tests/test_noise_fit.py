@@ -91,9 +91,7 @@ def test_pooling_costs_little_likelihood() -> None:
 @pytest.mark.parametrize("restricted", [True, False])
 def test_the_gradient_of_the_likelihood_is_its_difference(restricted: bool) -> None:
     n, rng = 500, np.random.default_rng(2)
-    y = simulated_noise(
-        {"angle_random_walk": 1.0, "bias_instability": 0.3, "rate_random_walk": 0.1}, n, WIDTH, rng
-    )
+    y = simulated_noise({"angle_random_walk": 1.0, "bias_instability": 0.3, "rate_random_walk": 0.1}, n, WIDTH, rng)
     p = pooled((block(200), Block(0, True, 200, n, n)), y, regressors(n))
     prior = np.array([0.1, 2.0, 0.5])
     for power in ([1.0, 0.1, 0.01, 0.5], [0.2, 1e-3, 1.0, 1e-2]):
@@ -133,15 +131,9 @@ class Recovery:
 #: Of each sum of noises, the coefficients that it determines to a third or better.
 SUMS = {
     "white": Recovery({"angle_random_walk": 2e-6}, ("angle_random_walk",)),
-    "walk": Recovery(
-        {"angle_random_walk": 1.0, "rate_random_walk": 0.05}, ("angle_random_walk", "rate_random_walk")
-    ),
-    "flicker": Recovery(
-        {"angle_random_walk": 1.0, "bias_instability": 0.5}, ("angle_random_walk", "bias_instability")
-    ),
-    "quantization": Recovery(
-        {"angle_random_walk": 1.0, "quantization": 3.0}, ("angle_random_walk", "quantization")
-    ),
+    "walk": Recovery({"angle_random_walk": 1.0, "rate_random_walk": 0.05}, ("angle_random_walk", "rate_random_walk")),
+    "flicker": Recovery({"angle_random_walk": 1.0, "bias_instability": 0.5}, ("angle_random_walk", "bias_instability")),
+    "quantization": Recovery({"angle_random_walk": 1.0, "quantization": 3.0}, ("angle_random_walk", "quantization")),
 }
 
 

@@ -134,9 +134,7 @@ def test_a_profile_beyond_the_table_is_refused(asked: profile.Profile, word: str
 
 
 def test_the_input_axis_sees_its_share_of_table_and_earth() -> None:
-    table = Turntable(
-        tilt=30 * DEG, latitude=28.2 * DEG, azimuth=70 * DEG, profile=profile.constant(0.1, np.inf)
-    )
+    table = Turntable(tilt=30 * DEG, latitude=28.2 * DEG, azimuth=70 * DEG, profile=profile.constant(0.1, np.inf))
     rate = play(table, edges(1, 10)).motions["gyro"].rate
     np.testing.assert_allclose(rate, 0.5 * (0.1 + EARTH_RATE * np.sin(28.2 * DEG)), rtol=1e-12)
     # At table angle a the axis points to the azimuth 70 deg - a: north, and all of the rate, at a = 70 deg.
@@ -218,8 +216,6 @@ def test_the_disturbance_has_its_standard_deviation_and_does_not_depend_on_chunk
     parts = in_chunks(base, t, [1, 5, 3001], z)
     for axis in "xyz":
         joined = np.concatenate([p.motions[f"gyro_{axis}"].rate for p in parts], axis=-1)
-        np.testing.assert_allclose(
-            joined, play(base, t, z).motions[f"gyro_{axis}"].rate, rtol=1e-9, atol=1e-15
-        )
+        np.testing.assert_allclose(joined, play(base, t, z).motions[f"gyro_{axis}"].rate, rtol=1e-9, atol=1e-15)
         alone = play(base, t, z[1]).motions[f"gyro_{axis}"].rate
         assert np.array_equal(play(base, t, z).motions[f"gyro_{axis}"].rate[1], alone)

@@ -30,9 +30,7 @@ DEG = math.pi / 180
 NAMES = ("t", "wx", "ax", "temp")
 RNG = np.random.default_rng(1)
 #: Time [s], rate [deg/s], specific force [ug], temperature [degC].
-TABLE = np.column_stack(
-    [np.arange(50) / 10 + 3, RNG.normal(size=50), RNG.normal(9.8e5, 1e3, 50), 20 + RNG.random(50)]
-)
+TABLE = np.column_stack([np.arange(50) / 10 + 3, RNG.normal(size=50), RNG.normal(9.8e5, 1e3, 50), 20 + RNG.random(50)])
 LABELS = ["a"] * 20 + [""] * 5 + ["b"] * 25
 
 MODEL = '\n[model]\ntarget = "gyro_x"\ndeclared = ["bias"]\n'
@@ -41,9 +39,7 @@ UNITS = {"time": "s", "gyro_x": "deg/s", "accel_x": "ug", "temperature": "degC"}
 
 def channels(columns: tuple[object, ...], **extra: str) -> str:
     """``[channels]`` with the four columns of `TABLE`."""
-    lines = [
-        f'{n} = {{ column = {c!r}, unit = "{u}" }}' for (n, u), c in zip(UNITS.items(), columns, strict=True)
-    ]
+    lines = [f'{n} = {{ column = {c!r}, unit = "{u}" }}' for (n, u), c in zip(UNITS.items(), columns, strict=True)]
     return "\n[channels]\n" + "\n".join(lines + [f"{name} = {spec}" for name, spec in extra.items()])
 
 
@@ -72,9 +68,7 @@ def write_tabs(path: Path) -> None:
 
 
 def write_semicolons(path: Path) -> None:
-    text_table(
-        path, ";", '"t";"wx";"ax, along; the track";"temp"'.replace("ax, along; the track", "ax"), quote=True
-    )
+    text_table(path, ";", '"t";"wx";"ax, along; the track";"temp"'.replace("ax, along; the track", "ax"), quote=True)
 
 
 def write_headed_text(path: Path) -> None:
@@ -243,9 +237,7 @@ def test_a_wrapped_angle_becomes_cumulative(tmp_path: Path) -> None:
 
 def test_an_angle_that_jumps_undeclared_is_refused(tmp_path: Path) -> None:
     write_angle(tmp_path / "a.csv", (280 + 10.0 * np.arange(40)) % 360)
-    with pytest.raises(
-        InputError, match=r"line 10: channels\.table_angle jumps by a full turn.*wrapped = true"
-    ):
+    with pytest.raises(InputError, match=r"line 10: channels\.table_angle jumps by a full turn.*wrapped = true"):
         read(tmp_path, TABLE_ANGLE + MODEL)
 
 

@@ -245,9 +245,7 @@ def test_html_nests_and_refers_to_nothing_outside(page: tuple[Findings, str]) ->
             if key in ("src", "href", "xlink:href", "action", "srcset"):
                 assert value is not None and value.startswith(("#", "data:image/png;base64,")), (tag, key)
     markup = page[1].replace(page[0].source, "")
-    assert not re.search(
-        r"https?:|//[a-z]|@import|@font-face|javascript:", re.sub(r"base64,[^\"]*", "", markup)
-    )
+    assert not re.search(r"https?:|//[a-z]|@import|@font-face|javascript:", re.sub(r"base64,[^\"]*", "", markup))
     assert set(re.findall(r"url\((.)", markup)) <= {"#"}
 
 
@@ -282,9 +280,7 @@ def test_html_says_what_was_found(page: tuple[Findings, str]) -> None:
 
 
 def test_one_banner_does_not_speak_for_targets_that_differ() -> None:
-    assert (
-        "Explained: accel_x, accel_y · Nothing significant: gyro_z" in Page(to_html(several_targets())).text
-    )
+    assert "Explained: accel_x, accel_y · Nothing significant: gyro_z" in Page(to_html(several_targets())).text
     alike = several_targets()
     alike = replace(alike, targets=alike.targets[:2])
     assert "Explained: " not in Page(to_html(alike)).text
@@ -484,7 +480,8 @@ def test_a_candidate_whose_like_was_added_is_called_another() -> None:
 
 
 def test_a_curve_without_a_cause_is_shown_by_its_range() -> None:
-    curve = effect("spline_time", generic=True, **{f"c{i}": (i * 1e-7, 1e-8, "rad/s") for i in range(1, 9)})
+    coefficients: dict[str, Any] = {f"c{i}": (i * 1e-7, 1e-8, "rad/s") for i in range(1, 9)}
+    curve = effect("spline_time", generic=True, **coefficients)
     for said in (summary(with_added(curve)), Page(to_html(with_added(curve))).text):
         assert "8 coefficients from 0.0206 to 0.165 deg/h" in said
         assert "c3 =" not in said
@@ -545,9 +542,7 @@ def test_p_values_in_reasons_read_as_elsewhere() -> None:
     assert "No line (best p = 0.3)." in said
 
 
-@pytest.mark.parametrize(
-    ("p_values", "text"), [([1.0, 0.13], "all p > 0.1"), ([0.045, 1.0], "smallest p = 0.045")]
-)
+@pytest.mark.parametrize(("p_values", "text"), [([1.0, 0.13], "all p > 0.1"), ([0.045, 1.0], "smallest p = 0.045")])
 def test_candidates_that_are_only_counted(p_values: list[float], text: str) -> None:
     assert sentences.rest(p_values) == f"not significant ({text})"
 
@@ -760,6 +755,4 @@ def test_drawing_is_lazy_and_leaves_pyplot_alone() -> None:
         "assert 'matplotlib.pyplot' not in sys.modules\n"
     )
     here = Path(__file__).parent
-    subprocess.run(
-        [sys.executable, "-c", code], check=True, cwd=here, env={"PYTHONPATH": f"{here}:{here.parent}"}
-    )
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=here, env={"PYTHONPATH": f"{here}:{here.parent}"})

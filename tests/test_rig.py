@@ -69,16 +69,11 @@ def test_adding_an_effect_adds_its_addition_and_its_regressors(effect: Effect) -
 
 
 def test_regressors_are_derivatives_of_the_reading() -> None:
-    effects = tuple(
-        e for e in MODELLED if e.id not in ("bias_step", "sample_hold")
-    )  # these jump in their shapes
+    effects = tuple(e for e in MODELLED if e.id not in ("bias_step", "sample_hold"))  # these jump in their shapes
     motion, fitted = rich_motion(n=120), chain(effects)
     params = [p for e in effects for p in e.params]
     # Of a time constant no more than a share of its value: the curve bends within a second.
-    steps = [
-        1e-3 * (min(p.sd, value) if p.low > 0 else p.sd)
-        for p, value in zip(params, fitted.theta, strict=True)
-    ]
+    steps = [1e-3 * (min(p.sd, value) if p.low > 0 else p.sd) for p, value in zip(params, fitted.theta, strict=True)]
     columns = fitted.sensor.regressors(motion, fitted.theta)
     for j, step in enumerate(steps):
         up, down = fitted.theta.copy(), fitted.theta.copy()
@@ -136,9 +131,9 @@ def base_rig() -> Rig:
 
 def joined(chunks: list[Readings]) -> dict[str, Floats]:
     names = {**chunks[0].outputs, **chunks[0].references}
-    return {
-        name: np.concatenate([np.atleast_1d(_values(c, name)) for c in chunks], axis=-1) for name in names
-    } | {"t": np.concatenate([c.t for c in chunks])}
+    return {name: np.concatenate([np.atleast_1d(_values(c, name)) for c in chunks], axis=-1) for name in names} | {
+        "t": np.concatenate([c.t for c in chunks])
+    }
 
 
 def _values(chunk: Readings, name: str) -> Floats:
@@ -156,9 +151,7 @@ def test_the_size_of_the_chunks_does_not_change_the_run(make: Callable[[], Rig],
     parts = joined(list(rig.stream(5, 400, chunk=chunk)))
     for name, values in whole.items():
         # Last digits: the sampling period is the difference of two times of the chunk.
-        np.testing.assert_allclose(
-            parts[name], values, rtol=1e-10, atol=1e-12 * np.abs(values).max(), err_msg=name
-        )
+        np.testing.assert_allclose(parts[name], values, rtol=1e-10, atol=1e-12 * np.abs(values).max(), err_msg=name)
 
 
 @RIGS

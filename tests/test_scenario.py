@@ -103,9 +103,7 @@ def test_undeclared_effects_are_in_no_file(name: str, tmp_path: Path) -> None:
 
 def test_the_same_seed_gives_the_same_files(tmp_path: Path) -> None:
     path = written(tmp_path, SMALL)
-    first, second, other = (
-        simulate(path, tmp_path / n, seed).parent for n, seed in (("a", 1), ("b", 1), ("c", 2))
-    )
+    first, second, other = (simulate(path, tmp_path / n, seed).parent for n, seed in (("a", 1), ("b", 1), ("c", 2)))
     for file in ("recording.csv", "manifest.toml", "truth.json"):
         assert (first / file).read_bytes() == (second / file).read_bytes()
         assert (first / file).read_bytes() != (other / file).read_bytes()
@@ -137,9 +135,7 @@ def test_binary_formats_hold_what_text_holds(tmp_path: Path) -> None:
 
 
 def test_whole_pulses_lose_no_angle(tmp_path: Path) -> None:
-    pulses = SMALL.replace(
-        "noise = {", 'quantity = "increment"\nunit = "0.5 arcsec"\npulses = true\nnoise = {'
-    )
+    pulses = SMALL.replace("noise = {", 'quantity = "increment"\nunit = "0.5 arcsec"\npulses = true\nnoise = {')
     counts = columns(simulate(written(tmp_path, pulses), tmp_path / "a"))["gyro"]
     rate = columns(simulate(written(tmp_path, SMALL), tmp_path / "b"))["gyro"]
     assert np.array_equal(counts, np.rint(counts))
@@ -174,9 +170,7 @@ SILENT = re.sub(r"noise = .*|bias = .*|earth_rate = .*|tone = .*|latitude = .*",
 
 @pytest.mark.parametrize("quantity", ["rate", "increment"])
 def test_the_exposure_of_a_recording_is_the_motion_that_the_plant_gave(quantity: str, tmp_path: Path) -> None:
-    path = written(
-        tmp_path, SILENT.replace("[instrument.gyro]", f'[instrument.gyro]\nquantity = "{quantity}"')
-    )
+    path = written(tmp_path, SILENT.replace("[instrument.gyro]", f'[instrument.gyro]\nquantity = "{quantity}"'))
     (recording,) = read_recordings(load_manifest(simulate(path, tmp_path / "out")))
     exposed = expose(recording, "gyro")
     rig = load(path).rig
@@ -258,9 +252,7 @@ def test_a_run_that_breaks_off_leaves_no_file(form: str, tmp_path: Path) -> None
 
 def test_progress_ends_at_the_total(tmp_path: Path) -> None:
     seen: list[tuple[int, int]] = []
-    simulate(
-        FOLDER / "reversal.toml", tmp_path / "out", progress=lambda done, total: seen.append((done, total))
-    )
+    simulate(FOLDER / "reversal.toml", tmp_path / "out", progress=lambda done, total: seen.append((done, total)))
     assert [done for done, _ in seen] == sorted({done for done, _ in seen})
     assert seen[-1] == (115200, 115200) and len(seen) > 2
 

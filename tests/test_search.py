@@ -38,9 +38,7 @@ def begun(recording: Recording) -> tuple[Problem, Model, Fit, tuple[Candidate, .
         ("rest", "tone", (1.0, 0.3, 0.2131)),
     ],
 )
-def test_hits_come_in_order_and_the_injected_effect_leads(
-    kind: str, key: str, theta: tuple[float, ...]
-) -> None:
+def test_hits_come_in_order_and_the_injected_effect_leads(kind: str, key: str, theta: tuple[float, ...]) -> None:
     run, ((_, true),) = with_effects(kind, 31, ((key, shaped(key, theta)),), snr=20, duration=DURATION)
     problem, _, fit, tried = begun(run.recording)
     hits = search(problem, fit, tried, seed=0)
@@ -91,9 +89,7 @@ def test_scores_on_white_noise_are_chi_square() -> None:
     assert len(alone) >= 8
     for scores in score(problem, fit, alone, seed=0):
         if scores.testable:
-            assert scores.null_median == pytest.approx(
-                chi2.median(scores.rank), abs=0.4 * np.sqrt(scores.rank)
-            )
+            assert scores.null_median == pytest.approx(chi2.median(scores.rank), abs=0.4 * np.sqrt(scores.rank))
             assert 1 <= scores.trials < 3
 
 

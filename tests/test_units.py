@@ -122,8 +122,7 @@ def test_messages_say_what_was_given_and_what_was_wanted() -> None:
     with pytest.raises(InputError) as caught:
         scale_to_si("bananas", "rate", "run.toml: [channels.gyro] unit")
     assert str(caught.value) == (
-        'run.toml: [channels.gyro] unit "bananas" is not a unit that is understood; '
-        'wanted a rate such as "deg/s"'
+        'run.toml: [channels.gyro] unit "bananas" is not a unit that is understood; wanted a rate such as "deg/s"'
     )
     with pytest.raises(InputError, match=r'"100 Hz" is in 1/s; wanted a rate such as "1 deg/s"$'):
         quantity("100 Hz", "rate", "run.toml: key")
@@ -139,9 +138,7 @@ def test_a_number_too_long_to_be_written_is_refused() -> None:
 def test_dimension_of_a_unit() -> None:
     per_kelvin = dimension_of("rad/s/K")
     assert quantity("1 deg/h/degC", per_kelvin, "here") == pytest.approx(units.DEG_PER_HOUR, rel=1e-14)
-    with pytest.raises(
-        InputError, match='^here "1 deg/h" is in rad/s; wanted a quantity such as "1 rad/s/K"$'
-    ):
+    with pytest.raises(InputError, match='^here "1 deg/h" is in rad/s; wanted a quantity such as "1 rad/s/K"$'):
         quantity("1 deg/h", per_kelvin, "here")
     with pytest.raises(InputError, match='"bananas" is not a unit'):
         dimension_of("bananas")
@@ -166,9 +163,7 @@ def test_scales(unit: str, dimension: str, factor: float, offset: float) -> None
     assert scale_to_si(unit, dimension, "here") == pytest.approx((factor, offset), rel=1e-14)
 
 
-@pytest.mark.parametrize(
-    "unit", ["", " ", "0 deg", "1e-999 deg", "1e999 deg", "nan deg", "m", "1e300*1e300 deg", "0"]
-)
+@pytest.mark.parametrize("unit", ["", " ", "0 deg", "1e-999 deg", "1e999 deg", "nan deg", "m", "1e300*1e300 deg", "0"])
 def test_a_scale_is_finite_and_not_zero(unit: str) -> None:
     with pytest.raises(InputError, match=r"^here .*wanted an angle"):
         scale_to_si(unit, "angle", "here")
@@ -222,9 +217,7 @@ def test_every_unit_of_the_registry_is_read_or_refused() -> None:
         _number_or_input_error(f"2 {name}")
 
 
-names = st.sampled_from(
-    ["deg", "h", "s", "m", "g", "ug", "degC", "dB", "e", "ppm", "°", "rad", "kg", "sqrt", "per"]
-)
+names = st.sampled_from(["deg", "h", "s", "m", "g", "ug", "degC", "dB", "e", "ppm", "°", "rad", "kg", "sqrt", "per"])
 pieces = st.sampled_from([*"*/^()√·+-. \n²⁻0123456789", "**", "e-", "1e308", "nan", "inf"])
 
 

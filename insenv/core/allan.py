@@ -111,9 +111,7 @@ def _row(rate: Floats, factors: NDArray[np.int64], noise: str | None) -> tuple[F
     with np.errstate(invalid="ignore"):
         mean = rate.mean()
     if not np.isfinite(mean):
-        raise InputError(
-            "the Allan deviation was asked for of rates with NaN or infinity; wanted finite rates"
-        )
+        raise InputError("the Allan deviation was asked for of rates with NaN or infinity; wanted finite rates")
     x = _compiled(_cumulated)(np.ascontiguousarray(rate), mean)
     sums = _compiled(_squared_second_differences)(x, factors)
     terms = len(x) - 2 * factors

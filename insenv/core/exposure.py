@@ -118,9 +118,7 @@ def _has_table(recording: Recording) -> bool:
     return "table_angle" in recording.channels or "table_rate" in recording.channels
 
 
-def _cells(
-    recording: Recording, channel: Channel, rows_per_cell: int
-) -> tuple[NDArray[np.int64], float, int]:
+def _cells(recording: Recording, channel: Channel, rows_per_cell: int) -> tuple[NDArray[np.int64], float, int]:
     """Cell of each row, start of the first cell [s] and number of cells."""
     dt, covers = recording.dt, channel.covers == "interval"
     middle = recording.t - channel.delay - (0.5 * dt if covers else 0.0)
@@ -249,9 +247,7 @@ def _others(recording: Recording, cell_of_row: NDArray[np.int64], n: int, prefix
     }
 
 
-def _cross_rates(
-    recording: Recording, target: str, cell_of_row: NDArray[np.int64], n: int
-) -> dict[str, Floats]:
+def _cross_rates(recording: Recording, target: str, cell_of_row: NDArray[np.int64], n: int) -> dict[str, Floats]:
     if not target.startswith("gyro_"):
         return {}
     rates = _others(recording, cell_of_row, n, "gyro_")

@@ -64,25 +64,19 @@ def check_sampling(path: Path, t: Floats, place: Callable[[int], str]) -> None:
     period = float(np.median(steps))
     share = float(np.mean(np.abs(steps - period) > 0.5 * period * (1 + 1e-6)))  # stamps of 2, 3, 2, 3 ms pass
     if share > UNEVEN_SHARE:
-        found = (
-            f"{100 * share:.0f} % of the steps are off the median of {period:.4g} s by more than half of it"
-        )
+        found = f"{100 * share:.0f} % of the steps are off the median of {period:.4g} s by more than half of it"
         raise InputError(f"{path}: not evenly sampled ({found}); wanted at most {100 * UNEVEN_SHARE:.0f} %")
 
 
 def _read_run(manifest: Manifest, run: RunSpec) -> Recording:
-    specs = {
-        n: s for n, s in manifest.channels.items() if n != "time" or (s.rate is None and s.column != "row")
-    }
+    specs = {n: s for n, s in manifest.channels.items() if n != "time" or (s.rate is None and s.column != "row")}
     columns = [Column(name, spec.column, label=name == "segment") for name, spec in specs.items()]
     table = read_table(run, columns, manifest.columns)
     t = _time(manifest, run, table)
     check_sampling(run.file, t, table.place)
     bare = Recording(t, {}, site=_site(run.site, table.site), mounting=run.mounting, label=run.label)
     channels = {
-        name: _channel(manifest, run, table, name, bare.dt)
-        for name in specs
-        if name not in ("time", "segment")
+        name: _channel(manifest, run, table, name, bare.dt) for name in specs if name not in ("time", "segment")
     }
     segments = _segments(table.labels["segment"]) if "segment" in specs else ()
     recording = replace(bare, channels=channels, segments=segments)
@@ -94,9 +88,7 @@ def _time(manifest: Manifest, run: RunSpec, table: Table) -> Floats:
     spec = manifest.channels.get("time")
     if spec is None:
         if table.t is None:
-            raise InputError(
-                f"{manifest.path}: channels.time is missing; {run.file.name} has no time of its own"
-            )
+            raise InputError(f"{manifest.path}: channels.time is missing; {run.file.name} has no time of its own")
         return table.t
     if spec.rate is not None or spec.column == "row":
         return np.arange(len(table)) / (spec.rate or 1.0)
@@ -149,9 +141,7 @@ def _site(said: Site, found: Site | None) -> Site:
     if found is None:
         return said
     latitude = found.latitude if said.latitude is None else said.latitude
-    return Site(
-        latitude, said.altitude or found.altitude, found.gravity if said.gravity is None else said.gravity
-    )
+    return Site(latitude, said.altitude or found.altitude, found.gravity if said.gravity is None else said.gravity)
 
 
 def _segments(labels: Sequence[str]) -> tuple[Segment, ...]:
@@ -174,7 +164,5 @@ def _with_whole_turns(recording: Recording, manifest: Manifest, run: RunSpec, ta
     if jumps.any() and np.median(steps) < 0.25 * turn:
         row = int(np.argmax(jumps)) + 1
         found = f"{table.place(row)}: channels.table_angle jumps by a full turn"
-        raise InputError(
-            f"{run.file}: {found}; wanted a cumulative angle, or wrapped = true in {manifest.path}"
-        )
+        raise InputError(f"{run.file}: {found}; wanted a cumulative angle, or wrapped = true in {manifest.path}")
     return recording

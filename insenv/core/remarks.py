@@ -80,9 +80,7 @@ def _force(recording: Recording) -> str:
     up = _up(recording.mounting.axes) @ mean
     if up < -0.5 * gravity:
         axes = recording.mounting.axes
-        return (
-            f"specific force points down ({up:.4g} m/s^2 along up of {axes}): check mounting.axes and signs"
-        )
+        return f"specific force points down ({up:.4g} m/s^2 along up of {axes}): check mounting.axes and signs"
     return ""
 
 

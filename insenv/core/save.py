@@ -51,9 +51,7 @@ def save(
     """
     _check_alike(recordings)
     names = [f"{manifest.stem}_{i}.{data_format}" for i in range(1, len(recordings) + 1)]
-    text = _manifest_text(
-        recordings, names, model, title or manifest.stem, noise or {}, held_out or HeldOut()
-    )
+    text = _manifest_text(recordings, names, model, title or manifest.stem, noise or {}, held_out or HeldOut())
     try:
         manifest.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -74,9 +72,7 @@ def _check_alike(recordings: Sequence[Recording]) -> None:
     for recording, layout in zip(recordings, layouts, strict=True):
         if layout != layouts[0] or bool(recording.segments) != labelled:
             first = recordings[0].label
-            raise InputError(
-                f"{recording.label}: channels differ from those of {first}; wanted the same in all"
-            )
+            raise InputError(f"{recording.label}: channels differ from those of {first}; wanted the same in all")
 
 
 def _layout(recording: Recording) -> dict[str, tuple[str, str, float]]:

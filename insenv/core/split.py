@@ -59,9 +59,7 @@ def _held_out(manifest: Manifest, recordings: Sequence[Recording]) -> Mask:
     if named.positions is not None:
         if manifest.procedure != "multi-position":
             raise InputError(f"{manifest.path}: held_out.positions needs model.procedure = 'multi-position'")
-        raise InputError(
-            f"{manifest.path}: held_out.positions: this version does not find rests; wanted rows or runs"
-        )
+        raise InputError(f"{manifest.path}: held_out.positions: this version does not find rests; wanted rows or runs")
     if named.rows:
         return _rows(named.rows, sum(map(len, recordings)), f"{manifest.path}: held_out.rows")
     if named.runs:
@@ -78,9 +76,7 @@ def _rows(ranges: RowRanges, n: int, where: str) -> Mask:
     mask = np.zeros(n, dtype=bool)
     for start, stop in ranges:
         if stop > n:
-            raise InputError(
-                f"{where} has [{start}, {stop}]; there are {n} rows, wanted at most [{start}, {n}]"
-            )
+            raise InputError(f"{where} has [{start}, {stop}]; there are {n} rows, wanted at most [{start}, {n}]")
         mask[start:stop] = True
     return mask
 

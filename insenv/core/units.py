@@ -253,9 +253,7 @@ class _Wanted:
         if self.kind == "quantity":
             example = f"1 {example}"
         article = "an" if name[0] in "aeiou" else "a"
-        raise InputError(
-            f'{self.where} {_quoted(given)} {reason}; wanted {article} {name} such as "{example}"'
-        )
+        raise InputError(f'{self.where} {_quoted(given)} {reason}; wanted {article} {name} such as "{example}"')
 
 
 def _quoted(given: object) -> str:

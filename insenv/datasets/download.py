@@ -45,9 +45,7 @@ def _retrieve(file: RemoteFile, folder: Path, progress: bool, timeout: float) ->
     from tqdm import tqdm
 
     pooch.get_logger().setLevel("WARNING")  # the bar says what is being fetched
-    bar = tqdm(
-        desc=file.path.name, unit="B", unit_scale=True, leave=False, disable=None if progress else True
-    )
+    bar = tqdm(desc=file.path.name, unit="B", unit_scale=True, leave=False, disable=None if progress else True)
     try:
         pooch.retrieve(
             url=file.url,

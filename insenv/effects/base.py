@@ -191,9 +191,7 @@ class CurveEffect(Effect):
 
     def jacobian(self, u: Floats, motion: Motion, theta: Floats) -> Floats:
         """Derivative of the addition to the parameters, shape (..., n, p), by central differences."""
-        return central_differences(
-            lambda th: self.apply(u, motion, th, self.begin(motion, th))[0], theta, self.params
-        )
+        return central_differences(lambda th: self.apply(u, motion, th, self.begin(motion, th))[0], theta, self.params)
 
     def profile(self, u: Floats, motion: Motion, shape: Floats) -> Floats:
         """What one unit of each linear parameter adds, at given shapes, near zero; shape (..., n, k).
@@ -279,9 +277,7 @@ class NoiseEffect(Effect):
     ) -> tuple[Floats, Any]:
         """Noise of the intervals of ``motion``."""
         if z is None:
-            raise ValueError(
-                f"{self.id}: a noise effect needs unit normals z of shape (..., {self.draws}, n)"
-            )
+            raise ValueError(f"{self.id}: a noise effect needs unit normals z of shape (..., {self.draws}, n)")
         return self.drive(theta, motion.dt, state, z)
 
 

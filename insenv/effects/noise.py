@@ -129,8 +129,7 @@ class BiasInstability(NoiseEffect):
     def __post_init__(self) -> None:
         if not LEAST_DECADES <= self.decades <= MOST_DECADES:
             raise InputError(
-                f"effect {self.id!r}: {self.decades:g} decades given, "
-                f"wanted {LEAST_DECADES:g} to {MOST_DECADES:g}"
+                f"effect {self.id!r}: {self.decades:g} decades given, wanted {LEAST_DECADES:g} to {MOST_DECADES:g}"
             )
 
     @property
@@ -247,9 +246,7 @@ def _flicker(decades: float) -> tuple[Floats, Floats]:
 
 def _pairs(zeros: Floats, poles: Floats) -> Floats:
     """Second-order sections of neighbouring real zeros and poles, shape (len / 2, 6)."""
-    return np.array(
-        [[*np.poly(zeros[i : i + 2]), *np.poly(poles[i : i + 2])] for i in range(0, len(poles), 2)]
-    )
+    return np.array([[*np.poly(zeros[i : i + 2]), *np.poly(poles[i : i + 2])] for i in range(0, len(poles), 2)])
 
 
 def _response(section: Floats, v: Floats) -> Floats:

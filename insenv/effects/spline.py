@@ -200,7 +200,5 @@ def _mean(value: Any, integral: Any, first: Floats, last: Floats, still: float) 
     step = last - first
     short = (np.abs(step) < still)[..., None]
     simpson = (value(first) + 4 * value(0.5 * (first + last)) + value(last)) / 6
-    mean: Floats = np.where(
-        short, simpson, (integral(last) - integral(first)) / np.where(short, 1.0, step[..., None])
-    )
+    mean: Floats = np.where(short, simpson, (integral(last) - integral(first)) / np.where(short, 1.0, step[..., None]))
     return mean

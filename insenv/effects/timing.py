@@ -68,9 +68,7 @@ class SampleHold(MemoryEffect):
         first = np.ceil(cell * ratio - 0.5 - _ROUNDING).astype(int) - start
         shape = np.broadcast_shapes(u.shape, first.shape)
         # Column 0 is the value from the chunk before; the first interval of a run always begins a cell.
-        source = np.concatenate(
-            [np.broadcast_to(before[..., None], (*shape[:-1], 1)), np.broadcast_to(u, shape)], -1
-        )
+        source = np.concatenate([np.broadcast_to(before[..., None], (*shape[:-1], 1)), np.broadcast_to(u, shape)], -1)
         held = np.take_along_axis(source, np.maximum(np.broadcast_to(first, shape) + 1, 0), axis=-1)
         return theta[..., 0, None] * (held - u), held[..., -1].copy()
 

@@ -28,6 +28,7 @@ from insenv.identify.findings import (
 from insenv.identify.fit import Fit, solve
 from insenv.identify.heldout import held_out_score, residual
 from insenv.identify.line_effects import line_effects
+from insenv.identify.lines import Line
 from insenv.identify.loop import Outcome, Step, Track
 from insenv.identify.next_experiment import propose
 from insenv.identify.problem import NOISE_TERMS, Problem
@@ -69,9 +70,7 @@ def _outliers(problem: Problem) -> str:
     )
 
 
-def _target(
-    manifest: Manifest, recordings: tuple[Recording, ...], track: Track, alpha: float
-) -> TargetFindings:
+def _target(manifest: Manifest, recordings: tuple[Recording, ...], track: Track, alpha: float) -> TargetFindings:
     plain, problem = track.prepared.plain, track.problem
     before = solve(plain, track.prepared.model)
     declared_noise = dict(manifest.noise.get(problem.target, {}))
@@ -91,7 +90,7 @@ def _target(
         verdict=verdict,
         reasons=reasons,
         declared=manifest.model.declared,
-        added=(*added, *line_effects(lines, problem, scores[0].rms, _start_rms(track))),
+        added=(*added, *line_effects(lines, problem, _with_lines(track), scores[1].rms)),
         rejected=_rejected(track, alpha),
         not_testable=(*lost, *track.not_testable, *collinear),
         held_out=HeldOut(scores[0].rms, scores[1].rms, scores[1].floor, problem.unit, problem.bins.width),
@@ -106,9 +105,9 @@ def _target(
     )
 
 
-def _start_rms(track: Track) -> float:
-    """Held-out error of the declared model on the bins that the search works on."""
-    return held_out_score(track.problem, solve(track.problem, track.prepared.model)).rms
+def _with_lines(track: Track) -> float:
+    """Held-out error of the final model on plain means, lines and all."""
+    return held_out_score(track.prepared.plain, solve(track.prepared.plain, track.fit.model)).rms
 
 
 def _verdict(track: Track, lines: tuple[Line, ...], left: Structure) -> tuple[str, tuple[str, ...]]:
@@ -142,8 +141,7 @@ def _added(track: Track, index: int, step: Step, parameters: tuple[Estimate, ...
 def _rejected(track: Track, alpha: float) -> tuple[Rejected, ...]:
     """Candidates of the last search that were not added, most significant first."""
     rows = [
-        Rejected(r.hit.candidate.effect.key, r.hit.p_value, r.hit.likelihood_ratio, r.reason)
-        for r in track.refusals
+        Rejected(r.hit.candidate.effect.key, r.hit.p_value, r.hit.likelihood_ratio, r.reason) for r in track.refusals
     ]
     named = {row.effect for row in rows} | {s.hit.candidate.effect.key for s in track.steps}
     for hit in (*track.last_physical, *(track.hits or ())):
@@ -159,9 +157,7 @@ def _rejected(track: Track, alpha: float) -> tuple[Rejected, ...]:
 def _collinear(track: Track) -> tuple[NotTestable, ...]:
     """Effects whose regressors the model already spans on this recording."""
     seen = {h.candidate.effect.key for h in (*track.last_physical, *(track.hits or ()))}
-    seen |= {s.hit.candidate.effect.key for s in track.steps} | {
-        r.hit.candidate.effect.key for r in track.refusals
-    }
+    seen |= {s.hit.candidate.effect.key for s in track.steps} | {r.hit.candidate.effect.key for r in track.refusals}
     return tuple(
         NotTestable(c.effect.key, (), "on this recording it looks exactly like what the model already has")
         for c in track.candidates
@@ -173,7 +169,9 @@ def _not_told_apart(track: Track) -> tuple[NotTestable, ...]:
     """Declared effects of which the recording tells nothing beside the ones declared before them."""
     declared = {term.effect.key: term for term in track.prepared.model}
     kept = {label[0] for label in track.fit.design.labels}
-    reason = "declared, but on this recording it cannot be told from the effects declared before it, which hold its part"
+    reason = (
+        "declared, but on this recording it cannot be told from the effects declared before it, which hold its part"
+    )
     return tuple(
         NotTestable(key, (), reason)
         for key in declared
@@ -181,20 +179,17 @@ def _not_told_apart(track: Track) -> tuple[NotTestable, ...]:
     )
 
 
-def _traces(
-    recordings: tuple[Recording, ...], plain: Problem, before: Fit, problem: Problem, fit: Fit
-) -> Traces:
+def _traces(recordings: tuple[Recording, ...], plain: Problem, before: Fit, problem: Problem, fit: Fit) -> Traces:
     covariates: dict[str, Floats] = {}
     motions = [e.motion for e in problem.exposures]
     if all(m.temperature is not None for m in motions):
-        cells = tuple(
-            0.5 * (m.temperature[1:] + m.temperature[:-1]) for m in motions if m.temperature is not None
-        )
+        cells = tuple(0.5 * (m.temperature[1:] + m.temperature[:-1]) for m in motions if m.temperature is not None)
         covariates["temperature"] = problem.bins.mean(cells)
     if any(np.ptp(e.u) for e in problem.exposures):
         covariates["rate"] = problem.bins.mean(tuple(e.u for e in problem.exposures))
-    if all(m.angle is not None for m in motions) and any(np.ptp(m.angle) > 0 for m in motions):
-        cells = tuple(0.5 * (m.angle[1:] + m.angle[:-1]) for m in motions if m.angle is not None)
+    angles = [m.angle for m in motions if m.angle is not None]
+    if len(angles) == len(motions) and any(np.ptp(angle) > 0 for angle in angles):
+        cells = tuple(0.5 * (angle[1:] + angle[:-1]) for angle in angles)
         covariates["angle"] = np.mod(problem.bins.mean(cells), 2 * np.pi)
     return Traces(
         t=problem.bins.time,

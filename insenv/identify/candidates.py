@@ -17,7 +17,6 @@ from insenv.effects.base import CurveEffect, Effect, LinearEffect, NoiseEffect
 from insenv.identify.findings import NotTestable
 from insenv.identify.problem import Problem, Term
 
-
 #: Share of the fitted time at either end in which no step is looked for.
 END_SHARE = 0.05
 

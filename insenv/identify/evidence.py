@@ -103,9 +103,7 @@ class _Anchored:
             anchor = _anchor(problem, block, most)
             if anchor is not None:
                 size = anchor.stop - anchor.start
-                own = (
-                    modes((replace(block, span=block.n),), NOISE_TERMS, problem.bins.width).shapes[0] @ power
-                )
+                own = modes((replace(block, span=block.n),), NOISE_TERMS, problem.bins.width).shapes[0] @ power
                 variance[offset] = own + block.n * (white / size + walk * size / 3)
             anchors.append(anchor)
             offset += block.n

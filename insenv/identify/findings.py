@@ -8,6 +8,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from insenv.core.recording import Floats
 
 
@@ -111,8 +114,8 @@ class Traces:
     """
 
     t: Floats
-    run: Floats
-    held_out: Floats
+    run: NDArray[np.int64]
+    held_out: NDArray[np.bool_]
     before: Floats
     after: Floats
     covariates: Mapping[str, Floats]

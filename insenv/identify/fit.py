@@ -49,8 +49,8 @@ class Fit:
         return np.sqrt(np.diag(self.cov)) / self.design.scale
 
     def predicted(self) -> Floats:
-        """The model over all bins, shape (bins,)."""
-        return self.design.matrix @ self.beta
+        """The model over all bins, shape (bins,); free bins are not part of it."""
+        return self.design.matrix @ (self.beta * (self.design.term >= 0))
 
 
 def spectrum(problem: Problem, power: Floats) -> Floats:
@@ -84,3 +84,21 @@ def coefficients(problem: Problem, columns: Design, power: Floats) -> tuple[Floa
     q, r = np.linalg.qr(rows)
     inverse = np.linalg.solve(r, np.eye(len(r)))
     return inverse @ (q.T @ data), inverse @ inverse.T
+
+
+def noise_freedom(problem: Problem, power: Floats, energy: Floats) -> float:
+    """Degrees of freedom with which the noise is known in the modes where ``energy``, shape (modes,), lies.
+
+    The Fisher information of the noise powers gives the variance of S there, of terms that happened to come out as
+    zero too; a variance estimated with nu degrees of freedom has var(log S) = 2 / nu. What is slow meets noise that
+    only a few slow modes tell.
+    """
+    shapes = problem.modes().shapes
+    pull = (energy / max(float(energy.sum()), 1e-300)) @ (shapes / (shapes @ power)[:, None])
+    groups = problem.grouping()
+    relative = groups.shapes / (groups.shapes @ power)[:, None]
+    information = 0.5 * (relative * groups.count[:, None]).T @ relative
+    size = np.sqrt(np.diag(information))
+    covariance = np.linalg.pinv(information / np.outer(size, size), rcond=1e-8, hermitian=True)
+    variance = float((pull / size) @ covariance @ (pull / size))
+    return float(np.clip(2 / max(variance, 1e-9), 2.0, len(shapes)))

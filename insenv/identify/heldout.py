@@ -12,9 +12,8 @@ import numpy as np
 
 from insenv.core.recording import Floats
 from insenv.identify.fit import Fit
-from insenv.identify.noise import modes, transform
+from insenv.identify.noise import eigenvalues, modes, transform
 from insenv.identify.problem import NOISE_TERMS, Problem
-
 
 #: Share by which the held-out error may grow by chance, through a level that is now estimated a little differently.
 CHANCE = 0.01
@@ -47,7 +46,9 @@ def held_out_score(problem: Problem, fit: Fit) -> Score:
     variance = shapes @ fit.noise.power
     whitened = float(np.sum(transform(problem.held_out, left) ** 2 / variance))
     held = problem.bins.held_out
-    return Score(float(np.sqrt(np.mean(left[held] ** 2))), float(np.sqrt(np.mean(variance))), whitened)
+    # The level of a block is what the noise wandered since the fit, not its scatter: no part of the floor.
+    scatter = np.where(eigenvalues(problem.held_out) > 0, variance, 0.0)
+    return Score(float(np.sqrt(np.mean(left[held] ** 2))), float(np.sqrt(np.mean(scatter))), whitened)
 
 
 def confirms(before: Score, after: Score, by_noise_of: Score) -> bool:

@@ -90,9 +90,7 @@ class Line:
         return self.steady * self.amplitude * np.cos(2 * np.pi * self.frequency * t + self.phase)
 
 
-def find_lines(
-    t: Floats, dt: float, values: Floats, quantum: float, run: int, lowest: float
-) -> tuple[Line, ...]:
+def find_lines(t: Floats, dt: float, values: Floats, quantum: float, run: int, lowest: float) -> tuple[Line, ...]:
     """Lines of ``values`` above ``lowest`` [Hz], strongest first.
 
     A line may wander within `SAME_LINE` (a dithered laser gyro's does): its power is summed over the band. Lines whose
@@ -113,8 +111,9 @@ def find_lines(
     n = len(values)
     if n < 256:
         return ()
-    power, background, f = _periodogram(values, dt)
-    ratio = np.where(f > lowest, power / background, 0)
+    found = _periodogram(values, dt)
+    f = found.f
+    ratio = np.where(f > lowest, found.power / found.background, 0)
     threshold = np.log(n / 2 / FALSE_ALARM)
     lines: list[Line] = []
     left = values - values.mean()
@@ -122,34 +121,42 @@ def find_lines(
         peak = int(ratio.argmax())
         if ratio[peak] < threshold:
             break
-        line = _line(t, dt, left, power, background, f, peak, run)
+        line = _line(t, dt, left, found, peak, run)
         ratio[np.abs(f - f[peak]) < SAME_LINE] = 0
         if line.amplitude / (2 * np.pi * line.frequency) > 0.5 * quantum:
             lines.append(line)
     return tuple(sorted(lines, key=lambda line: -line.amplitude))
 
 
-def _periodogram(values: Floats, dt: float) -> tuple[Floats, Floats, Floats]:
-    """Power with a Hann window in units of the variance of white samples, its background, and frequencies [Hz]."""
+@dataclass(frozen=True)
+class _Periodogram:
+    """Power with a Hann window in units of the variance of white samples, its background; frequencies [Hz]."""
+
+    f: Floats
+    power: Floats
+    background: Floats
+
+
+def _periodogram(values: Floats, dt: float) -> _Periodogram:
     n = len(values)
     window = np.sin(np.pi * (np.arange(n) + 0.5) / n) ** 2
     size = next_fast_len(n)
     power = np.abs(rfft((values - values.mean()) * window, size)) ** 2 / np.sum(window**2)
     f = rfftfreq(size, dt)
-    return power, _background(power, f), f
+    return _Periodogram(f, power, _background(power, f))
 
 
-def _line(
-    t: Floats, dt: float, values: Floats, power: Floats, background: Floats, f: Floats, peak: int, run: int
-) -> Line:
+def _line(t: Floats, dt: float, values: Floats, found: _Periodogram, peak: int, run: int) -> Line:
+    f, power, background = found.f, found.power, found.background
     n = len(values)
     band = np.abs(f - f[peak]) < SAME_LINE / 2
-    excess = float(np.sum(np.maximum(power[band] - background[band], 0))) * 2 / len(f) / 2
+    excess = max(0.0, float(np.sum(power[band] - background[band]))) / len(f)
     p = min(1.0, float(np.exp(-min((power / background)[peak], 700.0)) * n / 2))
     amplitude_sd = float(np.sqrt(2 * background[peak] / n))
     frequency, c, s = _sinusoid(t, dt, values, float(f[peak]))
     steady_power = 0.5 * (c**2 + s**2)
-    if steady_power > STEADY * excess:
+    uncertain = 2 * float(background[peak]) * np.sqrt(band.sum()) / len(f)
+    if steady_power > STEADY * excess - uncertain:
         amplitude = float(np.hypot(c, s))
         frequency_sd = float(np.sqrt(6) * amplitude_sd / (np.pi * n * dt * amplitude))
         share = min(1.0, steady_power / float(np.var(values)))
@@ -168,9 +175,7 @@ def _sinusoid(t: Floats, dt: float, values: Floats, near: float) -> tuple[float,
     def lost(frequency: float) -> float:
         return -float(np.abs(values @ np.exp(-2j * np.pi * frequency * t)))
 
-    best = minimize_scalar(
-        lost, bounds=(near - step, near + step), method="bounded", options={"xatol": 1e-4 * step}
-    )
+    best = minimize_scalar(lost, bounds=(near - step, near + step), method="bounded", options={"xatol": 1e-4 * step})
     basis = np.column_stack([np.cos(2 * np.pi * best.x * t), np.sin(2 * np.pi * best.x * t)])
     c, s = np.linalg.lstsq(basis, values, rcond=None)[0]
     return float(best.x), float(c), float(s)

@@ -11,9 +11,9 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from insenv.core.split import RowUse
 from insenv.core.manifest.spec import Manifest
 from insenv.core.recording import Recording
+from insenv.core.split import RowUse
 from insenv.effects.base import Effect
 from insenv.effects.catalogue import CATALOGUE
 from insenv.identify.candidates import Candidate, candidates
@@ -24,7 +24,7 @@ from insenv.identify.heldout import Score, confirms, held_out_score, rescored
 from insenv.identify.prepare import Prepared, prepare
 from insenv.identify.problem import Model, Problem, Term
 from insenv.identify.rivals import Rivalry, rivalry
-from insenv.identify.scan import Hit, likelihood_ratio, log_significance, noise_freedom, reference
+from insenv.identify.scan import Hit, likelihood_ratio, log_significance, reference, term_freedom
 from insenv.identify.search import at_shape, search, with_term
 
 #: Effects of one physical cause on several targets: judged on all of them together.
@@ -78,6 +78,7 @@ class Track:
     not_testable: tuple[NotTestable, ...]
     fit: Fit
     score: Score
+    tones: bool = True
     steps: tuple[Step, ...] = ()
     refusals: tuple[Refusal, ...] = ()
     hits: tuple[Hit, ...] | None = None
@@ -155,21 +156,22 @@ def _begin(
     target: str,
     catalogue: tuple[Effect, ...],
 ) -> Track:
-    prepared = prepare(manifest, recordings, uses, target)
+    tones = any(effect.id == "tone" for effect in catalogue)
+    prepared = prepare(manifest, recordings, uses, target, tones)
     found, blind = candidates(prepared.problem, catalogue)
     declared = {term.effect.key for term in prepared.model}
     found = tuple(c for c in found if c.effect.key not in declared)
     fit = solve(prepared.problem, prepared.model)
-    return Track(prepared, found, blind, fit, held_out_score(prepared.problem, fit))
+    return Track(prepared, found, blind, fit, held_out_score(prepared.problem, fit), tones)
 
 
 def _searched(track: Track, generic: bool, seed: int, progress: Progress) -> Track:
     """The track with its hits on the model as it stands."""
-    if track.hits is not None or len(track.added) >= MOST_ADDED:
-        return replace(track, hits=track.hits or ())
+    if track.hits is not None:
+        return track
     progress(f"{track.problem.target}: trying {len(track.candidates)} effects beside {len(track.fit.model)}")
     tried = tuple(c for c in track.candidates if c.generic == generic)
-    return replace(track, hits=tuple(search(track.problem, track.fit, tried, seed)))
+    return replace(track, hits=tuple(search(track.problem, track.fit, tried, seed, track.tones)))
 
 
 def _grow(tracks: list[Track], alpha: float, progress: Progress) -> list[Track] | None:
@@ -185,15 +187,11 @@ def _grow(tracks: list[Track], alpha: float, progress: Progress) -> list[Track] 
         for index, hit in zip(best.where, best.hits, strict=True):
             changed[index], ok = _tried(tracks[index], hit, best, names, alpha)
             refused |= not ok
-            progress(
-                f"{tracks[index].problem.target}: {hit.candidate.effect.key} {'added' if ok else 'refused'}"
-            )
+            progress(f"{tracks[index].problem.target}: {hit.candidate.effect.key} {'added' if ok else 'refused'}")
         if not refused:
             return changed
         # A target that refuses has no say any more: the others are asked again without it.
-        tracks = [
-            new if new.refusals != old.refusals else old for new, old in zip(changed, tracks, strict=True)
-        ]
+        tracks = [new if new.refusals != old.refusals else old for new, old in zip(changed, tracks, strict=True)]
 
 
 @dataclass(frozen=True)
@@ -209,18 +207,22 @@ def _proposals(tracks: list[Track], alpha: float) -> list[_Proposal]:
     """Significant effects: the best one of each target, and those of one cause on several targets."""
     found: list[_Proposal] = []
     for index, track in enumerate(tracks):
-        for hit in track.hits or ():
+        for hit in () if _full(track) else track.hits or ():
             if hit.log_p < math.log(alpha) and not _is_shared(hit) and not _refused(track, hit):
                 found.append(_Proposal((index,), (hit,), hit.p_value))
                 break
     for key in SHARED:
-        where = tuple(i for i, t in enumerate(tracks) if _has(t, key))
+        where = tuple(i for i, t in enumerate(tracks) if _has(t, key) and not _full(t))
         if where:
             hits = tuple(_common([tracks[i] for i in where], key))
             log_p = _joint_log_p(hits)
             if log_p < math.log(alpha):
                 found.append(_Proposal(where, hits, math.exp(log_p)))
     return found
+
+
+def _full(track: Track) -> bool:
+    return len(track.added) >= MOST_ADDED
 
 
 def _is_shared(hit: Hit) -> bool:
@@ -254,8 +256,7 @@ def _common(tracks: list[Track], key: str) -> list[Hit]:
 
     def total(term: Term) -> float:
         ratios = [
-            likelihood_ratio(t.problem, b, with_term(b.model, term))[0]
-            for t, b in zip(tracks, bases, strict=True)
+            likelihood_ratio(t.problem, b, with_term(b.model, term))[0] for t, b in zip(tracks, bases, strict=True)
         ]
         return sum(ratios)
 
@@ -263,9 +264,7 @@ def _common(tracks: list[Track], key: str) -> list[Hit]:
     return [at_shape(t.problem, t.fit, b, h, term) for t, b, h in zip(tracks, bases, hits, strict=True)]
 
 
-def _tried(
-    track: Track, hit: Hit, proposal: _Proposal, names: tuple[str, ...], alpha: float
-) -> tuple[Track, bool]:
+def _tried(track: Track, hit: Hit, proposal: _Proposal, names: tuple[str, ...], alpha: float) -> tuple[Track, bool]:
     """The track with ``hit`` added, or with its refusal noted."""
     together = names if len(names) > 1 else ()
     if together and hit.deviate < LEAST_SUPPORT:
@@ -279,7 +278,8 @@ def _tried(
     # What another power-up changed by itself, level and scale factor, says nothing against an effect.
     elsewhere = not {b.run for b in problem.held_out} & {b.run for b in problem.fitted}
     if not confirmed and not (elsewhere and hit.held_out > 0):
-        reason = f"significant, but it makes held-out data worse: {track.score.rms:.3g} to {score.rms:.3g} {problem.unit}"
+        growth = score.rms / track.score.rms - 1
+        reason = f"significant, but it makes held-out data worse, by {growth:.0%}"
         return replace(track, refusals=(*track.refusals, Refusal(hit, reason))), False
     step = Step(hit, track.score, score, proposal.p_value, together)
     steps = (*(s for s in track.steps if s.hit.term in model), step)
@@ -295,7 +295,7 @@ def _pruned(track: Track, alpha: float) -> Track:
         rest = tuple(t for t in track.fit.model if t is not step.hit.term)
         base = reference(track.problem, rest, track.fit.noise.power)
         ratio, gained = likelihood_ratio(track.problem, base, track.fit.model)
-        freedom = noise_freedom(track.problem, base, step.hit.term)
+        freedom = term_freedom(track.problem, base, step.hit.term)
         if log_significance(ratio, gained, freedom) > math.log(alpha):
             fit = solve(track.problem, rest, start=track.fit.noise.power)
             steps = tuple(s for s in track.steps if s is not step)
@@ -327,7 +327,7 @@ def _rivals_of(track: Track, step: Step, alpha: float, seed: int, progress: Prog
     others = tuple(t for t in track.fit.model if t is not step.hit.term and t not in curves)
     fit = solve(track.problem, others, start=track.fit.noise.power)
     tried = tuple(c for c in track.candidates if not c.generic and c.effect.key not in _keys(others))
-    hits = search(track.problem, fit, tried, seed)
+    hits = search(track.problem, fit, tried, seed, track.tones)
     return rivalry(track.problem, others, step.hit.term, hits, alpha)
 
 

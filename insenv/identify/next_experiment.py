@@ -53,9 +53,7 @@ def propose(
         declared parameters, and no residual shows it.
     """
     sets = [(_key(one), *one.confounded_with) for one in added if one.confounded_with]
-    hidden = [
-        key for key in collinear if _trait(key) in _HIDDEN_BY and key not in {k for s in sets for k in s}
-    ]
+    hidden = [key for key in collinear if _trait(key) in _HIDDEN_BY and key not in {k for s in sets for k in s}]
     for trait in dict.fromkeys(_trait(key) for key in hidden):
         hiding = [key for key in declared if _trait(key) in _HIDDEN_BY[trait]]
         if hiding:
@@ -71,18 +69,20 @@ def _key(one: Added) -> str:
     return one.effect if one.order is None else f"{one.effect}:{one.order}"
 
 
+#: Procedures in order of preference: what the confounded effects must have among their traits, any of each group.
+_PROCEDURES: tuple[tuple[tuple[set[str], ...], str], ...] = (
+    (({"encoder"},), _REVERSE),
+    (({"angle", "earth"}, {"force"}), _TILT),
+    (({"angle", "earth"},), _INDEX),
+    (({"rate"},), _STAIRCASE),
+    (({"time"}, {"temperature", "temperature_history"}), _SOAK),
+    (({"temperature", "temperature_history"},), _THERMAL),
+)
+
+
 def _procedure(keys: tuple[str, ...]) -> str:
     traits = {_trait(key) for key in keys}
-    if "encoder" in traits:
-        return _REVERSE
-    if {"angle", "earth"} & traits and "force" in traits:
-        return _TILT
-    if {"angle", "earth"} & traits:
-        return _INDEX
-    if "rate" in traits:
-        return _STAIRCASE
-    if {"temperature", "temperature_history"} <= traits or traits == {"temperature_history"}:
-        return _THERMAL
-    if "time" in traits and {"temperature", "temperature_history"} & traits:
-        return _SOAK
+    for groups, procedure in _PROCEDURES:
+        if all(group & traits for group in groups):
+            return procedure
     return _LONGER

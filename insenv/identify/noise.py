@@ -21,6 +21,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.fft import dct
 from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize, nnls
@@ -41,7 +42,7 @@ def transform(blocks: tuple[Block, ...], values: Floats) -> Floats:
 
 
 def eigenvalues(blocks: tuple[Block, ...]) -> Floats:
-    """lambda of each mode, in the order of `transform`; 0 marks the level of a block."""
+    """Lambda of each mode, in the order of `transform`; 0 marks the level of a block."""
     return np.concatenate([4 * np.sin(0.5 * np.pi * np.arange(b.n) / b.n) ** 2 for b in blocks])
 
 
@@ -113,8 +114,8 @@ class Pooled:
 class Grouping:
     """Which modes are pooled: computed once, used for every set of columns."""
 
-    order: Floats
-    starts: Floats
+    order: NDArray[np.int64]
+    starts: NDArray[np.int64]
     count: Floats
     shapes: Floats
 
@@ -209,11 +210,7 @@ def fit_noise(
     """
     scale = _scale(pooled)
     low = np.log(_ABSENT * scale)
-    high = (
-        np.log(1e4 * scale)
-        if most is None
-        else np.clip(np.log(np.maximum(most, 1e-300)), low, np.log(1e4 * scale))
-    )
+    high = np.log(1e4 * scale) if most is None else np.clip(np.log(np.maximum(most, 1e-300)), low, np.log(1e4 * scale))
     powers = 0.25 * scale if start is None else np.maximum(start, 1e-3 * scale)
     powers = _scored(pooled, prior, restricted, powers)
     x = np.clip(np.log(np.maximum(powers, 1e-6 * scale)), low, high)
@@ -229,9 +226,7 @@ def fit_noise(
     free = ((x > low) | (slope < 0)) & ((x < high) | (slope > 0))
     if np.abs(slope[free]).max(initial=0.0) > _FLAT:
         bounds = list(zip(low, high, strict=True))
-        best = minimize(
-            cost, x, jac=True, method="L-BFGS-B", bounds=bounds, options={"ftol": 1e-10, "gtol": _FLAT}
-        )
+        best = minimize(cost, x, jac=True, method="L-BFGS-B", bounds=bounds, options={"ftol": 1e-10, "gtol": _FLAT})
         x, value = best.x, float(best.fun)
     return NoiseFit(np.exp(x), -value, likelihood)
 
@@ -263,7 +258,7 @@ def _group_power(pooled: Pooled, s: Floats, prior: Floats, restricted: bool) -> 
     """Energy of the residual in each group and its degrees of freedom, for group variances ``s``."""
     a = pooled.weighted(1 / s)
     axx = a[1:, 1:] + np.diag(prior)
-    inverse = np.linalg.inv(axx) if len(axx) else axx
+    inverse = np.asarray(np.linalg.inv(axx) if len(axx) else axx, dtype=np.float64)
     r = np.concatenate([[1.0], -inverse @ a[1:, 0]])
     energy = pooled.energy(r)
     taken = pooled.traces(inverse) / s if restricted and len(axx) else 0.0
@@ -274,9 +269,7 @@ def _scale(pooled: Pooled) -> Floats:
     """Power of each term that would alone explain the data where the term is strongest."""
     share = pooled.shapes / pooled.shapes.max(axis=0)
     energy = pooled.cross[:, 0, 0]
-    return np.maximum(
-        (share * energy[:, None]).sum(0) / (share * pooled.shapes * pooled.count[:, None]).sum(0), 1e-60
-    )
+    return np.maximum((share * energy[:, None]).sum(0) / (share * pooled.shapes * pooled.count[:, None]).sum(0), 1e-60)
 
 
 def loglik(pooled: Pooled, power: Floats, prior: Floats, restricted: bool) -> tuple[float, Floats]:
@@ -294,7 +287,7 @@ def loglik(pooled: Pooled, power: Floats, prior: Floats, restricted: bool) -> tu
     value = -0.5 * (pooled.count @ np.log(s) + q @ (1 / s) + beta**2 @ prior)
     slope = -0.5 * (pooled.count / s - q / s**2)
     if restricted and len(axx):
-        inverse = cho_solve(factor, np.eye(len(axx)), check_finite=False)
+        inverse = np.asarray(cho_solve(factor, np.eye(len(axx)), check_finite=False), dtype=np.float64)
         value -= float(np.log(np.diag(factor[0])).sum())
         slope += 0.5 * pooled.traces(inverse) / s**2
     return float(value), slope @ pooled.shapes

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from insenv.core.errors import InputError
-from insenv.core.exposure import CHANNEL_OF, Exposure, expose
+from insenv.core.exposure import CHANNEL_OF, expose
 from insenv.core.manifest.spec import Manifest
 from insenv.core.recording import Floats, Recording
 from insenv.core.split import RowUse
@@ -17,7 +17,7 @@ from insenv.identify.bins import gather
 from insenv.identify.fit import solve
 from insenv.identify.lines import Line, find_lines, quantum
 from insenv.identify.outliers import outliers
-from insenv.identify.problem import Model, Problem, Term
+from insenv.identify.problem import Model, Problem, Term, regressors
 
 #: Fitted bins aimed at, and the most that are used.
 BINS, MOST_BINS = 2000, 20000
@@ -56,9 +56,9 @@ class Prepared:
 
 
 def prepare(
-    manifest: Manifest, recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], target: str
+    manifest: Manifest, recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], target: str, tones: bool = True
 ) -> Prepared:
-    """Bins and declared model of one target."""
+    """Bins and declared model of one target; lines above the bin rate are looked for where ``tones`` may be found."""
     if manifest.procedure == "multi-position":
         raise InputError(
             f"{manifest.path}: model.procedure = 'multi-position' is not supported yet; wanted 'static' or 'rate-table'"
@@ -67,7 +67,7 @@ def prepare(
     rows = _rows_per_bin(manifest, recordings, uses)
     plain = _problem(manifest, recordings, uses, target, rows, reject_lines=False)
     _enough(manifest, plain, model, target)
-    lines = _lines(recordings, uses, plain, target)
+    lines = _lines(recordings, uses, plain, model) if tones else ()
     if not lines:
         return Prepared(plain, plain, model, ())
     wandering = [line.frequency for line in lines if not line.steady]
@@ -120,17 +120,13 @@ def declared_model(manifest: Manifest, recordings: tuple[Recording, ...], target
             raise InputError(f"{where} names {key!r}, which is noise; wanted it in the [noise] table")
         if isinstance(effect, CurveEffect) and effect.shapes:
             names = " and ".join(p.name for p in effect.shapes)
-            raise InputError(
-                f"{where} names {key!r}, whose {names} would have to be found first; leave it out"
-            )
+            raise InputError(f"{where} names {key!r}, whose {names} would have to be found first; leave it out")
         missing = sorted({CHANNEL_OF.get(n.partition(".")[0], n) for m in motions for n in effect.missing(m)})
         if effect.id == "earth_rate":
             _wants_latitude(recordings, where)
             missing = []
         if missing:
-            raise InputError(
-                f"{where} names {key!r}, which needs the channel {', '.join(missing)}; the file has none"
-            )
+            raise InputError(f"{where} names {key!r}, which needs the channel {', '.join(missing)}; the file has none")
         if effect.id != "earth_rate" or motions[0].angle is not None:
             terms.append(Term(effect, per_run=effect.id == "bias" and _bias_per_run(manifest, recordings)))
     return tuple(terms)
@@ -179,8 +175,8 @@ def _rows_per_bin(manifest: Manifest, recordings: tuple[Recording, ...], uses: t
             )
         if rows > max(map(len, recordings)):
             raise InputError(
-                f"{manifest.path}: held_out.averaging = {manifest.held_out.averaging:g} s is longer than the recording, "
-                f"{max(len(r) * r.dt for r in recordings):g} s"
+                f"{manifest.path}: held_out.averaging = {manifest.held_out.averaging:g} s is longer than the "
+                f"recording, {max(len(r) * r.dt for r in recordings):g} s"
             )
         return rows
     fitted = sum(int(use.fit.sum()) for use in uses) * dt
@@ -212,9 +208,7 @@ def _quickest_turn(recording: Recording) -> float:
 def _rows_per_cell(rows_per_bin: int, total_rows: int) -> int:
     """The smallest divisor of a bin that keeps the number of cells in bounds."""
     least = max(1.0, total_rows / MOST_CELLS)
-    return min(
-        d for d in range(1, rows_per_bin + 1) if rows_per_bin % d == 0 and (d >= least or d == rows_per_bin)
-    )
+    return min(d for d in range(1, rows_per_bin + 1) if rows_per_bin % d == 0 and (d >= least or d == rows_per_bin))
 
 
 def _problem(
@@ -261,15 +255,15 @@ def _enough(manifest: Manifest, problem: Problem, model: Model, target: str) -> 
 
 
 def _lines(
-    recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], problem: Problem, target: str
+    recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], problem: Problem, model: Model
 ) -> tuple[Line, ...]:
     """Lines above the bin rate that matter, in the longest contiguous stretch of each run that may be fitted."""
     found: list[Line] = []
     for run, (recording, use) in enumerate(zip(recordings, uses, strict=True)):
         span = _longest_fitted(recording, use)
         t = (recording.t - recording.t[0])[span]
-        values = _without_reference(recording, target)[span]
-        step = quantum(recording.channels[target].values[span]) * recording.dt
+        step = quantum(recording.channels[problem.target].values[span]) * recording.dt
+        values = _left(recording, span, problem, model)
         found += find_lines(t, recording.dt, values, step, run, 0.6 / problem.bins.width)
     noise = _bin_noise(problem)
     return tuple(x for x in found if _matters(x, problem.bins.width, noise))
@@ -297,13 +291,23 @@ def _longest_fitted(recording: Recording, use: RowUse) -> slice:
     return best
 
 
-def _without_reference(recording: Recording, target: str) -> Floats:
-    """Samples minus the reference over each sampling period, so that commanded motion is no line."""
-    values = recording.channels[target].values
+def _left(recording: Recording, span: slice, problem: Problem, model: Model) -> Floats:
+    """Samples of ``span`` minus the reference and what the declared effects explain of them, shape (rows,).
+
+    Commanded motion and a scale factor that is declared are no lines. Bins may have averaged that motion away, so the
+    coefficients are fitted to the samples themselves.
+    """
+    values = recording.channels[problem.target].values[span]
     if not {"table_angle", "table_rate"} & set(recording.channels):
         return values
-    exposure = expose(recording, target)
-    inside = exposure.cell_of_row >= 0
+    reference = problem.exposures[0].motion.reference_temperature
+    exposure = expose(recording, problem.target, reference_temperature=reference)
+    cell = exposure.cell_of_row[span]
+    inside = cell >= 0
+    bases = [regressors(term.effect, exposure, term.shape)[cell[inside]] for term in model]
+    columns = np.column_stack([np.ones(int(inside.sum())), *bases])
+    columns = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
     left = np.zeros(len(values))
-    left[inside] = values[inside] - exposure.motion.rate[exposure.cell_of_row[inside]]
+    sample = values[inside] - exposure.motion.rate[cell[inside]]
+    left[inside] = sample - columns @ np.linalg.lstsq(columns, sample, rcond=1e-9)[0]
     return left

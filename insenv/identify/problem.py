@@ -40,7 +40,7 @@ COLLINEAR = 1e-5
 
 @dataclass(frozen=True)
 class Term:
-    """An effect in a model: at a fixed ``shape`` if it has one, with parameters of its own in every run if ``per_run``."""
+    """An effect in a model: at a fixed ``shape`` if it has one, with parameters for every run if ``per_run``."""
 
     effect: Effect
     shape: tuple[float, ...] = ()
@@ -129,15 +129,10 @@ class Problem:
 
     def names(self, term: Term) -> list[tuple[str, str, float]]:
         """Name, unit and prior standard deviation of each column of a term."""
-        rows = [
-            (p.name, p.unit.replace(OUTPUT, self.unit), p.sd * self._prior_scale(p))
-            for p in term.effect.linear
-        ]
+        rows = [(p.name, p.unit.replace(OUTPUT, self.unit), p.sd * self._prior_scale(p)) for p in term.effect.linear]
         if not term.per_run or len(self.exposures) == 1:
             return rows
-        return [
-            (f"{name}[{run + 1}]", unit, sd) for name, unit, sd in rows for run in range(len(self.exposures))
-        ]
+        return [(f"{name}[{run + 1}]", unit, sd) for name, unit, sd in rows for run in range(len(self.exposures))]
 
     def limits(self, param: Param) -> tuple[float, float]:
         """Least and largest credible value of a linear parameter on this target."""
@@ -219,13 +214,13 @@ def design(problem: Problem, model: Model) -> Design:
             )
     if not kept:
         return _empty_design(problem, tuple(dropped))
-    matrix, transformed, scale, sd, labels, term_index = zip(*kept, strict=True)
-    scales = np.array(scale)
+    matrix, transformed, scale_of, sd_of, labels, term_index = zip(*kept, strict=True)
+    scales = np.array(scale_of)
     return Design(
         np.column_stack(matrix),
         np.column_stack(transformed),
         scales,
-        (1 / (np.array(sd) * scales)) ** 2,
+        (1 / (np.array(sd_of) * scales)) ** 2,
         tuple(labels),
         np.array(term_index),
         tuple(dropped),

@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 
 from insenv.identify.problem import Model, Problem, Term
-from insenv.identify.scan import Hit, likelihood_ratio, log_significance, noise_freedom, reference
+from insenv.identify.scan import Hit, likelihood_ratio, log_significance, reference, term_freedom
 
 #: Gain in likelihood ratio per further parameter from which a richer effect counts as a rival.
 RICHER_GAIN = 2.0
@@ -50,4 +50,4 @@ def _still_needed(problem: Problem, model: Model, term: Term, alpha: float) -> b
     """Whether ``term`` adds significantly to ``model``."""
     base = reference(problem, model)
     ratio, gained = likelihood_ratio(problem, base, (*model, term))
-    return log_significance(ratio, gained, noise_freedom(problem, base, term)) < math.log(alpha)
+    return log_significance(ratio, gained, term_freedom(problem, base, term)) < math.log(alpha)

@@ -14,12 +14,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2, f as fisher
+from scipy.stats import chi2
+from scipy.stats import f as fisher
 
 from insenv.core.recording import Floats
 from insenv.identify.candidates import Candidate, stacked
 from insenv.identify.evidence import log_tail
-from insenv.identify.fit import Fit, pool, spectrum
+from insenv.identify.fit import Fit, noise_freedom, pool, spectrum
 from insenv.identify.noise import NoiseFit, fit_noise
 from insenv.identify.problem import Design, Model, Problem, Term, design
 
@@ -141,7 +142,7 @@ def _score_one(block: Floats, weight: Floats, q: Floats, draws: Floats) -> Score
 
 
 def _orthonormal(columns: Floats) -> tuple[Floats, Floats]:
-    """Orthonormal columns of each shape; those that the model already spans are zero. Shape (n, shapes, k), (shapes,)."""
+    """Orthonormal columns of each shape, zero where the model spans them; (n, shapes, k), and ranks, (shapes,)."""
     out = np.zeros_like(columns)
     rank = np.zeros(columns.shape[1], dtype=int)
     for j in range(columns.shape[2]):
@@ -178,29 +179,16 @@ def likelihood_ratio(problem: Problem, base: Reference, model: Model) -> tuple[f
     return 2 * (noise.loglik - base.noise.loglik), len(columns.scale) - base.parameters
 
 
-def noise_freedom(problem: Problem, base: Reference, term: Term) -> float:
-    """Degrees of freedom with which the noise is known in the modes where ``term`` lives.
-
-    The Fisher information of the noise powers gives the variance of S there, of terms that happened to come out as
-    zero too; a variance estimated with nu degrees of freedom has var(log S) = 2 / nu. A slow effect meets noise that
-    only a few slow modes tell.
-    """
-    shapes = problem.modes().shapes
-    s = shapes @ base.noise.power
-    columns = problem.transformed(term) / np.sqrt(s)[:, None]
-    model = design(problem, base.model).transformed / np.sqrt(s)[:, None]
+def term_freedom(problem: Problem, base: Reference, term: Term) -> float:
+    """Degrees of freedom with which the noise is known where ``term`` differs from the model."""
+    root = np.sqrt(problem.modes().shapes @ base.noise.power)
+    columns = problem.transformed(term) / root[:, None]
+    model = design(problem, base.model).transformed / root[:, None]
     if model.shape[1]:
         q = np.linalg.qr(model)[0]
         columns = columns - q @ (q.T @ columns)
     energy = np.sum(columns**2 / np.maximum(np.sum(columns**2, axis=0), 1e-300), axis=1)
-    pull = (energy / max(energy.sum(), 1e-300)) @ (shapes / s[:, None])
-    groups = problem.grouping()
-    relative = groups.shapes / (groups.shapes @ base.noise.power)[:, None]
-    information = 0.5 * (relative * groups.count[:, None]).T @ relative
-    size = np.sqrt(np.diag(information))
-    covariance = np.linalg.pinv(information / np.outer(size, size), rcond=1e-8, hermitian=True)
-    variance = float((pull / size) @ covariance @ (pull / size))
-    return float(np.clip(2 / max(variance, 1e-9), 2.0, len(s)))
+    return noise_freedom(problem, base.noise.power, energy)
 
 
 def log_significance(ratio: float, gained: int, freedom: float) -> float:

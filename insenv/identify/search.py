@@ -22,9 +22,9 @@ from insenv.identify.scan import (
     Scores,
     likelihood_ratio,
     log_significance,
-    noise_freedom,
     reference,
     score,
+    term_freedom,
 )
 
 #: Candidates whose shapes are refined, best first.
@@ -33,17 +33,16 @@ REFINED = 4
 SUGGESTED = 0.3
 
 
-def search(problem: Problem, fit: Fit, found: tuple[Candidate, ...], seed: int) -> list[Hit]:
-    """Every testable candidate added to ``fit.model`` at its best shape, best first."""
+def search(problem: Problem, fit: Fit, found: tuple[Candidate, ...], seed: int, tones: bool = True) -> list[Hit]:
+    """Every testable candidate, and a tone if asked for, added to ``fit.model`` at its best shape, best first."""
     base = reference(problem, fit.model, fit.noise.power)
     scores = score(problem, fit, found, seed)
     count = sum(s.testable for s in scores) + 1
     hits = [_hit(problem, base, c, s, count) for c, s in zip(found, scores, strict=True) if s.testable]
-    hits.append(_tone_hit(problem, fit, base, count, seed))
+    if tones:
+        hits.append(_tone_hit(problem, fit, base, count))
     hits.sort(key=lambda hit: -hit.rank)
-    best = [
-        refined(problem, base, hit) if hit.candidate.effect.id != "tone" else hit for hit in hits[:REFINED]
-    ]
+    best = [refined(problem, base, hit) if hit.candidate.effect.id != "tone" else hit for hit in hits[:REFINED]]
     hits = [confronted(problem, fit, hit) for hit in best + hits[REFINED:]]
     return sorted(hits, key=lambda hit: -hit.rank)
 
@@ -60,7 +59,7 @@ def confronted(problem: Problem, fit: Fit, hit: Hit) -> Hit:
     if beyond:
         return replace(hit, deviate=-np.inf, remark=beyond)
     base = reference(problem, fit.model, fit.noise.power)
-    freedom = noise_freedom(problem, base, hit.term)
+    freedom = term_freedom(problem, base, hit.term)
     z, information = held_out_deviate(problem, fit, larger, freedom)
     joint = joint_deviate(log_tail(hit.deviate), hit.likelihood_ratio, z, information)
     return replace(hit, deviate=joint, held_out=z)
@@ -81,9 +80,7 @@ def _beyond_bounds(problem: Problem, fit: Fit) -> str:
 def at_shape(problem: Problem, fit: Fit, base: Reference, hit: Hit, term: Term) -> Hit:
     """The hit at another shape of its candidate."""
     ratio, gained = likelihood_ratio(problem, base, with_term(base.model, term))
-    moved = replace(
-        hit, term=term, likelihood_ratio=ratio, deviate=deviate(problem, base, term, ratio, gained)
-    )
+    moved = replace(hit, term=term, likelihood_ratio=ratio, deviate=deviate(problem, base, term, ratio, gained))
     return confronted(problem, fit, moved)
 
 
@@ -107,17 +104,15 @@ def _hit(problem: Problem, base: Reference, candidate: Candidate, scores: Scores
 
 def deviate(problem: Problem, base: Reference, term: Term, ratio: float, gained: int) -> float:
     """Normal deviate of a likelihood ratio, uncorrected for the looks."""
-    log_p = log_significance(ratio, gained, noise_freedom(problem, base, term))
+    log_p = log_significance(ratio, gained, term_freedom(problem, base, term))
     return float(-ndtri_exp(min(log_p, -1e-12)))
 
 
-def _tone_hit(problem: Problem, fit: Fit, base: Reference, count: int, seed: int) -> Hit:
+def _tone_hit(problem: Problem, fit: Fit, base: Reference, count: int) -> Hit:
     frequency, trials = strongest_tone(problem, fit)
     term = Term(Tone(), (frequency,), per_run=len(problem.exposures) > 1)
     ratio, gained = likelihood_ratio(problem, base, (*base.model, term))
-    best = Hit(
-        Candidate(Tone(), (term,)), term, ratio, trials * count, deviate(problem, base, term, ratio, gained)
-    )
+    best = Hit(Candidate(Tone(), (term,)), term, ratio, trials * count, deviate(problem, base, term, ratio, gained))
     resolution = 0.25 / max(b.n for b in problem.fitted) / problem.bins.width
     return refined(problem, base, best, np.array([resolution]))
 
@@ -148,9 +143,7 @@ def refined(problem: Problem, base: Reference, hit: Hit, step: Floats | None = N
     ratio, gained = likelihood_ratio(problem, base, with_term(base.model, term))
     if ratio <= hit.likelihood_ratio:
         return hit
-    return replace(
-        hit, term=term, likelihood_ratio=ratio, deviate=deviate(problem, base, term, ratio, gained)
-    )
+    return replace(hit, term=term, likelihood_ratio=ratio, deviate=deviate(problem, base, term, ratio, gained))
 
 
 def _grid_steps(candidate: Candidate, start: Floats) -> Floats:

@@ -14,12 +14,13 @@ import numpy as np
 from insenv.core.recording import Floats
 from insenv.effects.base import OUTPUT, CurveEffect
 from insenv.identify.findings import Estimate
-from insenv.identify.fit import Fit, spectrum
+from insenv.identify.fit import Fit, noise_freedom, spectrum
 from insenv.identify.noise import transform
 from insenv.identify.problem import NOISE_TERMS, Problem, Term
 
-
 _SQUARED = "_squared"
+#: Below this many degrees of freedom of the noise the variance of Student's t says nothing any more.
+LEAST_FREEDOM = 4.0
 #: SI units of the noise coefficients as the field writes them, by the unit of the output.
 NOISE_UNITS = {
     "rad/s": {
@@ -63,9 +64,7 @@ def estimates(problem: Problem, fit: Fit) -> dict[Term, tuple[Estimate, ...]]:
             )
             for j in own
         ]
-        rows += [
-            _root(row, problem.unit) for row in rows if row.parameter.endswith(_SQUARED) and row.value > 0
-        ]
+        rows += [_root(row, problem.unit) for row in rows if row.parameter.endswith(_SQUARED) and row.value > 0]
         if term in slopes:
             rows += [
                 Estimate(key, name, value, float(sd), unit)
@@ -88,33 +87,38 @@ def noise_estimates(problem: Problem, fit: Fit) -> tuple[Estimate, ...]:
         if np.isfinite(share) and share < 1:
             param = term.linear[0]
             value = float(np.sqrt(power))
-            rows.append(
-                Estimate(term.id, param.name, value, value * float(share), NOISE_UNITS[problem.unit][term.id])
-            )
+            rows.append(Estimate(term.id, param.name, value, value * float(share), NOISE_UNITS[problem.unit][term.id]))
     return tuple(rows)
 
 
-def _standard_deviations(
-    problem: Problem, fit: Fit, slopes: dict[Term, _Slopes]
-) -> tuple[Floats, dict[Term, Floats]]:
+def _standard_deviations(problem: Problem, fit: Fit, slopes: dict[Term, _Slopes]) -> tuple[Floats, dict[Term, Floats]]:
     """Standard deviations of the linear parameters (SI) and of the shapes of each term."""
-    if not slopes:
-        return fit.sd, {}
     weight = 1 / np.sqrt(spectrum(problem, fit.noise.power))
     blocks = [fit.design.transformed, *(s.columns for s in slopes.values())]
     columns = np.column_stack(blocks) * weight[:, None]
-    prior = np.concatenate(
-        [fit.design.prior, *([1 / row[3] ** 2 for row in s.rows] for s in slopes.values())]
-    )
+    prior = np.concatenate([fit.design.prior, *([1 / row[3] ** 2 for row in s.rows] for s in slopes.values())])
     size = np.sqrt(np.sum(columns**2, axis=0) + prior)
-    r = np.linalg.qr(np.vstack([columns / size, np.diag(np.sqrt(prior) / size)]), mode="r")
-    sd = np.sqrt(np.diag(np.linalg.pinv(r.T @ r))) / size
+    scaled = columns / size
+    inverse = np.linalg.pinv(scaled.T @ scaled + np.diag(prior / size**2), hermitian=True)
+    sd = np.sqrt(np.diag(inverse)) / size * _for_fitted_noise(problem, fit, scaled @ inverse)
     p = len(fit.design.scale)
     shape_sd, offset = {}, p
     for term, s in slopes.items():
         shape_sd[term] = sd[offset : offset + len(s.rows)]
         offset += len(s.rows)
     return sd[:p] / fit.design.scale, shape_sd
+
+
+def _for_fitted_noise(problem: Problem, fit: Fit, weights: Floats) -> Floats:
+    """Factor on each standard deviation because the noise is fitted too: that of Student's t, shape (p,).
+
+    Column j of ``weights``, shape (modes, p), is what the whitened data are multiplied with to give coefficient j.
+    """
+    factors = np.ones(weights.shape[1])
+    for j in range(weights.shape[1]):
+        freedom = max(noise_freedom(problem, fit.noise.power, weights[:, j] ** 2), LEAST_FREEDOM)
+        factors[j] = np.sqrt(freedom / (freedom - 2))
+    return factors
 
 
 def _slopes(problem: Problem, fit: Fit, index: int) -> _Slopes:

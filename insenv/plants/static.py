@@ -100,9 +100,7 @@ class StaticBase:
         """The base untilted: None, or the filter's two memories and the last tilt."""
         return None
 
-    def advance(
-        self, state: Floats | None, command: None, t: Floats, z: Floats
-    ) -> tuple[Scene, Floats | None]:
+    def advance(self, state: Floats | None, command: None, t: Floats, z: Floats) -> tuple[Scene, Floats | None]:
         """Go on over the intervals with edges ``t``, shape (n + 1,) [s]; ``z`` of shape (..., draws, n).
 
         Returns
@@ -134,9 +132,7 @@ class StaticBase:
     def _motions(self, t: Floats, temperature: Floats, tilt: Floats | None) -> dict[str, Motion]:
         n = len(t) - 1
         rates = self._rates(t, tilt)
-        force = dict(
-            zip(_AXES, self._to_body(np.zeros(n), np.zeros(n), np.full(n, self.gravity)), strict=True)
-        )
+        force = dict(zip(_AXES, self._to_body(np.zeros(n), np.zeros(n), np.full(n, self.gravity)), strict=True))
         shared: dict[str, Any] = {
             "t": t,
             "force": force,

@@ -148,13 +148,9 @@ class Turntable:
             start = float(last.start[0]) + before.duration
             angle, rate = self._servo(last, np.array([start]))
             knots.append(self._knot(start, angle[..., 0], rate[..., 0], piece))
-        return Knots(
-            *(np.concatenate([getattr(k, f) for k in knots], axis=-1) for f in Knots.__dataclass_fields__)
-        )
+        return Knots(*(np.concatenate([getattr(k, f) for k in knots], axis=-1) for f in Knots.__dataclass_fields__))
 
-    def advance(
-        self, state: Knots, command: Floats | float | None, t: Floats, z: Floats
-    ) -> tuple[Scene, Knots]:
+    def advance(self, state: Knots, command: Floats | float | None, t: Floats, z: Floats) -> tuple[Scene, Knots]:
         """Go on over the intervals with edges ``t``.
 
         Parameters

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from insenv.core.recording import Floats
 from insenv.identify.findings import Traces
@@ -58,9 +59,7 @@ def means_of_runs(line: Timeline, y: Floats, bins: int) -> Bins:
         mine = (line.x >= start) & (line.x <= stop)
         parts.append(means(line.x[mine], y[mine], max(4, round(bins * (stop - start) / total))))
     gap = np.array([np.nan])
-    return Bins(
-        *(np.concatenate([a for b in parts for a in (getattr(b, k), gap)]) for k in ("x", "mean", "error"))
-    )
+    return Bins(*(np.concatenate([a for b in parts for a in (getattr(b, k), gap)]) for k in ("x", "mean", "error")))
 
 
 def timeline(traces: Traces) -> Timeline:
@@ -76,7 +75,7 @@ def timeline(traces: Traces) -> Timeline:
     return Timeline(x, tuple(runs))
 
 
-def stretches(x: Floats, marked: Floats) -> Iterator[tuple[float, float]]:
+def stretches(x: Floats, marked: NDArray[np.bool_]) -> Iterator[tuple[float, float]]:
     """Intervals of ``x`` over which ``marked`` holds, half a step beyond the points on either side."""
     if len(x) == 0:
         return

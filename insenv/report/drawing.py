@@ -19,6 +19,7 @@ from matplotlib.ticker import (
     NullFormatter,
     ScalarFormatter,
 )
+from numpy.typing import NDArray
 
 from insenv.core.recording import Floats
 from insenv.report.binning import Bins, Timeline, reach, stretches
@@ -72,12 +73,10 @@ def limit(ax: Axes, *residuals: Floats) -> None:
         ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: _power_of_ten(value)))
     if beyond:
         text = f"{beyond} point{'s' * (beyond > 1)} outside"
-        ax.text(
-            0.995, 0.02, text, transform=ax.transAxes, ha="right", va="bottom", fontsize=7.5, color=DECLARED
-        )
+        ax.text(0.995, 0.02, text, transform=ax.transAxes, ha="right", va="bottom", fontsize=7.5, color=DECLARED)
 
 
-def shade(ax: Axes, line: Timeline, held_out: Floats) -> None:
+def shade(ax: Axes, line: Timeline, held_out: NDArray[np.bool_]) -> None:
     """Held-out stretches in grey, and limits in time that fit the data."""
     label: str | None = "held out"
     for start, stop in stretches(line.x, held_out):
@@ -112,9 +111,7 @@ def models(ax: Axes, x: Floats, fitted: Floats, declared: Floats | None, unit: U
     """Fitted noise dark, declared noise dashed."""
     curve(ax, x, fitted, unit, color=FITTED, lw=1.3, label="fitted noise", zorder=5)
     if declared is not None:
-        curve(
-            ax, x, declared, unit, color=DECLARED, lw=1.3, ls=(0, (4, 2.5)), label="declared noise", zorder=5
-        )
+        curve(ax, x, declared, unit, color=DECLARED, lw=1.3, ls=(0, (4, 2.5)), label="declared noise", zorder=5)
 
 
 def curve(ax: Axes, x: Floats, y: Floats, unit: Unit, **style: object) -> None:

@@ -14,9 +14,7 @@ _MOST_SHOWN = 4
 
 #: Stands for an estimate that one of the two models does not have, and what that means.
 NONE = "—"
-NONE_MEANS = (
-    f"{NONE}: that model has no estimate of its own, because another of its effects looks just like it."
-)
+NONE_MEANS = f"{NONE}: that model has no estimate of its own, because another of its effects looks just like it."
 
 
 @dataclass(frozen=True)

@@ -75,9 +75,7 @@ def allan(target: TargetFindings) -> Figure:
     figure, s, unit = _figure(_PANEL), target.spectra, _unit(target)
     ax = figure.add_subplot()
     if _changed(target):
-        draw.curve(
-            ax, s.tau, s.allan_before, unit, color=draw.BEFORE, lw=1.5, marker="o", ms=2.6, label="before"
-        )
+        draw.curve(ax, s.tau, s.allan_before, unit, color=draw.BEFORE, lw=1.5, marker="o", ms=2.6, label="before")
     good = (s.tau > 0) & (s.allan_lower > 0) & np.isfinite(s.allan_upper)
     ax.fill_between(
         s.tau[good],

@@ -50,9 +50,7 @@ def write_json(findings: Findings, path: str | os.PathLike[str]) -> Path:
     InputError
         If the file cannot be written.
     """
-    return write_whole(
-        path, json.dumps(to_json(findings), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    )
+    return write_whole(path, json.dumps(to_json(findings), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
 
 
 def _blocks(target: TargetFindings) -> Block:
@@ -76,9 +74,7 @@ def _blocks(target: TargetFindings) -> Block:
             }
             for r in target.rejected
         ],
-        "not_testable": [
-            {"effect": n.effect, "needs": list(n.needs), "reason": n.reason} for n in target.not_testable
-        ],
+        "not_testable": [{"effect": n.effect, "needs": list(n.needs), "reason": n.reason} for n in target.not_testable],
         "next_experiment": [_experiment(one) for one in target.next_experiment],
     }
 
@@ -111,9 +107,7 @@ def _added(added: Added) -> Block:
     return {
         "effect": added.effect,
         "order": added.order,
-        "parameters": [
-            {"name": p.parameter, "value": p.value, "sd": p.sd, "unit": p.unit} for p in added.parameters
-        ],
+        "parameters": [{"name": p.parameter, "value": p.value, "sd": p.sd, "unit": p.unit} for p in added.parameters],
         "p_value": added.p_value,
         "likelihood_ratio": added.likelihood_ratio,
         "confounded_with": list(added.confounded_with),

@@ -138,11 +138,7 @@ def _split(si: str) -> tuple[str | None, str]:
 
 def _pretty(si: str) -> str:
     return (
-        si.replace("^2", "²")
-        .replace("^3", "³")
-        .replace("sqrt(s)", "√s")
-        .replace("sqrt(Hz)", "√Hz")
-        .replace("*", "·")
+        si.replace("^2", "²").replace("^3", "³").replace("sqrt(s)", "√s").replace("sqrt(Hz)", "√Hz").replace("*", "·")
     )
 
 

@@ -64,9 +64,7 @@ def sureness(target: TargetFindings, alpha: float) -> list[str]:
 
 def _sentence(text: str) -> str:
     """``text`` with a capital and a full stop, unless it opens with an identifier; p-values as elsewhere."""
-    text = re.sub(
-        r"\bp = (\d[\d.]*(?:e[-+]?\d+)?)(?=\))", lambda m: f"p {p_value(float(m[1]))}", text.strip()
-    )
+    text = re.sub(r"\bp = (\d[\d.]*(?:e[-+]?\d+)?)(?=\))", lambda m: f"p {p_value(float(m[1]))}", text.strip())
     first = text.split(" ", 1)[0]
     opened = text if "_" in first or ":" in first else text[:1].upper() + text[1:]
     return opened if opened.endswith((".", "!", "?")) else opened + "."

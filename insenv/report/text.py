@@ -99,9 +99,7 @@ def _estimates(target: TargetFindings, width: int) -> Iterator[str]:
     if not pairs:
         return
     changed = bool(target.added)
-    rows = [
-        ("declared parameter", "before", "after", "shift") if changed else ("declared parameter", "estimate")
-    ]
+    rows = [("declared parameter", "before", "after", "shift") if changed else ("declared parameter", "estimate")]
     for pair in pairs:
         name = f"{pair.effect} {pair.parameter}" + (f" [{pair.unit}]" if pair.unit else "")
         shift = pair.shift if pair.shift == estimates.NONE else f"{pair.shift} sd"
@@ -114,10 +112,7 @@ def _estimates(target: TargetFindings, width: int) -> Iterator[str]:
 
 def _noise(target: TargetFindings) -> Iterator[str]:
     if target.noise:
-        rows = [
-            (f"{words.noise_name(n.effect, target.unit)} {n.parameter}", estimates.value(n))
-            for n in target.noise
-        ]
+        rows = [(f"{words.noise_name(n.effect, target.unit)} {n.parameter}", estimates.value(n)) for n in target.noise]
         yield from ("", "Noise of the residual")
         yield from _table(rows, "lr")
 
@@ -149,9 +144,7 @@ def _cannot_be_told(target: TargetFindings, width: int) -> Iterator[str]:
 def _not_testable(target: TargetFindings, width: int) -> Iterator[str]:
     if target.not_testable:
         yield from ("", "Not testable with this recording")
-        yield from _items(
-            (f"{needs}: {', '.join(effects)}" for needs, effects in sentences.by_need(target)), width
-        )
+        yield from _items((f"{needs}: {', '.join(effects)}" for needs, effects in sentences.by_need(target)), width)
 
 
 def _next(target: TargetFindings, width: int) -> Iterator[str]:
@@ -184,9 +177,6 @@ def _table(rows: Sequence[Sequence[str]], align: str) -> list[str]:
     """Rows of cells in columns, two spaces apart; ``align`` has "l" or "r" for each column."""
     widths = [max(len(row[i]) for row in rows) for i in range(len(align))]
     return [
-        "  "
-        + "  ".join(
-            c.ljust(w) if a == "l" else c.rjust(w) for c, w, a in zip(row, widths, align, strict=True)
-        )
+        "  " + "  ".join(c.ljust(w) if a == "l" else c.rjust(w) for c, w, a in zip(row, widths, align, strict=True))
         for row in rows
     ]

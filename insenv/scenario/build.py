@@ -89,9 +89,7 @@ def build(table: ScenarioTable, path: Path) -> Scenario:
     plant, duration = plants.build(table, path)
     if not 2 <= duration * rate <= MOST_SAMPLES:
         wanted = f"from 2 to {MOST_SAMPLES:.0e}"
-        raise InputError(
-            f"{path}: {duration:g} s at {rate:g} Hz are {duration * rate:g} samples; wanted {wanted}"
-        )
+        raise InputError(f"{path}: {duration:g} s at {rate:g} Hz are {duration * rate:g} samples; wanted {wanted}")
     samples = round(duration * rate)
     outputs = tuple(_first_scene(plant, rate).motions)
     targets = Targets(outputs, _targets(table, outputs, path))
@@ -115,9 +113,7 @@ def _targets(table: ScenarioTable, outputs: tuple[str, ...], path: Path) -> tupl
     targets = outputs if named is None else (named,) if isinstance(named, str) else tuple(named)
     for target in targets:
         if target not in outputs:
-            raise InputError(
-                f"{path}: model.target = {target!r} is not simulated; {nearest(target, outputs)}"
-            )
+            raise InputError(f"{path}: model.target = {target!r} is not simulated; {nearest(target, outputs)}")
     if not targets or len(set(targets)) < len(targets):
         raise InputError(f"{path}: model.target = {shown(named)}; wanted each channel once, and at least one")
     return targets
@@ -148,9 +144,7 @@ def _effects(table: ScenarioTable, plant: Plant, targets: Targets, path: Path) -
             where = f"{path}: {origin}.{key}"
             effect = _effect(key, where)
             if origin == "declared" and isinstance(effect, NoiseEffect):
-                raise InputError(
-                    f"{where} is noise; what the maker declares of it belongs to [instrument.gyro.noise]"
-                )
+                raise InputError(f"{where} is noise; what the maker declares of it belongs to [instrument.gyro.noise]")
             if entries == []:
                 raise InputError(f"{where} = []; wanted at least one table of parameters")
             for entry in entries if isinstance(entries, list) else [entries]:
@@ -169,9 +163,7 @@ def _effect(key: str, where: str) -> Effect:
         raise InputError(f"{where}: {error}") from None
 
 
-def _entry(
-    effect: Effect, entry: object, plant: Plant, targets: Targets, place: tuple[str, str]
-) -> list[Planted]:
+def _entry(effect: Effect, entry: object, plant: Plant, targets: Targets, place: tuple[str, str]) -> list[Planted]:
     """One table of an effect, on each of its targets; ``place`` is its origin and where it stands."""
     origin, where = place
     if not isinstance(entry, dict):
@@ -183,9 +175,7 @@ def _entry(
         raise InputError(f"{where}.targets = []; wanted at least one channel")
     for target in named if isinstance(named, list) else [named]:
         if target not in targets.simulated:
-            raise InputError(
-                f"{where}.targets has {shown(target)}; {nearest(str(target), targets.simulated)}"
-            )
+            raise InputError(f"{where}.targets has {shown(target)}; {nearest(str(target), targets.simulated)}")
         values = None if rest else plants.told_by(plant, effect)
         values = parameters(effect, rest, Sensor(target).unit, where) if values is None else values
         planted.append(Planted(target, effect, values, origin))
@@ -205,8 +195,7 @@ def _exposed(rig: Rig, planted: tuple[Planted, ...], path: Path) -> None:
     for p in planted:
         if missing := p.effect.missing(scene.motions[p.target]):
             raise InputError(
-                f"{path}: {p.origin}.{p.effect.key} on {p.target} needs {', '.join(missing)}, "
-                "which this plant lacks"
+                f"{path}: {p.origin}.{p.effect.key} on {p.target} needs {', '.join(missing)}, which this plant lacks"
             )
 
 

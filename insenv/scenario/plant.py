@@ -50,9 +50,7 @@ def build(table: ScenarioTable, path: Path) -> tuple[Plant, float]:
     """
     if (table.table is None) == (table.base is None):
         found = "neither" if table.table is None else "both"
-        raise InputError(
-            f"{path}: {found} of [table] and [base] given; wanted the one that carries the instruments"
-        )
+        raise InputError(f"{path}: {found} of [table] and [base] given; wanted the one that carries the instruments")
     latitude = table.site.latitude
     shared: dict[str, Any] = {
         "latitude": None if latitude is None else _latitude(latitude, f"{path}: site.latitude"),
@@ -209,9 +207,7 @@ def _profile(table: ProfileTable, where: str) -> profiles.Profile:
 def _steps(table: ProfileTable, where: str) -> profiles.Profile:
     """Pairs of duration and rate."""
     steps = tuple(
-        profiles.Piece(
-            positive(time, "time", f"{where}.steps[{i}]"), given(rate, "rate", f"{where}.steps[{i}]")
-        )
+        profiles.Piece(positive(time, "time", f"{where}.steps[{i}]"), given(rate, "rate", f"{where}.steps[{i}]"))
         for i, (time, rate) in enumerate(table.steps or [])
     )
     return _some(steps, f"{where}.steps")
@@ -251,15 +247,11 @@ def _temperature(table: TemperatureTable | None, where: str) -> thermal.Temperat
 
 
 def _cycle(table: TemperatureTable, where: str) -> thermal.Points:
-    levels = [
-        positive(text, "temperature", f"{where}.levels[{i}]") for i, text in enumerate(table.levels or [])
-    ]
+    levels = [positive(text, "temperature", f"{where}.levels[{i}]") for i, text in enumerate(table.levels or [])]
     slope = quantity_in(table.slope, "K/s", f"{where}.slope")
     if not slope > 0:
         raise InputError(f"{where}.slope = {table.slope!r}; wanted more than zero")
-    return thermal.cycle(
-        _some(levels, f"{where}.levels"), slope, not_negative(table.soak, "time", f"{where}.soak")
-    )
+    return thermal.cycle(_some(levels, f"{where}.levels"), slope, not_negative(table.soak, "time", f"{where}.soak"))
 
 
 def _points(table: TemperatureTable, where: str) -> thermal.Points:
@@ -267,7 +259,5 @@ def _points(table: TemperatureTable, where: str) -> thermal.Points:
     times = tuple(not_negative(time, "time", f"{where}.points[{i}]") for i, (time, _) in enumerate(points))
     if any(b <= a for a, b in zip(times[:-1], times[1:], strict=True)):
         raise InputError(f"{where}.points has times that do not increase; wanted later times further on")
-    values = tuple(
-        positive(value, "temperature", f"{where}.points[{i}]") for i, (_, value) in enumerate(points)
-    )
+    values = tuple(positive(value, "temperature", f"{where}.points[{i}]") for i, (_, value) in enumerate(points))
     return thermal.Points(times, values)

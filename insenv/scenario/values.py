@@ -60,8 +60,6 @@ def parameters(effect: Effect, table: Mapping[str, object], unit: str, where: st
             raise InputError(f"{where}.{param.name} is missing; wanted a quantity in a unit such as {si!r}")
         value = quantity_in(table[param.name], si, f"{where}.{param.name}")
         if value < param.low:
-            raise InputError(
-                f"{where}.{param.name} = {shown(table[param.name])}; wanted {param.low:g} {si} or more"
-            )
+            raise InputError(f"{where}.{param.name} = {shown(table[param.name])}; wanted {param.low:g} {si} or more")
         values.append(value)
     return tuple(values)

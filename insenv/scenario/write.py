@@ -85,9 +85,7 @@ def columns(scenario: Scenario) -> tuple[Column, ...]:
         if table.pulses and not step:
             raise InputError(f"{where}.pulses = true; wanted quantity = 'increment' with it")
         factor, _ = scale_to_si(unit, dimension, f"{where}.unit")
-        found.append(
-            Column(fitted.sensor.target, unit, factor, 0.0, period if step else None, True, table.pulses)
-        )
+        found.append(Column(fitted.sensor.target, unit, factor, 0.0, period if step else None, True, table.pulses))
     for name, over_interval in (("table_angle", False), ("table_rate", True), ("temperature", False)):
         if name == "temperature" and scenario.table.temperature is None:
             continue
@@ -114,9 +112,7 @@ def rows(stream: Iterator[Readings], cols: Sequence[Column]) -> Iterator[Floats]
         yield chunk
 
 
-def write_recording(
-    scenario: Scenario, chunks: Iterator[Floats], path: Path, progress: Progress | None
-) -> None:
+def write_recording(scenario: Scenario, chunks: Iterator[Floats], path: Path, progress: Progress | None) -> None:
     """The recording in the scenario's format; text is written chunk by chunk, the binary formats at once."""
     cols = columns(scenario)
     watched = _watched(chunks, scenario.samples, progress)
@@ -134,10 +130,7 @@ def manifest(scenario: Scenario, data: str, seed: int) -> str:
     table = scenario.table
     tables: list[tuple[str, Mapping[str, object]]] = [
         ("", {"title": table.output.title or f"Simulated recording, seed {seed}", "data": data}),
-        *(
-            (f"[channels.{column.name}]", _channel(column, table.output.format))
-            for column in columns(scenario)
-        ),
+        *((f"[channels.{column.name}]", _channel(column, table.output.format)) for column in columns(scenario)),
         ("[site]", _told(table.site)),
         ("[mounting]", {"axes": "RFU"} if table.table is None else {"tilt": table.table.tilt or "90 deg"}),
         ("[model]", _model(scenario)),
@@ -181,9 +174,7 @@ def truth(scenario: Scenario, seed: int) -> str:
             "origin": p.origin,
             "parameters": [
                 {"name": param.name, "value": value, "unit": unit}
-                for param, value, unit in zip(
-                    p.effect.params, p.values, _units(p.target, p.effect), strict=True
-                )
+                for param, value, unit in zip(p.effect.params, p.values, _units(p.target, p.effect), strict=True)
             ],
         }
         for p in scenario.planted

@@ -193,9 +193,7 @@ def _refuse_keys(name: str, table: schema.ChannelTable, where: str) -> None:
     }
     for key, names in meant_for.items():
         if getattr(table, key) not in (None, False) and name not in names:
-            raise InputError(
-                f"{where}.{key} has no meaning on this channel; it belongs to {', '.join(names)}"
-            )
+            raise InputError(f"{where}.{key} has no meaning on this channel; it belongs to {', '.join(names)}")
 
 
 def _positive(text: str, dimension: str, where: str) -> float:
@@ -217,9 +215,7 @@ def model(table: schema.ModelTable, channels: Mapping[str, ChannelSpec], path: P
         raise InputError(f"{path}: model.target = []; wanted at least one channel")
     for effect in table.declared:
         if not _EFFECT.fullmatch(effect):
-            raise InputError(
-                f"{path}: model.declared has {shown(effect)}; wanted an effect's name or name:order"
-            )
+            raise InputError(f"{path}: model.declared has {shown(effect)}; wanted an effect's name or name:order")
     for key, names in (("target", targets), ("declared", tuple(table.declared))):
         if len(set(names)) < len(names):
             raise InputError(f"{path}: model.{key} = {shown(list(names))}; wanted each name once")
@@ -288,9 +284,7 @@ def held_out(table: schema.HeldOutTable, n_runs: int, path: Path) -> HeldOut:
         start=None if table.start is None else _not_negative(table.start, "time", f"{where}.start"),
         rows=ranges(table.rows, f"{where}.rows"),
         positions=table.positions,
-        averaging=None
-        if table.averaging is None
-        else _positive(table.averaging, "time", f"{where}.averaging"),
+        averaging=None if table.averaging is None else _positive(table.averaging, "time", f"{where}.averaging"),
     )
 
 
@@ -308,7 +302,5 @@ def columns(table: schema.ManifestTable, runs: tuple[RunSpec, ...], path: Path) 
     if not binary and table.columns is not None:
         raise InputError(f"{path}: columns = {table.columns} belongs to format = 'float64-le' alone")
     if binary and (table.columns is None or table.columns < 1):
-        raise InputError(
-            f"{path}: columns = {table.columns}; wanted the number of values in a row of float64-le"
-        )
+        raise InputError(f"{path}: columns = {table.columns}; wanted the number of values in a row of float64-le")
     return table.columns

@@ -128,8 +128,7 @@ def parse(path: Path) -> ManifestTable:
     """
     table = convert(tree(path, "manifest"), ManifestTable, (), path, "manifest")
     channels = {
-        name: convert(v, ChannelTable, ("channels", name), path, "manifest")
-        for name, v in table.channels.items()
+        name: convert(v, ChannelTable, ("channels", name), path, "manifest") for name, v in table.channels.items()
     }
     noise = {name: _noise(v, ("noise", name), path) for name, v in table.noise.items()}
     return msgspec.structs.replace(table, channels=channels, noise=noise)

@@ -78,9 +78,7 @@ def _array_name(path: Path, column: Column, names: Sequence[str]) -> str:
     """Which array holds ``column``."""
     if isinstance(column.key, int):
         if len(names) != 1:
-            raise InputError(
-                f"{path}: {column} is an index, with {len(names)} arrays in the file; wanted a name"
-            )
+            raise InputError(f"{path}: {column} is an index, with {len(names)} arrays in the file; wanted a name")
         return names[0]
     if column.key in names:
         return column.key

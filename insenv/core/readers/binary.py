@@ -36,7 +36,5 @@ def read_float64(path: Path, columns: Sequence[Column], width: int) -> Table:
         if ((tiny > 0) & (tiny < _SMALLEST)).any():
             row = int(np.argmax((tiny > 0) & (tiny < _SMALLEST)))
             found = f"row {row}: {column} is {values[column.channel][row]:.3g}"
-            raise InputError(
-                f"{path}: {found}, which is no measurement; wanted float64 with the low byte first"
-            )
+            raise InputError(f"{path}: {found}, which is no measurement; wanted float64 with the low byte first")
     return Table(values)

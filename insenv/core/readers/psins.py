@@ -44,9 +44,7 @@ def read_psins(path: Path, columns: Sequence[Column]) -> Table:
     body = Body(path, "\n".join(lines[first:]).encode(), first + 1, None, list(PSINS_CHANNELS))
     table = read_rows(body, columns)
     units = [f"{s!r} arcsec" for s in scales[:3]] + [f"{s * g * 1e-6!r} m/s" for s in scales[3:]]
-    t: Floats = start + np.arange(1.0, len(table) + 1) * (
-        interval * 1e-3
-    )  # an increment ends at its row's time
+    t: Floats = start + np.arange(1.0, len(table) + 1) * (interval * 1e-3)  # an increment ends at its row's time
     return Table(
         values=table.values,
         labels=table.labels,
@@ -74,6 +72,4 @@ def _header(path: Path, lines: list[str]) -> tuple[int, list[list[float]]]:
             )
         if len(header) == 3:
             return number, header
-    raise InputError(
-        f"{path}: has {len(header)} of the 3 header lines of a PSINS log; wanted them before the rows"
-    )
+    raise InputError(f"{path}: has {len(header)} of the 3 header lines of a PSINS log; wanted them before the rows")

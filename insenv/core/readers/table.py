@@ -75,9 +75,7 @@ def find_column(path: Path, names: Sequence[str], column: Column) -> int:
     """
     if isinstance(column.key, int):
         if column.key >= len(names):
-            raise InputError(
-                f"{path}: no {column}; wanted an index below {len(names)}, the number of columns"
-            )
+            raise InputError(f"{path}: no {column}; wanted an index below {len(names)}, the number of columns")
         return column.key
     bare = [split_unit(name)[0] for name in names]
     found = [i for i, name in enumerate(names) if name.strip() == column.key.strip()]
@@ -121,9 +119,7 @@ def as_labels(path: Path, column: Column, values: Any) -> tuple[str, ...]:
     if values.dtype.kind == "S":
         values = np.char.decode(values, "utf-8", "replace")
     if values.dtype.kind == "O":
-        values = np.array(
-            ["" if np.size(v) == 0 else v for v in values], dtype=object
-        )  # MATLAB's '' is an array
+        values = np.array(["" if np.size(v) == 0 else v for v in values], dtype=object)  # MATLAB's '' is an array
     if values.dtype.kind == "O" and not all(isinstance(v, str) for v in values):
         raise InputError(f"{path}: {column} holds objects; wanted labels as text or numbers")
     return tuple(f"{v:g}" if values.dtype.kind == "f" else str(v) for v in values.tolist())
@@ -145,6 +141,4 @@ def decoding(path: Path, format_name: str) -> Iterator[None]:
     except Exception as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         short = reason if len(reason) <= 120 else f"{reason[:117]}..."
-        raise InputError(
-            f"{path}: cannot be read as {format_name} ({short}); wanted an undamaged file"
-        ) from None
+        raise InputError(f"{path}: cannot be read as {format_name} ({short}); wanted an undamaged file") from None

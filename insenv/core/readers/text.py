@@ -61,9 +61,7 @@ def read_csv(path: Path, columns: Sequence[Column]) -> Table:
     for column in columns:
         if is_number(found := names[find_column(path, names, column)]):
             hint = "wanted a header line, or format = 'text' for a file without one"
-            raise InputError(
-                f"{path}: line {header.number}: the heading of {column} is {found.strip()}; {hint}"
-            )
+            raise InputError(f"{path}: line {header.number}: the heading of {column} is {found.strip()}; {hint}")
     return read_rows(Body(path, content[header.end :], header.number + 1, delimiter, names), columns)
 
 
