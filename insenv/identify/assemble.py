@@ -29,9 +29,10 @@ from insenv.identify.fit import Fit, solve
 from insenv.identify.heldout import held_out_score, residual
 from insenv.identify.line_effects import line_effects
 from insenv.identify.lines import Line
-from insenv.identify.loop import Outcome, Step, Track
+from insenv.identify.loop import Outcome
 from insenv.identify.next_experiment import propose
 from insenv.identify.problem import NOISE_TERMS, Problem
+from insenv.identify.tracks import Step, Track
 from insenv.identify.two_position import with_vertical_rate
 from insenv.identify.uncertainty import estimates, noise_estimates
 

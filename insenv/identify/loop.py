@@ -8,7 +8,6 @@ targets are judged on all of them together. Generic curves come last, after ever
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from insenv.core.manifest.spec import Manifest
@@ -16,16 +15,16 @@ from insenv.core.recording import Recording
 from insenv.core.split import RowUse
 from insenv.effects.base import Effect
 from insenv.effects.catalogue import CATALOGUE
-from insenv.identify.candidates import Candidate, candidates
+from insenv.identify.candidates import candidates
 from insenv.identify.evidence import log_tail
-from insenv.identify.findings import NotTestable
-from insenv.identify.fit import Fit, solve
-from insenv.identify.heldout import Score, confirms, held_out_score, rescored
-from insenv.identify.prepare import Prepared, prepare
-from insenv.identify.problem import Model, Problem, Term
-from insenv.identify.rivals import Rivalry, rivalry
-from insenv.identify.scan import Hit, likelihood_ratio, log_significance, reference, term_freedom
+from insenv.identify.fit import solve
+from insenv.identify.heldout import confirms, held_out_score, rescored
+from insenv.identify.prepare import prepare
+from insenv.identify.problem import Term
+from insenv.identify.scan import Hit, likelihood_ratio, reference
 from insenv.identify.search import at_shape, search, with_term
+from insenv.identify.settle import settled
+from insenv.identify.tracks import Progress, Refusal, Step, Track
 
 #: Effects of one physical cause on several targets: judged on all of them together.
 SHARED = ("base_tilt", "bias_thermal_lag")
@@ -35,65 +34,6 @@ LEAST_SUPPORT = 1.0
 
 #: Effects added to one target at most.
 MOST_ADDED = 8
-
-Progress = Callable[[str], None]
-
-
-@dataclass(frozen=True)
-class Step:
-    """An effect that was added.
-
-    Attributes
-    ----------
-    hit : Hit
-    before, after : Score
-        Held-out scores without and with it.
-    p_value : float
-        Of the evidence on all targets that it was added to.
-    together : tuple of str
-        The targets, where one cause was added to several.
-    """
-
-    hit: Hit
-    before: Score
-    after: Score
-    p_value: float
-    together: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class Refusal:
-    """A hit that was significant, by itself or on other targets, and was not added; ``reason`` in words."""
-
-    hit: Hit
-    reason: str
-
-
-@dataclass(frozen=True)
-class Track:
-    """The state of the search on one target."""
-
-    prepared: Prepared
-    candidates: tuple[Candidate, ...]
-    not_testable: tuple[NotTestable, ...]
-    fit: Fit
-    score: Score
-    tones: bool = True
-    steps: tuple[Step, ...] = ()
-    refusals: tuple[Refusal, ...] = ()
-    hits: tuple[Hit, ...] | None = None
-    last_physical: tuple[Hit, ...] = ()
-    rivalries: tuple[Rivalry, ...] = ()
-
-    @property
-    def problem(self) -> Problem:
-        """The bins that the search works on."""
-        return self.prepared.problem
-
-    @property
-    def added(self) -> Model:
-        """Terms beyond the declared ones."""
-        return self.fit.model[len(self.prepared.model) :]
 
 
 @dataclass(frozen=True)
@@ -145,7 +85,7 @@ def trace(
             tracks = grown
         if not generic:
             tracks = [replace(track, hits=None, last_physical=track.hits or ()) for track in tracks]
-    tracks = [_settled(track, alpha, seed, progress) for track in tracks]
+    tracks = [settled(track, alpha, seed, progress) for track in tracks]
     return Outcome(tuple(tracks), alpha, seed)
 
 
@@ -293,54 +233,12 @@ def _pruned(track: Track, alpha: float) -> Track:
         if step.together or (track.steps[-1].hit.candidate.generic and not step.hit.candidate.generic):
             continue  # its evidence lies on other targets too; a curve without a cause displaces no cause
         rest = tuple(t for t in track.fit.model if t is not step.hit.term)
+        fit = solve(track.problem, rest, start=track.fit.noise.power)
         base = reference(track.problem, rest, track.fit.noise.power)
-        ratio, gained = likelihood_ratio(track.problem, base, track.fit.model)
-        freedom = term_freedom(track.problem, base, step.hit.term)
-        if log_significance(ratio, gained, freedom) > math.log(alpha):
-            fit = solve(track.problem, rest, start=track.fit.noise.power)
+        alone = at_shape(track.problem, fit, base, step.hit, step.hit.term)
+        if log_tail(alone.deviate) > math.log(alpha):
             steps = tuple(s for s in track.steps if s is not step)
             refusals = (*track.refusals, Refusal(step.hit, "superfluous beside what was added after it"))
             score = held_out_score(track.problem, fit)
             track = replace(track, fit=fit, steps=steps, score=score, refusals=refusals)
     return track
-
-
-def _settled(track: Track, alpha: float, seed: int, progress: Progress) -> Track:
-    """Swap each added effect for a better one where there is one, then list what cannot be told from it."""
-    for _ in range(2):
-        rivalries = [_rivals_of(track, step, alpha, seed, progress) for step in track.steps]
-        swaps = [(s, r.better) for s, r in zip(track.steps, rivalries, strict=True) if r.better is not None]
-        track = replace(track, rivalries=tuple(rivalries))
-        if not swaps:
-            break
-        step, better = swaps[0]
-        assert better is not None
-        track = _swapped(track, step, better)
-    return track
-
-
-def _rivals_of(track: Track, step: Step, alpha: float, seed: int, progress: Progress) -> Rivalry:
-    if step.hit.candidate.generic:
-        return Rivalry((), None)
-    progress(f"{track.problem.target}: what else would explain {step.hit.candidate.effect.key}")
-    curves = {s.hit.term for s in track.steps if s.hit.candidate.generic}
-    others = tuple(t for t in track.fit.model if t is not step.hit.term and t not in curves)
-    fit = solve(track.problem, others, start=track.fit.noise.power)
-    tried = tuple(c for c in track.candidates if not c.generic and c.effect.key not in _keys(others))
-    hits = search(track.problem, fit, tried, seed, track.tones)
-    return rivalry(track.problem, others, step.hit.term, hits, alpha)
-
-
-def _keys(model: Model) -> set[str]:
-    return {term.effect.key for term in model}
-
-
-def _swapped(track: Track, step: Step, better: Hit) -> Track:
-    """The track with ``better`` in the place of ``step``, if held-out data agree."""
-    model = tuple(better.term if t is step.hit.term else t for t in track.fit.model)
-    fit = solve(track.problem, model, start=track.fit.noise.power)
-    score = held_out_score(track.problem, fit)
-    if score.rms > track.score.rms:
-        return track
-    steps = tuple(Step(better, s.before, score, better.p_value) if s is step else s for s in track.steps)
-    return replace(track, fit=fit, score=score, steps=steps)

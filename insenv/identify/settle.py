@@ -1,0 +1,54 @@
+"""The end of a search: every added effect once more against all others in its place."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from insenv.identify.fit import solve
+from insenv.identify.heldout import held_out_score
+from insenv.identify.problem import Model
+from insenv.identify.rivals import Rivalry, rivalry
+from insenv.identify.scan import Hit
+from insenv.identify.search import search
+from insenv.identify.tracks import Progress, Step, Track
+
+
+def settled(track: Track, alpha: float, seed: int, progress: Progress) -> Track:
+    """Swap each added effect for a better one where there is one, then list what cannot be told from it."""
+    for _ in range(2):
+        rivalries = [_rivals_of(track, step, alpha, seed, progress) for step in track.steps]
+        swaps = [(s, r.better) for s, r in zip(track.steps, rivalries, strict=True) if r.better is not None]
+        track = replace(track, rivalries=tuple(rivalries))
+        if not swaps:
+            break
+        step, better = swaps[0]
+        assert better is not None
+        track = _swapped(track, step, better)
+    return track
+
+
+def _rivals_of(track: Track, step: Step, alpha: float, seed: int, progress: Progress) -> Rivalry:
+    if step.hit.candidate.generic:
+        return Rivalry((), None)
+    progress(f"{track.problem.target}: what else would explain {step.hit.candidate.effect.key}")
+    curves = {s.hit.term for s in track.steps if s.hit.candidate.generic}
+    others = tuple(t for t in track.fit.model if t is not step.hit.term and t not in curves)
+    fit = solve(track.problem, others, start=track.fit.noise.power)
+    tried = tuple(c for c in track.candidates if not c.generic and c.effect.key not in _keys(others))
+    hits = search(track.problem, fit, tried, seed, track.tones)
+    return rivalry(track.problem, others, step.hit.term, hits, alpha)
+
+
+def _keys(model: Model) -> set[str]:
+    return {term.effect.key for term in model}
+
+
+def _swapped(track: Track, step: Step, better: Hit) -> Track:
+    """The track with ``better`` in the place of ``step``, if held-out data agree."""
+    model = tuple(better.term if t is step.hit.term else t for t in track.fit.model)
+    fit = solve(track.problem, model, start=track.fit.noise.power)
+    score = held_out_score(track.problem, fit)
+    if score.rms > track.score.rms:
+        return track
+    steps = tuple(Step(better, s.before, score, better.p_value) if s is step else s for s in track.steps)
+    return replace(track, fit=fit, score=score, steps=steps)

@@ -1,0 +1,75 @@
+"""The state of the search on one target: what was added, what was refused, and the fit that it has come to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from insenv.identify.candidates import Candidate
+from insenv.identify.findings import NotTestable
+from insenv.identify.fit import Fit
+from insenv.identify.heldout import Score
+from insenv.identify.prepare import Prepared
+from insenv.identify.problem import Model, Problem
+from insenv.identify.rivals import Rivalry
+from insenv.identify.scan import Hit
+
+#: Told what is being done.
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Step:
+    """An effect that was added.
+
+    Attributes
+    ----------
+    hit : Hit
+    before, after : Score
+        Held-out scores without and with it.
+    p_value : float
+        Of the evidence on all targets that it was added to.
+    together : tuple of str
+        The targets, where one cause was added to several.
+    """
+
+    hit: Hit
+    before: Score
+    after: Score
+    p_value: float
+    together: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """A hit that was significant, by itself or on other targets, and was not added; ``reason`` in words."""
+
+    hit: Hit
+    reason: str
+
+
+@dataclass(frozen=True)
+class Track:
+    """The state of the search on one target."""
+
+    prepared: Prepared
+    candidates: tuple[Candidate, ...]
+    not_testable: tuple[NotTestable, ...]
+    fit: Fit
+    score: Score
+    tones: bool = True
+    steps: tuple[Step, ...] = ()
+    refusals: tuple[Refusal, ...] = ()
+    hits: tuple[Hit, ...] | None = None
+    last_physical: tuple[Hit, ...] = ()
+    rivalries: tuple[Rivalry, ...] = ()
+
+    @property
+    def problem(self) -> Problem:
+        """The bins that the search works on."""
+        return self.prepared.problem
+
+    @property
+    def added(self) -> Model:
+        """Terms beyond the declared ones."""
+        return self.fit.model[len(self.prepared.model) :]
