@@ -29,7 +29,7 @@ from insenv.core.recording import Floats
 from insenv.identify.bins import Block
 from insenv.identify.fit import Fit
 from insenv.identify.heldout import residual
-from insenv.identify.noise import modes
+from insenv.identify.noise import eigenvalues, modes
 from insenv.identify.problem import NOISE_TERMS, Problem
 
 
@@ -129,6 +129,25 @@ def _anchor(problem: Problem, block: Block, most: int) -> slice | None:
     if same:
         return slice(same[0].start, min(same[0].stop, same[0].start + most))
     return None
+
+
+def held_out_modes(problem: Problem, fit: Fit) -> tuple[Floats, Floats]:
+    """Residual of the held-out blocks with covariance V taken out: unit normals if only noise is left.
+
+    Returns
+    -------
+    lam : ndarray, shape (modes,)
+        Eigenvalue of each mode, 0 for the level of a block.
+    r : ndarray, shape (modes,)
+    """
+    anchored = _Anchored.of(problem, fit.noise.power)
+    free = _free_of_run(problem, fit, anchored)
+    r = free(anchored.whiten(residual(problem, fit)))
+    if fit.design.matrix.shape[1]:
+        half = free(anchored.whiten(fit.design.matrix)) @ np.linalg.cholesky(fit.cov)
+        basis, size, _ = np.linalg.svd(half, full_matrices=False)
+        r = r - basis @ ((1 - 1 / np.sqrt(1 + size**2)) * (basis.T @ r))
+    return eigenvalues(problem.held_out), r
 
 
 def _deviate(product: float, information: float, freedom: float) -> float:

@@ -5,6 +5,7 @@
    as absent, except quantisation.
 2. Shape: in groups of modes the whitened power over its expectation is chi-square; its largest deviation, and the
    largest distance of the cumulated periodogram from a straight line, show a hump that no noise term can follow.
+3. Held-out data: the same in groups of their modes, with the noise of the fitted data: what sets in after the fit.
 """
 
 from __future__ import annotations
@@ -13,15 +14,19 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import chi2, kstwobign
+from scipy.stats import f as fisher
 
 from insenv.core.recording import Floats
-from insenv.identify.fit import Fit, pool
+from insenv.identify.evidence import HELD_OUT_SPREAD, held_out_modes
+from insenv.identify.fit import Fit, noise_freedom, pool
 from insenv.identify.noise import fit_noise
 from insenv.identify.problem import NOISE_TERMS, Problem
 from insenv.identify.scan import whitened
 
 #: Declared coefficients are taken as known to this share.
 TOLERANCE = 0.15
+#: Eigenvalue below which a mode is slow: periods of more than about 60 bins.
+SLOW = 0.01
 
 
 @dataclass(frozen=True)
@@ -40,6 +45,7 @@ def structure(problem: Problem, fit: Fit, declared: dict[str, float], alpha: flo
             _shape_p(problem, fit),
         )
     ]
+    tests.append(("held-out data hold slow structure that neither model nor noise foretells", _later_p(problem, fit)))
     if declared:
         tests.append(("the residual holds more noise than was declared", _excess_p(problem, fit, declared)))
     level = alpha / len(tests)
@@ -70,6 +76,23 @@ def _shape_p(problem: Problem, fit: Fit) -> float:
     expected = (1 - np.sum(q**2, axis=1))[order]
     power = residual[order] ** 2
     return float(min(1.0, 2 * min(_group_p(power, expected), _cumulated_p(power, expected))))
+
+
+def _later_p(problem: Problem, fit: Fit) -> float:
+    """Excess power in groups of held-out modes, slow ones; levels left out, for they may wander."""
+    lam, r = held_out_modes(problem, fit)
+    slow = np.flatnonzero((lam > 0) & (lam < SLOW))
+    slow = slow[np.argsort(lam[slow])]
+    if len(slow) < 8:
+        return 1.0
+    power, fitted = r[slow] ** 2 / HELD_OUT_SPREAD**2, problem.modes().lam
+    tails = []
+    for group in np.split(np.arange(len(slow)), np.unique(np.geomspace(2, len(slow), 10).astype(int))[:-1]):
+        low, high = lam[slow[group[0]]], lam[slow[group[-1]]]
+        beside = (fitted >= 0.5 * low) & (fitted <= 2 * high)
+        freedom = noise_freedom(problem, fit.noise.power, beside.astype(float)) if beside.any() else 2.0
+        tails.append(float(fisher.sf(power[group].mean(), len(group), freedom)))
+    return min(1.0, min(tails) * len(tails))
 
 
 def _group_p(power: Floats, expected: Floats, groups: int = 40) -> float:

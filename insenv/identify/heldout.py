@@ -17,6 +17,8 @@ from insenv.identify.problem import NOISE_TERMS, Problem
 
 #: Share by which the held-out error may grow by chance, through a level that is now estimated a little differently.
 CHANCE = 0.01
+#: Share by which it may grow at most, where slow wander dominates it and the whitened error gets better.
+MOST_GROWTH = 0.02
 
 
 @dataclass(frozen=True)
@@ -52,13 +54,15 @@ def held_out_score(problem: Problem, fit: Fit) -> Score:
 
 
 def confirms(before: Score, after: Score, by_noise_of: Score) -> bool:
-    """Whether held-out data do not speak against a change: it is refused where both measures get worse.
+    """Whether held-out data do not speak against a change: refused where both measures get worse, or one much worse.
 
     The plain mean square is what a user sees; the whitened one, with one and the same noise for both models
     (``by_noise_of`` is the smaller model scored with the larger one's noise), is not drowned by slow wander. An effect
     that lives in the fitted data alone (a warm-up, an early step) leaves both unchanged but for chance: `CHANCE`.
     """
-    return after.rms <= before.rms * (1 + CHANCE) or after.whitened <= by_noise_of.whitened
+    if after.rms <= before.rms * (1 + CHANCE):
+        return True
+    return after.rms <= before.rms * (1 + MOST_GROWTH) and after.whitened <= by_noise_of.whitened
 
 
 def rescored(problem: Problem, fit: Fit, power: Floats) -> Score:

@@ -141,8 +141,8 @@ METHOD = (
     "normal deviate. A coefficient beyond what is credible takes an effect out.",
     "Of the significant effects the one with the largest likelihood ratio, less what its freedom gains by "
     "chance, was added and everything refitted jointly, until nothing significant was left. An effect was "
-    "refused where its error on held-out data, plain by more than 1 % and also weighted by the noise, got "
-    "worse, and dropped again where later ones made it superfluous. Smooth curves without a cause were tried "
+    "refused where its error on held-out data got worse (plain by more than 1 % and also weighted by the "
+    "noise, or plain by more than 2 %), and dropped again where later ones made it superfluous. Smooth curves without a cause were tried "
     "last. Effects cannot be told apart where, with one in the other's place, the other is no longer "
     "significant. At the end the residual was tested against the fitted noise and, where a maker's figures "
     "are declared, against these with a tolerance of 15 %.",
