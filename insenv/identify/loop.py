@@ -111,7 +111,7 @@ def _searched(track: Track, generic: bool, seed: int, progress: Progress) -> Tra
         return track
     progress(f"{track.problem.target}: trying {len(track.candidates)} effects beside {len(track.fit.model)}")
     tried = tuple(c for c in track.candidates if c.generic == generic)
-    return replace(track, hits=tuple(search(track.problem, track.fit, tried, seed, track.tones)))
+    return replace(track, hits=tuple(search(track.problem, track.fit, tried, seed, track.family, track.tones)))
 
 
 def _grow(tracks: list[Track], alpha: float, progress: Progress) -> list[Track] | None:

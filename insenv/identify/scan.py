@@ -74,7 +74,7 @@ class Hit:
     likelihood_ratio : float
         Of the fitted data, the noise fitted anew.
     looks : float
-        Independent shapes of this candidate times the candidates tried.
+        Independent shapes of this candidate times the candidates of the whole search.
     deviate : float
         Normal deviate of the evidence, uncorrected for the looks.
     held_out : float

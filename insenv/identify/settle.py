@@ -35,7 +35,7 @@ def _rivals_of(track: Track, step: Step, alpha: float, seed: int, progress: Prog
     others = tuple(t for t in track.fit.model if t is not step.hit.term and t not in curves)
     fit = solve(track.problem, others, start=track.fit.noise.power)
     tried = tuple(c for c in track.candidates if not c.generic and c.effect.key not in _keys(others))
-    hits = search(track.problem, fit, tried, seed, track.tones)
+    hits = search(track.problem, fit, tried, seed, track.family, track.tones)
     return rivalry(track.problem, others, step.hit.term, hits, alpha)
 
 

@@ -70,6 +70,11 @@ class Track:
         return self.prepared.problem
 
     @property
+    def family(self) -> int:
+        """Candidates of the whole search, a tone among them."""
+        return len(self.candidates) + 1
+
+    @property
     def added(self) -> Model:
         """Terms beyond the declared ones."""
         return self.fit.model[len(self.prepared.model) :]

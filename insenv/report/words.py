@@ -142,7 +142,8 @@ METHOD = (
     "Of the significant effects the one with the largest likelihood ratio, less what its freedom gains by "
     "chance, was added and everything refitted jointly, until nothing significant was left. An effect was "
     "refused where its error on held-out data got worse (plain by more than 1 % and also weighted by the "
-    "noise, or plain by more than 2 %), and dropped again where later ones made it superfluous. Smooth curves without a cause were tried "
+    "noise, or plain by more than 2 %), and dropped again where later ones made it superfluous. Smooth "
+    "curves without a cause were tried "
     "last. Effects cannot be told apart where, with one in the other's place, the other is no longer "
     "significant. At the end the residual was tested against the fitted noise and, where a maker's figures "
     "are declared, against these with a tolerance of 15 %.",
