@@ -54,15 +54,12 @@ def estimates(problem: Problem, fit: Fit) -> dict[Term, tuple[Estimate, ...]]:
     for index, term in enumerate(fit.model):
         key = term.effect.key
         own = np.flatnonzero(fit.design.term == index)
+        # A parameter of its own in every run keeps its plain name where only one run was fitted.
+        single = len(own) <= len(term.effect.linear)
+        names = [fit.design.labels[j][1].partition("[")[0] if single else fit.design.labels[j][1] for j in own]
         rows = [
-            Estimate(
-                key,
-                fit.design.labels[j][1],
-                float(fit.theta[j]),
-                float(linear_sd[j]),
-                fit.design.labels[j][2],
-            )
-            for j in own
+            Estimate(key, name, float(fit.theta[j]), float(linear_sd[j]), fit.design.labels[j][2])
+            for j, name in zip(own, names, strict=True)
         ]
         rows += [_root(row, problem.unit) for row in rows if row.parameter.endswith(_SQUARED) and row.value > 0]
         if term in slopes:
