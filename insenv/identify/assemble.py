@@ -91,7 +91,7 @@ def _target(manifest: Manifest, recordings: tuple[Recording, ...], track: Track,
         verdict=verdict,
         reasons=reasons,
         declared=manifest.model.declared,
-        added=(*added, *line_effects(lines, problem, _with_lines(track), scores[1].rms)),
+        added=(*added, *(line_effects(lines, problem, _with_lines(track), scores[1].rms) if lines else ())),
         rejected=_rejected(track, alpha),
         not_testable=(*lost, *track.not_testable, *collinear),
         held_out=HeldOut(scores[0].rms, scores[1].rms, scores[1].floor, problem.unit, problem.bins.width),
@@ -168,16 +168,13 @@ def _collinear(track: Track) -> tuple[NotTestable, ...]:
 
 def _not_told_apart(track: Track) -> tuple[NotTestable, ...]:
     """Declared effects of which the recording tells nothing beside the ones declared before them."""
-    declared = {term.effect.key: term for term in track.prepared.model}
     kept = {label[0] for label in track.fit.design.labels}
+    dropped = {key for key, _ in track.fit.design.dropped}
     reason = (
         "declared, but on this recording it cannot be told from the effects declared before it, which hold its part"
     )
-    return tuple(
-        NotTestable(key, (), reason)
-        for key in declared
-        if key not in kept and key in {d[0] for d in track.fit.design.dropped}
-    )
+    declared = dict.fromkeys(term.effect.key for term in track.prepared.model)
+    return tuple(NotTestable(key, (), reason) for key in declared if key in dropped and key not in kept)
 
 
 def _traces(recordings: tuple[Recording, ...], plain: Problem, before: Fit, problem: Problem, fit: Fit) -> Traces:
@@ -196,16 +193,10 @@ def _traces(recordings: tuple[Recording, ...], plain: Problem, before: Fit, prob
         t=problem.bins.time,
         run=problem.bins.run + 1,
         held_out=problem.bins.held_out,
-        before=_on(problem, plain, residual(plain, before)),
+        before=residual(plain, before),
         after=residual(problem, fit),
         covariates=covariates,
     )
-
-
-def _on(problem: Problem, plain: Problem, values: Floats) -> Floats:
-    """Values on the plain bins; both kinds of bins keep the same ones, they differ in weights alone."""
-    assert problem.bins.n == plain.bins.n
-    return values
 
 
 def _spectra(plain: Problem, before: Fit, problem: Problem, fit: Fit, declared: dict[str, float]) -> Spectra:

@@ -51,11 +51,11 @@ def search(
         hits.append(_tone_hit(problem, fit, base, count))
     hits.sort(key=lambda hit: -hit.rank)
     best = [refined(problem, base, hit) if hit.candidate.effect.id != "tone" else hit for hit in hits[:REFINED]]
-    hits = [confronted(problem, fit, hit) for hit in best + hits[REFINED:]]
+    hits = [confronted(problem, fit, base, hit) for hit in best + hits[REFINED:]]
     return sorted(hits, key=lambda hit: -hit.rank)
 
 
-def confronted(problem: Problem, fit: Fit, hit: Hit) -> Hit:
+def confronted(problem: Problem, fit: Fit, base: Reference, hit: Hit) -> Hit:
     """The hit with the evidence of the held-out data joined in, where the fitted data at all suggest it.
 
     A coefficient beyond what is credible for its effect takes the hit out: it is something else in this effect's dress.
@@ -66,7 +66,6 @@ def confronted(problem: Problem, fit: Fit, hit: Hit) -> Hit:
     beyond = _beyond_bounds(problem, larger)
     if beyond:
         return replace(hit, deviate=-np.inf, remark=beyond)
-    base = reference(problem, fit.model, fit.noise.power)
     freedom = term_freedom(problem, base, hit.term)
     z, information = held_out_deviate(problem, fit, larger, freedom)
     joint = joint_deviate(log_tail(hit.deviate), hit.likelihood_ratio, z, information)
@@ -89,7 +88,7 @@ def at_shape(problem: Problem, fit: Fit, base: Reference, hit: Hit, term: Term) 
     """The hit at another shape of its candidate."""
     ratio, gained = likelihood_ratio(problem, base, with_term(base.model, term))
     moved = replace(hit, term=term, likelihood_ratio=ratio, deviate=deviate(problem, base, term, ratio, gained))
-    return confronted(problem, fit, moved)
+    return confronted(problem, fit, base, moved)
 
 
 def with_term(model: Model, term: Term) -> Model:
