@@ -1,0 +1,161 @@
+"""What an estimator and a policy are, and what they are told.
+
+    state_{k+1} = update(state_k, chunk_k)        (m, P) = estimate(state_k)
+
+A plug-in is a class whose first argument is a `Datasheet`, all that is known before anything is measured. It
+holds settings only: what it learns stands in a state that goes in and comes out. The arrays of a state, of a
+chunk and of an estimate have the batch of runs in front; a single run has no batch axis. How a record is cut
+into chunks makes no difference.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+
+from insenv.core.recording import Floats, Mounting, Recording, Site
+
+
+@dataclass(frozen=True)
+class Declared:
+    """An effect that the maker or an earlier calibration tells of.
+
+    Attributes
+    ----------
+    effect : str
+        Key in the catalogue: "scale_factor_warm_up", "encoder_harmonic:1".
+    target : str
+        Channel that has it.
+    mean, sd : tuple of float
+        Value and standard deviation of each parameter, SI; a deviation of zero: the value is exact.
+    """
+
+    effect: str
+    target: str
+    mean: tuple[float, ...]
+    sd: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a rate table can do: rate [rad/s] and acceleration [rad/s^2]."""
+
+    rate: float = np.inf
+    acceleration: float = np.inf
+
+
+@dataclass(frozen=True)
+class Datasheet:
+    """What is known of the instruments and their set-up before anything is measured.
+
+    Attributes
+    ----------
+    sampling : float
+        Sampling rate [Hz].
+    duration : float
+        Time that there is [s].
+    site : Site
+    mounting : Mounting
+    limits : Limits
+    noise : mapping of str to mapping of str to float
+        Channel to noise effect to its coefficient, SI: ``noise["gyro"]["angle_random_walk"]``.
+    pulse : float
+        Weight of a gyro's pulse [rad]; 0: its output is continuous.
+    encoder_noise : float
+        White noise of an angle reading, one standard deviation [rad].
+    declared : tuple of Declared
+    """
+
+    sampling: float
+    duration: float
+    site: Site = field(default_factory=Site)
+    mounting: Mounting = field(default_factory=Mounting)
+    limits: Limits = field(default_factory=Limits)
+    noise: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    pulse: float = 0.0
+    encoder_noise: float = 0.0
+    declared: tuple[Declared, ...] = ()
+
+    @property
+    def dt(self) -> float:
+        """Sampling period [s]."""
+        return 1.0 / self.sampling
+
+    def coefficient(self, target: str, noise: str) -> float:
+        """Coefficient of a noise effect on a channel; zero where none is told of."""
+        return self.noise.get(target, {}).get(noise, 0.0)
+
+    def told(self, effect: str, target: str) -> Declared | None:
+        """What is told of an effect on a channel, if anything."""
+        return next((d for d in self.declared if (d.effect, d.target) == (effect, target)), None)
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Values with their covariance.
+
+    Attributes
+    ----------
+    names, units : tuple of str
+        Of the k quantities; angles in rad, wrapped into (-pi, pi] where they are azimuths.
+    mean : ndarray, shape (..., k)
+    cov : ndarray, shape (..., k, k)
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    mean: Floats
+    cov: Floats
+
+    @property
+    def sd(self) -> Floats:
+        """Standard deviations, shape (..., k)."""
+        deviation: Floats = np.sqrt(np.diagonal(self.cov, axis1=-2, axis2=-1))
+        return deviation
+
+    def of(self, name: str) -> tuple[Floats, Floats]:
+        """Value and standard deviation of one quantity, each of shape (...).
+
+        Raises
+        ------
+        KeyError
+            If it is not estimated.
+        """
+        if name not in self.names:
+            raise KeyError(f"{name!r} is not estimated; there are {', '.join(self.names)}")
+        j = self.names.index(name)
+        return self.mean[..., j], np.sqrt(self.cov[..., j, j])
+
+
+class Estimator(Protocol):
+    """Turns recordings into estimates.
+
+    A chunk is a `Recording` whose arrays have shape (..., n): the rows since the chunk before. The first row
+    of a run closes an interval whose beginning no angle is known for.
+    """
+
+    def reset(self, batch: int | None = None) -> Any:
+        """State before any data, for one run (None) or ``batch`` of them."""
+
+    def update(self, state: Any, chunk: Recording) -> Any:
+        """State after a chunk."""
+
+    def estimate(self, state: Any) -> Estimate:
+        """What is known; before any data what the datasheet tells: the prior."""
+
+
+class Policy(Protocol):
+    """Chooses what the plant does next."""
+
+    def reset(self, batch: int | None = None) -> Any:
+        """State at the start of a run."""
+
+    def act(self, state: Any, chunk: Recording | None, estimate: Estimate | None) -> tuple[Floats, Any]:
+        """Action, shape (..., a) in the environment's units, and the state afterwards.
+
+        ``chunk`` is what was recorded since the action before (None: nothing yet), ``estimate`` what an
+        estimator makes of all of it (None: there is no estimator).
+        """

@@ -1,0 +1,56 @@
+"""Plug-ins by name: an entry point, or ``module:Name``."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from difflib import get_close_matches
+from importlib.metadata import entry_points
+from typing import Any
+
+from insenv.core.errors import InputError
+
+#: Entry-point groups.
+ESTIMATORS, POLICIES = "insenv.estimators", "insenv.policies"
+
+
+def names(group: str) -> tuple[str, ...]:
+    """Names of the plug-ins that are installed, sorted."""
+    return tuple(sorted({point.name for point in entry_points(group=group)}))
+
+
+def find(group: str, name: str) -> Callable[..., Any]:
+    """The class of a plug-in.
+
+    Parameters
+    ----------
+    group : str
+        `ESTIMATORS` or `POLICIES`.
+    name : str
+        Of an entry point, or "module:Name".
+
+    Raises
+    ------
+    InputError
+        If there is none of that name, or it cannot be imported.
+    """
+    kind = "policy" if group == POLICIES else "estimator"
+    module, colon, attribute = name.partition(":")
+    if colon:
+        return _imported(kind, name, module, attribute)
+    for point in entry_points(group=group, name=name):
+        return _imported(kind, name, point.module, point.attr)
+    known = names(group)
+    near = get_close_matches(name, known, 1)
+    wanted = f"did you mean {near[0]!r}?" if near else f"wanted one of {', '.join(known)}, or module:Name"
+    raise InputError(f"{kind} {name!r} is not installed; {wanted}")
+
+
+def _imported(kind: str, name: str, module: str, attribute: str) -> Callable[..., Any]:
+    try:
+        found = getattr(importlib.import_module(module), attribute)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise InputError(f"{kind} {name!r} cannot be imported ({error}); wanted an importable module:Name") from None
+    if not callable(found):
+        raise InputError(f"{kind} {name!r} is a {type(found).__name__}; wanted a class")
+    return found
