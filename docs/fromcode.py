@@ -18,14 +18,14 @@ from typing import Any
 
 import insenv.identify
 from insenv.core.exposure import CHANNEL_OF
-from insenv.effects.base import CurveEffect, Effect, LinearEffect, MemoryEffect, NoiseEffect, Param
-from insenv.effects.catalogue import CATALOGUE
+from insenv.effects.base import CurveEffect, DrivenEffect, Effect, LinearEffect, MemoryEffect, NoiseEffect, Param
+from insenv.effects.catalogue import ALL, CATALOGUE
 from insenv.report.words import EFFECTS
 
 #: What stands in a page where text from the code is to come.
 MARK = "%FROM-CODE%"
 #: From the special to the general: a `MemoryEffect` is a `CurveEffect` too.
-_KINDS: tuple[type[Effect], ...] = (MemoryEffect, CurveEffect, LinearEffect, NoiseEffect)
+_KINDS: tuple[type[Effect], ...] = (MemoryEffect, CurveEffect, LinearEffect, NoiseEffect, DrivenEffect)
 _RULE = re.compile(r"^={3,}( +={3,})+$", re.MULTILINE)
 #: A constant of a module, behind the comment that documents it.
 _CONSTANT = re.compile(r"((?:^#: ?.*\n)+)^([A-Z][A-Z_, ]*) = ([0-9].*)$", re.MULTILINE)
@@ -34,7 +34,9 @@ _HEAD = "| identifier | what it is, its kind and source | parameters | needs |\n
 
 def catalogue() -> str:
     """The catalogue as Markdown, and the names that are reserved for effects to come."""
-    families = (_family(name, tuple(effects)) for name, effects in groupby(CATALOGUE, key=_module))
+    modules = list(dict.fromkeys(map(_module, ALL)))
+    together = sorted(ALL, key=lambda effect: modules.index(_module(effect)))
+    families = (_family(name, tuple(effects)) for name, effects in groupby(together, key=_module))
     return "\n\n".join([*families, _reserved()])
 
 
@@ -61,7 +63,9 @@ def _body(text: str) -> str:
 def _row(orders: tuple[Effect, ...]) -> str:
     """One row for an effect, whatever its orders."""
     effect = max(orders, key=lambda one: len(one.params))
-    keys = f"`{effect.id}`" + (f" (order 1 to {len(orders)} tried)" if len(orders) > 1 else "")
+    tried = f"order 1 to {len(orders)} tried" if len(orders) > 1 else ""
+    note = tried if effect in CATALOGUE else "in scenarios only"
+    keys = f"`{effect.id}`" + (f" ({note})" if note else "")
     what = (type(effect).__doc__ or "").strip().partition("\n")[0]
     kind = next(kind.__name__ for kind in _KINDS if isinstance(effect, kind))
     cells = (keys, f"{what} *{kind}*. {effect.source}", _parameters(effect), _needs(effect))
@@ -90,7 +94,7 @@ def _needs(effect: Effect) -> str:
 
 
 def _reserved() -> str:
-    known = {effect.id for effect in CATALOGUE}
+    known = {effect.id for effect in ALL}
     names = ", ".join(f"`{name}`" for name in EFFECTS if name not in known) or "none"
     return f"## Reserved\n\nNames of effects that this version does not have: {names}."
 

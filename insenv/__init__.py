@@ -20,3 +20,19 @@ Randomness
 """
 
 __version__ = "0.1.0"
+
+
+def _register() -> None:
+    """Tell gymnasium of the environments, by name: what they need is imported when one is made."""
+    from gymnasium.envs.registration import register, registry
+
+    for name, module in (("NorthFinder", "north_finder"), ("TwoPosition", "two_position")):
+        if f"insenv/{name}-v0" not in registry:
+            register(
+                id=f"insenv/{name}-v0",
+                entry_point=f"insenv.envs.{module}:{name}Env",
+                vector_entry_point=f"insenv.envs.{module}:{name}VectorEnv",
+            )
+
+
+_register()

@@ -11,7 +11,7 @@ from insenv.core.load import read_recordings
 from insenv.core.manifest import Manifest, load_manifest
 from insenv.core.remarks import remarks
 from insenv.core.split import split
-from insenv.effects.base import Effect, NoiseEffect
+from insenv.effects.base import DrivenEffect, Effect, NoiseEffect
 from insenv.effects.catalogue import CATALOGUE, by_key
 from insenv.identify.assemble import findings
 from insenv.identify.findings import Findings
@@ -81,4 +81,6 @@ def _effect(key: str) -> Effect:
         raise InputError(f"effects to try: {error}") from None
     if isinstance(effect, NoiseEffect):
         raise InputError(f"effects to try: {key!r} is noise, which is always fitted; wanted other effects")
+    if isinstance(effect, DrivenEffect):
+        raise InputError(f"effects to try: {key!r} is driven by chance and cannot be fitted; wanted other effects")
     return effect

@@ -4,19 +4,23 @@ r"""A plant and the instruments that it carries, stepped together.
     y_k,     s_{k+1} = sensor(scene_k, s_k, z_k)
 
 `Rig.advance` is pure: state and unit normals go in, readings and state come out. The generators stand
-outside, in `Normals`: run ``seed`` has one `numpy.random.SeedSequence`, which gives every noise its own
-SFC64 stream, by the place of its instrument in the rig and of the noise in its chain. So row i of a batch
+outside, in `Normals`: run ``seed`` has one `numpy.random.SeedSequence`, which gives every effect of chance its own
+SFC64 stream, by the place of its instrument in the rig and of the effect in its chain. So row i of a batch
 is the run ``seed + i`` bit for bit, the size of the chunks does not matter, and an effect that is added at
 the end of a chain leaves every other noise as it was.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import accumulate, pairwise
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats
@@ -25,6 +29,8 @@ from insenv.sensors.chain import Sensor
 
 #: Samples per chunk of a stream: its arrays stay within the processor's cache.
 CHUNK = 16384
+#: Unit normals that are read ahead of each stream, and of all streams together (2 MiB), at most.
+AHEAD, AHEAD_IN_ALL = 1600, 2**18
 
 
 @dataclass(frozen=True)
@@ -68,39 +74,63 @@ class Readings:
 
 
 class Normals:
-    """The unit normals of a run, or of ``batch`` runs with the seeds ``seed``, ``seed + 1``, ...
+    """The unit normals of a run, or of a batch of them.
 
-    Stands at the outer edge: it is the one thing here that changes when it is used.
+    ``seeds`` are those of the rows of a batch, or that of one run; with ``batch`` it is the first of so many. Stands at
+    the outer edge: it is the one thing here that changes when it is used. It reads ahead, as a generator that is
+    called for a few samples takes longer for the call than for the samples.
     """
 
-    def __init__(self, rig: Rig, seed: int, batch: int | None = None) -> None:
-        self._batch = batch
-        self._seeds = range(seed, seed + (1 if batch is None else batch))
+    def __init__(self, rig: Rig, seeds: int | Sequence[int], batch: int | None = None) -> None:
+        self._batched = batch is not None or not isinstance(seeds, int | np.integer)
+        if isinstance(seeds, int | np.integer):
+            seeds = range(int(seeds), int(seeds) + (1 if batch is None else batch))
+        self._seeds = tuple(seeds)
         self._sensors = tuple(fitted.sensor for fitted in rig.instruments)
         places = [(0, 0, d) for d in range(rig.plant.draws)]
         for i, sensor in enumerate(self._sensors, start=1):
-            places += [(i, j, d) for j, noise in enumerate(sensor.noises) for d in range(noise.draws)]
+            places += [(i, j, d) for j, effect in enumerate(sensor.driven) for d in range(effect.draws)]
         self._streams = [[_stream(s, place) for place in places] for s in self._seeds]
+        self._ahead = np.empty((len(self._seeds), len(places), 0))
 
     def start(self) -> tuple[Floats | None, ...]:
         """Unit normals of each sensor's first state, shape (..., draws_at_start); the same at every call."""
         dealt = []
         for i, sensor in enumerate(self._sensors, start=1):
             rows = [
-                [_stream(s, (i, j, n.draws)).standard_normal(n.draws_at_start) for j, n in enumerate(sensor.noises)]
+                [_stream(s, (i, j, e.draws)).standard_normal(e.draws_at_start) for j, e in enumerate(sensor.driven)]
                 for s in self._seeds
             ]
             z = np.array([np.concatenate([*row, []]) for row in rows])
-            dealt.append(z[0] if self._batch is None else z)
+            dealt.append(z if self._batched else z[0])
         return tuple(dealt)
 
     def draw(self, n: int) -> Floats:
         """The next ``n`` of every stream, shape (draws, n), with a batch (batch, draws, n)."""
-        z = np.empty((len(self._seeds), len(self._streams[0]), n))
+        if n > self._ahead.shape[-1]:
+            most = min(AHEAD, AHEAD_IN_ALL // max(1, self._ahead.shape[0] * self._ahead.shape[1]))
+            # Whole blocks, so that nothing is left to be moved.
+            self._read(n * max(1, most // n))
+        z, self._ahead = self._ahead[..., :n], self._ahead[..., n:]
+        return z if self._batched else z[0]
+
+    def rows(self, index: NDArray[np.int64]) -> Normals:
+        """The runs ``index`` of the batch alone, going on from here; this one must not be used any more."""
+        kept = copy(self)
+        kept._seeds = tuple(self._seeds[i] for i in index)
+        kept._streams = [self._streams[i] for i in index]
+        kept._ahead = self._ahead[index]
+        return kept
+
+    def _read(self, n: int) -> None:
+        """Have ``n`` of every stream at hand, in new memory: what was drawn before stays as it is."""
+        left = self._ahead.shape[-1]
+        z = np.empty((*self._ahead.shape[:2], n))
+        z[..., :left] = self._ahead
         for row, streams in zip(z, self._streams, strict=True):
             for line, stream in zip(row, streams, strict=True):
-                stream.standard_normal(out=line)
-        return z[0] if self._batch is None else z
+                stream.standard_normal(out=line[left:])
+        self._ahead = z
 
 
 def _stream(seed: int, place: tuple[int, int, int]) -> np.random.Generator:
@@ -124,10 +154,16 @@ class Rig:
     instruments: tuple[Fitted, ...]
     rate: float
 
-    @property
+    @cached_property
     def draws(self) -> tuple[int, ...]:
         """Unit normals per sample of the plant and of each instrument."""
         return (self.plant.draws, *(fitted.sensor.draws for fitted in self.instruments))
+
+    @cached_property
+    def _dealt(self) -> tuple[slice, ...]:
+        """Places of those of each among all."""
+        ends = tuple(accumulate((0, *self.draws)))
+        return tuple(slice(*pair) for pair in pairwise(ends))
 
     def begin(self, z: tuple[Floats | None, ...] | None = None) -> RigState:
         """State at time 0; ``z`` as of `Normals.start`, None: noise begins at zero."""
@@ -151,15 +187,15 @@ class Rig:
             If an effect needs an exposure that the plant does not give.
         """
         t = np.arange(state.samples, state.samples + n + 1) / self.rate
-        first = np.cumsum((0, *self.draws))
-        scene, plant = self.plant.advance(state.plant, command, t, z[..., : first[1], :])
+        own, *others = self._dealt
+        scene, plant = self.plant.advance(state.plant, command, t, z[..., own, :])
         outputs, after = {}, []
-        for i, (fitted, before) in enumerate(zip(self.instruments, state.sensors, strict=True), start=1):
+        for fitted, before, drawn in zip(self.instruments, state.sensors, others, strict=True):
             sensor, motion = fitted.sensor, scene.motions[fitted.sensor.target]
             if not state.samples:
                 before = _first_state(fitted, motion, before)
-            reading, carried = sensor.measure(motion, fitted.theta, before, z[..., first[i] : first[i + 1], :])
-            outputs[sensor.target] = np.broadcast_to(reading, np.broadcast_shapes(reading.shape, (*z.shape[:-2], n)))
+            reading, carried = sensor.measure(motion, fitted.theta, before, z[..., drawn, :])
+            outputs[sensor.target] = _at_least(reading, (*z.shape[:-2], n))
             after.append(carried)
         return Readings(t[1:], outputs, scene.references), RigState(state.samples + n, plant, tuple(after))
 
@@ -176,6 +212,11 @@ class Rig:
         """The same in one piece."""
         (readings,) = self.stream(seed, samples, batch, max(samples, 1))
         return readings
+
+
+def _at_least(values: Floats, shape: tuple[int, ...]) -> Floats:
+    """Values with the batch axes of ``shape`` too."""
+    return values if values.shape == shape else np.broadcast_to(values, np.broadcast_shapes(values.shape, shape))
 
 
 def _first_state(fitted: Fitted, motion: Motion, z: Floats | None) -> tuple[Any, ...]:

@@ -18,13 +18,13 @@ import re
 import subprocess
 import sys
 import tempfile
-import time
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
 from pathlib import Path
 from statistics import median
 
+import bench_environments
 import numpy as np
+from bench_line import Line, cpu
 
 from insenv.close import close
 from insenv.core.allan import allan_deviation, log_taus
@@ -40,21 +40,9 @@ AXES, INSTANTS, CHUNK = 6, 2_000_000, 16_384
 RATES, TAUS = 10_000_000, 52  # two of the shortest fall together
 
 
-@dataclass(frozen=True)
-class Line:
-    """A row of the table: what was measured, its bar, and the alternative, all as texts but the ratio."""
-
-    work: str
-    found: str
-    bar: str
-    alternative: str
-    beside: str
-    ratio: float | None
-
-
 def main() -> None:
     shown = False
-    for lines in (noise, importing, allan, reading, closing):
+    for lines in (noise, importing, allan, reading, closing, *bench_environments.ALL):
         for line in lines():
             if not shown:
                 print(_row("work", "insenv", "bar", "beside it", "", "insenv is"))
@@ -70,17 +58,6 @@ def _row(*cells: str) -> str:
 
 def _times(ratio: float) -> str:
     return f"{ratio:.1f} x faster" if ratio >= 1 else f"{1 / ratio:.1f} x slower"
-
-
-def cpu(work: Callable[[], object], runs: int) -> float:
-    """Median CPU time of ``work`` [s]; the first run, which compiles and fills caches, is left out."""
-    work()
-    spent = []
-    for _ in range(runs):
-        start = time.process_time()
-        work()
-        spent.append(time.process_time() - start)
-    return median(spent)
 
 
 def noise() -> Iterator[Line]:

@@ -4,12 +4,12 @@ import numpy as np
 
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats
-from insenv.effects.base import CurveEffect, Effect, NoiseEffect
-from insenv.effects.catalogue import CATALOGUE, by_key
+from insenv.effects.base import CurveEffect, DrivenEffect, Effect
+from insenv.effects.catalogue import ALL, by_key
 
-KEYS = [effect.key for effect in CATALOGUE]
-RANDOM = [effect.key for effect in CATALOGUE if isinstance(effect, NoiseEffect)]
-CURVES = [effect.key for effect in CATALOGUE if isinstance(effect, CurveEffect)]
+KEYS = [effect.key for effect in ALL]
+RANDOM = [effect.key for effect in ALL if isinstance(effect, DrivenEffect)]
+CURVES = [effect.key for effect in ALL if isinstance(effect, CurveEffect)]
 DETERMINISTIC = [key for key in KEYS if key not in RANDOM]
 
 
@@ -22,13 +22,13 @@ def typical(effect: Effect, motion: Motion) -> Floats:
     """Half a standard deviation in each linear parameter and shapes from the middle of the grid."""
     linear = np.array([0.5 * p.sd for p in effect.linear])
     if not isinstance(effect, CurveEffect):
-        return linear
+        return np.concatenate([linear, [0.5 * p.sd for p in effect.shapes]])
     grid = effect.grid(motion)
     return np.concatenate([linear, grid[len(grid) // 2]])
 
 
 def normals(effect: Effect, n: int, batch: tuple[int, ...] = ()) -> Floats | None:
-    draws = effect.draws if isinstance(effect, NoiseEffect) else 0
+    draws = effect.draws if isinstance(effect, DrivenEffect) else 0
     return np.random.default_rng(1).standard_normal((*batch, draws, n)) if draws else None
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from insenv.core.recording import Floats
 from insenv.identify.findings import (
     Added,
+    Derived,
     Estimate,
     Findings,
     HeldOut,
@@ -48,6 +49,29 @@ def confounded() -> Findings:
     rivals = ("angle_locked_rate:1", "g_sensitivity")
     added = replace(target.added[0], confounded_with=rivals, remark="equal likelihood to 0.1")
     return findings((replace(target, verdict="confounded", added=(added,)),), title="One rate only")
+
+
+def hidden_in_the_earth_rate() -> Findings:
+    """A gyro on which only the magnitude of the Earth rate tells that something is wrong, and its azimuth."""
+    target = gyro(300)
+    rms = target.held_out.before
+    added = replace(target.added[0], confounded_with=("angle_locked_rate:1",), held_out_before=rms, held_out_after=rms)
+    azimuth = (Estimate("earth_rate", "azimuth", value, sd, "rad") for value, sd in ((0.7, 1e-4), (0.71, 0.15)))
+    separates = ("encoder_harmonic:1", "angle_locked_rate:1")
+    profile = {"kind": "reversal", "rate": "10 deg/s", "dwell": "144 s"}
+    target = replace(
+        target,
+        verdict="confounded",
+        added=(added,),
+        held_out=replace(target.held_out, after=rms),
+        next_experiment=(
+            NextExperiment(separates, "turn the table both ways", 108.0, profile),
+            NextExperiment(("earth_rate", "angle_locked_rate:1"), "turn the base by 180 degrees", None),
+        ),
+        derived=(Derived("azimuth", "rad", *azimuth),),
+        cautions=("The azimuth may be off.",),
+    )
+    return findings((target,), title="Earth rate too large")
 
 
 def empty_covariates() -> Findings:
@@ -256,6 +280,7 @@ EVERY = {
     "several": several_targets,
     "nothing": nothing_significant,
     "confounded": confounded,
+    "hidden in the Earth rate": hidden_in_the_earth_rate,
     "no covariates": empty_covariates,
     "not finite": not_finite,
 }

@@ -9,15 +9,19 @@ from effect_cases import CURVES, addition
 from hypothesis import given
 from hypothesis import strategies as st
 from motions import edges, rich_motion
+from scipy.stats import chi2
 
-from insenv.core.motion import Motion
+from insenv.core.motion import Motion, interval_mean
+from insenv.core.recording import Floats
 from insenv.effects.base import CurveEffect
 from insenv.effects.catalogue import by_key
-from insenv.effects.lock_in import LockIn
+from insenv.effects.forms import cosine_of_twice, wave
+from insenv.effects.lock_in import LockIn, LockInWander
 from insenv.effects.scale import ScaleFactorAnomaly
 from insenv.effects.spline import SplineAngle, SplineTemperature
 from insenv.effects.thermal import BiasThermalLag
 from insenv.effects.timing import SampleHold
+from insenv.sensors.chain import Sensor
 
 every_curve = pytest.mark.parametrize("key", CURVES)
 
@@ -159,6 +163,61 @@ def test_lock_in_is_near_its_linear_form_and_locks_below_the_threshold(u: float)
     assert np.sign(addition(LockIn(), motion, np.array([-c]))[0]) == np.sign(u)
 
 
+def test_the_mean_rate_of_lock_in_is_that_of_adlers_equation() -> None:
+    """One period of psi' = w - w_L sin psi by fourth-order Runge-Kutta steps, of the length that the effect says."""
+    ratio = np.array([1.2, 1.5, 2.0, 5.0, 20.0, 100.0, 500.0])
+    threshold = 9e-4
+    w = ratio * threshold
+    motion = Motion(t=np.arange(len(w) + 1.0), rate=w)
+    mean_rate = w + addition(LockIn(), motion, np.array([threshold**2]))
+    steps = 4000
+    h, psi = 2 * np.pi / mean_rate / steps, np.zeros_like(w)
+
+    def slope(angle: Floats) -> Floats:
+        return w - threshold * np.sin(angle)
+
+    for _ in range(steps):
+        k1 = slope(psi)
+        k2 = slope(psi + 0.5 * h * k1)
+        k3 = slope(psi + 0.5 * h * k2)
+        k4 = slope(psi + h * k3)
+        psi += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+    np.testing.assert_allclose(psi, 2 * np.pi, rtol=1e-9)
+
+
+def test_a_threshold_that_neither_settles_nor_walks_is_plain_lock_in() -> None:
+    motion = rich_motion(100)
+    z = np.random.default_rng(0).standard_normal((1, 100))
+    wander, _ = LockInWander().apply(motion.rate, motion, np.array([2e-3, 0.0, 50.0, 0.0]), None, z)
+    np.testing.assert_allclose(wander, addition(LockIn(), motion, np.array([4e-6])), rtol=1e-14)
+
+
+def test_the_threshold_of_lock_in_settles_and_walks_as_its_parameters_say() -> None:
+    n, dt, level, rise, tau, walk = 4000, 0.1, 1e-3, 0.2, 60.0, 1e-3
+    t, u = edges(n, dt), np.full((50, n), 0.05)
+    motion = Motion(t=t, rate=u)
+    z = np.random.default_rng(1).standard_normal((50, 1, n))
+    found, _ = LockInWander().apply(u, motion, np.array([level, rise, tau, walk]), None, z)
+    # Adler backwards: W^2 = u^2 - (u + e)^2.
+    threshold = np.sqrt(-found * (2 * u + found)) / level
+    settling = rise * (1 - np.exp(-t / tau))
+    wandered = threshold - 1 - interval_mean(settling)
+    # Trapezoid of an exponential: rise (dt / tau)^2 / 12 = 5e-8, against a walk of 1e-3 sqrt(0.1) = 3e-4 a step.
+    steps = np.diff(wandered, axis=-1) / (walk * np.sqrt(dt))
+    # Variance 2/3 of 200 000 increments of means of a walk, neighbours correlated by 1/4: 0.36 %; 2 % is above 5 sigma.
+    assert np.mean(steps**2) == pytest.approx(2 / 3, rel=0.02)
+    # Its end, of 50 runs; false alarm 2e-6.
+    assert 1e-6 < chi2.cdf(np.sum(wandered[:, -1] ** 2) / (walk**2 * n * dt), 50) < 1 - 1e-6
+
+
+def test_the_expected_wander_has_no_walk() -> None:
+    motion = rich_motion(50)
+    sensor = Sensor("gyro", (LockInWander(),))
+    columns = sensor.regressors(motion, np.array([2e-3, 0.2, 5.0, 1e-3]))
+    assert columns.shape == (50, 4)
+    assert np.all(np.any(columns[:, :3], axis=0)) and not columns[:, 3].any()
+
+
 @given(st.integers(1, 12), st.integers(1, 60), st.sampled_from([1.0, 0.01, 1 / 3, 1 / 64.055]))
 def test_a_held_sample_repeats_for_whole_intervals(hold: int, n: int, dt: float) -> None:
     u = np.arange(1.0, n + 1)
@@ -206,3 +265,21 @@ def test_an_angle_spline_has_the_period_of_a_turn() -> None:
     np.testing.assert_allclose(effect.basis(turned.rate, turned), effect.basis(motion.rate, motion), atol=1e-12)
     turn = Motion(t=np.arange(2.0), rate=np.zeros(1), angle=np.array([0.3, 0.3 + 2 * np.pi]))
     np.testing.assert_allclose(effect.basis(turn.rate, turn), np.full((1, effect.count), 1 / (effect.count + 1)))
+
+
+def test_a_harmonic_is_exact_for_a_table_that_turns_evenly() -> None:
+    """(sin a1 - sin a0) / (a1 - a0), and a value that does not depend on those beside it."""
+    step = np.geomspace(1e-3, 3.0, 400) * np.where(np.arange(400) % 2, 1, -1)
+    angle = np.concatenate([[0.0], np.cumsum(step)])
+    exact = np.diff(np.sin(2 * angle)) / (2 * step)
+    np.testing.assert_allclose(wave(angle, 2, 1.0, 0.0), exact, atol=1e-12)
+    found = wave(angle, 2, 0.3, -0.7)
+    alone = [wave(angle[k : k + 2], 2, 0.3, -0.7)[0] for k in range(400)]
+    np.testing.assert_array_equal(found, alone)
+    still = np.array([0.4, 0.4, 0.4 + 1e-9])
+    np.testing.assert_allclose(wave(still, 1, 3.0, 4.0), 3 * np.cos(0.4) + 4 * np.sin(0.4), rtol=1e-8)
+
+
+def test_the_cosine_is_a_cosine_at_its_turning_points_too() -> None:
+    x = np.concatenate([np.linspace(-300, 300, 100_001), np.pi * np.arange(-9, 10), np.pi / 2 * np.arange(-9, 10)])
+    np.testing.assert_allclose(cosine_of_twice(0.5 * x), np.cos(x), atol=5e-16, rtol=0)

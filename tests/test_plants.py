@@ -12,6 +12,7 @@ from insenv.core.earth import EARTH_RATE
 from insenv.core.errors import InputError
 from insenv.core.motion import interval_mean
 from insenv.core.recording import Floats
+from insenv.core.rows import rows
 from insenv.effects.catalogue import by_key
 from insenv.plants import profile, thermal
 from insenv.plants.base import Plant, Scene
@@ -122,6 +123,118 @@ def test_commands_in_chunks_are_the_profile_of_the_same_steps() -> None:
         steps = profile.staircase([0.0, *np.clip(row, -20 * DEG, 20 * DEG)], 2.0)
         alone = play(replace(table, profile=steps), edges(8, 50))
         np.testing.assert_allclose(angle, angle_of(alone)[101:], rtol=1e-12, atol=1e-13)
+
+
+@pytest.mark.parametrize("skew", [0.02, 0.5, 7.0])
+def test_an_encoder_with_skew_shows_the_angle_as_it_was(skew: float) -> None:
+    """Across commands too, and across more than one of them."""
+    prompt = Turntable(max_rate=20 * DEG, max_acceleration=8 * DEG, ripple=Ripple(0.01, 3))
+    late = replace(prompt, encoder=Encoder(skew=skew))
+    commands = np.array([[5.0, -10.0, 0.0, 3.0], [2.0, 2.0, 30.0, -4.0]]) * DEG
+    t = edges(8, 50)
+    read = {}
+    for table in (prompt, late):
+        state, parts = table.begin(), []
+        for k in range(4):
+            scene, state = table.advance(state, commands[:, k], t[100 * k : 100 * k + 101], NONE)
+            parts.append(scene.references["table_angle"].values)
+        read[table] = np.concatenate(parts, axis=-1)
+    behind = round(skew * 50)
+    np.testing.assert_allclose(read[late][:, behind:], read[prompt][:, : 400 - behind], atol=1e-13)
+    assert not np.any(read[late][:, :behind])
+    assert len(state.start) <= 5  # what is long past is forgotten
+
+
+def test_a_table_that_turned_before_the_record_began_shows_it() -> None:
+    table = Turntable(encoder=Encoder(skew=0.3), profile=profile.constant(0.2, np.inf))
+    read = play(table, edges(1, 10)).references["table_angle"].values
+    np.testing.assert_allclose(read, 0.2 * (np.arange(1, 11) / 10 - 0.3), atol=1e-15)
+    still = replace(table, max_acceleration=0.1)
+    scene, _ = still.advance(still.begin(), 0.0, edges(1, 10), NONE)
+    np.testing.assert_allclose(
+        scene.references["table_angle"].values[:3], 0.2 * np.array([-0.2, -0.1, 0.0]), atol=1e-15
+    )
+
+
+def test_settings_that_a_table_does_not_have_are_refused() -> None:
+    with pytest.raises(InputError, match="wanted zero or more seconds"):
+        Encoder(skew=-0.1)
+    with pytest.raises(InputError, match="carries no 'accel_y'"):
+        Turntable(carries=("gyro", "accel_y"))
+
+
+def test_rows_of_a_batch_of_tables_are_tables() -> None:
+    rates = np.array([5.0, -10.0, 3.0]) * DEG
+    table = Turntable(max_acceleration=8 * DEG, encoder=Encoder(skew=0.1))
+    t = edges(2, 50)
+    _, state = table.advance(table.begin(), rates, t[:51], NONE)
+    kept = rows(state, np.array([2, 0]))
+    whole, _ = table.advance(state, rates, t[50:], NONE)
+    part, _ = table.advance(kept, rates[[2, 0]], t[50:], NONE)
+    np.testing.assert_array_equal(angle_of(part), angle_of(whole)[[2, 0]])
+    shared = rows(table.begin(), np.array([1]))
+    np.testing.assert_array_equal(shared.angle, table.begin().angle)
+
+
+def test_the_zero_mark_gives_a_pulse_every_turn_in_either_sense() -> None:
+    table = Turntable(profile=profile.constant(0.9, 10.03) + profile.constant(-0.9, np.inf))
+    scene = play(table, edges(40, 10))
+    pulse, angle = scene.references["zero_pulse"], angle_of(scene)
+    assert pulse.unit == "1" and set(np.unique(pulse.values)) == {0.0, 1.0}
+    turns = np.floor(angle / (2 * np.pi))
+    np.testing.assert_array_equal(np.flatnonzero(pulse.values), np.flatnonzero(np.diff(turns)))
+    # Up to 1.44 turns and back to -2.85: past 1, 1, 0, -1 and -2.
+    assert pulse.values.sum() == 5
+
+
+def attitude(axis_azimuth: Floats, tilt: float, level: tuple[float, float]) -> Floats:
+    """Input axis in east, north and up, shape (n, 3), on a table that leans by small rotations."""
+    axis = np.stack([np.cos(tilt) * np.sin(axis_azimuth), np.cos(tilt) * np.cos(axis_azimuth)], axis=-1)
+    axis = np.column_stack([axis, np.full(len(axis), np.sin(tilt))])
+    return axis + np.cross([level[0], level[1], 0.0], axis)
+
+
+def test_a_table_that_leans_sees_the_earth_and_gravity_from_there() -> None:
+    level, azimuth, latitude, tilt = (3e-5, -5e-5), 1.1, 0.7, 0.5
+    table = Turntable(
+        *(tilt, latitude, azimuth),
+        profile=profile.constant(0.3, np.inf),
+        level_error=level,
+        gravity=9.8,
+        carries=("gyro", "accel_x"),
+    )
+    scene = play(table, edges(30, 100))
+    motion = scene.motions["gyro"]
+    assert motion.angle is not None
+    middle = interval_mean(motion.angle)
+    earth = EARTH_RATE * np.array([0.0, np.cos(latitude), np.sin(latitude)])
+    seen = attitude(azimuth - middle, tilt, level) @ earth
+    theta = np.array(table.horizontal_earth_rate)
+    level_part, _ = by_key("earth_rate").apply(motion.rate, motion, theta)
+    # The mean of a cosine over 0.003 rad is 4e-7 below its middle.
+    np.testing.assert_allclose(motion.rate - 0.3 * np.sin(tilt) + level_part, seen, atol=1e-6 * EARTH_RATE)
+    force = scene.motions["accel_x"].force["x"]
+    np.testing.assert_allclose(force, attitude(azimuth - middle, 0.0, level) @ [0, 0, 9.8], atol=1e-6 * 9.8 * 6e-5)
+    assert not scene.motions["accel_x"].rate.any()
+    # A lean about north shifts north by its tangent of the latitude.
+    c, s = table.horizontal_earth_rate
+    assert np.arctan2(s, c) == pytest.approx(azimuth + level[1] * np.tan(latitude), abs=1e-8)
+
+
+def test_tables_with_their_own_azimuths_are_those_tables() -> None:
+    azimuth, east = np.array([0.3, -2.0, 1.5]), np.array([1e-5, 0.0, -2e-5])
+    common = Turntable(tilt=0.5, latitude=0.7, profile=profile.constant(0.2, np.inf), carries=("gyro", "accel_x"))
+    batch = replace(common, azimuth=azimuth, level_error=(east, 1e-5))
+    c, s = map(np.asarray, batch.horizontal_earth_rate)
+    assert c.shape == s.shape == (3,)
+    whole = play(batch, edges(2, 50)).motions
+    for i in range(3):
+        one = replace(common, azimuth=float(azimuth[i]), level_error=(float(east[i]), 1e-5))
+        assert one.horizontal_earth_rate == (c[i], s[i])
+        assert isinstance(one.horizontal_earth_rate[0], float)
+        alone = play(one, edges(2, 50)).motions
+        np.testing.assert_array_equal(whole["gyro"].rate[i], alone["gyro"].rate)
+        np.testing.assert_array_equal(whole["accel_x"].force["x"][i], alone["accel_x"].force["x"])
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ from made_findings import (
     confounded,
     empty_covariates,
     gyro,
+    hidden_in_the_earth_rate,
     not_finite,
     nothing_significant,
     one_target,
@@ -54,7 +55,7 @@ every = pytest.mark.parametrize("make", EVERY.values(), ids=EVERY.keys())
 IDS = """
 bias bias_drift bias_warm_up bias_step bias_temperature bias_temperature_rate bias_thermal_lag scale_factor
 scale_factor_drift scale_factor_warm_up scale_factor_temperature scale_factor_asymmetry scale_factor_cubic
-scale_factor_anomaly lock_in encoder_harmonic angle_locked_rate earth_rate timing_skew sample_hold
+scale_factor_anomaly lock_in lock_in_wander encoder_harmonic angle_locked_rate wobble earth_rate timing_skew sample_hold
 g_sensitivity cross_axis tone base_tilt non_orthogonality accel_scale_factor accel_bias spline_time
 spline_temperature spline_rate spline_angle angle_random_walk bias_instability rate_random_walk quantization
 """
@@ -119,6 +120,34 @@ def test_json_of_one_target_repeats_the_findings() -> None:
     assert document["remarks"] == list(made.remarks)
     assert "verdicts" not in document
     assert "target" not in first
+
+
+def test_json_has_the_azimuth_its_caution_and_what_a_table_can_run() -> None:
+    document = to_json(hidden_in_the_earth_rate())
+    (azimuth,) = document["derived"]
+    assert azimuth == {
+        "name": "azimuth",
+        "unit": "rad",
+        "before": {"value": 0.7, "sd": 1e-4},
+        "after": {"value": 0.71, "sd": 0.15},
+    }
+    assert document["cautions"] == ["The azimuth may be off."]
+    first, second = document["next_experiment"]
+    assert first["profile"] == {"kind": "reversal", "rate": "10 deg/s", "dwell": "144 s"}
+    assert second["profile"] is None
+    several = to_json(replace(several_targets(), targets=(*several_targets().targets, gyro(60))))
+    assert several["cautions"] == {name: [] for name in several["verdicts"]}
+    assert several["derived"] == []
+
+
+@pytest.mark.parametrize("show", [summary, to_html])
+def test_reports_show_the_azimuth_and_its_caution(show: Callable[[Findings], str]) -> None:
+    text = " ".join(show(hidden_in_the_earth_rate()).split())
+    assert "Azimuth of the input axis at table angle 0: 40.107 ± 0.006 deg (± 21 arcsec) before" in text
+    assert "41 ± 9 deg after" in text
+    assert "The azimuth may be off." in text
+    assert "No residual shows it: on data that no fit saw" in text
+    assert "Azimuth" not in show(one_target())
 
 
 def test_json_of_several_targets_names_the_target_everywhere() -> None:

@@ -41,10 +41,29 @@ class Declared:
 
 @dataclass(frozen=True)
 class Limits:
-    """What a rate table can do: rate [rad/s] and acceleration [rad/s^2]."""
+    """What a rate table or a vehicle can do when it turns: rate [rad/s] and acceleration [rad/s^2]."""
 
     rate: float = np.inf
     acceleration: float = np.inf
+
+
+@dataclass(frozen=True)
+class Sight:
+    """What is told of an optical sight, as standard deviations [rad].
+
+    Attributes
+    ----------
+    orientation : float
+        Of the target's azimuth: one error for all sightings of a run.
+    tracking : float
+        Of each sighting.
+    installation : float
+        Of the installation angle about zero, before anything is measured.
+    """
+
+    orientation: float = 0.0
+    tracking: float = 0.0
+    installation: float = np.inf
 
 
 @dataclass(frozen=True)
@@ -67,6 +86,9 @@ class Datasheet:
     encoder_noise : float
         White noise of an angle reading, one standard deviation [rad].
     declared : tuple of Declared
+    sight : Sight, optional
+    level_sd : tuple of float
+        Standard deviations of pitch and roll as they are told at the start [rad]; infinite: they are not told.
     """
 
     sampling: float
@@ -78,6 +100,8 @@ class Datasheet:
     pulse: float = 0.0
     encoder_noise: float = 0.0
     declared: tuple[Declared, ...] = ()
+    sight: Sight | None = None
+    level_sd: tuple[float, float] = (np.inf, np.inf)
 
     @property
     def dt(self) -> float:

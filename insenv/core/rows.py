@@ -24,7 +24,7 @@ def rows(state: Any, index: NDArray[np.int64]) -> Any:
     """
     if state is None or isinstance(state, bool | int | float | str):
         return state
-    if hasattr(state, "rows"):
+    if callable(getattr(state, "rows", None)):
         return state.rows(index)
     if isinstance(state, np.ndarray):
         return state[index] if state.ndim else state

@@ -8,7 +8,7 @@ with ``u`` the true input on each interval (rad/s, or m/s^2 on an accelerometer)
 ``theta`` the effect's parameters. Every effect sees the same true input, so the order of a chain does not
 matter and the sum that simulates is the sum that is fitted.
 
-Four kinds, each of which leaves one thing to write:
+Five kinds, each of which leaves one thing to write:
 
 ============  =========================================  ================================================
 kind          the author writes                          derived here
@@ -17,6 +17,7 @@ LinearEffect  ``basis(u, motion) -> (..., n, k)``        addition = basis @ thet
 CurveEffect   ``curve(u, motion, theta) -> (..., n)``    jacobian by central differences in steps of
               and ``grid(motion) -> (g, s)``             ``Param.sd``; profiles for variable projection
 MemoryEffect  as CurveEffect, with state in and out      as CurveEffect, on whole runs
+DrivenEffect  ``apply`` from unit normals, with state    expected addition: none
 NoiseEffect   ``drive``, ``psd``, ``allan``,             addition = drive; fitted in the spectral domain
               ``spectrum``
 ============  =========================================  ================================================
@@ -144,13 +145,17 @@ class Effect(ABC):
         state : object
             As returned by `begin` or by the chunk before.
         z : ndarray, shape (..., draws, n), optional
-            Unit normals, for a noise effect.
+            Unit normals, for a `DrivenEffect`.
 
         Returns
         -------
         addition : ndarray, shape (..., n)
         state : object
         """
+
+    @abstractmethod
+    def jacobian(self, u: Floats, motion: Motion, theta: Floats) -> Floats:
+        """Derivative of the expected addition to each parameter, shape (..., n, p)."""
 
 
 class LinearEffect(Effect):
@@ -228,11 +233,8 @@ class MemoryEffect(CurveEffect):
         return self.carry(u, motion, theta, self.begin(motion, theta))[0]
 
 
-class NoiseEffect(Effect):
-    """A random error, driven by unit normals; one parameter, its IEEE coefficient.
-
-    Spectral densities are two-sided in the convention of IEEE 952: white noise of coefficient N has the
-    density N^2 and the Allan variance N^2 / tau.
+class DrivenEffect(Effect):
+    """An effect that is driven by unit normals.
 
     Its first state may be random too: `start` makes it from ``draws_at_start`` unit normals; a run that is
     driven without it begins at zero.
@@ -249,6 +251,31 @@ class NoiseEffect(Effect):
     def start(self, z: Floats) -> Any:
         """State before the first interval, for normals of shape (..., draws_at_start)."""
         del z
+
+    def jacobian(self, u: Floats, motion: Motion, theta: Floats) -> Floats:
+        """Zero, shape (..., n, p): nothing is expected of chance, unless the effect says otherwise."""
+        del motion
+        return np.zeros((*np.broadcast_shapes(u.shape, (*np.shape(theta)[:-1], 1)), len(self.params)))
+
+    def normals(self, z: Floats | None) -> Floats:
+        """The unit normals that `apply` was given.
+
+        Raises
+        ------
+        ValueError
+            If there are none.
+        """
+        if z is None:
+            raise ValueError(f"{self.id}: needs unit normals z of shape (..., {self.draws}, n)")
+        return z
+
+
+class NoiseEffect(DrivenEffect):
+    """A stationary random error, or a walk; one parameter, its IEEE coefficient.
+
+    Spectral densities are two-sided in the convention of IEEE 952: white noise of coefficient N has the
+    density N^2 and the Allan variance N^2 / tau.
+    """
 
     @abstractmethod
     def drive(self, theta: Floats, dt: float, state: Any, z: Floats) -> tuple[Floats, Any]:
@@ -276,9 +303,7 @@ class NoiseEffect(Effect):
         self, u: Floats, motion: Motion, theta: Floats, state: Any = None, z: Floats | None = None
     ) -> tuple[Floats, Any]:
         """Noise of the intervals of ``motion``."""
-        if z is None:
-            raise ValueError(f"{self.id}: a noise effect needs unit normals z of shape (..., {self.draws}, n)")
-        return self.drive(theta, motion.dt, state, z)
+        return self.drive(theta, motion.dt, state, self.normals(z))
 
 
 def combine(basis: Floats, theta: Floats) -> Floats:
@@ -288,9 +313,9 @@ def combine(basis: Floats, theta: Floats) -> Floats:
     (a batched matrix product may round by shape).
     """
     theta = np.asarray(theta, float)
-    total = basis[..., 0] * theta[..., 0, None]
+    total: Floats = basis[..., 0] * theta[..., 0, None]
     for j in range(1, basis.shape[-1]):
-        total = total + basis[..., j] * theta[..., j, None]
+        total += basis[..., j] * theta[..., j, None]
     return total
 
 

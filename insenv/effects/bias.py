@@ -38,7 +38,7 @@ class Bias(LinearEffect):
 
     def basis(self, u: Floats, motion: Motion) -> Floats:
         """Ones, shape (..., n, 1)."""
-        return columns(u, np.ones(motion.n))
+        return columns(u, np.ones(np.shape(u)))
 
 
 @final

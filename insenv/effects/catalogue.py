@@ -9,7 +9,7 @@ from insenv.effects.angle import AngleLockedRate, EarthRate, EncoderHarmonic
 from insenv.effects.base import Effect
 from insenv.effects.bias import Bias, BiasDrift, BiasStep, BiasWarmUp
 from insenv.effects.cross import CrossAxis, GSensitivity
-from insenv.effects.lock_in import LockIn
+from insenv.effects.lock_in import LockIn, LockInWander
 from insenv.effects.noise import AngleRandomWalk, BiasInstability, Quantization, RateRandomWalk
 from insenv.effects.scale import (
     ScaleFactor,
@@ -25,8 +25,9 @@ from insenv.effects.thermal import BiasTemperature, BiasTemperatureRate, BiasThe
 from insenv.effects.tilt import BaseTilt
 from insenv.effects.timing import SampleHold, TimingSkew
 from insenv.effects.tone import Tone
+from insenv.effects.wobble import Wobble
 
-#: The effects that a scan tries and that a manifest may name.
+#: The effects that a search tries and that a manifest may name.
 CATALOGUE: tuple[Effect, ...] = (
     Bias(),
     BiasDrift(),
@@ -62,6 +63,9 @@ CATALOGUE: tuple[Effect, ...] = (
     Quantization(),
 )
 
+#: Those and what only a scenario may name: at one tilt, or from one record, they cannot be told from others.
+ALL: tuple[Effect, ...] = (*CATALOGUE, *(Wobble(order) for order in (1, 2, 3)), LockInWander())
+
 
 def by_key(key: str) -> Effect:
     """The effect of an identifier, with its order where one is given: "bias", "bias_temperature:3".
@@ -72,9 +76,9 @@ def by_key(key: str) -> Effect:
         If there is no such effect, or it has no such order.
     """
     name, colon, order = key.partition(":")
-    found = next((effect for effect in CATALOGUE if effect.id == name), None)
+    found = next((effect for effect in ALL if effect.id == name), None)
     if found is None:
-        names = ", ".join(dict.fromkeys(effect.id for effect in CATALOGUE))
+        names = ", ".join(dict.fromkeys(effect.id for effect in ALL))
         raise InputError(f"unknown effect {key!r}, wanted one of {names}")
     if not colon:
         return found

@@ -19,6 +19,11 @@ from insenv.core.errors import InputError
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats
 
+#: Half-angles up to which `_sinc` is 1 + A x^2 + B x^4 [rad], and A and B: those of the series, its term in x^6
+#: replaced by the polynomial of lower degree that is nearest to it up to there (Chebyshev), which is wrong by 3e-17.
+_SMALL = 0.0125
+_SINC = (-1 / 6 + 9 / 16 * _SMALL**4 / 5040, 1 / 120 - 3 / 2 * _SMALL**2 / 5040)
+
 
 def known(motion: Motion, name: str, effect: str) -> Floats:
     """Field ``name`` of the exposure, as an array.
@@ -40,8 +45,15 @@ def along_axes(values: Mapping[str, Floats]) -> list[Floats]:
 
 
 def columns(u: Floats, *regressors: Floats) -> Floats:
-    """Regressors side by side, shape (..., n, k), with the batch axes of ``u`` and of each of them."""
-    shape = np.broadcast_shapes(np.shape(u), *(np.shape(r) for r in regressors))
+    """Regressors side by side, shape (..., n, k), with the batch axes of ``u`` and of each of them.
+
+    A single one of that shape is not copied: the result is not to be written to.
+    """
+    shape = np.shape(u)
+    if any(np.shape(r) != shape for r in regressors):
+        shape = np.broadcast_shapes(shape, *(np.shape(r) for r in regressors))
+    if len(regressors) == 1 and np.shape(regressors[0]) == shape:
+        return regressors[0][..., None]
     side_by_side = np.empty((*shape, len(regressors)))
     for j, regressor in enumerate(regressors):
         side_by_side[..., j] = regressor
@@ -50,23 +62,65 @@ def columns(u: Floats, *regressors: Floats) -> Floats:
 
 def spread(u: Floats, addition: Floats) -> Floats:
     """An addition with the batch axes of the input ``u`` as well as its own."""
+    if addition.shape == np.shape(u):
+        return addition
     shape = np.broadcast_shapes(np.shape(u), addition.shape)
     return addition if addition.shape == shape else np.broadcast_to(addition, shape).copy()
 
 
 def decay(motion: Motion, tau: Floats) -> Floats:
-    """Mean of exp(-t / tau) over each interval, shape (..., n), for time constants of shape (..., 1)."""
-    x = motion.dt / tau
-    mean: Floats = np.exp(-motion.t[:-1] / tau) * (-np.expm1(-x) / x)
+    """Mean of exp(-t / tau) over each interval, for time constants of shape (..., 1).
+
+    Of shape (..., n), or (n,) where all time constants are the same.
+    """
+    if tau.size > 1 and not np.count_nonzero(tau != tau.flat[0]):
+        tau = tau.reshape(-1)[:1]  # one curve for all runs
+    decay_rate = -1.0 / tau
+    x = motion.dt * decay_rate
+    mean: Floats = np.exp(motion.t[:-1] * decay_rate) * (np.expm1(x) / x)
     return mean
 
 
-def harmonic(angle: Floats, order: int) -> tuple[Floats, Floats]:
-    """Means of cos(n a) and sin(n a) over each interval, shape (..., n), for angles at the edges."""
-    middle = 0.5 * order * (angle[..., 1:] + angle[..., :-1])
-    # np.sinc(x) is sin(pi x) / (pi x).
-    damping = np.sinc(np.diff(angle, axis=-1) * (0.5 * order / np.pi))
-    return np.cos(middle) * damping, np.sin(middle) * damping
+def wave(angle: Floats, order: int, c: float | Floats, s: float | Floats) -> Floats:
+    """Mean of c cos(n a) + s sin(n a) over each interval, shape (..., n), for angles at the edges.
+
+    ``c`` and ``s`` are numbers or of shape (..., 1).
+    """
+    first, last = angle[..., :-1], angle[..., 1:]
+    half_phase = last + first
+    half_phase *= 0.25 * order
+    mean = cosine_of_twice(half_phase - 0.5 * np.arctan2(s, c))
+    mean *= _sinc(np.subtract(last, first, out=half_phase), 0.5 * order)
+    mean *= np.hypot(c, s)
+    return mean
+
+
+def cosine_of_twice(half: Floats) -> Floats:
+    """Cosine of twice an angle to 2e-16, in place: 2 / (1 + tan^2) - 1.
+
+    NumPy has a fast tangent, but no fast cosine.
+    """
+    value = np.tan(half, out=half)
+    value *= value
+    value += 1.0
+    np.divide(2.0, value, out=value)
+    value -= 1.0
+    return value
+
+
+def _sinc(turn: Floats, factor: float) -> Floats:
+    """Sine of x over x to 1e-16, for x = turn * factor; ``turn`` is overwritten."""
+    square = np.multiply(turn, turn, out=turn)
+    a, b, limit = _SINC[0] * factor**2, _SINC[1] * factor**4, (_SMALL / factor) ** 2
+    value = square * b
+    value += a
+    value *= square
+    value += 1.0
+    if square.max(initial=0.0) > limit:
+        # Only where it is needed, so that no value depends on those that it is computed together with.
+        large = square > limit
+        value[large] = np.sinc(np.sqrt(square[large]) * (factor / np.pi))
+    return value
 
 
 def time_constants(motion: Motion, count: int = 12) -> Floats:

@@ -1,23 +1,31 @@
 """Lock-in of a ring-laser gyro.
 
-    sign(u) sqrt(u^2 - W_L^2) - u        where u^2 > W_L^2    (nearly -W_L^2 / (2 u) at high rates)
-    -u                                   within the dead zone
+    lock_in          f(u, W_L^2)
+    lock_in_wander   f(u, W^2),    W = W_L (1 + rise (1 - exp(-t / tau)) + K B(t))
 
-The parameter is c = W_L^2, in which the effect is linear at high rates; a slightly negative c, as a fit may
-try, is the same formula. The difference of the square root to u is written without cancellation: sqrt(u^2 -
-c) - |u| = -c / (sqrt(u^2 - c) + |u|).
+    f(u, c) = sign(u) sqrt(u^2 - c) - u        where u^2 > c    (nearly -c / (2 u) at high rates)
+            = -u                               within the dead zone
+
+f is the exact mean rate of Adler's equation, psi' = w - w_L sin psi, in rates of the gyro; B is a Wiener process. The
+parameter of ``lock_in`` is c = W_L^2, in which it is linear at high rates; a slightly negative c, as a fit may try,
+is the same formula. The difference of the square root to u is written without cancellation: sqrt(u^2 - c) - |u| = -c
+/ (sqrt(u^2 - c) + |u|). Of a threshold that moves, an interval has the mean.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats
-from insenv.effects.base import CurveEffect, Param
+from insenv.effects.base import CurveEffect, DrivenEffect, Param, central_differences
+from insenv.effects.forms import decay, spread
+from insenv.effects.noise import RateRandomWalk
+
+_SOURCE = "F. Aronowitz, The laser gyro, in Laser Applications 1 (1971); Adler's equation"
 
 
 @final
@@ -28,20 +36,60 @@ class LockIn(CurveEffect):
     id = "lock_in"
     # A lock-in rate of 3e-3 rad/s (650 deg/h) is one standard deviation; 0.03 rad/s the largest credible one.
     linear = (Param("W_L_squared", "rad^2/s^2", sd=1e-5, bound=1e-3, low=0.0),)
-    source = "F. Aronowitz, The laser gyro, in Laser Applications 1 (1971); Adler's equation"
+    source = _SOURCE
     instruments = ("gyro",)
     of_rate = True
 
     def curve(self, u: Floats, motion: Motion, theta: Floats) -> Floats:
         """Departure from the true rate, shape (..., n)."""
-        c = theta[..., 0, None]
-        square = u * u - c
-        root = np.sqrt(np.maximum(square, 0.0))
-        magnitude = np.abs(u)
-        total = root + magnitude
-        pulled = -np.sign(u) * c / np.where(total > 0.0, total, 1.0)
-        return np.where(square > 0.0, pulled, -u)
+        return _pulled(u, theta[..., 0, None])
 
     def grid(self, motion: Motion) -> Floats:
         """One row without shapes, shape (1, 0), where there is any rate; no row, shape (0, 0), elsewhere."""
         return np.empty((1 if np.any(motion.rate) else 0, 0))
+
+
+@final
+@dataclass(frozen=True)
+class LockInWander(DrivenEffect):
+    """Lock-in whose threshold settles after switching on, and walks, as its mirrors do.
+
+    For simulation: no search tries it, as one record tells little of a walk that only its square shows.
+    """
+
+    id = "lock_in_wander"
+    linear = (Param("W_L", "rad/s", sd=3e-3, bound=0.03, low=0.0),)
+    shapes = (
+        Param("rise", "1", sd=0.2, bound=2.0),
+        Param("tau", "s", sd=300.0, low=0.5),
+        Param("K", "1/sqrt(s)", sd=1e-3, bound=0.1, low=0.0),
+    )
+    source = _SOURCE + "; drift of the backscatter: Aronowitz, in RTO AGARDograph 339 (1999)"
+    instruments = ("gyro",)
+    of_rate = True
+
+    def apply(
+        self, u: Floats, motion: Motion, theta: Floats, state: Any = None, z: Floats | None = None
+    ) -> tuple[Floats, Any]:
+        """Departure from the true rate, shape (..., n), and where the relative walk stands, shape (...)."""
+        walk, after = RateRandomWalk().drive(theta[..., 3:], motion.dt, state, self.normals(z))
+        return self._pulled(u, motion, theta, walk), after
+
+    def jacobian(self, u: Floats, motion: Motion, theta: Floats) -> Floats:
+        """Derivative of the addition with a threshold that does not walk, shape (..., n, 4)."""
+        return central_differences(lambda th: self._pulled(u, motion, th), theta, self.params)
+
+    def _pulled(self, u: Floats, motion: Motion, theta: Floats, walk: Floats | float = 0.0) -> Floats:
+        level, rise, tau = (theta[..., j, None] for j in range(3))
+        threshold = level * (1.0 + rise * (1.0 - decay(motion, tau)) + walk)
+        return spread(u, _pulled(u, threshold * threshold))
+
+
+def _pulled(u: Floats, c: Floats) -> Floats:
+    """Adler's mean rate less the input, shape (..., n), for the square ``c`` of the threshold."""
+    square = u * u - c
+    root = np.sqrt(np.maximum(square, 0.0))
+    magnitude = np.abs(u)
+    total = root + magnitude
+    pulled = -np.sign(u) * c / np.where(total > 0.0, total, 1.0)
+    return np.where(square > 0.0, pulled, -u)

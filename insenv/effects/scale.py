@@ -78,7 +78,7 @@ class ScaleFactorWarmUp(CurveEffect):
 
     def curve(self, u: Floats, motion: Motion, theta: Floats) -> Floats:
         """Input times the exact mean of the exponential, shape (..., n)."""
-        return u * theta[..., 0, None] * decay(motion, theta[..., 1, None])
+        return theta[..., 0, None] * decay(motion, theta[..., 1, None]) * u
 
     def grid(self, motion: Motion) -> Floats:
         """Time constants, shape (g, 1)."""

@@ -12,6 +12,16 @@ from insenv.core.recording import Floats, Recording
 from insenv.core.spectrum import psd
 from insenv.effects.base import NoiseEffect
 from insenv.effects.noise import readings_density
+from insenv.identify.earth_findings import (
+    EarthFindings,
+    cautions,
+    derived,
+    earth_findings,
+    reasons,
+    separation,
+    suspected,
+    with_earth,
+)
 from insenv.identify.excess import Structure, structure
 from insenv.identify.findings import (
     VERDICTS,
@@ -30,7 +40,7 @@ from insenv.identify.heldout import held_out_score, residual
 from insenv.identify.line_effects import line_effects
 from insenv.identify.lines import Line
 from insenv.identify.loop import Outcome
-from insenv.identify.next_experiment import propose
+from insenv.identify.next_experiment import Turning, propose
 from insenv.identify.problem import NOISE_TERMS, Problem
 from insenv.identify.tracks import Step, Track
 from insenv.identify.two_position import with_vertical_rate
@@ -77,32 +87,46 @@ def _target(manifest: Manifest, recordings: tuple[Recording, ...], track: Track,
     declared_noise = dict(manifest.noise.get(problem.target, {}))
     left = structure(problem, track.fit, declared_noise, alpha)
     lines = track.prepared.lines
-    verdict, reasons = _verdict(track, lines, left)
+    earth = earth_findings(track, alpha)
+    verdict = _verdict(track, lines, left, earth)
     scores = held_out_score(plain, before), held_out_score(problem, track.fit)
     own = estimates(problem, track.fit)
     first = estimates(plain, before)
     declared = set(track.prepared.model)
-    added = tuple(_added(track, index, step, own[step.hit.term]) for index, step in enumerate(track.steps))
+    found = tuple(_added(track, index, step, own[step.hit.term]) for index, step in enumerate(track.steps))
+    suspects = suspected(earth, scores[1])
     collinear = _collinear(track)
     lost = _not_told_apart(track)
     return TargetFindings(
         target=problem.target,
         unit=problem.unit,
         verdict=verdict,
-        reasons=reasons,
+        reasons=(*left.reasons, *reasons(earth)),
         declared=manifest.model.declared,
-        added=(*added, *(line_effects(lines, problem, _with_lines(track), scores[1].rms) if lines else ())),
+        added=(
+            *found,
+            *(line_effects(lines, problem, _with_lines(track), scores[1].rms) if lines else ()),
+            *suspects,
+        ),
         rejected=_rejected(track, alpha),
         not_testable=(*lost, *track.not_testable, *collinear),
         held_out=HeldOut(scores[0].rms, scores[1].rms, scores[1].floor, problem.unit, problem.bins.width),
         estimates_before=with_vertical_rate(recordings, [e for rows in first.values() for e in rows]),
         estimates_after=with_vertical_rate(
-            recordings, [e for term, rows in own.items() if term in declared for e in rows]
+            recordings, with_earth([e for term, rows in own.items() if term in declared for e in rows], earth)
         ),
         noise=noise_estimates(problem, track.fit),
-        next_experiment=propose(added, manifest.model.declared, tuple(n.effect for n in collinear)),
+        next_experiment=propose(
+            (*suspects, *found),
+            manifest.model.declared,
+            tuple(n.effect for n in collinear),
+            Turning.of(recordings),
+            separation(earth),
+        ),
         spectra=_spectra(plain, before, problem, track.fit, declared_noise),
         traces=_traces(recordings, plain, before, problem, track.fit),
+        derived=derived(plain, before, track, earth),
+        cautions=cautions(earth),
     )
 
 
@@ -111,15 +135,16 @@ def _with_lines(track: Track) -> float:
     return held_out_score(track.prepared.plain, solve(track.prepared.plain, track.fit.model)).rms
 
 
-def _verdict(track: Track, lines: tuple[Line, ...], left: Structure) -> tuple[str, tuple[str, ...]]:
+def _verdict(track: Track, lines: tuple[Line, ...], left: Structure, earth: EarthFindings) -> str:
     physical = [s for s in track.steps if not s.hit.candidate.generic]
-    if any(r.rivals for r in track.rivalries):
-        return "confounded", left.reasons
+    more = bool(left.reasons) or earth.departs
+    if earth.suspects or any(r.rivals for r in track.rivalries):
+        return "confounded"
     if physical or lines:
-        return ("effects-found-incomplete" if left.reasons else "effects-found"), left.reasons
+        return "effects-found-incomplete" if more else "effects-found"
     if track.steps:
-        return "generic-only", left.reasons
-    return ("unexplained-structure" if left.reasons else "nothing-significant"), left.reasons
+        return "generic-only"
+    return "unexplained-structure" if more else "nothing-significant"
 
 
 def _added(track: Track, index: int, step: Step, parameters: tuple[Estimate, ...]) -> Added:

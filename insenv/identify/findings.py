@@ -75,12 +75,27 @@ class NotTestable:
 
 
 @dataclass(frozen=True)
+class Derived:
+    """A quantity that the user wants, computed from the estimates before and after: ``name`` in SI ``unit``."""
+
+    name: str
+    unit: str
+    before: Estimate
+    after: Estimate
+
+
+@dataclass(frozen=True)
 class NextExperiment:
-    """A procedure that would tell the effects of ``separates`` apart."""
+    """A procedure that would tell the effects of ``separates`` apart.
+
+    ``profile`` is what a table would run: the keys of a scenario's ``[profile]``, quantities as texts with their units;
+    None where the procedure is not one of the table alone.
+    """
 
     separates: tuple[str, ...]
     procedure: str
     expected_separation_sigma: float | None
+    profile: Mapping[str, str | list[str]] | None = None
 
 
 @dataclass(frozen=True)
@@ -123,7 +138,10 @@ class Traces:
 
 @dataclass(frozen=True)
 class TargetFindings:
-    """All that was found on one target channel."""
+    """All that was found on one target channel.
+
+    ``cautions`` say, in sentences, which of the figures may be wrong by more than their standard deviations.
+    """
 
     target: str
     unit: str
@@ -140,6 +158,8 @@ class TargetFindings:
     next_experiment: tuple[NextExperiment, ...]
     spectra: Spectra
     traces: Traces
+    derived: tuple[Derived, ...] = ()
+    cautions: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from insenv.core.split import RowUse
 from insenv.effects.base import Effect
 from insenv.effects.catalogue import CATALOGUE
 from insenv.identify.candidates import candidates
+from insenv.identify.earth_check import due_level
 from insenv.identify.evidence import log_tail
 from insenv.identify.fit import solve
 from insenv.identify.heldout import confirms, held_out_score, rescored
@@ -102,7 +103,9 @@ def _begin(
     declared = {term.effect.key for term in prepared.model}
     found = tuple(c for c in found if c.effect.key not in declared)
     fit = solve(prepared.problem, prepared.model)
-    return Track(prepared, found, blind, fit, held_out_score(prepared.problem, fit), tones)
+    score = held_out_score(prepared.problem, fit)
+    level = due_level(recordings) if any(t.effect.id == "earth_rate" for t in prepared.model) else None
+    return Track(prepared, found, blind, fit, score, tones, level=level)
 
 
 def _searched(track: Track, generic: bool, seed: int, progress: Progress) -> Track:

@@ -1,7 +1,13 @@
-"""Which procedure would tell confounded effects apart."""
+"""Which procedure would tell confounded effects apart, and what a table would have to run for it."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from insenv.core.recording import Floats, Recording
 from insenv.identify.findings import Added, NextExperiment
 
 #: What separates a pair, by what the two effects depend on.
@@ -38,8 +44,43 @@ _TRAITS = {
 _HIDDEN_BY = {"encoder": ("earth", "angle"), "angle": ("earth",), "rate": ("rate", "bias")}
 
 
+#: A table that moved by less in all is at rest [rad].
+LEAST_TURN = 0.1
+
+
+@dataclass(frozen=True)
+class Turning:
+    """What the table did: its usual rate while it moved [rad/s] and the time of all runs together [s]."""
+
+    rate: float
+    duration: float
+
+    @classmethod
+    def of(cls, recordings: tuple[Recording, ...]) -> Turning | None:
+        """From the commanded rate, else from the angle; None where no table turned."""
+        rates = [np.abs(_table_rates(r)) for r in recordings]
+        moving = np.concatenate([r[r > 0.5 * r.max(initial=0.0)] for r in rates])
+        duration = float(sum(len(r) * r.dt for r in recordings))
+        rate = float(np.median(moving)) if len(moving) else 0.0
+        return cls(rate, duration) if rate * duration > LEAST_TURN else None
+
+
+def _table_rates(recording: Recording) -> Floats:
+    """The commanded rate, else slopes of the angle over stretches long enough not to show the encoder's noise."""
+    if "table_rate" in recording.channels:
+        return recording.channels["table_rate"].values
+    if "table_angle" in recording.channels:
+        rows = slice(None, None, max(1, len(recording) // 1000))
+        return np.diff(recording.channels["table_angle"].values[rows]) / np.diff(recording.t[rows])
+    return np.zeros(0)
+
+
 def propose(
-    added: tuple[Added, ...], declared: tuple[str, ...], collinear: tuple[str, ...]
+    added: tuple[Added, ...],
+    declared: tuple[str, ...],
+    collinear: tuple[str, ...],
+    turning: Turning | None = None,
+    separation: Mapping[str, float] | None = None,
 ) -> tuple[NextExperiment, ...]:
     """One procedure for every confounded set.
 
@@ -51,14 +92,35 @@ def propose(
     collinear : tuple of str
         Keys of effects that this recording cannot tell from the declared ones: what one of them does is now in the
         declared parameters, and no residual shows it.
+    turning : Turning, optional
+        What the table did, from which it would have to do something else.
+    separation : mapping of str to float, optional
+        Key of an added effect to the separation that its procedure promises [standard deviations], where known.
     """
     sets = [(_key(one), *one.confounded_with) for one in added if one.confounded_with]
-    hidden = [key for key in collinear if _trait(key) in _HIDDEN_BY and key not in {k for s in sets for k in s}]
+    # Turning the table the other way leaves the Earth and what is locked to the angle together.
+    known = {key for keys in sets for key in keys if not (_trait(key) == "angle" and _procedure(keys) == _REVERSE)}
+    hidden = [key for key in collinear if _trait(key) in _HIDDEN_BY and key not in known]
     for trait in dict.fromkeys(_trait(key) for key in hidden):
         hiding = [key for key in declared if _trait(key) in _HIDDEN_BY[trait]]
         if hiding:
             sets.append((*hiding, *(key for key in hidden if _trait(key) == trait)))
-    return tuple(NextExperiment(keys, _procedure(keys), None) for keys in sets)
+    expected = separation or {}
+    return tuple(_experiment(keys, expected.get(keys[0]), turning) for keys in sets)
+
+
+def _experiment(keys: tuple[str, ...], sigma: float | None, turning: Turning | None) -> NextExperiment:
+    procedure = _procedure(keys)
+    if turning is None or procedure not in (_REVERSE, _STAIRCASE):
+        return NextExperiment(keys, procedure, sigma)
+    rate = np.rad2deg(turning.rate)
+    if procedure == _REVERSE:
+        dwell = f"{turning.duration / 2:.4g} s"
+        profile = {"kind": "reversal", "rate": f"{rate:.4g} deg/s", "dwell": dwell}
+        return NextExperiment(keys, f"{procedure} ({dwell} at +{rate:.4g} deg/s, {dwell} back)", sigma, profile)
+    rates = [f"{sign * share * rate:.4g} deg/s" for sign in (1, -1) for share in (1, 0.5, 2)]
+    dwell = f"{turning.duration / len(rates):.4g} s"
+    return NextExperiment(keys, procedure, sigma, {"kind": "staircase", "rates": rates, "dwell": dwell})
 
 
 def _trait(key: str) -> str:

@@ -11,7 +11,7 @@ from insenv.core.exposure import CHANNEL_OF, expose
 from insenv.core.manifest.spec import Manifest
 from insenv.core.recording import Floats, Recording
 from insenv.core.split import RowUse
-from insenv.effects.base import CurveEffect, Effect, NoiseEffect
+from insenv.effects.base import CurveEffect, DrivenEffect, Effect, NoiseEffect
 from insenv.effects.catalogue import by_key
 from insenv.identify.bins import gather
 from insenv.identify.fit import solve
@@ -109,7 +109,8 @@ def declared_model(manifest: Manifest, recordings: tuple[Recording, ...], target
     Raises
     ------
     InputError
-        If a declared effect is unknown, is noise, has a shape to be searched, or needs a channel that is not there.
+        If a declared effect is unknown, is noise or driven by it, has a shape to be searched, or needs a channel that
+        is not there.
     """
     where = f"{manifest.path}: model.declared"
     motions = [expose(r, target).motion for r in (_head(recording) for recording in recordings)]
@@ -118,6 +119,8 @@ def declared_model(manifest: Manifest, recordings: tuple[Recording, ...], target
         effect = _effect(key, where)
         if isinstance(effect, NoiseEffect):
             raise InputError(f"{where} names {key!r}, which is noise; wanted it in the [noise] table")
+        if isinstance(effect, DrivenEffect):
+            raise InputError(f"{where} names {key!r}, which is driven by chance and cannot be fitted; leave it out")
         if isinstance(effect, CurveEffect) and effect.shapes:
             names = " and ".join(p.name for p in effect.shapes)
             raise InputError(f"{where} names {key!r}, whose {names} would have to be found first; leave it out")

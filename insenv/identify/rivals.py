@@ -10,6 +10,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from scipy.stats import chi2
+
 from insenv.identify.problem import Model, Problem, Term
 from insenv.identify.scan import Hit, likelihood_ratio, log_significance, reference, term_freedom
 
@@ -34,8 +36,8 @@ def rivalry(problem: Problem, others: Model, term: Term, hits: list[Hit], alpha:
     for hit in hits:
         if hit.term.effect.key == term.effect.key or hit.candidate.generic or hit.p_value > alpha:
             continue
-        extra = hit.candidate.size - term.size
-        if extra > 0 and hit.likelihood_ratio < own + RICHER_GAIN * extra:
+        extra = _parameters(problem, hit.term) - _parameters(problem, term)
+        if extra > 0 and hit.likelihood_ratio < own + _gain_by_itself(hit.term, extra, alpha):
             continue
         if own - hit.likelihood_ratio > 60 or _still_needed(problem, (*others, hit.term), term, alpha):
             continue
@@ -44,6 +46,19 @@ def rivalry(problem: Problem, others: Model, term: Term, hits: list[Hit], alpha:
             better = hit
     rivals.sort(key=lambda hit: -hit.likelihood_ratio)
     return Rivalry(tuple(hit.term.effect.key for hit in rivals), better)
+
+
+def _parameters(problem: Problem, term: Term) -> int:
+    """Parameters that a term spends on this problem, those of every run and its shapes."""
+    return len(problem.names(term)) + len(term.effect.shapes)
+
+
+def _gain_by_itself(term: Term, extra: int, alpha: float) -> float:
+    """Likelihood ratio that ``extra`` parameters do not exceed by themselves.
+
+    A term that is free in each run has many, and follows by chance whatever differs from run to run.
+    """
+    return float(chi2.isf(alpha, extra)) if term.per_run else RICHER_GAIN * extra
 
 
 def _still_needed(problem: Problem, model: Model, term: Term, alpha: float) -> bool:

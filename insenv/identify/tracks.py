@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from insenv.identify.candidates import Candidate
+from insenv.identify.earth_check import Level
 from insenv.identify.findings import NotTestable
 from insenv.identify.fit import Fit
 from insenv.identify.heldout import Score
@@ -50,7 +51,10 @@ class Refusal:
 
 @dataclass(frozen=True)
 class Track:
-    """The state of the search on one target."""
+    """The state of the search on one target.
+
+    ``level`` is the horizontal Earth rate that is due, where it is declared and can be checked.
+    """
 
     prepared: Prepared
     candidates: tuple[Candidate, ...]
@@ -63,6 +67,7 @@ class Track:
     hits: tuple[Hit, ...] | None = None
     last_physical: tuple[Hit, ...] = ()
     rivalries: tuple[Rivalry, ...] = ()
+    level: Level | None = None
 
     @property
     def problem(self) -> Problem:
@@ -71,8 +76,8 @@ class Track:
 
     @property
     def family(self) -> int:
-        """Candidates of the whole search, a tone among them."""
-        return len(self.candidates) + 1
+        """Tests of the whole search: its candidates, a tone, and the magnitude of the Earth rate where it is known."""
+        return len(self.candidates) + 1 + (self.level is not None)
 
     @property
     def added(self) -> Model:

@@ -1,37 +1,44 @@
-r"""A rate table whose servo obeys limits of rate and acceleration.
+r"""A rate table whose servo obeys limits of rate and acceleration (`insenv.plants.servo`).
 
-After a command ``r + A sin(2 pi f s)`` at ``s = 0``, with the table at rate W0 and the acceleration limit a,
-
-    d = r - W0,   S = |d| / (a - 2 pi f |A|),   m = min(s, S),   x = m / S
-    rate   W(s) = W0 + d x + A sin(2 pi f s)
-    angle  b(s) = b0 + W0 s + d x (s - m/2) + A (1 - cos(2 pi f s)) / (2 pi f)
-
-Ripple: the true rate is ``W (1 + p cos(n a)) / sqrt(1 - p^2)`` with the angle ``a``: it repeats with the
-angle and its mean over a turn is W. Whatever W(t), this integrates to
+Ripple: with the servo's angle b and rate W the true rate is ``W (1 + p cos(n a)) / sqrt(1 - p^2)``: it repeats
+with the angle a and its mean over a turn is W. Whatever W(t), this integrates to
 
     a = b + (2/n) atan2(q sin(n b), 1 - q cos(n b)),    q = p / (1 + sqrt(1 - p^2))
 
 (the relation of eccentric and true anomaly). So angles at the edges are exact, the mean rate over an interval
 is the difference of its edges' angles, and a run may be cut anywhere.
 
-The input axis is elevated by ``tilt`` above the table plane. It sees ``sin(tilt)`` of the table's rate and of
-the vertical Earth rate ``w sin(latitude)``; the horizontal Earth rate is the effect ``earth_rate``.
+The gyro's input axis is elevated by ``tilt`` above the table plane; its horizontal part has the azimuth
+``azimuth - a``. A table that is not level, turned by the small angles dE about east and dN about north, sees
+
+    Earth rate      east -w sin L dN,   north w cos L + w sin L dE,   up w sin L - w cos L dE
+    specific force  east -g dN,         north g dE
+
+The gyro has ``sin(tilt)`` of the table's rate and of the Earth rate's upward part in its true rate; the
+horizontal part is the effect ``earth_rate``. An accelerometer ``accel_x`` lies in the table plane along the
+horizontal part of the gyro's axis.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from functools import cached_property
+from math import cos, sin
 
 import numpy as np
-from numpy.typing import NDArray
 
 from insenv.core.earth import EARTH_RATE
 from insenv.core.errors import InputError
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats
+from insenv.effects.forms import wave
 from insenv.plants.base import Reference, Scene
 from insenv.plants.profile import Piece, Profile
+from insenv.plants.servo import Knots, joined, knot
 from insenv.plants.thermal import Constant, Temperature
+
+#: Instruments that a table can carry.
+CARRIED = ("gyro", "accel_x")
 
 
 @dataclass(frozen=True)
@@ -46,15 +53,20 @@ class Ripple:
 class Encoder:
     """The table's angle reading: ``resolution``, white ``noise`` (1 sigma) and ``eccentricity``, all [rad].
 
-    Eccentricity adds ``eccentricity * sin(a + phase)``. A reference that is wrong is seen as an error of
-    the gyro: the effect ``encoder_harmonic`` says the same from the gyro's side; a scenario uses one or the
-    other.
+    It shows the angle as it was ``skew`` [s] ago. Eccentricity adds ``eccentricity * sin(a + phase)``. A reference that
+    is wrong is seen as an error of the gyro: the effect ``encoder_harmonic`` says the same from the gyro's side; a
+    scenario uses one or the other.
     """
 
     resolution: float = 0.0
     noise: float = 0.0
     eccentricity: float = 0.0
     phase: float = 0.0
+    skew: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.skew < np.inf:
+            raise InputError(f"the encoder's skew is {self.skew:g} s; wanted zero or more seconds of delay")
 
     def read(self, angle: Floats, z: Floats) -> Floats:
         """Reading [rad], shape (..., n), of ``angle`` (..., n) with unit normals ``z`` (..., draws, n)."""
@@ -66,28 +78,8 @@ class Encoder:
 
 
 @dataclass(frozen=True)
-class Knots:
-    """State of the servo: the commands that it follows, J of them, and where the table was when each began.
-
-    ``start`` [s], ``amplitude`` [rad/s] and ``frequency`` [Hz] have shape (J,); ``angle`` [rad], ``rate`` and
-    ``command`` [rad/s] have shape (..., J).
-    """
-
-    start: Floats
-    angle: Floats
-    rate: Floats
-    command: Floats
-    amplitude: Floats
-    frequency: Floats
-
-    def take(self, j: slice | NDArray[np.int64]) -> Knots:
-        """Knots ``j`` alone."""
-        return Knots(*(getattr(self, name)[..., j] for name in self.__dataclass_fields__))
-
-
-@dataclass(frozen=True)
 class Turntable:
-    """A single-axis rate table with one gyro.
+    """A single-axis rate table with a gyro, and an accelerometer for levelling if asked for.
 
     Attributes
     ----------
@@ -95,8 +87,14 @@ class Turntable:
         Elevation of the gyro's input axis above the table plane [rad].
     latitude : float, optional
         [rad]; without it the Earth does not turn.
-    azimuth : float
+    azimuth : float or ndarray, shape (R,)
         Of the horizontal part of the input axis at table angle 0 [rad], clockwise from north.
+    level_error : pair of float or ndarray, shape (R,)
+        Small rotation of the whole table about east and about north [rad].
+    gravity : float
+        [m/s^2]
+    carries : tuple of str
+        Instruments on the table: "gyro", "accel_x".
     max_rate, max_acceleration : float
         Limits of the servo [rad/s], [rad/s^2].
     ripple : Ripple
@@ -111,7 +109,7 @@ class Turntable:
 
     tilt: float = np.pi / 2
     latitude: float | None = None
-    azimuth: float = 0.0
+    azimuth: float | Floats = 0.0
     max_rate: float = np.inf
     max_acceleration: float = np.inf
     ripple: Ripple = field(default_factory=Ripple)
@@ -119,12 +117,37 @@ class Turntable:
     temperature: Temperature = field(default_factory=Constant)
     reference_temperature: float = 298.15
     profile: Profile = (Piece(np.inf),)
+    level_error: tuple[float | Floats, float | Floats] = (0.0, 0.0)
+    gravity: float = 9.80665
+    carries: tuple[str, ...] = ("gyro",)
+
+    def __post_init__(self) -> None:
+        for name in self.carries:
+            if name not in CARRIED:
+                raise InputError(f"a turntable carries no {name!r}; wanted {' or '.join(CARRIED)}")
 
     @property
-    def horizontal_earth_rate(self) -> tuple[float, float]:
-        """Coefficients c, s [rad/s] of the Earth rate ``c cos a + s sin a`` at the table angle a."""
-        level = 0.0 if self.latitude is None else EARTH_RATE * np.cos(self.latitude) * np.cos(self.tilt)
-        return float(level * np.cos(self.azimuth)), float(level * np.sin(self.azimuth))
+    def earth_rate(self) -> tuple[float | Floats, float | Floats, float | Floats]:
+        """Earth rate along the table's east, north and axis [rad/s], each a float or of shape (R,)."""
+        if self.latitude is None:
+            return 0.0, 0.0, 0.0
+        north, up = EARTH_RATE * cos(self.latitude), EARTH_RATE * sin(self.latitude)
+        about_east, about_north = self.level_error
+        return -up * about_north, north + up * about_east, up - north * about_east
+
+    @property
+    def horizontal_earth_rate(self) -> tuple[float | Floats, float | Floats]:
+        """Coefficients c, s [rad/s] of the Earth rate ``c cos a + s sin a`` at the table angle a.
+
+        Floats, or of shape (R,) where azimuth or level error differ from run to run.
+        """
+        east, north, _ = self.earth_rate
+        return self._along_axis(cos(self.tilt) * east, cos(self.tilt) * north)
+
+    @property
+    def vertical_earth_rate(self) -> float | Floats:
+        """Share of the Earth rate along the table's axis that the gyro sees [rad/s]: float or of shape (R,)."""
+        return sin(self.tilt) * self.earth_rate[2]
 
     @property
     def draws(self) -> int:
@@ -142,13 +165,11 @@ class Turntable:
         for piece in self.profile:
             self._check(piece)
         first = self.profile[0]
-        knots = [self._knot(0.0, np.array(0.0), np.array(first.rate), first)]
+        knots = [knot(0.0, np.zeros(1), np.array([first.rate]), first)]
         for before, piece in zip(self.profile[:-1], self.profile[1:], strict=True):
-            last = knots[-1]
-            start = float(last.start[0]) + before.duration
-            angle, rate = self._servo(last, np.array([start]))
-            knots.append(self._knot(start, angle[..., 0], rate[..., 0], piece))
-        return Knots(*(np.concatenate([getattr(k, f) for k in knots], axis=-1) for f in Knots.__dataclass_fields__))
+            start = float(knots[-1].start[0]) + before.duration
+            knots.append(knot(start, *knots[-1].at(np.array([start]), self.max_acceleration), piece))
+        return joined(*knots)
 
     def advance(self, state: Knots, command: Floats | float | None, t: Floats, z: Floats) -> tuple[Scene, Knots]:
         """Go on over the intervals with edges ``t``.
@@ -166,39 +187,87 @@ class Turntable:
         Returns
         -------
         scene : Scene
-            Exposure of "gyro"; references "table_angle", "table_rate" (set by the servo), "temperature".
+            Exposure of what the table `carries`; references "table_angle", "table_rate" (set by the servo),
+            "zero_pulse" (1 in intervals in which the true angle passed the zero mark) and "temperature".
         state : Knots
         """
         if command is not None:
-            angle, rate = self._servo(state, t[:1])
-            wanted = np.clip(command, -self.max_rate, self.max_rate)
-            state = replace(
-                self._knot(float(t[0]), angle[..., 0], rate[..., 0], Piece(np.inf)),
-                command=np.asarray(wanted)[..., None],
+            wanted = np.minimum(np.maximum(command, -self.max_rate), self.max_rate)
+            state = state.commanded(float(t[0]), wanted, self.max_acceleration, self.encoder.skew)
+        servo, set_rate = state.at(t, self.max_acceleration)
+        angle, rate = self._rippled(servo, set_rate)
+        per_second = (len(t) - 1) / float(t[-1] - t[0])
+        turned = angle[..., 1:] - angle[..., :-1]
+        turned *= per_second
+        temperature = self.temperature.at(t)
+        scene = Scene(
+            {name: self._motion(name, t, angle, (turned, rate), temperature) for name in self.carries},
+            {
+                "table_angle": Reference(self._read(state, t, angle, z), "rad"),
+                "table_rate": Reference(
+                    turned if servo is angle else np.diff(servo, axis=-1) * per_second, "rad/s", over_interval=True
+                ),
+                "zero_pulse": Reference(_passes(angle), "1", over_interval=True),
+                "temperature": Reference(temperature[..., 1:], "K"),
+            },
+        )
+        return scene, state
+
+    def _motion(self, name: str, t: Floats, angle: Floats, rates: tuple[Floats, Floats], temperature: Floats) -> Motion:
+        """Exposure of one instrument; ``rates`` of the table: means over the intervals, and at the edges."""
+        if name != "gyro":
+            return Motion(
+                t=t,
+                rate=np.zeros(len(t) - 1),
+                angle=angle,
+                temperature=temperature,
+                force={"x": self._levelling_force(angle)},
+                reference_temperature=self.reference_temperature,
             )
-        servo, rate = self._servo(state, t)
-        angle, factor = self._rippled(servo)
-        dt = float(t[-1] - t[0]) / (len(t) - 1)
-        share = float(np.sin(self.tilt))
-        vertical = 0.0 if self.latitude is None else EARTH_RATE * np.sin(self.latitude) * share
-        motion = Motion(
+        at_edges = self._seen(rates[1])
+        if at_edges.shape[-1] == 1:
+            at_edges = np.broadcast_to(at_edges, (*at_edges.shape[:-1], len(t)))
+        return Motion(
             t=t,
-            rate=np.diff(angle, axis=-1) * (share / dt) + vertical,
+            rate=self._seen(rates[0]),
             angle=angle,
-            rate_edges=rate * factor * share + vertical,
-            temperature=self.temperature.at(t),
-            projection=share,
+            rate_edges=at_edges,
+            temperature=temperature,
+            projection=self._share,
             reference_temperature=self.reference_temperature,
         )
-        return Scene({"gyro": motion}, self._references(motion, servo, dt, z)), state
 
-    def _references(self, motion: Motion, servo: Floats, dt: float, z: Floats) -> dict[str, Reference]:
-        assert motion.angle is not None and motion.temperature is not None
-        return {
-            "table_angle": Reference(self.encoder.read(motion.angle[..., 1:], z), "rad"),
-            "table_rate": Reference(np.diff(servo, axis=-1) / dt, "rad/s", over_interval=True),
-            "temperature": Reference(motion.temperature[..., 1:], "K"),
-        }
+    def _seen(self, rate: Floats) -> Floats:
+        """Rate about the gyro's axis, which sees a share of the table's, and of what the whole turns by."""
+        return rate * self._share + self._vertical
+
+    @cached_property
+    def _share(self) -> float:
+        return sin(self.tilt)
+
+    @cached_property
+    def _vertical(self) -> float | Floats:
+        """As `vertical_earth_rate`, to stand before time."""
+        return _column(self.vertical_earth_rate)
+
+    def _levelling_force(self, angle: Floats) -> Floats:
+        """Mean specific force along the accelerometer [m/s^2], shape (..., n)."""
+        about_east, about_north = self.level_error
+        c, s = self._along_axis(-self.gravity * about_north, self.gravity * about_east)
+        return wave(angle, 1, _column(c), _column(s))
+
+    def _along_axis(self, east: float | Floats, north: float | Floats) -> tuple[float | Floats, float | Floats]:
+        """Coefficients of cos a and sin a of a horizontal vector along the azimuth ``azimuth - a``."""
+        to_north, to_east = np.cos(self.azimuth), np.sin(self.azimuth)
+        return _number(north * to_north + east * to_east), _number(north * to_east - east * to_north)
+
+    def _read(self, state: Knots, t: Floats, angle: Floats, z: Floats) -> Floats:
+        """The encoder's reading at the ends of the intervals [rad], shape (..., n)."""
+        skew = self.encoder.skew
+        if skew:
+            shown, _ = self._rippled(*state.at(t[1:] - skew, self.max_acceleration))
+            return self.encoder.read(shown, z)
+        return self.encoder.read(angle[..., 1:], z)
 
     def _check(self, piece: Piece) -> None:
         """Whether the table can do what a piece asks for."""
@@ -214,45 +283,29 @@ class Turntable:
                     f"the table reaches {np.degrees(limit):.6g} {unit}"
                 )
 
-    @staticmethod
-    def _knot(start: float, angle: Floats, rate: Floats, piece: Piece) -> Knots:
-        return Knots(
-            start=np.array([start]),
-            angle=np.asarray(angle)[..., None],
-            rate=np.asarray(rate)[..., None],
-            command=np.array([piece.rate]),
-            amplitude=np.array([piece.amplitude]),
-            frequency=np.array([piece.frequency]),
-        )
-
-    def _servo(self, knots: Knots, t: Floats) -> tuple[Floats, Floats]:
-        """Angle and rate without ripple, shape (..., n + 1), at times ``t``."""
-        first, last = np.maximum(np.searchsorted(knots.start, t[[0, -1]], side="right") - 1, 0)
-        if first == last:
-            k = knots.take(slice(first, first + 1))
-        else:
-            k = knots.take(np.maximum(np.searchsorted(knots.start, t, side="right") - 1, 0))
-        s = t - k.start
-        change = k.command - k.rate
-        w = 2 * np.pi * k.frequency
-        # What the sine takes of the acceleration is not there to slew with.
-        spare = np.maximum(self.max_acceleration - w * np.abs(k.amplitude), 1e-6 * self.max_acceleration)
-        time = np.abs(change) / spare
-        m = np.minimum(s, time)
-        done = change * np.where(time > 0, m / np.where(time > 0, time, 1.0), 1.0)
-        angle = k.angle + k.rate * s + done * (s - 0.5 * m)
-        rate = k.rate + done
-        if np.any(k.amplitude):
-            angle = angle + k.amplitude * (2 * np.sin(0.5 * w * s) ** 2) / np.where(w > 0, w, 1.0)
-            rate = rate + k.amplitude * np.sin(w * s)
-        return angle, rate
-
-    def _rippled(self, servo: Floats) -> tuple[Floats, Floats | float]:
-        """True angle, and true rate as a multiple of the servo's."""
+    def _rippled(self, servo: Floats, rate: Floats) -> tuple[Floats, Floats]:
+        """True angle and rate for those that the servo sets."""
         p, n = self.ripple.fraction, self.ripple.order
         if not p:
-            return servo, 1.0
+            return servo, rate
         root = np.sqrt(1 - p * p)
         q = p / (1 + root)
-        sin, cos = np.sin(n * servo), np.cos(n * servo)
-        return servo + (2 / n) * np.arctan2(q * sin, 1 - q * cos), root / (1 - p * cos)
+        odd, even = np.sin(n * servo), np.cos(n * servo)
+        return servo + (2 / n) * np.arctan2(q * odd, 1 - q * even), rate * (root / (1 - p * even))
+
+
+def _number(value: float | Floats) -> float | Floats:
+    """A plain float where there is one value for all runs."""
+    return value if np.ndim(value) else float(value)
+
+
+def _column(value: float | Floats) -> float | Floats:
+    """One value for each run, to stand before time: shape (R, 1)."""
+    return np.asarray(value)[..., None] if np.ndim(value) else value
+
+
+def _passes(angle: Floats) -> Floats:
+    """1.0 for intervals in which the table passed its zero mark, else 0.0; shape (..., n)."""
+    turn = angle * (1 / (2 * np.pi))
+    np.floor(turn, out=turn)
+    return (turn[..., 1:] != turn[..., :-1]).astype(float)

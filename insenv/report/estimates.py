@@ -6,11 +6,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from insenv.identify.findings import Added, Estimate
-from insenv.report.quantities import Unit, instability_unit, unit_for, with_sd
+from insenv.core.units import ARCSEC, DEG
+from insenv.identify.findings import Added, Estimate, TargetFindings
+from insenv.report.quantities import Unit, instability_unit, number, unit_for, with_sd
 
 #: A found curve with more coefficients than this is shown by their range: one by one they say nothing.
 _MOST_SHOWN = 4
+
+#: What a derived quantity is.
+_DERIVED = {"azimuth": "Azimuth of the input axis at table angle 0"}
 
 #: Stands for an estimate that one of the two models does not have, and what that means.
 NONE = "—"
@@ -31,7 +35,10 @@ class Pair:
 
 
 def value(estimate: Estimate) -> str:
-    """``value ± sd`` with the unit that suits it."""
+    """``value ± sd`` with the unit that suits it; the azimuth's deviation in arcsec too where it is small."""
+    if estimate.parameter == "azimuth" and estimate.sd < 0.5 * DEG:
+        shown = with_sd(estimate.value / DEG, estimate.sd / DEG)
+        return f"{shown} deg (± {number(estimate.sd / ARCSEC, 2)} arcsec)"
     return _unit(estimate, estimate).show_with_sd(estimate.value, estimate.sd)
 
 
@@ -48,6 +55,16 @@ def pairs(before: Sequence[Estimate], after: Sequence[Estimate]) -> list[Pair]:
     """Every parameter of either model: those before in their order, then those that only came after."""
     first, later = ({(e.effect, e.parameter): e for e in side} for side in (before, after))
     return [_pair(first.get(key), later.get(key)) for key in dict.fromkeys((*first, *later))]
+
+
+def derived(target: TargetFindings) -> list[str]:
+    """The quantities that follow from the parameters, a sentence each; before and after where something was added."""
+    said = []
+    for one in target.derived:
+        what = _DERIVED.get(one.name, one.name)
+        first, last = value(one.before), value(one.after)
+        said.append(f"{what}: {first} before, {last} after." if target.added else f"{what}: {first}.")
+    return said
 
 
 def _pair(before: Estimate | None, after: Estimate | None) -> Pair:

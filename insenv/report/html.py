@@ -96,6 +96,7 @@ def _target(target: TargetFindings, ident: str, alpha: float) -> Row:
         "added": [_kind(alike, target) for alike in found.kinds(target.added)],
         "listed": found.listed(target.added),
         "estimates": [_estimate(p) for p in pairs],
+        "derived": [*estimates.derived(target), *target.cautions],
         "none_means": estimates.NONE_MEANS if any(estimates.NONE in (p.before, p.after) for p in pairs) else "",
         "noise": [_noise(n, target.unit) for n in target.noise],
         "candidates": _candidates(target),

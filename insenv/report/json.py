@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from insenv.core.files import write_whole
-from insenv.identify.findings import Added, Estimate, Findings, HeldOut, NextExperiment, TargetFindings
+from insenv.identify.findings import Added, Derived, Estimate, Findings, HeldOut, NextExperiment, TargetFindings
 
 SCHEMA = "insenv.close-loop/1"
 
@@ -76,6 +76,8 @@ def _blocks(target: TargetFindings) -> Block:
         ],
         "not_testable": [{"effect": n.effect, "needs": list(n.needs), "reason": n.reason} for n in target.not_testable],
         "next_experiment": [_experiment(one) for one in target.next_experiment],
+        "derived": [_derived(one) for one in target.derived],
+        "cautions": list(target.cautions),
     }
 
 
@@ -100,6 +102,8 @@ def _blocks_of_several(targets: tuple[TargetFindings, ...]) -> Block:
         "rejected": joined(lambda b: b["rejected"]),
         "not_testable": joined(lambda b: b["not_testable"]),
         "next_experiment": joined(lambda b: b["next_experiment"]),
+        "derived": joined(lambda b: b["derived"]),
+        "cautions": {name: block["cautions"] for name, block in each.items()},
     }
 
 
@@ -152,6 +156,16 @@ def _experiment(experiment: NextExperiment) -> Block:
         "separates": list(experiment.separates),
         "procedure": experiment.procedure,
         "expected_separation_sigma": experiment.expected_separation_sigma,
+        "profile": None if experiment.profile is None else dict(experiment.profile),
+    }
+
+
+def _derived(derived: Derived) -> Block:
+    return {
+        "name": derived.name,
+        "unit": derived.unit,
+        "before": {"value": derived.before.value, "sd": derived.before.sd},
+        "after": {"value": derived.after.value, "sd": derived.after.sd},
     }
 
 

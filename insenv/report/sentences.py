@@ -79,6 +79,8 @@ def _outcome(target: TargetFindings) -> str:
     alone = f"the fitted noise alone leaves {floor}"
     if not target.added:
         return f"On data that no fit saw, {means} scatter by {after} rms; {alone}."
+    if held_out.before == held_out.after:
+        return f"No residual shows it: on data that no fit saw, {means} scatter by {after} rms either way; {alone}."
     went = f"the error of {means} went from {before} to {after} rms ({change(held_out)}); {alone}."
     sets = rival_sets(target)
     if target.verdict == "confounded" and sets:

@@ -108,6 +108,8 @@ def _estimates(target: TargetFindings, width: int) -> Iterator[str]:
     yield from _table(rows, "lrrr"[: len(rows[0])])
     if changed and any(estimates.NONE in (pair.before, pair.after) for pair in pairs):
         yield from _hang(estimates.NONE_MEANS, width)
+    for line in (*estimates.derived(target), *target.cautions):
+        yield from _hang(line, width)
 
 
 def _noise(target: TargetFindings) -> Iterator[str]:

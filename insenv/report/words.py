@@ -41,6 +41,7 @@ EFFECTS: dict[str, tuple[str, str]] = {
         "lock-in",
         "coupling of the two beams pulls a ring laser's frequency towards zero at low rates",
     ),
+    "lock_in_wander": ("wander of the lock-in", "the lock-in threshold wanders at random"),
     "encoder_harmonic": (
         "encoder harmonic",
         "the reference is wrong: the table's encoder repeats an angle error every turn",
@@ -49,6 +50,7 @@ EFFECTS: dict[str, tuple[str, str]] = {
         "rate locked to the table angle",
         "the gyro's error depends on where it points: magnetic field, heat or tilt",
     ),
+    "wobble": ("wobble of the table's axis", "the axis of the table tilts as it turns, and the gyro with it"),
     "earth_rate": ("Earth rate", "the Earth's rotation as the input axis sees it"),
     "timing_skew": ("timing skew", "gyro and reference are not sampled at the same time"),
     "sample_hold": ("sample and hold", "the output repeats its last value for a while"),
@@ -146,7 +148,8 @@ METHOD = (
     "curves without a cause were tried "
     "last. Effects cannot be told apart where, with one in the other's place, the other is no longer "
     "significant. At the end the residual was tested against the fitted noise and, where a maker's figures "
-    "are declared, against these with a tolerance of 15 %.",
+    "are declared, against these with a tolerance of 15 %. Where the horizontal Earth rate was fitted, its "
+    "magnitude was compared with that of latitude and tilt, taken as known to 0.01 and 0.02 degrees.",
     "Nothing was fitted to held-out data, except that a run held out whole may keep a bias of its own. "
     "Standard deviations are one sigma, of all parameters and shapes together, and include the fitted noise. "
     "Spectral densities are two-sided: "

@@ -1,58 +1,78 @@
 """Scenarios: TOML text -> a simulated recording with a manifest that closing the loop reads back.
 
-A scenario names a plant ([table] with [profile], or [base]), an [instrument] with the noise that its maker
-declares, and the effects that are simulated. Those of ``[declared]`` reach the manifest's model by name;
+A scenario names a plant ([table] or [vehicle] with [profile] or [task], or [base]), an [instrument] with the noise that
+its maker declares, and the effects that are simulated. Those of ``[declared]`` reach the manifest's model by name;
 those of ``[undeclared]`` reach no file but, where ``[output] truth = true`` asks for it, ``truth.json``.
-`insenv.scenario.schema` is the layout; ``scenarios/`` has examples.
+`insenv.scenario.schema` is the layout; ``scenarios/`` has examples, and some are packaged: `names`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 from insenv.core.errors import InputError
 from insenv.core.files import write_whole
-from insenv.core.manifest.schema import convert, tree
+from insenv.core.manifest.schema import convert
 from insenv.scenario import write
 from insenv.scenario.build import Scenario, build
+from insenv.scenario.datasheet import datasheet
 from insenv.scenario.schema import ScenarioTable
+from insenv.scenario.source import names, source
+from insenv.scenario.task import Task, check_task
 
-__all__ = ["Scenario", "load", "simulate"]
+__all__ = ["Scenario", "Task", "check_task", "datasheet", "load", "names", "simulate"]
 
 
-def load(path: Path | str) -> Scenario:
-    """Scenario at ``path``, checked and ready to be played.
+def load(path: Path | str, changes: Mapping[str, Any] | None = None) -> Scenario:
+    """A scenario, checked and ready to be played.
+
+    Parameters
+    ----------
+    path : Path or str
+        Of a TOML file, or the name of a packaged scenario: "north_finder/published".
+    changes : mapping of str to object, optional
+        What is to be other than in the file: ``{"table.tilt": "12 deg"}``.
 
     Raises
     ------
     InputError
-        If the file cannot be read, is not TOML, has an unknown key, unit or effect, or contradicts itself.
+        If the file cannot be read, is not TOML, has an unknown key, unit or effect, or contradicts itself, or if
+        its task has no meaning (`check_task`).
     """
-    path = Path(path)
-    table = convert(tree(path, "scenario"), ScenarioTable, (), path, "scenario")
+    tree, path = source(path, changes)
+    table = convert(tree, ScenarioTable, (), path, "scenario")
     if not 0 <= table.output.decimals <= 17:
         raise InputError(f"{path}: output.decimals = {table.output.decimals}; wanted from 0 to 17")
     scenario = build(table, path)
     write.columns(scenario)
+    if scenario.task is not None:
+        check_task(scenario)
     return scenario
 
 
 def simulate(
-    path: Path | str, out: Path | str, seed: int = 0, progress: Callable[[int, int], None] | None = None
+    path: Path | str,
+    out: Path | str,
+    seed: int = 0,
+    progress: Callable[[int, int], None] | None = None,
+    changes: Mapping[str, Any] | None = None,
 ) -> Path:
     """Play the scenario at ``path`` and write recording, manifest and, where asked for, truth into ``out``.
 
     Parameters
     ----------
-    path : Path
-        The scenario's TOML file.
+    path : Path or str
+        The scenario's TOML file, or the name of a packaged one.
     out : Path
         Folder, made where it is missing.
     seed : int
         Run ``seed``; the same seed gives the same files.
     progress : callable, optional
         Called with the samples written so far and their total.
+    changes : mapping of str to object, optional
+        As of `load`.
 
     Returns
     -------
@@ -62,19 +82,26 @@ def simulate(
     Raises
     ------
     InputError
-        As `load`, or if a file cannot be written; then no file is left half written.
+        As `load`, or if the scenario has a task and no profile, or a file cannot be written; then no file is left
+        half written.
     """
     if seed < 0:
         raise InputError(f"seed {seed} given; wanted zero or more")
-    scenario = load(path)
+    scenario = load(path, changes)
+    if scenario.table.base is None and scenario.table.profile is None:
+        raise InputError(
+            f"{scenario.path}: [profile] is missing; without it the [task] needs an environment to play it"
+        )
     folder = Path(out)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{folder}: cannot be made a folder ({error.strerror or error})") from None
     data = f"recording.{scenario.table.output.format}"
-    stream = scenario.rig.stream(seed, scenario.samples)
-    write.write_recording(scenario, write.rows(stream, write.columns(scenario)), folder / data, progress)
+    columns = write.columns(scenario)
+    phases = {column.name: float(scenario.phases(seed, column.name)) for column in columns if column.pulses}
+    stream = scenario.cast(seed).stream(seed, scenario.samples)
+    write.write_recording(scenario, write.rows(stream, columns, phases), folder / data, progress)
     if scenario.table.output.truth:
         write_whole(folder / "truth.json", write.truth(scenario, seed))
     manifest = folder / "manifest.toml"

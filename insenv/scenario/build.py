@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -11,32 +12,25 @@ import numpy as np
 from insenv.core.errors import InputError
 from insenv.core.manifest.checks import VELOCITY_RANDOM_WALK
 from insenv.core.manifest.schema import nearest, shown
-from insenv.effects.base import Effect, NoiseEffect
-from insenv.effects.catalogue import CATALOGUE, by_key
+from insenv.core.recording import Floats
+from insenv.effects.base import DrivenEffect, Effect, NoiseEffect
+from insenv.effects.catalogue import ALL, by_key
 from insenv.plants.base import Plant, Scene
+from insenv.plants.vehicle import Vehicle
 from insenv.rig import Fitted, Rig
+from insenv.scenario import cast
 from insenv.scenario import plant as plants
+from insenv.scenario.cast import Planted, Truth
 from insenv.scenario.schema import ScenarioTable, family, family_name
-from insenv.scenario.values import parameters, positive
+from insenv.scenario.task import Task, task
+from insenv.scenario.values import exact, parameters, positive
+from insenv.scenario.vehicle import Spread, spread
 from insenv.sensors.chain import Sensor
 
 #: Longest recording that is written: more is a slip of the pen.
 MOST_SAMPLES = 1_000_000_000
 #: Names of the noise terms that a maker may declare.
-NOISES = tuple(effect.id for effect in CATALOGUE if isinstance(effect, NoiseEffect))
-
-
-@dataclass(frozen=True)
-class Planted:
-    """One effect that a scenario simulates: on which channel, with which SI values, and where it was named.
-
-    ``origin`` is "noise" (the maker's figures), "declared" or "undeclared".
-    """
-
-    target: str
-    effect: Effect
-    values: tuple[float, ...]
-    origin: str
+NOISES = tuple(effect.id for effect in ALL if isinstance(effect, NoiseEffect))
 
 
 @dataclass(frozen=True)
@@ -57,11 +51,18 @@ class Scenario:
     table : ScenarioTable
         As written.
     rig : Rig
+        With every uncertain value at its mean, and a random azimuth at zero; of a run: `cast`.
     samples : int
     targets : tuple of str
         Channels that the manifest wants explained.
     planted : tuple of Planted
-        All that is simulated.
+        All that is simulated, means and deviations.
+    level_sd : pair of float
+        Standard deviations of the table's level error about east and north [rad].
+    task : Task, optional
+        What an environment asks for.
+    spread : Spread
+        Of what differs from run to run on a vehicle.
     """
 
     path: Path
@@ -70,11 +71,73 @@ class Scenario:
     samples: int
     targets: tuple[str, ...]
     planted: tuple[Planted, ...]
+    level_sd: tuple[float, float] = (0.0, 0.0)
+    task: Task | None = None
+    spread: Spread = field(default_factory=Spread)
+
+    @property
+    def duration(self) -> float:
+        """Time that is simulated [s]."""
+        return self.samples / self.rig.rate
+
+    def truth(self, seed: int) -> Truth:
+        """What run ``seed`` has, its random values drawn.
+
+        Raises
+        ------
+        InputError
+            If the seed is negative.
+        """
+        return cast.truth(self.table, self.rig.plant, (self.level_sd, self.spread), self.planted, seed)
+
+    def cast(self, seeds: int | Sequence[int]) -> Rig:
+        """The rig of one run, or of a batch of R.
+
+        Parameters
+        ----------
+        seeds : int or sequence of int
+            A sequence gives a batch: parameters of shape (R, p), on a turntable an azimuth of shape (R,), on a
+            vehicle what is drawn for it. Its rows are the runs alone, bit for bit.
+
+        Raises
+        ------
+        InputError
+            If a seed is negative, or there is none.
+        """
+        rigs = [self._rig(self.truth(seed)) for seed in cast.listed(seeds)]
+        return rigs[0] if isinstance(seeds, int | np.integer) else cast.batch(rigs, any(self.level_sd))
+
+    def phases(self, seeds: int | Sequence[int], target: str) -> float | Floats:
+        """Part of a pulse that the counter of ``target`` holds at the start, from 0 to below 1.
+
+        A float, or of shape (R,) for a batch.
+
+        Raises
+        ------
+        InputError
+            If a seed is negative, or there is none.
+        """
+        place = cast.PHASE + [fitted.sensor.target for fitted in self.rig.instruments].index(target)
+        found = [float(cast.generator(seed, place).random()) for seed in cast.listed(seeds)]
+        return found[0] if isinstance(seeds, int | np.integer) else np.array(found)
+
+    def _rig(self, truth: Truth) -> Rig:
+        outputs = (fitted.sensor.target for fitted in self.rig.instruments)
+        return Rig(truth.plant, tuple(_instrument(output, truth.planted) for output in outputs), self.rig.rate)
 
     @property
     def declared(self) -> tuple[str, ...]:
-        """Keys of the effects that the manifest declares."""
-        return tuple(dict.fromkeys(p.effect.key for p in self.planted if p.origin == "declared"))
+        """Keys of the effects that the manifest declares.
+
+        Those with a shape (a time constant) or driven by chance are not among them: no fit of a declared model
+        has them, and closing the loop may find what they leave.
+        """
+        return self.declared_of(tuple(fitted.sensor.target for fitted in self.rig.instruments))
+
+    def declared_of(self, targets: tuple[str, ...]) -> tuple[str, ...]:
+        """The same, of those channels alone."""
+        known = (p for p in self.planted if p.origin == "declared" and p.target in targets)
+        return tuple(dict.fromkeys(p.effect.key for p in known if _fitted(p.effect)))
 
 
 def build(table: ScenarioTable, path: Path) -> Scenario:
@@ -97,7 +160,17 @@ def build(table: ScenarioTable, path: Path) -> Scenario:
     _complete(plant, planted, path)
     rig = Rig(plant, tuple(_instrument(output, planted) for output in outputs), rate)
     _exposed(rig, planted, path)
-    return Scenario(path, table, rig, samples, targets.explained, planted)
+    return Scenario(
+        path,
+        table,
+        rig,
+        samples,
+        targets.explained,
+        planted,
+        plants.level_error(table, path)[1],
+        task(table, samples, path),
+        spread(table, path),
+    )
 
 
 def _complete(plant: Plant, planted: tuple[Planted, ...], path: Path) -> None:
@@ -105,6 +178,8 @@ def _complete(plant: Plant, planted: tuple[Planted, ...], path: Path) -> None:
     for effect_id, cause in plants.entailed(plant):
         if effect_id not in {p.effect.id for p in planted}:
             raise InputError(f"{path}: {cause}; wanted {effect_id} = {{}} in [declared] or in [undeclared]")
+    if isinstance(plant, Vehicle) and any(p.effect.id == "earth_rate" for p in planted):
+        raise InputError(f"{path}: earth_rate is no error of a [vehicle]'s gyros, which sense it; wanted it left out")
 
 
 def _targets(table: ScenarioTable, outputs: tuple[str, ...], path: Path) -> tuple[str, ...]:
@@ -130,9 +205,9 @@ def _noise(table: ScenarioTable, outputs: tuple[str, ...], path: Path) -> list[P
             if key not in NOISES:
                 raise InputError(f"{where} is no noise that is known; {nearest(name, NOISES)}")
             effect = by_key(key)
-            (value,) = parameters(effect, {effect.params[0].name: text}, Sensor(output).unit, where)
+            value = exact(effect.params[0], text, Sensor(output).unit, where)
             if not (instrument.pulses and key == "quantization"):  # whole pulses are the quantization
-                planted.append(Planted(output, effect, (value,), "noise"))
+                planted.append(Planted(output, effect, (value,), (0.0,), "noise"))
     return planted
 
 
@@ -169,17 +244,42 @@ def _entry(effect: Effect, entry: object, plant: Plant, targets: Targets, place:
     if not isinstance(entry, dict):
         raise InputError(f"{where} = {shown(entry)}; wanted a table of the effect's parameters")
     rest: dict[str, Any] = dict(entry)
-    named = rest.pop("targets", list(targets.explained))
+    rest.pop("targets", None)
     planted = []
+    for target in _named(effect, entry.get("targets"), targets, where):
+        if not rest and (told := plants.told_by(plant, effect)) is not None:
+            planted.append(Planted(target, effect, told, (0.0,) * len(told), origin, told=True))
+        else:
+            planted.append(Planted(target, effect, *parameters(effect, rest, Sensor(target).unit, where), origin))
+    return planted
+
+
+def _fitted(effect: Effect) -> bool:
+    """Whether a declared model may hold an effect: it is linear but for what is given."""
+    return not isinstance(effect, DrivenEffect) and not effect.shapes
+
+
+def _named(effect: Effect, named: object, targets: Targets, where: str) -> list[str]:
+    """Channels that have an effect: as named, else those explained that can have it."""
+    if named is None:
+        able = [target for target in targets.explained if _able(effect, target)]
+        if not able:
+            raise InputError(f"{where} is an effect of {effect.instruments[0]}s; wanted targets that can have it")
+        return able
     if named == []:
         raise InputError(f"{where}.targets = []; wanted at least one channel")
-    for target in named if isinstance(named, list) else [named]:
+    found: list[Any] = named if isinstance(named, list) else [named]
+    for target in found:
         if target not in targets.simulated:
             raise InputError(f"{where}.targets has {shown(target)}; {nearest(str(target), targets.simulated)}")
-        values = None if rest else plants.told_by(plant, effect)
-        values = parameters(effect, rest, Sensor(target).unit, where) if values is None else values
-        planted.append(Planted(target, effect, values, origin))
-    return planted
+        if not _able(effect, target):
+            raise InputError(f"{where}.targets has {target!r}; {effect.key} is an effect of {effect.instruments[0]}s")
+    return found
+
+
+def _able(effect: Effect, target: str) -> bool:
+    """Whether a channel's instrument can have an effect."""
+    return ("accelerometer" if family_name(target) == "accel" else "gyro") in effect.instruments
 
 
 def _instrument(output: str, planted: tuple[Planted, ...]) -> Fitted:

@@ -1,4 +1,4 @@
-"""The plant of a scenario: a turntable with its profile, or a base at rest; and what it entails."""
+"""The plant of a scenario: a turntable with its profile, a base at rest or a vehicle; and what it entails."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from insenv.core.earth import gravity
 from insenv.core.errors import InputError
+from insenv.core.recording import Site
 from insenv.core.units import STANDARD_GRAVITY, quantity_in
 from insenv.effects.base import Effect
 from insenv.plants import profile as profiles
@@ -17,8 +18,9 @@ from insenv.plants import thermal
 from insenv.plants.base import Plant
 from insenv.plants.static import Disturbance, StaticBase
 from insenv.plants.turntable import Encoder, Ripple, Turntable
-from insenv.scenario.schema import ProfileTable, ScenarioTable, TemperatureTable
-from insenv.scenario.values import given, not_negative, positive
+from insenv.scenario.schema import RANDOM, ProfileTable, ScenarioTable, TemperatureTable, TurntableTable
+from insenv.scenario.values import given, not_negative, positive, some, uncertain
+from insenv.scenario.vehicle import vehicle
 
 #: Keys of each profile.
 PROFILES: Mapping[str, tuple[str, ...]] = {
@@ -37,6 +39,8 @@ TEMPERATURES: Mapping[str, tuple[str, ...]] = {
     "cycle": ("levels", "slope", "soak"),
     "points": ("points",),
 }
+#: Largest level error of a table: rotations about two axes still add [rad].
+MOST_LEVEL_ERROR = np.radians(1.0)
 #: Keys that may be left out.
 _OPTIONAL: Mapping[str, tuple[str, ...]] = {"sine": ("rate",), "reversal": ("cycles",)}
 
@@ -48,12 +52,17 @@ def build(table: ScenarioTable, path: Path) -> tuple[Plant, float]:
     ------
     InputError
     """
-    if (table.table is None) == (table.base is None):
-        found = "neither" if table.table is None else "both"
-        raise InputError(f"{path}: {found} of [table] and [base] given; wanted the one that carries the instruments")
-    latitude = table.site.latitude
+    there = [name for name in ("table", "base", "vehicle") if getattr(table, name) is not None]
+    if len(there) != 1:
+        found = f"both of {' and '.join(f'[{name}]' for name in there[:2])}" if there else "none of them"
+        wanted = "the one of [table], [base] and [vehicle] that carries the instruments"
+        raise InputError(f"{path}: {found} given; wanted {wanted}")
+    if table.sight is not None and table.vehicle is None:
+        raise InputError(f"{path}: [sight] belongs to a [vehicle]; wanted one")
+    place = site(table, path)
     shared: dict[str, Any] = {
-        "latitude": None if latitude is None else _latitude(latitude, f"{path}: site.latitude"),
+        "latitude": place.latitude,
+        "gravity": place.gravity,
         "temperature": _temperature(table.temperature, f"{path}: temperature"),
         "reference_temperature": given(
             table.instrument.reference_temperature,
@@ -62,7 +71,42 @@ def build(table: ScenarioTable, path: Path) -> tuple[Plant, float]:
             298.15,
         ),
     }
+    if table.vehicle is not None:
+        return vehicle(table, shared | {"altitude": place.altitude}, path)
     return _base(table, shared, path) if table.table is None else _turntable(table, shared, path)
+
+
+def level_error(table: ScenarioTable, path: Path) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Means and standard deviations of the table's level error about east and north [rad].
+
+    Raises
+    ------
+    InputError
+    """
+    given_, where = None if table.table is None else table.table.level_error, f"{path}: table.level_error"
+    if given_ is None:
+        return (0.0, 0.0), (0.0, 0.0)
+    (east, east_sd), (north, north_sd) = (uncertain(text, "rad", f"{where}[{i}]") for i, text in enumerate(given_))
+    # Beyond it the rotations about two axes do not add any more.
+    for i, most in enumerate((abs(east) + 4 * east_sd, abs(north) + 4 * north_sd)):
+        if most > MOST_LEVEL_ERROR:
+            raise InputError(f"{where}[{i}] = {given_[i]!r}; wanted a small angle, within 1 deg at 4 deviations")
+    return (east, north), (east_sd, north_sd)
+
+
+def site(table: ScenarioTable, path: Path) -> Site:
+    """Where the plant stands. Gravity is as given, else normal gravity, else the standard one.
+
+    Raises
+    ------
+    InputError
+    """
+    named, where = table.site, f"{path}: site"
+    latitude = None if named.latitude is None else _latitude(named.latitude, f"{where}.latitude")
+    altitude = given(named.altitude, "length", f"{where}.altitude", 0.0)
+    if named.gravity is not None:
+        return Site(latitude, altitude, positive(named.gravity, "acceleration", f"{where}.gravity"))
+    return Site(latitude, altitude, STANDARD_GRAVITY if latitude is None else float(gravity(latitude, altitude)))
 
 
 def told_by(plant: Plant, effect: Effect) -> tuple[float, ...] | None:
@@ -70,7 +114,8 @@ def told_by(plant: Plant, effect: Effect) -> tuple[float, ...] | None:
     if effect.id == "base_tilt" and isinstance(plant, StaticBase):
         return (plant.gravity, *(0.0 for _ in effect.params[1:]))
     if effect.id == "earth_rate" and isinstance(plant, Turntable) and plant.latitude is not None:
-        return plant.horizontal_earth_rate
+        c, s = plant.horizontal_earth_rate
+        return float(c), float(s)
     return None
 
 
@@ -112,7 +157,6 @@ def _base(table: ScenarioTable, shared: dict[str, Any], path: Path) -> tuple[Pla
         heading=given(base.heading, "angle", f"{where}.heading", 0.0),
         pitch=given(base.pitch, "angle", f"{where}.pitch", 0.0),
         roll=given(base.roll, "angle", f"{where}.roll", 0.0),
-        gravity=_gravity(table, shared["latitude"], path),
         disturbance=Disturbance()
         if shake is None
         else Disturbance(
@@ -124,39 +168,28 @@ def _base(table: ScenarioTable, shared: dict[str, Any], path: Path) -> tuple[Pla
     return plant, positive(table.duration, "time", f"{path}: duration")
 
 
-def _gravity(table: ScenarioTable, latitude: float | None, path: Path) -> float:
-    """Local gravity: as given, else normal gravity, else the standard one."""
-    if table.site.gravity is not None:
-        return positive(table.site.gravity, "acceleration", f"{path}: site.gravity")
-    altitude = given(table.site.altitude, "length", f"{path}: site.altitude", 0.0)
-    return STANDARD_GRAVITY if latitude is None else float(gravity(latitude, altitude))
-
-
 def _turntable(table: ScenarioTable, shared: dict[str, Any], path: Path) -> tuple[Plant, float]:
     """A turntable that follows its profile."""
     turntable, where = table.table, f"{path}: table"
     assert turntable is not None
-    if table.profile is None:
-        raise InputError(f"{path}: [profile] is missing; wanted what the table is commanded to do")
-    profile = _profile(table.profile, f"{path}: profile")
+    if table.profile is None and table.task is None:
+        raise InputError(f"{path}: [profile] is missing; wanted what the table is commanded to do, or a [task]")
+    profile = profiles.rest(np.inf) if table.profile is None else _profile(table.profile, f"{path}: profile")
     known = profiles.duration(profile)
     duration = positive(table.duration, "time", f"{path}: duration", known if np.isfinite(known) else None)
-    encoder = turntable.encoder
+    drawn = turntable.azimuth == RANDOM
     plant = Turntable(
         tilt=given(turntable.tilt, "angle", f"{where}.tilt", np.pi / 2),
-        azimuth=given(turntable.azimuth, "angle", f"{where}.azimuth", 0.0),
+        azimuth=0.0 if drawn else given(turntable.azimuth, "angle", f"{where}.azimuth", 0.0),
         max_rate=positive(turntable.max_rate, "rate", f"{where}.max_rate", np.inf),
         max_acceleration=positive(
             turntable.max_acceleration, "angular acceleration", f"{where}.max_acceleration", np.inf
         ),
         ripple=_ripple(table, f"{where}.ripple"),
-        encoder=Encoder(
-            resolution=not_negative(encoder.resolution, "angle", f"{where}.encoder.resolution", 0.0),
-            noise=not_negative(encoder.noise, "angle", f"{where}.encoder.noise", 0.0),
-            eccentricity=given(encoder.eccentricity, "angle", f"{where}.encoder.eccentricity", 0.0),
-            phase=given(encoder.phase, "angle", f"{where}.encoder.phase", 0.0),
-        ),
+        encoder=_encoder(turntable, f"{where}.encoder"),
         profile=profile,
+        level_error=level_error(table, path)[0],
+        carries=("gyro",) if table.instrument.accel is None else ("gyro", "accel_x"),
         **shared,
     )
     try:
@@ -164,6 +197,17 @@ def _turntable(table: ScenarioTable, shared: dict[str, Any], path: Path) -> tupl
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     return plant, duration
+
+
+def _encoder(turntable: TurntableTable, where: str) -> Encoder:
+    encoder = turntable.encoder
+    return Encoder(
+        resolution=not_negative(encoder.resolution, "angle", f"{where}.resolution", 0.0),
+        noise=not_negative(encoder.noise, "angle", f"{where}.noise", 0.0),
+        eccentricity=given(encoder.eccentricity, "angle", f"{where}.eccentricity", 0.0),
+        phase=given(encoder.phase, "angle", f"{where}.phase", 0.0),
+        skew=not_negative(encoder.skew, "time", f"{where}.skew", 0.0),
+    )
 
 
 def _ripple(table: ScenarioTable, where: str) -> Ripple:
@@ -179,6 +223,8 @@ def _ripple(table: ScenarioTable, where: str) -> Ripple:
 
 def _profile(table: ProfileTable, where: str) -> profiles.Profile:
     """Commands of the table, some of them without end."""
+    if table.kind == "turns":
+        raise InputError(f"{where}.kind = 'turns' turns a [vehicle]; wanted another kind for a [table]")
     _only(table, PROFILES[table.kind], where)
 
     def rate(text: object, key: str) -> float:
@@ -201,7 +247,7 @@ def _profile(table: ProfileTable, where: str) -> profiles.Profile:
             raise InputError(f"{where}.cycles = {cycles}; wanted from 1 to 100000")
         return profiles.reversal(rate(table.rate, "rate"), dwell, cycles)
     rates = [rate(text, f"rates[{i}]") for i, text in enumerate(table.rates or [])]
-    return profiles.staircase(_some(rates, f"{where}.rates"), dwell)
+    return profiles.staircase(some(rates, f"{where}.rates"), dwell)
 
 
 def _steps(table: ProfileTable, where: str) -> profiles.Profile:
@@ -210,13 +256,7 @@ def _steps(table: ProfileTable, where: str) -> profiles.Profile:
         profiles.Piece(positive(time, "time", f"{where}.steps[{i}]"), given(rate, "rate", f"{where}.steps[{i}]"))
         for i, (time, rate) in enumerate(table.steps or [])
     )
-    return _some(steps, f"{where}.steps")
-
-
-def _some(items: Any, where: str) -> Any:
-    if not items:
-        raise InputError(f"{where} = []; wanted at least one entry")
-    return items
+    return some(steps, f"{where}.steps")
 
 
 def _temperature(table: TemperatureTable | None, where: str) -> thermal.Temperature:
@@ -251,11 +291,11 @@ def _cycle(table: TemperatureTable, where: str) -> thermal.Points:
     slope = quantity_in(table.slope, "K/s", f"{where}.slope")
     if not slope > 0:
         raise InputError(f"{where}.slope = {table.slope!r}; wanted more than zero")
-    return thermal.cycle(_some(levels, f"{where}.levels"), slope, not_negative(table.soak, "time", f"{where}.soak"))
+    return thermal.cycle(some(levels, f"{where}.levels"), slope, not_negative(table.soak, "time", f"{where}.soak"))
 
 
 def _points(table: TemperatureTable, where: str) -> thermal.Points:
-    points = _some(table.points, f"{where}.points")
+    points = some(table.points, f"{where}.points")
     times = tuple(not_negative(time, "time", f"{where}.points[{i}]") for i, (time, _) in enumerate(points))
     if any(b <= a for a, b in zip(times[:-1], times[1:], strict=True)):
         raise InputError(f"{where}.points has times that do not increase; wanted later times further on")

@@ -13,6 +13,20 @@ from msgspec import field
 
 from insenv.core.manifest.schema import HeldOutTable, Names, SiteTable, Table
 
+#: Azimuth of a table that nobody set: uniform on the circle, another one in every run.
+RANDOM = "random"
+
+
+#: Units of the columns, where the scenario names none.
+UNITS = {
+    "time": "s",
+    "rate": "deg/s",
+    "angle": "deg",
+    "acceleration": "m/s^2",
+    "velocity": "m/s",
+    "temperature": "degC",
+}
+
 
 class RippleTable(Table):
     """``[table.ripple]``: relative amplitude of the rate and periods per turn."""
@@ -28,13 +42,18 @@ class EncoderTable(Table):
     noise: str | None = None
     eccentricity: str | None = None
     phase: str | None = None
+    skew: str | None = None
 
 
 class TurntableTable(Table):
-    """``[table]``: ``tilt`` of the input axis above its plane, ``azimuth`` at table angle 0, limits."""
+    """``[table]``: ``tilt`` of the input axis above its plane, ``azimuth`` at table angle 0, limits.
+
+    ``azimuth`` may be "random"; ``level_error`` is a small rotation of the table about east and north.
+    """
 
     tilt: str | None = None
     azimuth: str | None = None
+    level_error: tuple[str, str] | None = None
     max_rate: str | None = None
     max_acceleration: str | None = None
     ripple: RippleTable | None = None
@@ -42,9 +61,9 @@ class TurntableTable(Table):
 
 
 class ProfileTable(Table):
-    """``[profile]``: what the table is commanded to do."""
+    """``[profile]``: what the table or the vehicle is commanded to do."""
 
-    kind: Literal["constant", "staircase", "reversal", "sine", "rest", "steps"]
+    kind: Literal["constant", "staircase", "reversal", "sine", "rest", "steps", "turns"]
     rate: str | None = None
     rates: list[str] | None = None
     dwell: str | None = None
@@ -52,6 +71,7 @@ class ProfileTable(Table):
     amplitude: str | None = None
     frequency: str | None = None
     steps: list[tuple[str, str]] | None = None
+    turns: list[tuple[str, str]] | None = None
 
 
 class DisturbanceTable(Table):
@@ -68,6 +88,76 @@ class BaseTable(Table):
     pitch: str | None = None
     roll: str | None = None
     disturbance: DisturbanceTable | None = None
+
+
+class LineTable(Table):
+    """An entry of ``vehicle.sway.lines``."""
+
+    frequency: str
+    rms: str
+
+
+class BandTable(Table):
+    """``vehicle.sway.band``: noise between two frequencies."""
+
+    low: str
+    high: str
+    rms: str
+
+
+class SwayTable(Table):
+    """``[vehicle.sway]``: about a level axis, ``arm`` below the instruments; phases differ from run to run."""
+
+    arm: tuple[str, str, str] | None = None
+    axis: str | None = None
+    lines: list[LineTable] = field(default_factory=list)
+    band: BandTable | None = None
+
+
+class ResidualTable(Table):
+    """``vehicle.residual``: the velocity that a turn ends with, and how it fades."""
+
+    velocity: str
+    time_constant: str
+
+
+class CreepTable(Table):
+    """``vehicle.creep``: the way that suspension and tyres creep after a turn."""
+
+    distance: str
+    time_constant: str
+
+
+class VehicleTable(Table):
+    """``[vehicle]``: parked, turns on the spot, with a triad of gyros and one of accelerometers, right-forward-up.
+
+    ``heading`` may be "random"; ``level_error`` is that of pitch and roll as they are told at the start.
+    """
+
+    heading: str | None = None
+    pitch: str | None = None
+    roll: str | None = None
+    max_rate: str | None = None
+    max_acceleration: str | None = None
+    level_error: tuple[str, str] | None = None
+    slope: str | None = None
+    slope_towards: str | None = None
+    deflection: tuple[str, str] | None = None
+    lever_arm: tuple[str, str, str] | None = None
+    sway: SwayTable | None = None
+    residual: ResidualTable | None = None
+    creep: CreepTable | None = None
+
+
+class SightTable(Table):
+    """``[sight]`` of a vehicle: ``orientation``, or ``position_error`` and ``distance`` that it follows from."""
+
+    installation: str
+    orientation: str | None = None
+    position_error: str | None = None
+    distance: str | None = None
+    tracking: str | None = None
+    readings: Literal["start", "turns"] = "start"
 
 
 class TemperatureTable(Table):
@@ -103,7 +193,19 @@ class InstrumentTable(Table):
     sampling: str
     reference_temperature: str | None = None
     gyro: OutputTable = field(default_factory=OutputTable)
-    accel: OutputTable = field(default_factory=OutputTable)
+    accel: OutputTable | None = None
+
+
+class TaskTable(Table):
+    """``[task]``: what an environment asks for, in steps of ``step`` until ``duration`` has passed.
+
+    ``demanded`` is the standard deviation that is wanted, ``cost`` the price of a second [nats].
+    """
+
+    kind: Literal["north-finder", "scale-factor-test", "two-position"]
+    demanded: str
+    step: str = "1 s"
+    cost: float = 0.0
 
 
 class ModelTable(Table):
@@ -130,7 +232,10 @@ class ScenarioTable(Table):
     table: TurntableTable | None = None
     profile: ProfileTable | None = None
     base: BaseTable | None = None
+    vehicle: VehicleTable | None = None
+    sight: SightTable | None = None
     temperature: TemperatureTable | None = None
+    task: TaskTable | None = None
     model: ModelTable = field(default_factory=ModelTable)
     declared: dict[str, Any] = field(default_factory=dict)
     undeclared: dict[str, Any] = field(default_factory=dict)
@@ -145,4 +250,4 @@ def family_name(target: str) -> str:
 
 def family(table: ScenarioTable, target: str) -> OutputTable:
     """The instrument that a channel belongs to."""
-    return table.instrument.accel if family_name(target) == "accel" else table.instrument.gyro
+    return table.instrument.accel or OutputTable() if family_name(target) == "accel" else table.instrument.gyro

@@ -20,22 +20,16 @@ from insenv.core.manifest.spec import CHANNELS, INCREMENTS
 from insenv.core.recording import Floats
 from insenv.core.units import scale_to_si
 from insenv.effects.base import OUTPUT, Effect
+from insenv.plants.base import Plant
+from insenv.plants.turntable import Turntable
+from insenv.plants.vehicle import Vehicle
 from insenv.rig import Readings
 from insenv.scenario.build import Scenario
-from insenv.scenario.schema import family, family_name
+from insenv.scenario.schema import RANDOM, UNITS, family, family_name
 from insenv.sensors.chain import Sensor
+from insenv.sensors.counter import count
 
 Progress = Callable[[int, int], None]
-
-#: Units of the columns, where the scenario names none.
-UNITS = {
-    "time": "s",
-    "rate": "deg/s",
-    "angle": "deg",
-    "acceleration": "m/s^2",
-    "velocity": "m/s",
-    "temperature": "degC",
-}
 
 
 @dataclass(frozen=True)
@@ -55,15 +49,10 @@ class Column:
         """Name with unit, as the file's first line has it."""
         return f"{self.name} ({self.unit})"
 
-    def shown(self, si: Floats, carry: float) -> tuple[Floats, float]:
+    def shown(self, si: Floats, phase: Floats | float) -> tuple[Floats, Floats | float]:
         """Values of the column, shape (n,), and the part of a pulse that is left over."""
         values = (si * (self.increment or 1.0) - self.offset) / self.factor
-        if not self.pulses:
-            return values, carry
-        # A counter rounds the angle that has passed, not each increment: no pulse is lost.
-        passed = carry + np.cumsum(values)
-        count = np.rint(passed)
-        return np.diff(count, prepend=0.0), float(passed[-1] - count[-1])
+        return count(values, phase) if self.pulses else (values, phase)
 
 
 def columns(scenario: Scenario) -> tuple[Column, ...]:
@@ -89,16 +78,20 @@ def columns(scenario: Scenario) -> tuple[Column, ...]:
     for name, over_interval in (("table_angle", False), ("table_rate", True), ("temperature", False)):
         if name == "temperature" and scenario.table.temperature is None:
             continue
-        if name == "temperature" or scenario.table.table is not None:
+        turns = name == "table_angle" and bool(_turns(scenario))
+        if name == "temperature" or scenario.table.table is not None or turns:
             unit = UNITS[CHANNELS[name]]
             factor, offset = scale_to_si(unit, CHANNELS[name], str(scenario.path))
             found.append(Column(name, unit, factor, offset, over_interval=over_interval))
     return tuple(found)
 
 
-def rows(stream: Iterator[Readings], cols: Sequence[Column]) -> Iterator[Floats]:
-    """Chunks of the recording, shape (n, columns), in the columns' units."""
-    carries = [0.0] * len(cols)
+def rows(stream: Iterator[Readings], cols: Sequence[Column], phases: Mapping[str, float]) -> Iterator[Floats]:
+    """Chunks of the recording, shape (n, columns), in the columns' units.
+
+    ``phases`` are the parts of a pulse that the counters hold at the start, by column.
+    """
+    carried: list[Floats | float] = [phases.get(column.name, 0.0) for column in cols]
     for readings in stream:
         chunk = np.empty((len(readings.t), len(cols)))
         for j, column in enumerate(cols):
@@ -108,7 +101,7 @@ def rows(stream: Iterator[Readings], cols: Sequence[Column]) -> Iterator[Floats]
                 si = readings.outputs[column.name]
             else:
                 si = readings.references[column.name].values
-            chunk[:, j], carries[j] = column.shown(si, carries[j])
+            chunk[:, j], carried[j] = column.shown(si, carried[j])
         yield chunk
 
 
@@ -127,17 +120,47 @@ def write_recording(scenario: Scenario, chunks: Iterator[Floats], path: Path, pr
 
 def manifest(scenario: Scenario, data: str, seed: int) -> str:
     """Text of the manifest: what is measured and declared, and nothing else."""
-    table = scenario.table
+    table, targets = scenario.table, explained(scenario)
     tables: list[tuple[str, Mapping[str, object]]] = [
         ("", {"title": table.output.title or f"Simulated recording, seed {seed}", "data": data}),
         *((f"[channels.{column.name}]", _channel(column, table.output.format)) for column in columns(scenario)),
         ("[site]", _told(table.site)),
         ("[mounting]", {"axes": "RFU"} if table.table is None else {"tilt": table.table.tilt or "90 deg"}),
         ("[model]", _model(scenario)),
-        *((f"[noise.{target}]", family(table, target).noise) for target in scenario.targets),
+        *((f"[noise.{target}]", family(table, target).noise) for target in targets),
         ("[held_out]", _told(table.held_out)),
     ]
     return toml(tables)
+
+
+def explained(scenario: Scenario) -> tuple[str, ...]:
+    """Channels that the manifest wants explained: of a vehicle that turns, the gyro along the pivot axis.
+
+    A manifest has one angle of a table, about which every gyro would turn alike.
+
+    Raises
+    ------
+    InputError
+        If others are named for a vehicle that turns.
+    """
+    if not _turns(scenario):
+        return scenario.targets
+    if scenario.table.model.target is not None and scenario.targets != (_TURNED,):
+        raise InputError(
+            f"{scenario.path}: model.target = {', '.join(scenario.targets)} of a vehicle that turns; "
+            f"wanted {_TURNED!r}, for a manifest knows a turn about one axis alone, or a [profile] without turns"
+        )
+    return (_TURNED,)
+
+
+#: Gyro of a vehicle that stands along its pivot axis.
+_TURNED = "gyro_z"
+
+
+def _turns(scenario: Scenario) -> tuple[tuple[float, float], ...]:
+    """Turns of a vehicle's profile."""
+    plant = scenario.rig.plant
+    return tuple(turn for turn in plant.profile if turn[1]) if isinstance(plant, Vehicle) else ()
 
 
 def _channel(column: Column, form: str) -> dict[str, object]:
@@ -153,9 +176,9 @@ def _channel(column: Column, form: str) -> dict[str, object]:
 
 def _model(scenario: Scenario) -> dict[str, object]:
     """Targets and declared effects; nothing of the undeclared."""
-    single = len(scenario.targets) == 1
-    entry: dict[str, object] = {"target": scenario.targets[0] if single else list(scenario.targets)}
-    entry["declared"] = list(scenario.declared)
+    targets = explained(scenario)
+    entry: dict[str, object] = {"target": targets[0] if len(targets) == 1 else list(targets)}
+    entry["declared"] = list(scenario.declared_of(targets))
     reference = scenario.table.instrument.reference_temperature
     return entry | ({"reference_temperature": reference} if reference else {})
 
@@ -166,7 +189,8 @@ def _told(table: msgspec.Struct) -> dict[str, object]:
 
 
 def truth(scenario: Scenario, seed: int) -> str:
-    """JSON with all that was simulated, in SI units."""
+    """JSON with all that was simulated in run ``seed``, in SI units."""
+    true = scenario.truth(seed)
     effects = [
         {
             "target": p.target,
@@ -177,9 +201,34 @@ def truth(scenario: Scenario, seed: int) -> str:
                 for param, value, unit in zip(p.effect.params, p.values, _units(p.target, p.effect), strict=True)
             ],
         }
-        for p in scenario.planted
+        for p in true.planted
     ]
-    return json.dumps({"schema": "insenv.truth/1", "seed": seed, "effects": effects}, indent=1) + "\n"
+    document: dict[str, object] = {"schema": "insenv.truth/1", "seed": seed, "effects": effects}
+    return json.dumps(document | _mounted(scenario, true.plant), indent=1) + "\n"
+
+
+def _mounted(scenario: Scenario, plant: Plant) -> dict[str, object]:
+    """How the table stands, where that is no figure of the scenario or is an error [rad]."""
+    if isinstance(plant, Vehicle):
+        return {"vehicle": _vehicle(plant)}
+    table = scenario.table.table
+    found: dict[str, object] = {}
+    if isinstance(plant, Turntable) and table is not None:
+        if table.azimuth == RANDOM:
+            found["azimuth"] = plant.azimuth
+        if table.level_error is not None:
+            found["level_error"] = list(plant.level_error)
+    return {"table": found} if found else {}
+
+
+def _vehicle(plant: Vehicle) -> dict[str, object]:
+    """Heading, sight and level of a vehicle in one run [rad]."""
+    found: dict[str, object] = {"heading": plant.heading}
+    if plant.sight is not None:
+        found |= {"installation_angle": plant.sight.installation, "orientation_error": plant.sight.orientation}
+    if plant.level_error is not None:
+        found["level_error"] = list(plant.level_error)
+    return found
 
 
 def _watched(chunks: Iterator[Floats], total: int, progress: Progress | None) -> Iterator[Floats]:

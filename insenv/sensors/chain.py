@@ -13,13 +13,14 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats
-from insenv.effects.base import OUTPUT, CurveEffect, Effect, LinearEffect, NoiseEffect
+from insenv.effects.base import OUTPUT, DrivenEffect, Effect
 
 
 @dataclass(frozen=True)
@@ -61,19 +62,19 @@ class Sensor:
         return tuple(p.unit.replace(OUTPUT, self.unit) for effect in self.effects for p in effect.params)
 
     @property
-    def noises(self) -> tuple[NoiseEffect, ...]:
-        """The noise effects, in order: unit normals are dealt out to them one after the other."""
-        return tuple(effect for effect in self.effects if isinstance(effect, NoiseEffect))
+    def driven(self) -> tuple[DrivenEffect, ...]:
+        """The effects driven by chance, in order: unit normals are dealt out to them one after the other."""
+        return tuple(effect for effect in self.effects if isinstance(effect, DrivenEffect))
 
     @property
     def draws(self) -> int:
-        """Unit normals per sample, over all noise effects."""
-        return sum(effect.draws for effect in self.noises)
+        """Unit normals per sample, over all of `driven`."""
+        return sum(effect.draws for effect in self.driven)
 
     @property
     def draws_at_start(self) -> int:
-        """Unit normals that `begin` takes, over all noise effects."""
-        return sum(effect.draws_at_start for effect in self.noises)
+        """Unit normals that `begin` takes, over all of `driven`."""
+        return sum(effect.draws_at_start for effect in self.driven)
 
     def theta(self, values: Sequence[Sequence[float]]) -> Floats:
         """Parameters in one vector, shape (p,), from the values of each effect in turn.
@@ -104,7 +105,7 @@ class Sensor:
         """
         states, first = [], 0
         for effect, part, _ in self._parts(theta, None):
-            if z is not None and isinstance(effect, NoiseEffect):
+            if z is not None and isinstance(effect, DrivenEffect):
                 states.append(effect.start(z[..., first : first + effect.draws_at_start]))
                 first += effect.draws_at_start
             else:
@@ -124,7 +125,7 @@ class Sensor:
         state : tuple, optional
             As returned by the call for the intervals before; None at the start of a run.
         z : ndarray, shape (..., draws, n), optional
-            Unit normals; needed where the chain has a noise effect.
+            Unit normals; needed where the chain has a `DrivenEffect`.
 
         Returns
         -------
@@ -137,19 +138,16 @@ class Sensor:
         reading, after = u, []
         for (effect, part, normals), before in zip(self._parts(theta, z), state, strict=True):
             addition, carried = effect.apply(u, motion, part, before, normals)
-            reading = reading + addition
+            # In place once the sum is an array of its own.
+            own = reading is not u and reading.shape == addition.shape
+            reading = np.add(reading, addition, out=reading if own else None)
             after.append(carried)
         return reading, tuple(after)
 
     def regressors(self, motion: Motion, theta: Floats) -> Floats:
         """Derivative of the expected output to each parameter, shape (..., n, p); zero for a noise."""
         u = self.true_input(motion)
-        columns = []
-        for effect, part, _ in self._parts(theta, None):
-            if isinstance(effect, LinearEffect | CurveEffect):
-                columns.append(effect.jacobian(u, motion, part))
-            else:
-                columns.append(np.zeros((*u.shape, len(effect.params))))
+        columns = [effect.jacobian(u, motion, part) for effect, part, _ in self._parts(theta, None)]
         if not columns:
             return np.zeros((*u.shape, 0))
         batch = np.broadcast_shapes(*(c.shape[:-1] for c in columns))
@@ -158,11 +156,19 @@ class Sensor:
     def _parts(self, theta: Floats, z: Floats | None) -> Iterator[tuple[Effect, Floats, Floats | None]]:
         """Each effect with its own parameters and its own unit normals."""
         theta = np.asarray(theta, float)
+        for effect, own, drawn in self._places:
+            yield effect, theta[..., own], None if drawn is None or z is None else z[..., drawn, :]
+
+    @cached_property
+    def _places(self) -> tuple[tuple[Effect, slice, slice | None], ...]:
+        """Each effect with the places of its parameters and of its unit normals, None where it takes none."""
+        places: list[tuple[Effect, slice, slice | None]] = []
         p = d = 0
         for effect in self.effects:
-            normals = None
-            if isinstance(effect, NoiseEffect) and z is not None:
-                normals = z[..., d : d + effect.draws, :]
-                d += effect.draws
-            yield effect, theta[..., p : p + len(effect.params)], normals
-            p += len(effect.params)
+            own, drawn = slice(p, p + len(effect.params)), None
+            if isinstance(effect, DrivenEffect):
+                drawn = slice(d, d + effect.draws)
+                d = drawn.stop
+            places.append((effect, own, drawn))
+            p = own.stop
+        return tuple(places)

@@ -1,0 +1,121 @@
+"""Table rates by the clock: one direction, half of the time each way, or a profile that was proposed.
+
+An action is (rate [rad/s], stop), shape (..., 2); the time is that of the rows recorded so far. Each asks to stop once
+its duration is over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from insenv.core.errors import InputError
+from insenv.core.estimate import Datasheet, Estimate
+from insenv.core.recording import Floats, Recording
+from insenv.core.units import DEG, quantity
+from insenv.design.table_motion import Course, back_and_forth, one_way
+
+#: The rate of the published procedure [rad/s].
+PUBLISHED_RATE = 10 * DEG
+
+
+class Clockwork:
+    """A policy that follows a course, whatever is measured.
+
+    Parameters
+    ----------
+    course : Course
+    duration : float
+        [s]
+    sampling : float
+        [Hz]; a command counts from the sample that it is nearest to.
+    """
+
+    def __init__(self, course: Course, duration: float, sampling: float) -> None:
+        self.course, self.duration, self.sampling = course, duration, sampling
+
+    def reset(self, batch: int | None = None) -> Floats:
+        """Time passed [s], for every run."""
+        return np.zeros(() if batch is None else batch)
+
+    def act(self, state: Floats, chunk: Recording | None, estimate: Estimate | None = None) -> tuple[Floats, Floats]:
+        """Rate of the course and whether its time is over, shape (..., 2); the time passed."""
+        t = 0.0 if chunk is None or not len(chunk) else float(chunk.t[-1])
+        near = t + 0.5 / self.sampling
+        action = np.array([self.course.command(near), float(near >= self.duration)])
+        return np.broadcast_to(action, (*np.shape(state), 2)).copy(), np.full(np.shape(state), t)
+
+
+class ConstantRate(Clockwork):
+    """One rate [rad/s] in one direction; a negative one is clockwise."""
+
+    def __init__(self, datasheet: Datasheet, rate: float = PUBLISHED_RATE) -> None:
+        super().__init__(one_way(checked_rate(datasheet, rate)), datasheet.duration, datasheet.sampling)
+
+
+class Bidirectional(Clockwork):
+    """Half of the time each way; the time that the table needs to turn over is shared by both halves."""
+
+    def __init__(self, datasheet: Datasheet, rate: float = PUBLISHED_RATE, reversals: int = 1) -> None:
+        rate = checked_rate(datasheet, rate)
+        course = back_and_forth(rate, datasheet.duration, reversals, datasheet.limits.acceleration)
+        super().__init__(course, datasheet.duration, datasheet.sampling)
+
+
+class Proposed(Clockwork):
+    """A profile with its quantities as texts, as closing the loop proposes it for the next experiment.
+
+    Parameters
+    ----------
+    datasheet : Datasheet
+    profile : mapping
+        Keys of a scenario's ``[profile]``: ``{"kind": "reversal", "rate": "10 deg/s", "dwell": "150 s"}`` or
+        ``{"kind": "staircase", "rates": ["10 deg/s", "5 deg/s"], "dwell": "50 s"}``.
+
+    Raises
+    ------
+    InputError
+        If it is of another kind, lacks a key, has a wrong quantity, or asks for a rate that the table has not.
+    """
+
+    def __init__(self, datasheet: Datasheet, profile: Mapping[str, Any]) -> None:
+        texts, dwell = _dwells(profile)
+        rates = [checked_rate(datasheet, way * quantity(text, "rate", "profile: rate")) for way, text in texts]
+        if not rates or not dwell > 0:
+            raise InputError(
+                f"profile: {len(rates)} rates for {dwell:g} s each given, wanted one or more for some time"
+            )
+        course = Course(tuple(dwell * k for k in range(len(rates))), tuple(rates))
+        super().__init__(course, dwell * len(rates), datasheet.sampling)
+
+
+def _dwells(profile: Mapping[str, Any]) -> tuple[Sequence[tuple[float, Any]], float]:
+    """Sign and text of each rate, and how long it is held [s]."""
+    kind = profile.get("kind")
+    needed = {"reversal": "rate", "staircase": "rates"}
+    if kind not in needed:
+        raise InputError(f"profile: kind {kind!r} given, wanted {' or '.join(needed)}")
+    for key in (needed[kind], "dwell"):
+        if key not in profile:
+            raise InputError(f"profile: a {kind} without {key!r} given, wanted it")
+    given = profile[needed[kind]]
+    texts = [(1.0, given), (-1.0, given)] if kind == "reversal" else [(1.0, text) for text in given]
+    cycles = profile.get("cycles", 1) if kind == "reversal" else 1
+    return cycles * texts, quantity(profile["dwell"], "time", "profile: dwell")
+
+
+def checked_rate(datasheet: Datasheet, rate: float) -> float:
+    """The rate, if the table has it.
+
+    Raises
+    ------
+    InputError
+        If it does not.
+    """
+    if not abs(rate) <= datasheet.limits.rate * (1 + 1e-9):
+        raise InputError(
+            f"a table rate of {rate / DEG:g} deg/s given; wanted at most {datasheet.limits.rate / DEG:g} deg/s"
+        )
+    return rate

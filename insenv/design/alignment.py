@@ -1,0 +1,201 @@
+r"""What rests and turns on the spot can tell of attitude and biases: the Cramer-Rao bound of two-position calibration.
+
+Eight states, east-north-up: misalignment phi of a static mechanisation, gyro biases eps, accelerometer biases nabla,
+
+    phi' = phi x omega_ie - C eps + w_g,   dv_E' = -g phi_N + (C nabla)_E + w_a,   dv_N' = g phi_E + (C nabla)_N + w_a,
+
+with C = C_b^n of a level body that turns about up. The velocity is seen without error, so its increments are the data;
+of white noise, none is lost to the velocity. The bound is the covariance of the Kalman filter of this linear
+Gauss-Markov model, by which no unbiased estimator does better.
+Source: Titterton and Weston, Strapdown Inertial Navigation Technology, 2nd ed. (2004), chapters 10 and 12; Kay,
+Fundamentals of Statistical Signal Processing 1 (1993), chapter 13.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from insenv.core.earth import earth_rate_enu, gravity
+from insenv.core.errors import InputError
+from insenv.core.recording import Floats
+
+#: States: phi, eps (gyro x, y, z), nabla (accelerometer x, y).
+STATES = 8
+#: Longest step of the filter: at rest and while the body turns [s].
+_STEP, _TURNING_STEP = 1.0, 0.25
+
+
+@dataclass(frozen=True)
+class Instrument:
+    """What the bound needs to know.
+
+    Attributes
+    ----------
+    latitude, altitude : float
+        [rad], [m]
+    walk, velocity_walk : float
+        Angle and velocity random walk [rad/sqrt(s)], [m/s/sqrt(s)].
+    phi_sd, gyro_sd : tuple of float
+        Prior deviations of misalignment east, north, up [rad] and of gyro biases x, y, z [rad/s].
+    accel_sd : tuple of float
+        Of accelerometer biases x, y [m/s^2].
+    """
+
+    latitude: float
+    walk: float
+    velocity_walk: float
+    phi_sd: tuple[float, float, float]
+    gyro_sd: tuple[float, float, float]
+    accel_sd: tuple[float, float]
+    altitude: float = 0.0
+
+    @property
+    def prior(self) -> Floats:
+        """Covariance before any data, shape (8, 8)."""
+        return np.diag(np.square([*self.phi_sd, *self.gyro_sd, *self.accel_sd]))
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A rest or a turn.
+
+    Attributes
+    ----------
+    duration : float
+        [s]
+    turn : float
+        Angle that is turned by, counter-clockwise [rad], at a steady rate; zero: a rest.
+    """
+
+    duration: float
+    turn: float = 0.0
+
+
+def procedure(rest: float, turns: Sequence[float], turn_s: float) -> tuple[Stretch, ...]:
+    """Equal rests of ``rest`` seconds with turns [rad] of ``turn_s`` seconds between them."""
+    found = [Stretch(rest)]
+    for turn in turns:
+        found += [Stretch(turn_s, turn), Stretch(rest)]
+    return tuple(found)
+
+
+@dataclass(frozen=True)
+class Knowledge:
+    """Covariance of the states, shape (8, 8), and of where they stood at the start, as it grows.
+
+    ``cov`` holds phi now, the biases, and phi at the start: shape (11, 11).
+    """
+
+    cov: Floats
+    heading: float = 0.0
+    time: float = 0.0
+
+    @property
+    def installation(self) -> float:
+        """Deviation of phi_U at the start, the inertial part of the installation angle's [rad]."""
+        return float(np.sqrt(self.cov[10, 10]))
+
+    @property
+    def sd(self) -> Floats:
+        """Deviations of phi at the start (3), gyro biases (3), accelerometer biases (2)."""
+        deviation = np.sqrt(np.diagonal(self.cov))
+        return np.concatenate([deviation[8:], deviation[3:8]])
+
+
+def unknowing(instrument: Instrument, heading: float = 0.0) -> Knowledge:
+    """Before any data: phi now is phi at the start."""
+    cov = np.zeros((11, 11))
+    cov[:8, :8] = instrument.prior
+    cov[8:, 8:] = cov[8:, :3] = cov[:3, 8:] = instrument.prior[:3, :3]
+    return Knowledge(cov, heading)
+
+
+def bound(
+    instrument: Instrument, stretches: Sequence[Stretch], heading: float = 0.0, turning_data: bool = True
+) -> Knowledge:
+    """Knowledge after a procedure.
+
+    Parameters
+    ----------
+    instrument : Instrument
+    stretches : sequence of Stretch
+    heading : float
+        At the start, clockwise from north [rad].
+    turning_data : bool
+        Whether the velocities of the turns are data: an ideal body turns about its accelerometers.
+
+    Raises
+    ------
+    InputError
+        If a duration is negative.
+    """
+    known = unknowing(instrument, heading)
+    for stretch in stretches:
+        known = last(after(instrument, known, stretch, turning_data), known)
+    return known
+
+
+def last(steps: Iterator[Knowledge], before: Knowledge) -> Knowledge:
+    """The last of some steps; what was known before if there is none."""
+    for before in steps:  # noqa: B007, B020
+        pass
+    return before
+
+
+def after(
+    instrument: Instrument, known: Knowledge, stretch: Stretch, turning_data: bool = False
+) -> Iterator[Knowledge]:
+    """Knowledge after each step of a stretch; steps of at most a second."""
+    if not stretch.duration >= 0:
+        raise InputError(f"a stretch of {stretch.duration:g} s given; wanted zero or more")
+    longest = _TURNING_STEP if stretch.turn else _STEP
+    steps = int(np.ceil(stretch.duration / longest - 1e-9))
+    rate = earth_rate_enu(instrument.latitude)
+    g = float(gravity(instrument.latitude, instrument.altitude))
+    cov, heading, time = known.cov, known.heading, known.time
+    left = stretch.duration
+    for k in range(steps):
+        dt = longest if k < steps - 1 else left
+        left -= dt
+        share = stretch.turn * dt / stretch.duration
+        F, H, Q, R, cross = _step(instrument, heading - 0.5 * share, dt, rate, g)
+        if stretch.turn and not turning_data:
+            cov = F @ cov @ F.T + Q
+        else:
+            S = H @ cov @ H.T + R
+            lean = F @ cov @ H.T + cross
+            cov = F @ cov @ F.T + Q - lean @ np.linalg.solve(S, lean.T)
+        cov = 0.5 * (cov + cov.T)
+        heading, time = heading - share, time + dt
+        yield Knowledge(cov, heading, time)
+
+
+def _step(
+    instrument: Instrument, heading: float, dt: float, rate: Floats, g: float
+) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    """Transition, regressor of the velocity's increment, and the noise of both with its covariance.
+
+    The walk of the attitude within the step is seen by the increment as well: hence the covariance.
+    """
+    c, s = np.cos(heading), np.sin(heading)
+    C = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    n, u = rate[1], rate[2]
+    W = np.array([[0.0, u, -n], [-u, 0.0, 0.0], [n, 0.0, 0.0]])  # phi x omega
+    F = np.eye(11)
+    F[:3, :3] += W * dt + 0.5 * W @ W * dt * dt
+    F[:3, 3:6] = -C * dt - 0.5 * W @ C * dt * dt
+    G = np.array([[0.0, -g, 0.0], [g, 0.0, 0.0]])
+    H = np.zeros((2, 11))
+    H[:, :3] = G @ (np.eye(3) * dt + 0.5 * W * dt * dt)
+    H[:, 3:6] = -0.5 * G @ C * dt * dt
+    H[:, 6:8] = C[:2, :2] * dt
+    q = instrument.walk**2
+    Q = np.zeros((11, 11))
+    Q[range(3), range(3)] = q * dt
+    R = np.eye(2) * (instrument.velocity_walk**2 * dt + q * g * g * dt**3 / 3)
+    cross = np.zeros((11, 2))
+    cross[:3] = G.T * (q * dt * dt / 2)
+    return F, H, Q, R, cross

@@ -1,0 +1,143 @@
+"""Rows of runs through steps, stops and resets: the mutable edge of a task.
+
+Rows that began together stand in one `insenv.envs.group.Group`, with the generators of their unit normals
+beside it. As long as all rows begin and end together there is one group, and no row is copied; a row that
+stops early, or is reset alone, leaves its group.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from insenv.core.recording import Floats
+from insenv.envs import task as tasks
+from insenv.envs.group import Blocks, Flags, Group, Index, Seen
+from insenv.envs.task import Task
+from insenv.rig import Normals
+
+
+@dataclass(frozen=True)
+class Part:
+    """What the rows ``index`` of a batch saw in a step, and whether it was their last.
+
+    ``group`` is their state afterwards; rows that ended are in it still.
+    """
+
+    index: Index
+    group: Group
+    seen: Seen
+    terminated: bool = False
+    truncated: bool = False
+
+
+@dataclass(frozen=True)
+class Place:
+    """Rows of the batch, their state and the generators of their unit normals."""
+
+    index: Index
+    group: Group
+    normals: Normals
+
+
+class Batch:
+    """``size`` rows of runs of a task.
+
+    Attributes
+    ----------
+    task : Task
+    size : int
+    alive : ndarray of bool, shape (size,)
+        Rows that have begun and not ended.
+    """
+
+    def __init__(self, task: Task, size: int) -> None:
+        self.task, self.size = task, size
+        self.alive: Flags = np.zeros(size, bool)
+        self._places: tuple[Place, ...] = ()
+
+    def begin(self, index: Index, seeds: Sequence[int]) -> Part:
+        """Begin the rows ``index`` anew, as the runs ``seeds``; what they were doing is given up."""
+        self.leave(index)
+        rig = self.task.world.cast(seeds)
+        normals = Normals(rig, seeds)
+        group, seen = tasks.begin(self.task, seeds, rig, normals.start())
+        self._places = (*self._places, Place(index, group, normals))
+        self.alive[index] = True
+        return Part(index, group, seen)
+
+    def leave(self, index: Index) -> None:
+        """End the rows ``index`` where they are."""
+        leaving = np.zeros(self.size, bool)
+        leaving[index] = True
+        self.alive[index] = False
+        staying = (self._without(place, leaving[place.index]) for place in self._places)
+        self._places = tuple(place for place in staying if place is not None)
+
+    def step(self, actions: Floats) -> tuple[Part, ...]:
+        """One step of all rows that are alive, with actions of shape (size, a), checked.
+
+        Where it fails all runs are over: some may have gone on, and others not.
+        """
+        places, self._places = self._places, ()
+        before = self.alive
+        self.alive = np.zeros(self.size, bool)
+        parts: list[Part] = []
+        staying: list[Place] = []
+        for place in places:
+            command, stops = self.task.world.command(actions[place.index])
+            remaining: Place | None = place
+            if np.count_nonzero(stops):
+                parts.append(_stopped(self.task, place, np.flatnonzero(stops)))
+                remaining = self._without(place, stops)
+                command = command[~stops]
+            if remaining is None:
+                continue
+            z = remaining.normals.draw(self.task.samples)
+            group, seen = tasks.advance(self.task, remaining.group, command, z)
+            ended = group.passed == self.task.steps
+            parts.append(Part(remaining.index, group, seen, truncated=ended))
+            if not ended:
+                staying.append(Place(remaining.index, group, remaining.normals))
+        for part in parts:
+            if part.terminated or part.truncated:
+                before[part.index] = False
+        self._places, self.alive = tuple(staying), before
+        return tuple(parts)
+
+    def _without(self, place: Place, leaving: Flags) -> Place | None:
+        """A place without the rows that leave it, None where none stays."""
+        if not leaving.any():
+            return place
+        kept = np.flatnonzero(~leaving)
+        if not len(kept):
+            return None
+        return Place(place.index[kept], tasks.part(self.task, place.group, kept), place.normals.rows(kept))
+
+
+def gathered(parts: Sequence[Part], size: int) -> tuple[Blocks, Floats, Flags, Flags]:
+    """Observations, rewards and the two flags of all parts, by row of the batch; zero where no part has it.
+
+    Where one part has all rows its arrays are given as they are.
+    """
+    terminated, truncated = np.zeros(size, bool), np.zeros(size, bool)
+    for part in parts:
+        terminated[part.index], truncated[part.index] = part.terminated, part.truncated
+    if len(parts) == 1 and len(parts[0].index) == size:
+        return parts[0].seen.observation, parts[0].seen.reward, terminated, truncated
+    reward = np.zeros(size)
+    seen = {key: np.zeros((size, *block.shape[1:]), block.dtype) for key, block in parts[0].seen.observation.items()}
+    for part in parts:
+        reward[part.index] = part.seen.reward
+        for key, block in part.seen.observation.items():
+            seen[key][part.index] = block
+    return seen, reward, terminated, truncated
+
+
+def _stopped(task: Task, place: Place, index: Index) -> Part:
+    """The end of some rows of a place."""
+    group, seen = tasks.stop(task, place.group)
+    observation = {key: block[index] for key, block in seen.observation.items()}
+    return Part(place.index[index], tasks.part(task, group, index), Seen(observation, seen.reward[index]), True)

@@ -1,0 +1,160 @@
+r"""What an estimator makes of a run, as an observation and as a reward.
+
+    belief = (mean, sd),   gain = sum_q ln(sd_before / sd_after),   price = sum_q (error_q / demanded_q)^2
+
+The gain is the information won on each quantity, in nats; the price of the true error is taken at the end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from insenv.core.errors import InputError
+from insenv.core.estimate import Datasheet, Estimate, Estimator
+from insenv.core.plugins import ESTIMATORS, find
+from insenv.core.recording import Floats, Recording
+
+#: No deviation is taken for smaller than this share of the prior one: its logarithm stays finite.
+LEAST_SHARE = 1e-12
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A quantity of interest.
+
+    Attributes
+    ----------
+    name : str
+    prior : float
+        Standard deviation before anything is measured: none that is larger is shown.
+    limit : float
+        Its mean lies within plus and minus this.
+    demanded : float
+        Standard deviation that is wanted.
+    circular : bool
+        Whether it is an angle on the full circle: errors are wrapped.
+    """
+
+    name: str
+    prior: float
+    limit: float
+    demanded: float
+    circular: bool = False
+
+    def error(self, mean: Floats, true: Floats) -> Floats:
+        """Mean minus truth, wrapped into [-pi, pi) on a circle."""
+        error = mean - true
+        return (error + np.pi) % (2 * np.pi) - np.pi if self.circular else error
+
+
+@dataclass(frozen=True)
+class Judge:
+    """An estimator by name, watched: what it does wrong is said of it in one sentence.
+
+    Attributes
+    ----------
+    name : str
+    estimator : Estimator
+    quantities : tuple of Quantity
+        What it is asked for.
+    """
+
+    name: str
+    estimator: Estimator
+    quantities: tuple[Quantity, ...]
+
+    def begin(self, batch: int) -> Any:
+        """State before any data."""
+        return self._asked("reset", self.estimator.reset, batch)
+
+    def update(self, state: Any, chunk: Recording) -> Any:
+        """State after a chunk."""
+        return self._asked("update", self.estimator.update, state, chunk)
+
+    def estimate(self, state: Any, batch: int) -> Estimate:
+        """What is known of so many runs.
+
+        Raises
+        ------
+        InputError
+            If it is no `Estimate`, or has not the shape of the batch.
+        """
+        estimate: Estimate = self._asked("estimate", self.estimator.estimate, state)
+        if not isinstance(estimate, Estimate):
+            raise InputError(f"estimator {self.name!r} returned a {type(estimate).__name__}; wanted an Estimate")
+        k = len(estimate.names)
+        if np.shape(estimate.mean) != (batch, k) or np.shape(estimate.cov) != (batch, k, k):
+            raise InputError(
+                f"estimator {self.name!r} returned a mean of shape {np.shape(estimate.mean)} and a covariance of "
+                f"shape {np.shape(estimate.cov)}; wanted {(batch, k)} and {(batch, k, k)}"
+            )
+        return estimate
+
+    def belief(self, estimate: Estimate) -> tuple[Floats, Floats]:
+        """Means and standard deviations of the quantities, each of shape (R, k), a new array.
+
+        Raises
+        ------
+        InputError
+            If the estimator does not tell them, or says NaN.
+        """
+        batch = len(estimate.mean)
+        means, deviations = np.empty((batch, len(self.quantities))), np.empty((batch, len(self.quantities)))
+        for j, q in enumerate(self.quantities):
+            try:
+                mean, sd = estimate.of(q.name)
+            except KeyError as error:
+                raise InputError(f"estimator {self.name!r}: {error.args[0]}; wanted {q.name!r}") from None
+            if not np.all(np.isfinite(mean)) or np.any(np.isnan(sd)):
+                raise InputError(
+                    f"estimator {self.name!r} returned {_odd(mean, sd)} of {q.name!r}; wanted a finite mean and "
+                    f"a standard deviation of zero or more"
+                )
+            means[:, j] = np.clip(mean, -q.limit, q.limit)
+            deviations[:, j] = np.clip(sd, LEAST_SHARE * q.prior, q.prior)
+        return means, deviations
+
+    def price(self, means: Floats, truth: Mapping[str, Floats]) -> Floats:
+        """Squared true errors in units of what is demanded, shape (R,)."""
+        total = np.zeros(len(means))
+        for j, q in enumerate(self.quantities):
+            total += (q.error(means[:, j], truth[q.name]) / q.demanded) ** 2
+        return total
+
+    def _asked(self, method: str, call: Callable[..., Any], *given: Any) -> Any:
+        """What the plug-in answers; whatever it raises is an error of the plug-in, by name."""
+        try:
+            # A deviation of zero or without bound is checked afterwards, and is no reason for a warning here.
+            with np.errstate(invalid="ignore"):
+                return call(*given)
+        except Exception as error:
+            text = " ".join(str(error).split()) or "no message"
+            raise InputError(f"estimator {self.name!r} failed in {method}: {type(error).__name__}: {text}") from error
+
+
+def _odd(mean: Floats, sd: Floats) -> str:
+    """The first row that cannot be used, in words."""
+    row = int(np.flatnonzero(~np.isfinite(mean) | np.isnan(sd))[0])
+    return f"mean {np.ravel(mean)[row]:g} and deviation {np.ravel(sd)[row]:g}"
+
+
+def judge(name: str, datasheet: Datasheet, quantities: tuple[Quantity, ...]) -> Judge:
+    """The estimator of that name, told what the datasheet says.
+
+    Raises
+    ------
+    InputError
+        If it is not installed or refuses the datasheet.
+    """
+    made = find(ESTIMATORS, name)
+    try:
+        estimator = made(datasheet)
+    except InputError:
+        raise
+    except Exception as error:
+        raise InputError(f"estimator {name!r} failed when it was made: {type(error).__name__}: {error}") from error
+    return Judge(name, estimator, quantities)
