@@ -2,10 +2,10 @@ r"""Two-position calibration from the whole record at once: Gauss-Newton with pr
 
 The mean velocities of blocks of `BLOCK` at rest are a function of x (see `estimators.alignment`), of a velocity of its
 own for each rest, and of noise: angle random walk, velocity random walk, and a white velocity that sway makes, whose
-size the scatter of the blocks tells. `estimators.two_position_joint_kernel` whitens it exactly; the velocity of the
-turns is not used (a lever arm of 0.5 m would cost 62 arcmin). The vertical gyro bias is held by its prior: without one
-the estimate is worse than the published method. Any number of rests up to `alignment_kernel.RESTS`; memory: 104 bytes
-for each block of a run.
+size the scatter of the blocks tells; for a few seconds after a turn more, for the vehicle may still be moving.
+`estimators.two_position_joint_kernel` whitens it. The velocity of the turns is not used (a lever arm of 0.5 m costs
+62 arcmin). The vertical gyro bias is held by its prior: without one the estimate is worse than the published method.
+The first `alignment_kernel.RESTS` rests are used; memory: 104 bytes for each block of a run.
 Source: S. M. Kay, Fundamentals of Statistical Signal Processing 1 (1993), sections 8.9 and 13.
 """
 
@@ -23,6 +23,8 @@ from insenv.core.recording import Floats
 
 #: Length of a block [s].
 BLOCK = 1.0
+#: Motion that a turn may leave where nothing else is said: speed [m/s] and time constant [s].
+RESIDUAL = (0.003, 2.0)
 #: Gauss-Newton steps.
 STEPS = 3
 
@@ -36,6 +38,8 @@ class TwoPositionJoint(Alignment):
         As of `Alignment`.
     sway : float, optional
         White part of the mean velocity of a block [m/s]; None: from the scatter of the blocks.
+    residual : tuple of float
+        Motion that a turn may leave: its speed at first [m/s] and its time constant [s].
     """
 
     block = BLOCK
@@ -46,11 +50,12 @@ class TwoPositionJoint(Alignment):
         sighting: Sighting | None = None,
         settle: float = 0.0,
         sway: float | None = None,
+        residual: tuple[float, float] = RESIDUAL,
     ) -> None:
         super().__init__(datasheet, sighting, settle)
         if sway is not None and not sway >= 0:
             raise InputError(f"a sway of {sway:g} m/s given; wanted zero or more")
-        self.sway = sway
+        self.sway, self.residual = sway, residual
 
     def estimate(self, state: Aligned) -> Estimate:
         """What is known now; the prior before data."""
@@ -66,7 +71,7 @@ class TwoPositionJoint(Alignment):
         runs = len(mean)
         normal, walk = np.empty((runs, 9, 9)), np.empty((runs, 2, 10))
         told = self.told
-        noise = ((told.gravity * told.walk) ** 2, told.velocity_walk**2, told.dt)
+        noise = ((told.gravity * told.walk) ** 2, told.velocity_walk**2, told.dt, *self.residual)
         sway, x = self._sway(cells, noise), mean.copy()
         root: Any = np.linalg.cholesky(prior)
         scratch = np.empty((6, 3, 3)), np.empty(9), np.empty(9), np.empty(2), np.empty((2, 8)), np.empty((2, 4, 9))
@@ -87,7 +92,7 @@ class TwoPositionJoint(Alignment):
         cov[:, 8:, 8:] = walk[:, :, 9:] * np.eye(2) + lean @ spread @ _t(lean)
         return x, walk[:, :, 8].copy(), cov
 
-    def _sway(self, cells: Floats, noise: tuple[float, float, float]) -> Floats:
+    def _sway(self, cells: Floats, noise: tuple[float, ...]) -> Floats:
         """Variance of the white part of the mean velocities, shape (R,)."""
         if self.sway is not None:
             return np.full(len(cells), self.sway**2)

@@ -16,6 +16,8 @@ and q_v the densities,
 
 from __future__ import annotations
 
+import math
+
 from estimators.alignment_kernel import CELL, END, J_END, MEAN, WHERE, jit
 from estimators.alignment_model import force
 
@@ -45,18 +47,18 @@ def gather(  # noqa: C901, PLR0912, PLR0913, PLR0915 -- one loop over blocks; sc
 ):
     """Normal equations of the residual at x, and the walk's force now.
 
-    x : (R, 8). cells : (R, K, CELL). sway : (R,), variance of the white part. noise : (q_a, q_v, sampling interval):
-    the mean is that of samples at the ends of their intervals.
+    x : (R, 8). cells : (R, K, CELL). sway : (R,), variance of the white part. noise : q_a, q_v,
+    sampling interval (a mean is of samples at the ends of theirs), speed and time constant of what a turn leaves.
     normal : (R, 9, 9), sums of whitened products, the residual last. walk : (R, 2, 10), for each channel the force
     of regressors and residual, and its variance. line : scratch of shape (2, 4, 9): velocity, force of noise filter,
     and model's velocity. The rest is scratch, or as in `force`.
     """
-    qa, qv, dt = noise
+    qa, qv, dt, speed, tau = noise
     for i in range(x.shape[0]):
         normal[i, :, :] = 0.0
         line[:, :, :] = 0.0
         p00, p01, p11 = 0.0, 0.0, 0.0
-        rest, before = -1.0, 0.0
+        rest, before, began = -1.0, 0.0, 0.0
         for k in range(cells.shape[1]):
             cell = cells[i, k]
             if cell[WHERE] < 0.0:
@@ -67,6 +69,8 @@ def gather(  # noqa: C901, PLR0912, PLR0913, PLR0915 -- one loop over blocks; sc
             if cell[WHERE] != rest or start - before > 0.5 * T:
                 p11 += qa * (start - before)
                 p00, p01 = FREE, 0.0
+                if cell[WHERE] != rest:
+                    began = start
                 rest = cell[WHERE]
                 line[:, 0, :] = 0.0
                 line[:, 2, :] = 0.0
@@ -78,7 +82,10 @@ def gather(  # noqa: C901, PLR0912, PLR0913, PLR0915 -- one loop over blocks; sc
             force(x[i], 0.5 * (start + end), turned, held, numbers, work, f, D)
             # Prediction shared by all columns: z = v + a T / 2.
             n0, n1 = qv * T / 2 + qa * T**3 / 8, qa * T * T / 6
-            s = p00 + p01 * T + p11 * T * T / 4 + qv * T / 3 + qa * T**3 / 20 + sway[i]
+            white = sway[i]
+            if rest > 0.0:
+                white += (speed * math.exp((began - start) / tau)) ** 2
+            s = p00 + p01 * T + p11 * T * T / 4 + qv * T / 3 + qa * T**3 / 20 + white
             c0 = p00 + 1.5 * T * p01 + 0.5 * T * T * p11 + n0
             c1 = p01 + 0.5 * T * p11 + n1
             k0, k1 = c0 / s, c1 / s

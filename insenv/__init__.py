@@ -26,7 +26,7 @@ def _register() -> None:
     """Tell gymnasium of the environments, by name: what they need is imported when one is made."""
     from gymnasium.envs.registration import register, registry
 
-    for name, module in (("NorthFinder", "north_finder"), ("TwoPosition", "two_position")):
+    for name, module in (("NorthFinder", "north_finder"), ("TwoPosition", "two_position"), ("RateTable", "rate_table")):
         if f"insenv/{name}-v0" not in registry:
             register(
                 id=f"insenv/{name}-v0",

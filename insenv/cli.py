@@ -18,15 +18,21 @@ from insenv.core.errors import InputError
 
 
 class Progress:
-    """Says on standard error what is being done, once the work has lasted longer than two seconds."""
+    """Says on standard error what is being done, once the work has lasted longer than two seconds.
 
-    def __init__(self) -> None:
-        self._start = time.monotonic()
+    Nothing is said within ``pause`` seconds of what was said before.
+    """
+
+    def __init__(self, pause: float = 0.0) -> None:
+        self._start = self._said = time.monotonic()
+        self._pause = pause
 
     def __call__(self, text: str) -> None:
         """Say ``text``."""
-        elapsed = time.monotonic() - self._start
-        if elapsed > 2:
+        now = time.monotonic()
+        elapsed = now - self._start
+        if elapsed > 2 and now - self._said >= self._pause:
+            self._said = now
             click.echo(f"[{elapsed:5.1f} s] {text}", err=True)
 
 
@@ -70,6 +76,45 @@ def close_loop(
     found = close(manifest, None if effects is None else effects.split(","), alpha, seed, Progress())
     # Files first, and of them the one that takes time: a pipe that breaks or Ctrl-C then costs neither half.
     if html_path is not None:
+        write_html(found, html_path)
+    if json_path is not None:
+        write_json(found, json_path)
+    click.echo(summary(found))
+    if html_path is not None:
+        click.echo(f"\nReport: {html_path.resolve()}")
+
+
+@insenv.command("rate-test")
+@click.argument("manifests", nargs=-1, required=True, metavar="MANIFEST...")
+@click.option("--json", "json_path", type=click.Path(path_type=Path), help="Write the results as JSON.")
+@click.option("--html", "html_path", type=click.Path(path_type=Path), help="Write a test report in one HTML file.")
+@click.option(
+    "--zeros",
+    default="auto",
+    show_default=True,
+    help="Static output to take off: auto, ends, interleaved, none.",
+)
+@click.option("--warm-up", default="0 s", show_default=True, help="Time after each power-up that the bias leaves out.")
+def rate_test(
+    manifests: tuple[str, ...], json_path: Path | None, html_path: Path | None, zeros: str, warm_up: str
+) -> None:
+    """Evaluate rate tests: scale factor, nonlinearity, bias and its stability, several instruments side by side.
+
+    Each MANIFEST is a TOML file with the test of one gyro.
+    """
+    from insenv.core.units import quantity
+    from insenv.rate_test import rate_test as run
+    from insenv.report.rate_test import summary, write_html, write_json
+
+    for path in (json_path, html_path):
+        _check_folder(path)
+    if json_path is not None and html_path is not None and json_path.resolve() == html_path.resolve():
+        raise InputError(f"{json_path}: named for the JSON and for the HTML; wanted two files")
+    left_out = quantity(warm_up, "time", "--warm-up")
+    say = Progress(2.0)
+    found = [run(manifest, zeros=zeros, warm_up=left_out, progress=say) for manifest in manifests]
+    if html_path is not None:
+        say("writing the report")
         write_html(found, html_path)
     if json_path is not None:
         write_json(found, json_path)

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import accumulate, pairwise
 from typing import Any
@@ -87,19 +87,28 @@ class Normals:
             seeds = range(int(seeds), int(seeds) + (1 if batch is None else batch))
         self._seeds = tuple(seeds)
         self._sensors = tuple(fitted.sensor for fitted in rig.instruments)
-        places = [(0, 0, d) for d in range(rig.plant.draws)]
+        places, self._every = [(0, 0, d) for d in range(rig.plant.draws)], [1] * rig.plant.draws
         for i, sensor in enumerate(self._sensors, start=1):
             places += [(i, j, d) for j, effect in enumerate(sensor.driven) for d in range(effect.draws)]
+            self._every += [effect.every for effect in sensor.driven for _ in range(effect.draws)]
         self._streams = [[_stream(s, place) for place in places] for s in self._seeds]
         self._ahead = np.empty((len(self._seeds), len(places), 0))
+        self._read_so_far, self._last = 0, np.zeros((len(self._seeds), len(places)))
 
-    def start(self) -> tuple[Floats | None, ...]:
-        """Unit normals of each sensor's first state, shape (..., draws_at_start); the same at every call."""
+    def start(self, power_ups: Sequence[int] | None = None) -> tuple[Floats | None, ...]:
+        """Unit normals of each sensor's first state, shape (..., draws_at_start); the same at every call.
+
+        ``power_ups`` are the numbers of the power-up of each run, from 1 (None): each has a first state of its own.
+        """
+        numbers = [1] * len(self._seeds) if power_ups is None else power_ups
         dealt = []
         for i, sensor in enumerate(self._sensors, start=1):
             rows = [
-                [_stream(s, (i, j, e.draws)).standard_normal(e.draws_at_start) for j, e in enumerate(sensor.driven)]
-                for s in self._seeds
+                [
+                    _stream(s, (i, j, e.draws, *((int(p),) if p > 1 else ()))).standard_normal(e.draws_at_start)
+                    for j, e in enumerate(sensor.driven)
+                ]
+                for s, p in zip(self._seeds, numbers, strict=True)
             ]
             z = np.array([np.concatenate([*row, []]) for row in rows])
             dealt.append(z if self._batched else z[0])
@@ -120,6 +129,7 @@ class Normals:
         kept._seeds = tuple(self._seeds[i] for i in index)
         kept._streams = [self._streams[i] for i in index]
         kept._ahead = self._ahead[index]
+        kept._last = self._last[index]
         return kept
 
     def _read(self, n: int) -> None:
@@ -127,13 +137,28 @@ class Normals:
         left = self._ahead.shape[-1]
         z = np.empty((*self._ahead.shape[:2], n))
         z[..., :left] = self._ahead
-        for row, streams in zip(z, self._streams, strict=True):
-            for line, stream in zip(row, streams, strict=True):
-                stream.standard_normal(out=line[left:])
-        self._ahead = z
+        for row, streams, last in zip(z, self._streams, self._last, strict=True):
+            for j, (line, stream, every) in enumerate(zip(row, streams, self._every, strict=True)):
+                if every == 1:
+                    stream.standard_normal(out=line[left:])
+                else:
+                    last[j] = _repeated(stream, line[left:], -self._read_so_far % every, every, last[j])
+        self._ahead, self._read_so_far = z, self._read_so_far + n - left
 
 
-def _stream(seed: int, place: tuple[int, int, int]) -> np.random.Generator:
+def _repeated(stream: np.random.Generator, line: Floats, first: int, every: int, last: float) -> float:
+    """Fill a line with unit normals that stand for ``every`` samples each, and return the last of them.
+
+    ``last`` stands for ``first`` samples yet.
+    """
+    line[:first] = last
+    rest = line[first:]
+    drawn = stream.standard_normal(-(-len(rest) // every))
+    rest[:] = np.repeat(drawn, every)[: len(rest)]
+    return float(drawn[-1]) if len(drawn) else last
+
+
+def _stream(seed: int, place: tuple[int, ...]) -> np.random.Generator:
     """Generator of run ``seed`` for one draw of one noise of one instrument (0: the plant)."""
     return np.random.Generator(np.random.SFC64(np.random.SeedSequence(seed, spawn_key=place)))
 
@@ -191,7 +216,8 @@ class Rig:
         scene, plant = self.plant.advance(state.plant, command, t, z[..., own, :])
         outputs, after = {}, []
         for fitted, before, drawn in zip(self.instruments, state.sensors, others, strict=True):
-            sensor, motion = fitted.sensor, scene.motions[fitted.sensor.target]
+            sensor = fitted.sensor
+            motion = replace(scene.motions[sensor.target], step=1 / self.rate)
             if not state.samples:
                 before = _first_state(fitted, motion, before)
             reading, carried = sensor.measure(motion, fitted.theta, before, z[..., drawn, :])

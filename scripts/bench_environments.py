@@ -33,7 +33,9 @@ def stepping() -> Iterator[Line]:
     """Whole episodes of the north finder in its vector form, steps of 100 samples; beside it Gymnasium's loop."""
     native = gymnasium.make_vec("insenv/NorthFinder-v0", num_envs=VECTOR)
     sync = gymnasium.vector.SyncVectorEnv(VECTOR * [NorthFinderEnv])
-    ours, theirs = (VECTOR / _step_time(envs, steps) for envs, steps in ((native, EPISODE), (sync, 20)))
+    actions = np.zeros((VECTOR, 2))
+    actions[:, 0] = np.radians(10.0)
+    ours, theirs = (VECTOR / step_time(envs, actions, steps) for envs, steps in ((native, EPISODE), (sync, 20)))
     yield Line(
         f"NorthFinder-v0, vector form, {VECTOR} rows, steps",
         f"{ours / 1e3:.0f} k/s",
@@ -44,10 +46,10 @@ def stepping() -> Iterator[Line]:
     )
 
 
-def _step_time(envs: gymnasium.vector.VectorEnv[dict[str, Floats], Floats, Floats], steps: int) -> float:
+def step_time(
+    envs: gymnasium.vector.VectorEnv[dict[str, Floats], Floats, Floats], actions: Floats, steps: int
+) -> float:
     """CPU time of a step [s]: mean over an episode, which holds what is read ahead; the least of several."""
-    actions = np.zeros((VECTOR, 2))
-    actions[:, 0] = np.radians(10.0)
     means = []
     for _ in range(6):
         envs.reset(seed=0)

@@ -10,7 +10,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from north_finder_runs import Procedure, play
-from north_finder_tables import TAU, Section, ramp
+from north_finder_tables import TAU, ramp
+from result_page import Section
 
 from estimators.rate_policies import ConstantRate
 from estimators.revolution import Revolution
@@ -68,7 +69,7 @@ def turns(change: float, minutes: float, seed: int, tau: float = TAU) -> Turns:
     return Turns(middle, np.diff(read) / true - 1, -reached * np.exp(-middle / tau))
 
 
-def figure_2(seed: int) -> tuple[Section, dict[str, Figure]]:
+def figure_2(seed: int) -> Section:
     """Scale factor of 1.2 h, per revolution."""
     found = turns(10.0, 72.0, seed)
     drawn, (ax,) = _panels(1)
@@ -77,16 +78,16 @@ def figure_2(seed: int) -> tuple[Section, dict[str, Figure]]:
     ax.set(xlabel="time since switching on [min]", ylabel=_SCALE)
     ax.legend(frameon=False)
     scatter = float(np.std(found.measured - found.true) / PPM)
-    section = Section(
+    return Section(
         "Figure 2: scale factor of a gyro that warms up",
         ("The paper's gyro changes by more than 10 ppm in 1.2 h; here it is told to change by 10 ppm.",),
         f"Single revolutions scatter by {scatter:.2f} ppm about the true scale factor: pulses at both ends, random "
         "walk.",
+        {"north_finder_fig2": drawn},
     )
-    return section, {"north_finder_fig2": drawn}
 
 
-def figure_5(seed: int) -> tuple[Section, dict[str, Figure]]:
+def figure_5(seed: int) -> Section:
     """Scale factor that changes by 10 ppm in 1 h, as `revolution` finds it on line."""
     middle, all_found = _on_line(range(seed, seed + _RUNS))
     true = -10 * PPM / -np.expm1(-3600 / TAU) * np.exp(-middle / TAU)
@@ -100,13 +101,13 @@ def figure_5(seed: int) -> tuple[Section, dict[str, Figure]]:
     bottom.plot(middle / 60, error, ".-", color=_GREY, ms=4, lw=0.8)
     bottom.set(xlabel="time since switching on [min]", ylabel="error [ppm]")
     rms, largest = float(np.sqrt(np.mean(errors**2))), float(np.abs(errors).max())
-    section = Section(
+    return Section(
         "Figure 5: the scale factor found on line",
         ("Each value is that of the last whole revolution, from the last two. The paper claims an error below 1 ppm.",),
         f"Over {_RUNS} runs the error is {rms:.2f} ppm rms, and {largest:.2f} ppm at most: the claim holds for the "
         "one, not for the other. Whole pulses and random walk alone leave 0.3 ppm in a revolution.",
+        {"north_finder_fig5": drawn},
     )
-    return section, {"north_finder_fig5": drawn}
 
 
 def _on_line(seeds: Sequence[int]) -> tuple[Floats, Floats]:
@@ -128,7 +129,7 @@ def _rows(recording: Recording, part: slice) -> Recording:
     return replace(recording, t=recording.t[part], channels=channels)
 
 
-def figure_6(seed: int) -> tuple[Section, dict[str, Figure]]:
+def figure_6(seed: int) -> Section:
     """Angle per revolution after compensation: with the sums it was solved from, and predicted from those before."""
     found = turns(20.0, 20.0, seed, 600.0)
     k = found.measured
@@ -142,7 +143,7 @@ def figure_6(seed: int) -> tuple[Section, dict[str, Figure]]:
     ax.plot(t[2:], predicted / PPM, ".-", color=_BLUE, ms=4, lw=0.8, label="predicted from the two revolutions before")
     ax.set(xlabel="time [min]", ylabel="angle per revolution,\nrelative [ppm]")
     ax.legend(frameon=False)
-    section = Section(
+    return Section(
         "Figure 6: a check that cannot fail",
         (
             "Two sums per pair are solved by two unknowns; put back, they fit. On data that took no part in the "
@@ -150,8 +151,8 @@ def figure_6(seed: int) -> tuple[Section, dict[str, Figure]]:
         ),
         f"Compensated with its own sums the angle scatters by {np.std(own) / PPM:.1e} ppm whatever the gyro does; "
         f"predicted, by {np.std(predicted) / PPM:.2f} ppm. The claimed 0.2 ppm is a property of the algebra.",
+        {"north_finder_fig6": drawn},
     )
-    return section, {"north_finder_fig6": drawn}
 
 
 def _with_its_own(k: Floats) -> Iterator[Floats]:

@@ -7,7 +7,8 @@ from functools import partial
 
 import numpy as np
 from north_finder_runs import Errors, Makers, Procedure, errors
-from north_finder_tables import ESTIMATORS, Section, ramp, table
+from north_finder_tables import ESTIMATORS, ramp
+from result_page import Section, table
 
 from estimators.north_gls import NorthGls
 from estimators.rate_choice import RateChoice, plan

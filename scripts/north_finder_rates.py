@@ -9,7 +9,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 from north_finder_runs import Errors, Makers, Procedure, errors
-from north_finder_tables import Section, table
+from result_page import Section, table
 
 from estimators.correlation import Correlation
 from estimators.north_gls import NorthGls
@@ -66,7 +66,7 @@ def study(seeds: Sequence[int]) -> Study:
     return Study(found)
 
 
-def figure(result: Study) -> Figure:
+def _figure(result: Study) -> Figure:
     """Root mean square of north against rate: left a perfect encoder, right an eccentric one."""
     drawn = Figure(figsize=(10.0, 4.4), layout="constrained")
     axes = drawn.subplots(1, 2, sharey=True)
@@ -111,6 +111,7 @@ def section(result: Study) -> Section:
         f"Best with the eccentric encoder: {best_of}. A slow rate is not needed for a smooth drift of the scale "
         "factor; what speaks against a fast one is the encoder, whose error grows with the rate, and reversing takes "
         "that out.",
+        {"north_finder_rates": _figure(result)},
     )
 
 

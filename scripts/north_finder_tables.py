@@ -5,12 +5,12 @@ sigma = sqrt(2) e tan(tilt) / (T w cos L)        a scale factor that ramps by e 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
 from north_finder_runs import Errors, Procedure, round_the_circle
+from result_page import Section, table
 from scipy.stats import f as fisher
 
 from estimators.correlation import Correlation
@@ -39,24 +39,6 @@ ESTIMATORS: dict[str, Callable[[Datasheet], Estimator]] = {
     **{pairing: partial(Revolution, pairing=pairing) for pairing in PAIRINGS},  # type: ignore[arg-type]
     "north_gls": NorthGls,
 }
-
-
-@dataclass(frozen=True)
-class Section:
-    """A part of the page: its title, its lines of Markdown, the verdict."""
-
-    title: str
-    lines: tuple[str, ...]
-    verdict: str
-
-
-def table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> tuple[str, ...]:
-    """A table of Markdown."""
-    return (
-        "| " + " | ".join(header) + " |",
-        "|" + " --- |" * len(header),
-        *("| " + " | ".join(str(cell) for cell in row) + " |" for row in rows),
-    )
 
 
 def ramp(change: float) -> dict[str, object]:

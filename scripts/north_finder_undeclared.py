@@ -83,7 +83,7 @@ def closed(env: Recorder, policy: Policy, seed: int) -> Told:
     while not over:
         action, state = policy.act(state, chunk, None)
         _, _, terminated, truncated, info = env.step(action)
-        chunk, over = env.unwrapped.chunk, terminated or truncated  # type: ignore[attr-defined]
+        chunk, over = env.chunk, terminated or truncated
     with TemporaryDirectory() as folder:
         return Told(close(env.save(Path(folder))), info["truth"]["azimuth"])
 

@@ -22,9 +22,7 @@ import north_finder_figures as figures
 import north_finder_judged as judged
 import north_finder_rates as rates
 import north_finder_tables as tables
-from matplotlib.figure import Figure
-from north_finder_tables import Section
-from tqdm import tqdm
+from result_page import Section, write
 
 FOLDER = Path(__file__).resolve().parents[1] / "docs" / "results"
 PAGE = """\
@@ -51,39 +49,24 @@ def main() -> None:
     given = parser.parse_args()
     if given.seeds < 2:
         parser.error(f"--seeds {given.seeds} given; wanted at least 2")
-    given.out.mkdir(parents=True, exist_ok=True)
-    text = [PAGE.format(seeds=given.seeds, error=100 / (2 * given.seeds) ** 0.5)]
-    with tqdm(total=11, unit="section") as bar:
-        for section, pictures in sections(given.seeds):
-            text.append(_markdown(section, pictures))
-            for name, picture in pictures.items():
-                picture.savefig(given.out / f"{name}.png", dpi=110)
-            bar.update()
-    (given.out / "north_finder.md").write_text("\n".join(text), encoding="utf-8")
+    head = PAGE.format(seeds=given.seeds, error=100 / (2 * given.seeds) ** 0.5)
+    write(given.out / "north_finder.md", head, sections(given.seeds), 11)
     print(given.out / "north_finder.md")
 
 
-def sections(count: int) -> Iterator[tuple[Section, dict[str, Figure]]]:
+def sections(count: int) -> Iterator[Section]:
     """The page's parts in order; each is worked out when it is asked for."""
     seeds = range(1, count + 1)
-    yield tables.table_1(), {}
-    yield judged.scale_factor_test(), {}
-    two, three = tables.tables_2_and_3()
-    yield two, {}
-    yield three, {}
-    yield tables.table_4(), {}
+    yield tables.table_1()
+    yield judged.scale_factor_test()
+    yield from tables.tables_2_and_3()
+    yield tables.table_4()
     yield figures.figure_2(seed=1)
     yield figures.figure_5(seed=1)
     yield figures.figure_6(seed=1)
-    yield judged.estimators(seeds), {}
-    yield judged.plans(seeds), {}
-    study = rates.study(seeds)
-    yield rates.section(study), {"north_finder_rates": rates.figure(study)}
-
-
-def _markdown(section: Section, pictures: dict[str, Figure]) -> str:
-    shown = [f"![{section.title}]({name}.png)\n" for name in pictures]
-    return "\n".join([f"\n## {section.title}\n", *section.lines, "", *shown, f"**Verdict.** {section.verdict}"])
+    yield judged.estimators(seeds)
+    yield judged.plans(seeds)
+    yield rates.section(rates.study(seeds))
 
 
 if __name__ == "__main__":

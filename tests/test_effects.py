@@ -41,7 +41,9 @@ def test_the_catalogue_has_the_names_of_the_contract() -> None:
 
 def test_what_only_a_scenario_may_name_is_not_tried() -> None:
     assert ALL[: len(CATALOGUE)] == CATALOGUE
-    assert {effect.id for effect in ALL[len(CATALOGUE) :]} == {"wobble", "lock_in_wander"}
+    assert {effect.id for effect in ALL[len(CATALOGUE) :]} == {
+        *("wobble", "lock_in_wander", "rate_lock", "sine_response", "compensation_ripple"),
+    }
 
 
 @every_effect
@@ -207,12 +209,14 @@ def test_the_profile_is_the_curve_of_one_unit(key: str) -> None:
     effect = by_key(key)
     assert isinstance(effect, CurveEffect)
     theta = typical(effect, motion)
-    if key == "lock_in":
+    if key in ("lock_in", "rate_lock"):
         theta[0] = 1e-12  # linear as it vanishes
     k = len(effect.linear)
     profile = effect.profile(motion.rate, motion, theta[k:])
     found = addition(effect, motion, theta)
     fast = np.abs(motion.rate) > 0.05  # lock-in bends near standstill
+    if key == "rate_lock":
+        fast &= np.abs(np.abs(motion.rate) - theta[1]) > 0.05
     np.testing.assert_allclose((profile @ theta[:k])[fast], found[fast], rtol=1e-5, atol=1e-12 * theta[0])
 
 
@@ -283,7 +287,7 @@ EXACT = {
     *(key for key in KEYS if key.startswith(("encoder_harmonic", "wobble"))),
 }
 # A threshold and a held sample are no smooth functions of the exposure.
-ABRUPT = {"lock_in", "sample_hold"}
+ABRUPT = {"lock_in", "rate_lock", "sample_hold"}
 
 
 @pytest.mark.parametrize("key", [key for key in DETERMINISTIC if key not in ABRUPT])

@@ -174,6 +174,7 @@ def test_bad_actions_end_in_one_sentence_and_change_nothing(action: Any, sentenc
     [
         ({"scenario": "two_position/publishd_a"}, "did you mean 'two_position/published_a"),
         ({"scenario": "north_finder/published"}, "task.kind = 'north-finder'; wanted 'two-position'"),
+        ({"scenario": "north_finder/scale_factor_test"}, "task.kind = 'scale-factor-test'; wanted 'two-position'"),
         ({"changes": {"site.latitude": "90 deg"}}, "at a pole"),
         ({"changes": {"vehicle.max_rate": "0 deg/s"}}, "vehicle.max_rate"),
         ({"changes": {"task.demanded": "0 arcsec"}}, "task.demanded"),
@@ -186,6 +187,14 @@ def test_bad_actions_end_in_one_sentence_and_change_nothing(action: Any, sentenc
 def test_impossible_settings_are_refused(settings: dict[str, Any], sentence: str) -> None:
     with pytest.raises(InputError, match=sentence):
         two_position(**settings)
+
+
+def test_a_north_finder_says_what_it_was_asked_and_what_it_is_for() -> None:
+    wanted = (
+        r"published_a\.toml: task.kind = 'two-position'; wanted 'north-finder' or 'scale-factor-test', and a \[table\]$"
+    )
+    with pytest.raises(InputError, match=wanted):
+        gymnasium.make("insenv/NorthFinder-v0", scenario="two_position/published_a")
 
 
 def test_an_estimator_that_does_not_know_the_angle_is_named() -> None:
@@ -219,9 +228,8 @@ def test_how_a_run_is_cut_into_steps_makes_no_difference(name: str, step: float)
         blocks = [env.step(STAY if k else TURN)[0] for k in range(round(8 / step_s))]
         return {key: np.concatenate([b[key] for b in blocks]) for key in ("gyro", "accel")}
 
-    # The length of an interval is taken from the times of a chunk: the same to rounding.
     for key, expected in whole(1.0).items():
-        np.testing.assert_allclose(whole(step)[key], expected, rtol=0, atol=1e-15)
+        np.testing.assert_array_equal(whole(step)[key], expected)
 
 
 def test_nothing_that_is_observed_or_rewarded_follows_the_truth_that_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -284,7 +292,7 @@ def test_a_recording_holds_what_an_estimator_is_given(tmp_path: Path) -> None:
     assert np.isfinite(sight).sum() == 2 and sight[0] == observed[0]["sight"][0]
     assert np.flatnonzero(recording.values("turning", "1")).tolist() == list(range(100, 369))
     (again,) = read_recordings(load_manifest(env.save(tmp_path)))
-    assert set(again.channels) == axes
+    assert set(again.channels) == axes | {"table_angle"}  # as it was commanded
     for name in axes:
         np.testing.assert_array_equal(again.channels[name].values, recording.channels[name].values)
 

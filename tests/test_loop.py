@@ -24,7 +24,7 @@ from simulated_runs import (
     without_rows,
 )
 
-from insenv.core.recording import Channel
+from insenv.core.recording import Channel, Recording
 from insenv.core.split import RowUse
 from insenv.effects.catalogue import CATALOGUE
 from insenv.identify.findings import Added, Findings, TargetFindings
@@ -346,6 +346,33 @@ def test_slow_structure_beyond_the_declared_noise_is_flagged() -> None:
     assert closed(run.recording, declared).verdict == "nothing-significant"
     found = closed(humped, declared)
     assert found.verdict != "nothing-significant"
+
+
+@pytest.mark.parametrize("seed", [30, 31, 32])
+def test_what_is_found_against_the_declared_noise_is_never_certain(seed: int) -> None:
+    """A slow drift of a short run: freely fitted noise would take it in, and stays its rival."""
+    noise = {"angle_random_walk": 0.5 * DEG_PER_HOUR}
+    run = gyro_run("rest", seed, noise=noise, with_temperature=False, duration=600.0)
+    gyro, t = run.recording.channels["gyro"], run.recording.t
+    # Ten standard deviations of the slope over the fitted 360 s.
+    slope = 10 * noise["angle_random_walk"] * np.sqrt(12 / 360.0**3)
+    drifting = replace(run.recording, channels={"gyro": replace(gyro, values=gyro.values + slope * t)})
+    found = closed(drifting, manifest(declared=("bias",), noise=noise)).targets[0]
+    named = {key for a in found.added for key in (a.effect, *a.confounded_with)}
+    assert "bias_drift" in named
+    assert found.verdict == ("confounded" if "rate_random_walk" in named else "effects-found")
+
+
+def test_the_level_of_gravity_is_no_noise() -> None:
+    walk = 2e-5
+    rng = np.random.default_rng(33)
+    t = np.linspace(0.01, 120.0, 12000)
+    values = 9.8 + walk * 10 * rng.standard_normal(len(t))
+    recording = Recording(t, {"accel_z": Channel(values, "m/s^2", "interval")})
+    found = closed(recording, manifest(("accel_z",), ("bias",), noise={"angle_random_walk": walk})).targets[0]
+    assert found.verdict == "nothing-significant"
+    fitted = next(n for n in found.noise if n.effect == "angle_random_walk")
+    assert fitted.value == pytest.approx(walk, rel=0.1)  # the standard deviation is 1.5 %
 
 
 def test_a_target_of_units_unlike_a_gyro_has_no_gyro_effects() -> None:

@@ -162,7 +162,7 @@ def test_every_packaged_scenario_has_a_task_of_one_second_steps(name: str) -> No
     scenario = load(name)
     task = check_task(scenario)
     assert (task.kind, task.steps, task.samples) == ("two-position", 620, 100)
-    assert task.demanded == pytest.approx(20 * ARCSEC)
+    assert task.demanded == pytest.approx(0.65 * ARCMIN)
     assert vehicle(scenario, 0).turn_time(170 * DEG) == pytest.approx(20.0, abs=1e-9)
 
 

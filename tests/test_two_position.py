@@ -100,7 +100,7 @@ def test_the_joint_estimate_without_prior_is_exact() -> None:
     case = replace(BOTH, gyro_sd=(1e-3, 1e-3, 1e-3), accel_sd=1.0)
     errors = table_1()
     errors.accel[:, 2] = 0.0  # along gravity: no horizontal channel tells of it
-    estimator = TwoPositionJoint(case.datasheet(), WIDE, sway=0.0)
+    estimator = TwoPositionJoint(case.datasheet(), WIDE, sway=0.0, residual=(0.0, 1.0))
     found = estimator.estimate(estimator.update(estimator.reset(1), recording(case, errors)))
     limits = {"pitch": 1e-6, "roll": 1e-6, "heading": 5e-4, "gyro_x": 1e-6, "gyro_y": 1e-6}
     for name, limit in (limits | {"accel_x": 1e-4, "accel_y": 1e-4}).items():

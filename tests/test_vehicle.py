@@ -194,6 +194,29 @@ def test_chunks_are_the_whole_bit_for_bit(sizes: tuple[int, ...]) -> None:
         np.testing.assert_array_equal(np.concatenate([part[name] for part in parts]), wanted, err_msg=name)
 
 
+def test_how_finely_the_motion_is_resolved_does_not_show() -> None:
+    t = edges(20.0)
+    coarse, fine = (
+        values(played(replace(EVERYTHING, sway=replace(EVERYTHING.sway, fastest=fastest)), t)) for fastest in (1.5, 8.0)
+    )
+    for name, wanted in fine.items():
+        # Rounding of forces of 10 m/s^2 and angles of 1 rad.
+        np.testing.assert_allclose(coarse[name], wanted, rtol=0, atol=2e-13, err_msg=name)
+
+
+def test_a_mean_is_that_of_the_values_within_the_interval() -> None:
+    # Simpson's rule over 40 parts of an interval, on edges of a sampling that is 80 times as fast: to (w dt / 80)^4.
+    coarse, fine = played(EVERYTHING, edges(10.0)), played(EVERYTHING, edges(10.0, 80 * RATE))
+    weights = np.array([1.0, *[4.0, 2.0] * 39, 4.0, 1.0]) / 240
+    for axis in "xyz":
+        at_edges = fine.motions[f"gyro_{axis}"].rate_edges
+        assert at_edges is not None
+        mean = np.lib.stride_tricks.sliding_window_view(at_edges, 81)[::80] @ weights
+        # But where a turn changes its course within an interval.
+        off = np.abs(coarse.motions[f"gyro_{axis}"].rate - mean)
+        assert np.sort(off)[:-8].max() < 1e-13 and off.max() < 1e-5
+
+
 def batch_of(n: int) -> Vehicle:
     draws = [np.random.default_rng(i) for i in range(n)]
     each: Floats = np.arange(n, dtype=np.float64)

@@ -6,6 +6,13 @@ of their integral over the cell's edges, so that the mean over a cell is exact; 
 
 The rows of a target that ``covers`` its interval end at the row's time, those of an instantaneous target are
 centred on it; a channel's ``delay`` moves it back.
+
+A gyro sees the share p of the table's rate and the share q of the Earth's vertical rate:
+
+    p = q = sin(tilt)                        a single gyro
+    p = axis . table axis,  q = axis . up    a triad that turns about the vertical (`Mounting.table_axis`)
+
+so that of a vehicle's triad, right-forward-up, the z gyro sees all of a turn and the other two nothing.
 """
 
 from __future__ import annotations
@@ -92,9 +99,8 @@ def expose(
     step = rows_per_cell * recording.dt
     edges: Floats = start + step * np.arange(n + 1.0)
     count, y = _gather(channel.values, cell_of_row, n)
-    tilt = recording.mounting.tilt
-    projection = float(np.sin(tilt)) if target == "gyro" or _has_table(recording) else 1.0
-    vertical = EARTH_RATE * np.sin(recording.site.latitude or 0.0) * np.sin(tilt) * with_earth
+    projection, upwards = _shares(recording, target)
+    vertical = EARTH_RATE * np.sin(recording.site.latitude or 0.0) * upwards * with_earth
     reference = _table_rate(recording, edges, ("table_angle", "table_rate"))
     commanded = _table_rate(recording, edges, ("table_rate", "table_angle"))
     still = np.zeros(n)
@@ -112,6 +118,17 @@ def expose(
     )
     u = (still if commanded is None else commanded * projection) + vertical
     return Exposure(y, count, cell_of_row, motion, u)
+
+
+def _shares(recording: Recording, target: str) -> tuple[float, float]:
+    """Shares of the table's rate and of the Earth's vertical rate that the target sees."""
+    mounting, upwards = recording.mounting, float(np.sin(recording.mounting.tilt))
+    if mounting.table_axis and target[-2:] in ("_x", "_y", "_z"):
+        if target.startswith("accel"):
+            return 0.0, 0.0
+        upwards = _UP.get(mounting.axes["xyz".index(target[-1])], 0.0)
+        return upwards * _UP[mounting.table_axis], upwards
+    return (upwards if target == "gyro" or _has_table(recording) else 1.0), upwards
 
 
 def _has_table(recording: Recording) -> bool:
@@ -219,8 +236,8 @@ def up_direction(recording: Recording) -> Floats:
 
 def _base_tilt(recording: Recording, target: str, edges: Floats) -> Floats | None:
     """Angle that times gravity is what an accelerometer at rest reads: -(theta x up), theta of the gyros."""
-    if not target.startswith("accel_"):
-        return None
+    if not target.startswith("accel_") or recording.mounting.table_axis:
+        return None  # about axes that turn, the integral of a rate is no tilt
     up = up_direction(recording)
     axis = "xyz".index(target[-1])
     j, k = (axis + 1) % 3, (axis + 2) % 3

@@ -46,6 +46,9 @@ class Motion:
         Share of the table's rate that the input axis sees: the sine of the mounting's tilt.
     reference_temperature : float
         T_ref of the temperature effects [K].
+    step : float, optional
+        Length of an interval where it is known [s]. The one that ``t`` says is rounded, and differs by that from chunk
+        to chunk of a run.
     """
 
     t: Floats
@@ -58,6 +61,7 @@ class Motion:
     cross_rate: Mapping[str, Floats] = field(default_factory=dict)
     projection: float = 1.0
     reference_temperature: float = 298.15
+    step: float | None = None
 
     @property
     def n(self) -> int:
@@ -67,7 +71,7 @@ class Motion:
     @property
     def dt(self) -> float:
         """Length of an interval [s]."""
-        return float(self.t[-1] - self.t[0]) / self.n
+        return float(self.t[-1] - self.t[0]) / self.n if self.step is None else self.step
 
     @property
     def middle(self) -> Floats:

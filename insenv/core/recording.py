@@ -69,11 +69,14 @@ class Mounting:
     """How the instrument is mounted.
 
     ``tilt`` is the elevation of a single gyro's input axis above the table plane [rad] (pi/2: along the table
-    axis, upwards). ``axes`` names the directions of a triad's x, y and z, e.g. "RFU" or "FRD".
+    axis, upwards). ``axes`` names the directions of a triad's x, y and z, e.g. "RFU" or "FRD". ``table_axis`` is "U" or
+    "D" for a triad that turns about the vertical, positive about that direction; "" where nobody said: then ``tilt``
+    stands for every gyro.
     """
 
     tilt: float = np.pi / 2
     axes: str = "RFU"
+    table_axis: str = ""
 
 
 @dataclass(frozen=True)

@@ -122,7 +122,10 @@ def _site(recording: Recording) -> dict[str, object]:
 
 
 def _mounting(recording: Recording) -> dict[str, object]:
-    return {"tilt": _quantity(recording.mounting.tilt, "rad"), "axes": recording.mounting.axes}
+    mounting = recording.mounting
+    if mounting.table_axis:
+        return {"axes": mounting.axes, "table_axis": mounting.table_axis}
+    return {"tilt": _quantity(mounting.tilt, "rad"), "axes": mounting.axes}
 
 
 def _channel(unit: str, covers: str, delay: float) -> dict[str, object]:

@@ -244,6 +244,11 @@ class DrivenEffect(Effect):
     draws: ClassVar[int] = 1
 
     @property
+    def every(self) -> int:
+        """Samples for which one unit normal does: those between need not be others."""
+        return int(getattr(self, "hold", 1))
+
+    @property
     def draws_at_start(self) -> int:
         """Unit normals that `start` takes."""
         return 0

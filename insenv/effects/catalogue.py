@@ -9,8 +9,9 @@ from insenv.effects.angle import AngleLockedRate, EarthRate, EncoderHarmonic
 from insenv.effects.base import Effect
 from insenv.effects.bias import Bias, BiasDrift, BiasStep, BiasWarmUp
 from insenv.effects.cross import CrossAxis, GSensitivity
-from insenv.effects.lock_in import LockIn, LockInWander
+from insenv.effects.lock_in import LockIn, LockInWander, RateLock
 from insenv.effects.noise import AngleRandomWalk, BiasInstability, Quantization, RateRandomWalk
+from insenv.effects.response import CompensationRipple, SineResponse
 from insenv.effects.scale import (
     ScaleFactor,
     ScaleFactorAnomaly,
@@ -63,8 +64,16 @@ CATALOGUE: tuple[Effect, ...] = (
     Quantization(),
 )
 
-#: Those and what only a scenario may name: at one tilt, or from one record, they cannot be told from others.
-ALL: tuple[Effect, ...] = (*CATALOGUE, *(Wobble(order) for order in (1, 2, 3)), LockInWander())
+#: Those and what only a scenario may name: at one tilt, from one record, or at the rates of a usual test they cannot be
+#: told from others (the forms of a fibre-optic gyro from a cubic and from a local anomaly).
+ALL: tuple[Effect, ...] = (
+    *CATALOGUE,
+    *(Wobble(order) for order in (1, 2, 3)),
+    LockInWander(),
+    RateLock(),
+    SineResponse(),
+    CompensationRipple(),
+)
 
 
 def by_key(key: str) -> Effect:

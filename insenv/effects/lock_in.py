@@ -1,7 +1,8 @@
-"""Lock-in of a ring-laser gyro.
+"""Lock-in: of a ring-laser gyro at rest, and of a closed-loop fibre-optic gyro at single rates.
 
     lock_in          f(u, W_L^2)
     lock_in_wander   f(u, W^2),    W = W_L (1 + rise (1 - exp(-t / tau)) + K B(t))
+    rate_lock        f(u - u0, W_L^2) + f(u + u0, W_L^2)
 
     f(u, c) = sign(u) sqrt(u^2 - c) - u        where u^2 > c    (nearly -c / (2 u) at high rates)
             = -u                               within the dead zone
@@ -10,6 +11,10 @@ f is the exact mean rate of Adler's equation, psi' = w - w_L sin psi, in rates o
 parameter of ``lock_in`` is c = W_L^2, in which it is linear at high rates; a slightly negative c, as a fit may try,
 is the same formula. The difference of the square root to u is written without cancellation: sqrt(u^2 - c) - |u| = -c
 / (sqrt(u^2 - c) + |u|). Of a threshold that moves, an interval has the mean.
+
+A closed loop resets its phase ramp in steps of the Sagnac phase K_s u. Where a step is the share p/q of a turn the ramp
+repeats after q samples, and an error of the modulator that is synchronous with it pulls the loop to that rate: with an
+error k sin(2 pi q V) of the demodulated signal at the ramp V the half-width is W_L = k / K_s.
 """
 
 from __future__ import annotations
@@ -21,7 +26,7 @@ import numpy as np
 
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats
-from insenv.effects.base import CurveEffect, DrivenEffect, Param, central_differences
+from insenv.effects.base import OUTPUT, CurveEffect, DrivenEffect, Param, central_differences
 from insenv.effects.forms import decay, spread
 from insenv.effects.noise import RateRandomWalk
 
@@ -47,6 +52,33 @@ class LockIn(CurveEffect):
     def grid(self, motion: Motion) -> Floats:
         """One row without shapes, shape (1, 0), where there is any rate; no row, shape (0, 0), elsewhere."""
         return np.empty((1 if np.any(motion.rate) else 0, 0))
+
+
+@final
+@dataclass(frozen=True)
+class RateLock(CurveEffect):
+    """A loop that is pulled to the rate u0, and alike to -u0: within W_L of it the output stands still.
+
+    For simulation: a search finds it as ``scale_factor_anomaly``, for the rates of a test are seldom so dense that they
+    show the form.
+    """
+
+    id = "rate_lock"
+    linear = (Param("W_L_squared", "rad^2/s^2", sd=1e-6, bound=1e-4, low=0.0),)
+    shapes = (Param("u0", OUTPUT, sd=1e-3, low=0.0),)
+    source = "H. C. Lefevre, The Fiber-Optic Gyroscope (2014), closed loop: cross-coupling; Adler's equation"
+    instruments = ("gyro",)
+    of_rate = True
+
+    def curve(self, u: Floats, motion: Motion, theta: Floats) -> Floats:
+        """Departure from the true rate, shape (..., n)."""
+        square, centre = theta[..., 0, None], theta[..., 1, None]
+        return _pulled(u - centre, square) + _pulled(u + centre, square)
+
+    def grid(self, motion: Motion) -> Floats:
+        """Rates up to the largest one of the recording, shape (g, 1); none where there is no rate."""
+        largest = float(np.abs(motion.rate).max(initial=0.0))
+        return np.linspace(0.0, largest, 102)[1:-1, None] if largest else np.empty((0, 1))
 
 
 @final

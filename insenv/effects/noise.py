@@ -17,11 +17,14 @@ lam = 4 sin^2(pi k / 2 n) and v = k / 2 n, the frequency in cycles per interval.
 White noise and random walk are diagonal in the DCT-II basis, exactly. The others are so but for the ends of a
 run: the lowest coefficients of 1/f noise have less than the formula (k = 1: 77 %, 2: 90 %, 3: 93 %, 8: 97 %);
 quantization has (4 / n) cos^2(pi k / 2 n) / dt^2 more in each, which rules below k of about 2 sqrt(n) / pi.
+
+B and K may ``hold``: they change every so many intervals only. A gyro that is read 2000 times a second has white noise
+far above what they have within a tenth of a second.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, ClassVar, final
 
@@ -33,6 +36,7 @@ from scipy.special import zeta
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats
 from insenv.effects.base import OUTPUT, NoiseEffect, Param
+from insenv.effects.held import held
 
 #: Zero of the flicker filter, at z = -b, that stands for the averaging over an interval, within 0.4 %.
 _MEAN_ZERO = 0.1525
@@ -78,7 +82,14 @@ class RateRandomWalk(NoiseEffect):
     The mean of a Wiener process over an interval is the walk up to its beginning plus a part of its own step.
     One normal per interval has the right covariance of successive means, increments of variance 2/3 and
     covariance 1/6, if that part is a with a (1 - a) = 1/6.
+
+    Attributes
+    ----------
+    hold : int
+        Intervals for which a mean stands.
     """
+
+    hold: int = 1
 
     id = "rate_random_walk"
     linear = (Param("K", OUTPUT + "/sqrt(s)", sd=1e-4, bound=0.1, low=0.0),)
@@ -89,6 +100,8 @@ class RateRandomWalk(NoiseEffect):
 
     def drive(self, theta: Floats, dt: float, state: Any, z: Floats) -> tuple[Floats, Any]:
         """Means of the walk, shape (..., n), and where it stands at the last edge, shape (...)."""
+        if self.hold > 1:
+            return held(replace(self, hold=1), self.hold, theta, dt, state, z)
         steps = z[..., 0, :] * (theta[..., 0, None] * np.sqrt(dt))
         own = self._PENDING * steps
         # Added to the first step, the state enters the sum in the order of an unbroken run.
@@ -118,9 +131,16 @@ class BiasInstability(NoiseEffect):
 
     A cascade of first-order sections with even spaced logarithms of their corners, one normal per interval.
     Its own scale is the interval, so that one filter serves every sampling rate.
+
+    Attributes
+    ----------
+    decades : float
+    hold : int
+        Intervals for which a mean stands, and which are one of the filter's.
     """
 
     decades: float = MOST_DECADES
+    hold: int = 1
 
     id = "bias_instability"
     linear = (Param("B", OUTPUT, sd=1e-3, bound=1.0, low=0.0),)
@@ -145,6 +165,8 @@ class BiasInstability(NoiseEffect):
 
     def drive(self, theta: Floats, dt: float, state: Any, z: Floats) -> tuple[Floats, Any]:
         """Flicker noise, shape (..., n), and the filter's state for unit coefficient, (..., sections, 2)."""
+        if self.hold > 1:
+            return held(replace(self, hold=1), self.hold, theta, dt, state, z)
         sections = _flicker(self.decades)[0]
         x = z[..., 0, :]
         before = np.zeros((*x.shape[:-1], len(sections), 2)) if state is None else np.asarray(state)

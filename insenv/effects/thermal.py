@@ -56,7 +56,7 @@ class BiasTemperature(LinearEffect):
         powers = []
         for power in range(1, self.order + 1):
             # The mean of x^p from a to b is (a^p + a^(p-1) b + ... + b^p) / (p + 1).
-            terms = [first**i * last ** (power - i) for i in range(power + 1)]
+            terms = [last**power, *(first**i * last ** (power - i) for i in range(1, power)), first**power]
             powers.append(sum(terms[1:], start=terms[0]) / (power + 1))
         return columns(u, *powers)
 

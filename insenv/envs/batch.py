@@ -2,19 +2,22 @@
 
 Rows that began together stand in one `insenv.envs.group.Group`, with the generators of their unit normals
 beside it. As long as all rows begin and end together there is one group, and no row is copied; a row that
-stops early, or is reset alone, leaves its group.
+stops early, or is reset alone, leaves its group. So do rows whose instruments are switched off and on: those that are
+at the same time begin a group of their own, whose instruments' clock is zero.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from insenv.core.recording import Floats
+from insenv.core.estimate import Estimate
+from insenv.core.recording import Floats, Recording
 from insenv.envs import task as tasks
 from insenv.envs.group import Blocks, Flags, Group, Index, Seen
+from insenv.envs.restart import restart
 from insenv.envs.task import Task
 from insenv.rig import Normals
 
@@ -81,7 +84,8 @@ class Batch:
 
         Where it fails all runs are over: some may have gone on, and others not.
         """
-        places, self._places = self._places, ()
+        places = [split for place in self._places for split in self._switched(place, actions)]
+        self._places = ()
         before = self.alive
         self.alive = np.zeros(self.size, bool)
         parts: list[Part] = []
@@ -106,6 +110,18 @@ class Batch:
                 before[part.index] = False
         self._places, self.alive = tuple(staying), before
         return tuple(parts)
+
+    def _switched(self, place: Place, actions: Floats) -> tuple[Place, ...]:
+        """A place in two where some of its rows are switched off and on."""
+        world = self.task.switched
+        if world is None or not (again := world.restarts(actions[place.index])).any():
+            return (place,)
+        staying, leaving = self._without(place, again), self._without(place, ~again)
+        assert leaving is not None
+        time = leaving.group.passed * self.task.step_s
+        group = restart(world, leaving.group, time, leaving.normals.start)
+        begun = Place(leaving.index, group, leaving.normals)
+        return (begun,) if staying is None else (staying, begun)
 
     def _without(self, place: Place, leaving: Flags) -> Place | None:
         """A place without the rows that leave it, None where none stays."""
@@ -134,6 +150,31 @@ def gathered(parts: Sequence[Part], size: int) -> tuple[Blocks, Floats, Flags, F
         for key, block in part.seen.observation.items():
             seen[key][part.index] = block
     return seen, reward, terminated, truncated
+
+
+def going_on(parts: Sequence[Part]) -> tuple[Recording | None, Estimate | None]:
+    """Recording and estimate of all rows that have not ended, in the order of the batch; None where there is none."""
+    going = [part for part in parts if not (part.terminated or part.truncated)]
+    if len(going) < 2:
+        return (going[0].seen.chunk, going[0].group.estimate) if going else (None, None)
+    order = np.argsort(np.concatenate([part.index for part in going]))
+    chunks = [part.seen.chunk for part in going if part.seen.chunk is not None]
+    channels = {
+        name: replace(channel, values=_stacked([chunk.channels[name].values for chunk in chunks], going)[order])
+        for name, channel in chunks[0].channels.items()
+    }
+    estimates = [part.group.estimate for part in going if part.group.estimate is not None]
+    estimate = None
+    if estimates:
+        mean, cov = (np.concatenate([getattr(e, name) for e in estimates])[order] for name in ("mean", "cov"))
+        estimate = replace(estimates[0], mean=mean, cov=cov)
+    return replace(chunks[0], channels=channels), estimate
+
+
+def _stacked(values: Sequence[Floats], parts: Sequence[Part]) -> Floats:
+    """Values of shape (R, n), or (n,) where the rows of a part share them, of all parts."""
+    whole = (np.broadcast_to(v, (len(p.index), v.shape[-1])) for v, p in zip(values, parts, strict=True))
+    return np.concatenate(list(whole))
 
 
 def _stopped(task: Task, place: Place, index: Index) -> Part:

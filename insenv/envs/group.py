@@ -42,6 +42,10 @@ class Group:
     estimate : Estimate, optional
     means, deviations : ndarray, shape (R, k)
         The belief; of no column where there is no estimator.
+    power_ups : ndarray of int, shape (R,)
+        How often the instruments were switched on; ones but for a world with `insenv.envs.restart.Restarts`.
+    switched_on : float
+        Time of the run at which that was the last time [s]: the rig's clock was zero then.
     """
 
     seeds: tuple[int, ...]
@@ -55,6 +59,8 @@ class Group:
     estimate: Estimate | None
     means: Floats
     deviations: Floats
+    power_ups: Index
+    switched_on: float = 0.0
 
     def __len__(self) -> int:
         return len(self.seeds)

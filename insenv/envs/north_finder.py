@@ -20,9 +20,9 @@ from gymnasium import spaces
 from gymnasium.vector import AutoresetMode
 
 from insenv.core.estimate import Datasheet
-from insenv.core.manifest import Model, checks
 from insenv.core.recording import Channel, Floats
-from insenv.envs.belief import Quantity, judge
+from insenv.envs.asked import System, scenario_task
+from insenv.envs.belief import Quantity
 from insenv.envs.group import Blocks, Film, Flags
 from insenv.envs.single import TaskEnv
 from insenv.envs.task import Task
@@ -30,8 +30,7 @@ from insenv.envs.vector import TaskVectorEnv
 from insenv.plants.profile import rest
 from insenv.plants.turntable import Turntable
 from insenv.rig import Readings, Rig
-from insenv.scenario import Scenario, check_task, load
-from insenv.scenario import datasheet as told
+from insenv.scenario import Scenario
 from insenv.sensors.counter import count
 
 #: The scenario of the environment that is given none.
@@ -184,29 +183,15 @@ def north_finder(
     InputError
         If the scenario or the estimator cannot be used.
     """
-    given = dict(changes or {})
-    if step_s is not None:
-        given["task.step"] = f"{step_s} s"
-    if sampling is not None:
-        given["instrument.sampling"] = f"{sampling} Hz"
-    played = load(scenario, given)
-    asked, sheet = check_task(played), told(played)
-    plant = played.rig.plant
-    assert isinstance(plant, Turntable)  # check_task saw to it
-    north = Quantity("azimuth", ANY_AZIMUTH, np.pi, asked.demanded, circular=True)
-    quantities = (north,) if asked.kind == "north-finder" else ()
-    return Task(
-        name=f"north finder {played.path.stem!r}",
-        world=NorthFinder(played, sheet, asked.samples),
-        datasheet=sheet,
-        model=Model(played.targets, played.declared, plant.reference_temperature),
-        held_out=checks.held_out(played.table.held_out, 1, played.path),
-        samples=asked.samples,
-        steps=asked.steps,
-        cost=asked.cost,
-        quantities=quantities,
-        judge=None if estimator is None else judge(estimator, sheet, quantities),
-    )
+    return scenario_task(_SYSTEM, scenario, changes, estimator, step_s, sampling)
+
+
+def _north(kind: str, demanded: float) -> tuple[Quantity, ...]:
+    azimuth = Quantity("azimuth", ANY_AZIMUTH, np.pi, demanded, circular=True)
+    return (azimuth,) if kind == "north-finder" else ()
+
+
+_SYSTEM = System("north finder", ("north-finder", "scale-factor-test"), "[table]", NorthFinder, _north)
 
 
 class NorthFinderEnv(TaskEnv):

@@ -12,12 +12,17 @@ import numpy as np
 from gymnasium.utils import RecordConstructorArgs
 
 from insenv.core.errors import InputError
+from insenv.core.manifest import HeldOut, Model
 from insenv.core.manifest.spec import CHANNELS
 from insenv.core.recording import Channel, Floats, Recording
 from insenv.core.save import save
 from insenv.envs.group import Blocks
 from insenv.envs.single import TaskEnv
 from insenv.envs.task import Task
+from insenv.envs.turns import Command, turn_angle
+
+#: Share of a rest that is held out.
+HELD_OUT = 0.25
 
 
 class Recorder(gymnasium.Wrapper[Blocks, Floats, Blocks, Floats], RecordConstructorArgs):
@@ -38,18 +43,28 @@ class Recorder(gymnasium.Wrapper[Blocks, Floats, Blocks, Floats], RecordConstruc
             raise InputError(f"{env} given to Recorder; wanted one of insenv's environments")
         self._inner = env.unwrapped
         self._chunks: list[Recording] = []
+        self._commands: list[Command] = []
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Blocks, dict[str, Any]]:
         """Begin a run, and forget the one before."""
-        self._chunks = []
+        self._chunks, self._commands = [], []
         return self.env.reset(seed=seed, options=options)
 
     def step(self, action: Floats) -> tuple[Blocks, Any, bool, bool, dict[str, Any]]:
         """One step."""
         shown = self.env.step(action)
         if self._inner.chunk is not None:
-            self._chunks.append(row_of(self._inner.chunk, 0))
+            chunk, task = row_of(self._inner.chunk, 0), self._inner.task
+            began = float(chunk.t[0]) - task.datasheet.dt
+            told, _ = task.world.command(np.asarray(action, float)[None])
+            self._commands.append((round(began, 9), float(np.ravel(told)[0])))
+            self._chunks.append(chunk)
         return shown
+
+    @property
+    def chunk(self) -> Recording | None:
+        """What the last step recorded: what a policy or an estimator takes; None before the first step."""
+        return self._chunks[-1] if self._chunks else None
 
     def recording(self) -> Recording:
         """The run so far.
@@ -64,7 +79,9 @@ class Recorder(gymnasium.Wrapper[Blocks, Floats, Blocks, Floats], RecordConstruc
     def save(self, folder: Path | str) -> Path:
         """Write the recording and its manifest, which declares what the scenario declares, into ``folder``.
 
-        Channels that a manifest does not know, such as the readings of a sight, are left out.
+        Channels that a manifest does not know, such as the readings of a sight, are left out. Of a vehicle that turned,
+        the angle that it was commanded to turn by is written as ``table_angle``, the Earth rate is declared, and where
+        the scenario holds nothing out, the middle of each rest is.
 
         Returns
         -------
@@ -78,16 +95,45 @@ class Recorder(gymnasium.Wrapper[Blocks, Floats, Blocks, Floats], RecordConstruc
         """
         task, recording = self._inner.task, self.recording()
         known = {name: channel for name, channel in recording.channels.items() if name in CHANNELS}
+        kept, model = _turned(replace(recording, channels=known), task, self._commands, "turning" in recording.channels)
         path = Path(folder) / "manifest.toml"
         save(
             path,
-            [replace(recording, channels=known)],
-            task.model,
+            [kept],
+            model,
             title=f"{task.name}, {recording.label}",
             noise=_noise(task),
-            held_out=task.held_out,
+            held_out=_held_out(task, kept),
         )
         return path
+
+
+def _turned(recording: Recording, task: Task, commands: Sequence[Command], vehicle: bool) -> tuple[Recording, Model]:
+    """The recording of a vehicle that turned with its turn angle, and the model that holds for it."""
+    angle = turn_angle(recording.t, commands, task.datasheet.limits) if vehicle else np.zeros(1)
+    if not angle.any():
+        return recording, task.model
+    channels = {**recording.channels, "table_angle": Channel(angle, "rad")}
+    declared = task.model.declared
+    if recording.site.latitude is not None and "earth_rate" not in declared:
+        declared = (*declared, "earth_rate")
+    mounting = replace(recording.mounting, table_axis="U")
+    return replace(recording, channels=channels, mounting=mounting), replace(task.model, declared=declared)
+
+
+def _held_out(task: Task, recording: Recording) -> HeldOut:
+    """What the scenario holds out; else of a vehicle that turned the middle of each rest, a share `HELD_OUT` of it.
+
+    Each rest has a level of its own, which none of the others foretells, and its ends tell most of what drifts.
+    """
+    if task.held_out != HeldOut() or "table_angle" not in recording.channels:
+        return task.held_out
+    still = np.diff(recording.channels["table_angle"].values) == 0
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(int), [0]])))
+    low, high = 0.5 - HELD_OUT / 2, 0.5 + HELD_OUT / 2
+    rests = [(a, b) for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True) if (b - a) * HELD_OUT >= 1]
+    rows = tuple((a + round(low * (b - a)), a + round(high * (b - a))) for a, b in rests)
+    return HeldOut(rows=rows) if rows else task.held_out
 
 
 def _noise(task: Task) -> dict[str, dict[str, float]]:

@@ -14,7 +14,7 @@ from insenv.core.estimate import Estimate, Policy
 from insenv.core.plugins import POLICIES, find
 from insenv.core.recording import Floats, Recording
 from insenv.core.rows import rows
-from insenv.envs.batch import Batch, Part
+from insenv.envs.batch import Batch, Part, going_on
 from insenv.envs.belief import judge
 from insenv.envs.group import Flags, Index
 from insenv.envs.recorder import joined, row_of
@@ -38,6 +38,7 @@ class RollOut:
     names : tuple of str
         The q quantities of interest.
     truth : mapping of str to ndarray, shape (R,)
+        At the end of each run.
     errors : ndarray, shape (R, q)
         Of the last belief; wrapped where the quantity is an angle on the circle.
     means, deviations : ndarray, shape (R, K + 1, q)
@@ -163,6 +164,7 @@ class _Log:
         self.stopped = np.zeros(batch, bool)
         self.chunks: list[tuple[Index, Recording]] = []
         estimate = first.group.estimate
+        self.truth = {name: values.copy() for name, values in first.group.truth.items()}
         self.estimate = estimate and replace(estimate, mean=estimate.mean.copy(), cov=estimate.cov.copy())
 
     def add(self, part: Part) -> None:
@@ -175,21 +177,23 @@ class _Log:
             self.deviations[index, group.passed] = group.deviations
         if self.estimate is not None and group.estimate is not None and (part.terminated or part.truncated):
             self.estimate.mean[index], self.estimate.cov[index] = group.estimate.mean, group.estimate.cov
+        if part.terminated or part.truncated:
+            for name, values in group.truth.items():
+                self.truth[name][index] = values
         if self.keep and part.seen.chunk is not None:
             self.chunks.append((index, part.seen.chunk))
 
     def closed(self) -> RollOut:
         quantities = self.task.quantities if self.task.judge is not None else ()
-        truth = self.first.group.truth
         last = np.rint(self.time / self.task.step_s).astype(int)
         final = self.means[np.arange(len(last)), last]
         errors = np.empty_like(final)
         for j, q in enumerate(quantities):
-            errors[:, j] = q.error(final[:, j], truth[q.name])
+            errors[:, j] = q.error(final[:, j], self.truth[q.name])
         return RollOut(
             seeds=self.seeds,
             names=tuple(q.name for q in quantities),
-            truth=truth,
+            truth=self.truth,
             errors=errors,
             means=self.means,
             deviations=self.deviations,
@@ -213,9 +217,10 @@ def _play(task: Task, player: _Player, seeds: tuple[int, ...], keep: bool, progr
         action, state = player.act(state, chunk, estimate)
         actions = np.zeros((len(seeds), *task.action_space.shape))
         actions[index] = checked(task, action, len(index))
-        for part in batch.step(actions):
+        parts = batch.step(actions)
+        for part in parts:
             log.add(part)
-            chunk, estimate = part.seen.chunk, part.group.estimate
+        chunk, estimate = going_on(parts)
         alive = batch.alive[index]
         if not alive.all():
             index, state = index[alive], rows(state, np.flatnonzero(alive))

@@ -28,6 +28,7 @@ from insenv.core.recording import Channel, Floats, Recording
 from insenv.core.rows import rows
 from insenv.envs.belief import Judge, Quantity
 from insenv.envs.group import Blocks, Film, Group, Index, Seen
+from insenv.envs.restart import Restarts
 from insenv.rig import Readings, Rig
 
 
@@ -114,6 +115,11 @@ class Task:
         return self.samples / self.datasheet.sampling
 
     @cached_property
+    def switched(self) -> Restarts | None:
+        """The world, where its instruments can be switched off and on."""
+        return self.world if isinstance(self.world, Restarts) else None
+
+    @cached_property
     def action_space(self) -> spaces.Box:
         """Space of one action."""
         return self.world.action
@@ -136,6 +142,8 @@ class Task:
         """Space of the observation of one run."""
         seen: dict[str, spaces.Space[Any]] = dict(self.world.blocks)
         seen["time_left"] = spaces.Box(0.0, self.steps * self.step_s, (1,), np.float64)
+        if self.switched is not None:
+            seen["power_ups"] = spaces.Box(1.0, 1.0 + self.steps, (1,), np.float64)
         if self.judge is not None and self.quantities:
             limit = np.array([q.limit for q in self.quantities])
             prior = np.array([q.prior for q in self.quantities])
@@ -159,6 +167,7 @@ def begin(task: Task, seeds: Sequence[int], rig: Rig, z: tuple[Floats | None, ..
         estimate=None,
         means=np.empty((batch, 0)),
         deviations=np.empty((batch, 0)),
+        power_ups=np.ones(batch, np.int64),
     )
     group, _ = _believing(task, group)
     return group, Seen(_observation(task, group, world.still(rig, 0.0, batch)), np.zeros(batch))
@@ -169,7 +178,7 @@ def advance(task: Task, group: Group, command: Any, z: Floats) -> tuple[Group, S
     world = task.world
     readings, state = group.rig.advance(group.state, command, task.samples, z)
     blocks, memory = world.read(readings, group.memory)
-    record, learnt = partial(_recorded, task, readings, blocks), None
+    record, learnt = partial(_recorded, task, group, readings, blocks), None
     if task.judge is not None:
         chunk = record()
         record, learnt = partial(_again, chunk), task.judge.update(group.learnt, chunk)
@@ -192,7 +201,7 @@ def stop(task: Task, group: Group) -> tuple[Group, Seen]:
         if group.believed < group.passed:
             group, reward = _believing(task, group)
         reward = reward - task.judge.price(group.means, group.truth)
-    blocks = task.world.still(group.rig, group.passed * task.step_s, batch)
+    blocks = task.world.still(group.rig, group.passed * task.step_s - group.switched_on, batch)
     return group, Seen(_observation(task, group, blocks), reward)
 
 
@@ -201,8 +210,7 @@ def part(task: Task, group: Group, index: Index) -> Group:
     if len(index) == len(group):
         return group
     seeds = tuple(group.seeds[i] for i in index.tolist())
-    # Everything else is a state with the batch in front; a rig is not, and a row of it is the run cast alone.
-    kept = {name: rows(getattr(group, name), index) for name in ("memory", "truth", "learnt", "means", "deviations")}
+    kept = {name: rows(getattr(group, name), index) for name in _ROWS}
     estimate = group.estimate
     if estimate is not None:
         estimate = replace(estimate, mean=estimate.mean[index], cov=estimate.cov[index])
@@ -211,7 +219,15 @@ def part(task: Task, group: Group, index: Index) -> Group:
         plant=rows(group.state.plant, index),
         sensors=rows(group.state.sensors, index),
     )
-    return replace(group, seeds=seeds, rig=task.world.cast(seeds), state=state, estimate=estimate, **kept)
+    if task.switched is None:
+        rig = task.world.cast(seeds)
+    else:
+        rig = task.switched.recast(seeds, kept["power_ups"].tolist(), group.switched_on)
+    return replace(group, seeds=seeds, rig=rig, state=state, estimate=estimate, **kept)
+
+
+#: What of a group is a state with the batch in front.
+_ROWS = ("memory", "truth", "learnt", "means", "deviations", "power_ups")
 
 
 def checked(task: Task, actions: Any, rows_: int, asked: NDArray[np.bool_] | None = None) -> Floats:
@@ -243,9 +259,14 @@ def checked(task: Task, actions: Any, rows_: int, asked: NDArray[np.bool_] | Non
     return given.astype(np.float64, copy=False)
 
 
-def _recorded(task: Task, readings: Readings, blocks: Blocks) -> Recording:
-    sheet = task.datasheet
-    return Recording(readings.t, task.world.record(readings, blocks), (), sheet.site, sheet.mounting, task.name)
+def _recorded(task: Task, group: Group, readings: Readings, blocks: Blocks) -> Recording:
+    """What a group recorded in a step, on the run's clock."""
+    sheet, channels = task.datasheet, task.world.record(readings, blocks)
+    t = readings.t + group.switched_on if group.switched_on else readings.t
+    if task.switched is not None:
+        number = np.repeat(group.power_ups[:, None].astype(float), len(t), axis=-1)
+        channels = {**channels, "power": Channel(number, "1")}
+    return Recording(t, channels, (), sheet.site, sheet.mounting, task.name)
 
 
 def _again(chunk: Recording) -> Recording:
@@ -268,6 +289,8 @@ def _observation(task: Task, group: Group, blocks: Blocks) -> Blocks:
     """Blocks, time left and belief."""
     seen = dict(blocks)
     seen["time_left"] = np.full((len(group), 1), (task.steps - group.passed) * task.step_s)
+    if task.switched is not None:
+        seen["power_ups"] = group.power_ups[:, None].astype(float)
     if task.judge is not None and task.quantities:
         seen["belief"] = np.concatenate([group.means, group.deviations], axis=-1)
     return seen

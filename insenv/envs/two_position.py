@@ -22,19 +22,17 @@ from gymnasium import spaces
 from gymnasium.vector import AutoresetMode
 
 from insenv.core.attitude import angles_from_dcm
-from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet
-from insenv.core.manifest import Model, checks
 from insenv.core.recording import Channel, Floats
-from insenv.envs.belief import Quantity, judge
+from insenv.envs.asked import System, scenario_task
+from insenv.envs.belief import Quantity
 from insenv.envs.group import Blocks, Film, Flags
 from insenv.envs.single import TaskEnv
 from insenv.envs.task import Task
 from insenv.envs.vector import TaskVectorEnv
 from insenv.plants.vehicle import Vehicle
 from insenv.rig import Readings, Rig
-from insenv.scenario import Scenario, check_task, load
-from insenv.scenario import datasheet as told
+from insenv.scenario import Scenario
 
 #: The scenario of the environment that is given none.
 PUBLISHED = "two_position/published_a"
@@ -194,30 +192,14 @@ def two_position(
     InputError
         If the scenario or the estimator cannot be used.
     """
-    given = dict(changes or {})
-    if step_s is not None:
-        given["task.step"] = f"{step_s} s"
-    if sampling is not None:
-        given["instrument.sampling"] = f"{sampling} Hz"
-    played = load(scenario, given)
-    asked = check_task(played)
-    if asked.kind != "two-position":
-        raise InputError(f"{played.path}: task.kind = {asked.kind!r}; wanted 'two-position', and a [vehicle]")
-    sheet, plant = told(played), played.rig.plant
-    assert isinstance(plant, Vehicle)  # check_task saw to it
-    quantities = (Quantity("installation_angle", ANY_ANGLE, np.pi, asked.demanded, circular=True),)
-    return Task(
-        name=f"two-position calibration {played.path.stem!r}",
-        world=TwoPosition(played, sheet, asked.samples),
-        datasheet=sheet,
-        model=Model(played.targets, played.declared, plant.reference_temperature),
-        held_out=checks.held_out(played.table.held_out, 1, played.path),
-        samples=asked.samples,
-        steps=asked.steps,
-        cost=asked.cost,
-        quantities=quantities,
-        judge=None if estimator is None else judge(estimator, sheet, quantities),
-    )
+    return scenario_task(_SYSTEM, scenario, changes, estimator, step_s, sampling)
+
+
+def _installation(kind: str, demanded: float) -> tuple[Quantity, ...]:
+    return (Quantity("installation_angle", ANY_ANGLE, np.pi, demanded, circular=True),)
+
+
+_SYSTEM = System("two-position calibration", ("two-position",), "[vehicle]", TwoPosition, _installation)
 
 
 class TwoPositionEnv(TaskEnv):

@@ -138,7 +138,7 @@ def _with_lines(track: Track) -> float:
 def _verdict(track: Track, lines: tuple[Line, ...], left: Structure, earth: EarthFindings) -> str:
     physical = [s for s in track.steps if not s.hit.candidate.generic]
     more = bool(left.reasons) or earth.departs
-    if earth.suspects or any(r.rivals for r in track.rivalries):
+    if earth.suspects or any(r.rivals for r in track.rivalries) or (track.steps and track.instead):
         return "confounded"
     if physical or lines:
         return "effects-found-incomplete" if more else "effects-found"
@@ -150,17 +150,20 @@ def _verdict(track: Track, lines: tuple[Line, ...], left: Structure, earth: Eart
 def _added(track: Track, index: int, step: Step, parameters: tuple[Estimate, ...]) -> Added:
     effect = step.hit.candidate.effect
     rivals = track.rivalries[index].rivals if index < len(track.rivalries) else ()
+    remark = f"one cause, judged on {', '.join(step.together)} together" if step.together else ""
+    if track.instead:
+        remark = "found with the noise held to what was declared; more noise would explain it as well"
     return Added(
         effect=effect.id,
         order=getattr(effect, "order", None),
         parameters=parameters,
         p_value=step.p_value,
         likelihood_ratio=step.hit.likelihood_ratio,
-        confounded_with=rivals,
+        confounded_with=(*rivals, *track.instead),
         held_out_before=step.before.rms,
         held_out_after=step.after.rms,
         generic=step.hit.candidate.generic,
-        remark=f"one cause, judged on {', '.join(step.together)} together" if step.together else "",
+        remark=remark,
     )
 
 

@@ -52,6 +52,9 @@ def candidates(
         if needs:
             blind.append(NotTestable(effect.key, needs, "the recording has no such channel"))
             continue
+        if effect.id == "encoder_harmonic" and not any(e.motion.projection for e in problem.exposures):
+            blind.append(NotTestable(effect.key, (), "the axis sees nothing of the table's rate"))
+            continue
         terms = _terms(problem, effect)
         if terms:
             found.append(Candidate(effect, terms))

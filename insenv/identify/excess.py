@@ -56,10 +56,15 @@ def structure(problem: Problem, fit: Fit, declared: dict[str, float], alpha: flo
 def _excess_p(problem: Problem, fit: Fit, declared: dict[str, float]) -> float:
     pooled = pool(problem, fit.design)
     free = fit_noise(pooled, fit.design.prior, restricted=True, start=fit.noise.power)
-    most = np.array([_most(term.id, declared) for term in NOISE_TERMS])
+    most = most_power(declared)
     held = fit_noise(pooled, fit.design.prior, restricted=True, most=most)
     ratio = max(0.0, 2 * (free.loglik - held.loglik))
     return float(chi2.sf(ratio, int(np.isfinite(most).sum())))
+
+
+def most_power(declared: dict[str, float]) -> Floats:
+    """Largest power of each of `NOISE_TERMS` that declared noise (by effect id, SI) admits; it may be infinite."""
+    return np.array([_most(term.id, declared) for term in NOISE_TERMS])
 
 
 def _most(term: str, declared: dict[str, float]) -> float:

@@ -5,7 +5,7 @@ All numbers are SI. Nothing here computes; `insenv.identify.loop` fills it, `ins
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -95,7 +95,7 @@ class NextExperiment:
     separates: tuple[str, ...]
     procedure: str
     expected_separation_sigma: float | None
-    profile: Mapping[str, str | list[str]] | None = None
+    profile: Mapping[str, str | Sequence[str | Sequence[str]]] | None = None
 
 
 @dataclass(frozen=True)

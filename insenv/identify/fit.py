@@ -62,7 +62,7 @@ def solve(problem: Problem, model: Model, start: Floats | None = None) -> Fit:
     """Fit a model and its noise to the fitted bins."""
     columns = design(problem, model)
     pooled = pool(problem, columns)
-    noise = fit_noise(pooled, columns.prior, restricted=True, start=start)
+    noise = fit_noise(pooled, columns.prior, restricted=True, start=start, most=problem.most)
     beta, cov = coefficients(problem, columns, noise.power)
     return Fit(model, columns, beta, cov, noise)
 
@@ -93,10 +93,11 @@ def noise_freedom(problem: Problem, power: Floats, energy: Floats) -> float:
     zero too; a variance estimated with nu degrees of freedom has var(log S) = 2 / nu. What is slow meets noise that
     only a few slow modes tell.
     """
-    shapes = problem.modes().shapes
+    free = slice(None) if problem.most is None else problem.most > 0
+    shapes, power = problem.modes().shapes[:, free], power[free]
     pull = (energy / max(float(energy.sum()), 1e-300)) @ (shapes / (shapes @ power)[:, None])
     groups = problem.grouping()
-    relative = groups.shapes / (groups.shapes @ power)[:, None]
+    relative = groups.shapes[:, free] / (groups.shapes[:, free] @ power)[:, None]
     information = 0.5 * (relative * groups.count[:, None]).T @ relative
     size = np.sqrt(np.diag(information))
     covariance = np.linalg.pinv(information / np.outer(size, size), rcond=1e-8, hermitian=True)

@@ -18,10 +18,11 @@ from insenv.effects.catalogue import CATALOGUE
 from insenv.identify.candidates import candidates
 from insenv.identify.earth_check import due_level
 from insenv.identify.evidence import log_tail
+from insenv.identify.excess import most_power, structure
 from insenv.identify.fit import solve
 from insenv.identify.heldout import confirms, held_out_score, rescored
 from insenv.identify.prepare import prepare
-from insenv.identify.problem import Term
+from insenv.identify.problem import NOISE_TERMS, Term
 from insenv.identify.scan import Hit, likelihood_ratio, reference
 from insenv.identify.search import at_shape, search, with_term
 from insenv.identify.settle import settled
@@ -32,6 +33,9 @@ SHARED = ("base_tilt", "bias_thermal_lag")
 
 #: Least normal deviate of a target's own evidence for a cause that was found on several targets together.
 LEAST_SUPPORT = 1.0
+
+#: P-value below which what is left is suspected to be more than the declared noise.
+SUSPECTED = 0.1
 
 #: Effects added to one target at most.
 MOST_ADDED = 8
@@ -78,16 +82,45 @@ def trace(
         progress(f"{target}: declared model")
         tracks.append(_begin(manifest, recordings, uses, target, catalogue))
     for generic in (False, True):
-        while True:
-            tracks = [_searched(track, generic, seed, progress) for track in tracks]
-            grown = _grow(tracks, alpha, progress)
-            if grown is None:
-                break
-            tracks = grown
+        tracks = _exhausted(tracks, generic, alpha, seed, progress)
         if not generic:
+            noise = [dict(manifest.noise.get(track.problem.target, {})) for track in tracks]
+            tracks = [_strict(track, n, alpha, seed, progress) for track, n in zip(tracks, noise, strict=True)]
             tracks = [replace(track, hits=None, last_physical=track.hits or ()) for track in tracks]
     tracks = [settled(track, alpha, seed, progress) for track in tracks]
     return Outcome(tuple(tracks), alpha, seed)
+
+
+def _exhausted(tracks: list[Track], generic: bool, alpha: float, seed: int, progress: Progress) -> list[Track]:
+    """Search and add until nothing is left to add."""
+    while True:
+        tracks = [_searched(track, generic, seed, progress) for track in tracks]
+        grown = _grow(tracks, alpha, progress)
+        if grown is None:
+            return tracks
+        tracks = grown
+
+
+def _strict(track: Track, declared: dict[str, float], alpha: float, seed: int, progress: Progress) -> Track:
+    """The search once more with the noise held to what was declared, where nothing was found and it exceeds that.
+
+    Noise that is fitted freely takes in a slow effect of a short recording. What is found against the maker's figures
+    is kept if with it they suffice; noise that was not declared stays its rival.
+    """
+    if track.steps or not declared or structure(track.problem, track.fit, declared, alpha).p_value > SUSPECTED:
+        return track
+    problem = replace(track.problem, most=most_power(declared))
+    assert problem.most is not None
+    fit = solve(problem, track.fit.model)
+    held = replace(track.prepared, problem=problem)
+    score = held_out_score(problem, fit)
+    more = tuple(t.id for t, p, m in zip(NOISE_TERMS, track.fit.noise.power, problem.most, strict=True) if p > m)
+    instead = more or ("rate_random_walk",)
+    start = replace(track, prepared=held, fit=fit, score=score, hits=None, refusals=(), instead=instead)
+    (found,) = _exhausted([start], False, alpha, seed, progress)
+    if not found.steps or structure(problem, found.fit, declared, alpha).reasons:
+        return track
+    return found
 
 
 def _begin(

@@ -17,6 +17,10 @@ _THERMAL = "a thermal cycle: soak, ramp up, soak, ramp down, so that temperature
 _SOAK = "a soak at constant temperature after power-up: what goes on changing follows time, not temperature"
 _LONGER = "a longer recording at rest, several times the time constant in question"
 _TILT = "tilt the axis by a few degrees and level it again, at the same rate"
+#: The same for a vehicle, or another triad, that rests and turns.
+_BACK = "turn back by the same angle and rest again"
+_RESTS = "longer rests, several times the time constant in question: a warm-up ends, a drift goes on, noise wanders"
+_PARK = "park at another heading and repeat: what follows the Earth stays, what follows the turn angle turns"
 _INDEX = "turn the base by 180 degrees and repeat: what follows the Earth stays, what follows the table turns"
 
 _TRAITS = {
@@ -50,10 +54,14 @@ LEAST_TURN = 0.1
 
 @dataclass(frozen=True)
 class Turning:
-    """What the table did: its usual rate while it moved [rad/s] and the time of all runs together [s]."""
+    """What the table did: its usual rate while it moved [rad/s] and the time of all runs together [s].
+
+    ``rests`` has the angles [rad] and the times [s] of the rests of a triad that rests and turns, else nothing.
+    """
 
     rate: float
     duration: float
+    rests: tuple[tuple[float, float], ...] = ()
 
     @classmethod
     def of(cls, recordings: tuple[Recording, ...]) -> Turning | None:
@@ -62,7 +70,8 @@ class Turning:
         moving = np.concatenate([r[r > 0.5 * r.max(initial=0.0)] for r in rates])
         duration = float(sum(len(r) * r.dt for r in recordings))
         rate = float(np.median(moving)) if len(moving) else 0.0
-        return cls(rate, duration) if rate * duration > LEAST_TURN else None
+        rests = _rests(recordings[0]) if recordings[0].mounting.table_axis else ()
+        return cls(rate, duration, rests) if rate * duration > LEAST_TURN else None
 
 
 def _table_rates(recording: Recording) -> Floats:
@@ -73,6 +82,17 @@ def _table_rates(recording: Recording) -> Floats:
         rows = slice(None, None, max(1, len(recording) // 1000))
         return np.diff(recording.channels["table_angle"].values[rows]) / np.diff(recording.t[rows])
     return np.zeros(0)
+
+
+def _rests(recording: Recording) -> tuple[tuple[float, float], ...]:
+    """Angle [rad] and duration [s] of each stretch in which the table stands still."""
+    if "table_angle" not in recording.channels:
+        return ()
+    angle = recording.channels["table_angle"].values
+    still = np.abs(np.diff(angle)) < 1e-9
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(int), [0]])))
+    spans = zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
+    return tuple((float(angle[a]), (b - a) * recording.dt) for a, b in spans if (b - a) * recording.dt > 1.0)
 
 
 def propose(
@@ -111,6 +131,8 @@ def propose(
 
 def _experiment(keys: tuple[str, ...], sigma: float | None, turning: Turning | None) -> NextExperiment:
     procedure = _procedure(keys)
+    if turning is not None and len(turning.rests) > 1:
+        return _at_rest(keys, procedure, sigma, turning.rests)
     if turning is None or procedure not in (_REVERSE, _STAIRCASE):
         return NextExperiment(keys, procedure, sigma)
     rate = np.rad2deg(turning.rate)
@@ -121,6 +143,19 @@ def _experiment(keys: tuple[str, ...], sigma: float | None, turning: Turning | N
     rates = [f"{sign * share * rate:.4g} deg/s" for sign in (1, -1) for share in (1, 0.5, 2)]
     dwell = f"{turning.duration / len(rates):.4g} s"
     return NextExperiment(keys, procedure, sigma, {"kind": "staircase", "rates": rates, "dwell": dwell})
+
+
+def _at_rest(
+    keys: tuple[str, ...], procedure: str, sigma: float | None, rests: tuple[tuple[float, float], ...]
+) -> NextExperiment:
+    """The procedure in terms of rests and turns."""
+    if procedure in (_REVERSE, _STAIRCASE):
+        turn, rest = np.rad2deg(rests[1][0] - rests[0][0]), rests[0][1]
+        dwell = f"{rest:.0f} s"
+        turns = [[dwell, f"{sign * turn:.4g} deg"] for sign in (1, -1)]
+        angles = f"0, {turn:.4g}, 0 deg, {dwell} each"
+        return NextExperiment(keys, f"{_BACK} ({angles})", sigma, {"kind": "turns", "turns": turns})
+    return NextExperiment(keys, {_LONGER: _RESTS, _INDEX: _PARK}.get(procedure, procedure), sigma)
 
 
 def _trait(key: str) -> str:

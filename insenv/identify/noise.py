@@ -30,8 +30,10 @@ from insenv.core.recording import Floats
 from insenv.effects.base import NoiseEffect
 from insenv.identify.bins import Block
 
-#: Share of the data's variance below which a noise term counts as absent.
+#: Share of the variance that regressors leave below which a noise term counts as absent.
 _ABSENT = 1e-9
+#: Share of the data's variance that rounding leaves of it: an accelerometer's level is gravity.
+_ROUNDING = 1e-15
 #: Slope of the log-likelihood in the logarithm of a power that counts as none.
 _FLAT = 0.02
 
@@ -266,9 +268,11 @@ def _group_power(pooled: Pooled, s: Floats, prior: Floats, restricted: bool) -> 
 
 
 def _scale(pooled: Pooled) -> Floats:
-    """Power of each term that would alone explain the data where the term is strongest."""
+    """Power of each term that would alone explain what the regressors leave where the term is strongest."""
     share = pooled.shapes / pooled.shapes.max(axis=0)
-    energy = pooled.cross[:, 0, 0]
+    whole = pooled.weighted(np.ones(len(pooled.count)))
+    r = np.concatenate([[1.0], -np.linalg.lstsq(whole[1:, 1:], whole[1:, 0], rcond=None)[0]])
+    energy = np.maximum(pooled.energy(r), _ROUNDING * pooled.cross[:, 0, 0])
     return np.maximum((share * energy[:, None]).sum(0) / (share * pooled.shapes * pooled.count[:, None]).sum(0), 1e-60)
 
 

@@ -18,6 +18,7 @@ from insenv.identify.fit import solve
 from insenv.identify.lines import Line, find_lines, quantum
 from insenv.identify.outliers import outliers
 from insenv.identify.problem import Model, Problem, Term, regressors
+from insenv.identify.triads import of_others, without_turns
 
 #: Fitted bins aimed at, and the most that are used.
 BINS, MOST_BINS = 2000, 20000
@@ -66,6 +67,10 @@ def prepare(
     model = declared_model(manifest, recordings, target)
     rows = _rows_per_bin(manifest, recordings, uses)
     plain = _problem(manifest, recordings, uses, target, rows, reject_lines=False)
+    kept = without_turns(recordings, uses, plain, model)
+    if kept is not uses:
+        uses = kept
+        plain = _problem(manifest, recordings, uses, target, rows, reject_lines=False)
     _enough(manifest, plain, model, target)
     lines = _lines(recordings, uses, plain, model) if tones else ()
     if not lines:
@@ -117,6 +122,8 @@ def declared_model(manifest: Manifest, recordings: tuple[Recording, ...], target
     terms = []
     for key in manifest.model.declared:
         effect = _effect(key, where)
+        if of_others(manifest, recordings, target, effect, motions):
+            continue
         if isinstance(effect, NoiseEffect):
             raise InputError(f"{where} names {key!r}, which is noise; wanted it in the [noise] table")
         if isinstance(effect, DrivenEffect):

@@ -69,6 +69,8 @@ class Problem:
         Measured mean minus the reference.
     outliers : tuple of int
         Fitted bins that are left free: no model has to explain them.
+    most : ndarray, shape (terms,), optional
+        Largest power of each of `NOISE_TERMS`; None: the noise is fitted freely.
     """
 
     target: str
@@ -77,6 +79,7 @@ class Problem:
     bins: Bins
     y: Floats
     outliers: tuple[int, ...] = ()
+    most: Floats | None = None
     cache: dict[Hashable, Any] = field(default_factory=dict, repr=False)
 
     def remember(self, key: Hashable, make: Any) -> Any:

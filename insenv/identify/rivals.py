@@ -27,8 +27,13 @@ class Rivalry:
     better: Hit | None
 
 
-def rivalry(problem: Problem, others: Model, term: Term, hits: list[Hit], alpha: float) -> Rivalry:
-    """Rivals of ``term`` among ``hits``, which were all tried in its place beside ``others``."""
+def rivalry(
+    problem: Problem, others: Model, term: Term, hits: list[Hit], alpha: float, gain: float = RICHER_GAIN
+) -> Rivalry:
+    """Rivals of ``term`` among ``hits``, which were all tried in its place beside ``others``.
+
+    ``gain`` is what each further parameter of a rival must gain in likelihood ratio.
+    """
     base = reference(problem, others)
     own, _ = likelihood_ratio(problem, base, (*others, term))
     rivals: list[Hit] = []
@@ -37,7 +42,7 @@ def rivalry(problem: Problem, others: Model, term: Term, hits: list[Hit], alpha:
         if hit.term.effect.key == term.effect.key or hit.candidate.generic or hit.p_value > alpha:
             continue
         extra = _parameters(problem, hit.term) - _parameters(problem, term)
-        if extra > 0 and hit.likelihood_ratio < own + _gain_by_itself(hit.term, extra, alpha):
+        if extra > 0 and hit.likelihood_ratio < own + _gain_by_itself(hit.term, extra, alpha, gain):
             continue
         if own - hit.likelihood_ratio > 60 or _still_needed(problem, (*others, hit.term), term, alpha):
             continue
@@ -53,12 +58,12 @@ def _parameters(problem: Problem, term: Term) -> int:
     return len(problem.names(term)) + len(term.effect.shapes)
 
 
-def _gain_by_itself(term: Term, extra: int, alpha: float) -> float:
+def _gain_by_itself(term: Term, extra: int, alpha: float, gain: float) -> float:
     """Likelihood ratio that ``extra`` parameters do not exceed by themselves.
 
     A term that is free in each run has many, and follows by chance whatever differs from run to run.
     """
-    return float(chi2.isf(alpha, extra)) if term.per_run else RICHER_GAIN * extra
+    return float(chi2.isf(alpha, extra)) if term.per_run else gain * extra
 
 
 def _still_needed(problem: Problem, model: Model, term: Term, alpha: float) -> bool:

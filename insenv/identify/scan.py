@@ -168,14 +168,15 @@ class Reference:
 def reference(problem: Problem, model: Model, start: Floats | None = None) -> Reference:
     """Maximum likelihood of a model."""
     columns = design(problem, model)
-    noise = fit_noise(pool(problem, columns), columns.prior, restricted=False, start=start)
+    noise = fit_noise(pool(problem, columns), columns.prior, restricted=False, start=start, most=problem.most)
     return Reference(model, noise, len(columns.scale))
 
 
 def likelihood_ratio(problem: Problem, base: Reference, model: Model) -> tuple[float, int]:
     """Twice the gain in log-likelihood of ``model`` over ``base``, noise fitted anew, and the parameters gained."""
     columns: Design = design(problem, model)
-    noise = fit_noise(pool(problem, columns), columns.prior, restricted=False, start=base.noise.power)
+    pooled, start = pool(problem, columns), base.noise.power
+    noise = fit_noise(pooled, columns.prior, restricted=False, start=start, most=problem.most)
     return 2 * (noise.loglik - base.noise.loglik), len(columns.scale) - base.parameters
 
 

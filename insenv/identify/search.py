@@ -117,11 +117,37 @@ def deviate(problem: Problem, base: Reference, term: Term, ratio: float, gained:
 
 def _tone_hit(problem: Problem, fit: Fit, base: Reference, count: float) -> Hit:
     frequency, trials = strongest_tone(problem, fit)
-    term = Term(Tone(), (frequency,), per_run=len(problem.exposures) > 1)
-    ratio, gained = likelihood_ratio(problem, base, (*base.model, term))
-    best = Hit(Candidate(Tone(), (term,)), term, ratio, trials * count, deviate(problem, base, term, ratio, gained))
     resolution = 0.25 / max(b.n for b in problem.fitted) / problem.bins.width
-    return refined(problem, base, best, np.array([resolution]))
+    term = Term(Tone(), (frequency,), per_run=len(problem.exposures) > 1)
+    term, ratio, gained = _coherent(problem, base, term, resolution)
+    best = Hit(Candidate(Tone(), (term,)), term, ratio, trials * count, deviate(problem, base, term, ratio, gained))
+    return refined(problem, base, best, np.array([min(resolution, 0.25 / _span(problem))]))
+
+
+def _span(problem: Problem) -> float:
+    """Longest time from the first to the last fitted bin of a run [s]."""
+    time = problem.bins.time
+    ends = [time[[b.start, b.stop - 1]] for b in problem.fitted]
+    runs = {b.run for b in problem.fitted}
+    spans = [np.concatenate([e for e, b in zip(ends, problem.fitted, strict=True) if b.run == r]) for r in runs]
+    return max(float(np.ptp(s)) for s in spans) + problem.bins.width
+
+
+def _coherent(problem: Problem, base: Reference, term: Term, resolution: float) -> tuple[Term, float, int]:
+    """The tone at the best frequency near that of ``term``, its likelihood ratio, and the parameters gained.
+
+    Several blocks of a run tell a frequency as sharply as the time from the first to the last, with lobes beside.
+    """
+    step = 0.25 / _span(problem)
+    count = int(np.ceil(2 * resolution / step)) if step < 0.9 * resolution else 0
+    best = (term, *likelihood_ratio(problem, base, (*base.model, term)))
+    for k in range(-count, count + 1) if count else ():
+        moved = replace(term, shape=(term.shape[0] + k * step,))
+        tried = likelihood_ratio(problem, base, (*base.model, moved))
+        if tried[0] > best[1]:
+            best = (moved, *tried)
+        problem.forget(moved)
+    return best
 
 
 def refined(problem: Problem, base: Reference, hit: Hit, step: Floats | None = None) -> Hit:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from insenv.identify.fit import solve
 from insenv.identify.heldout import held_out_score
 from insenv.identify.problem import Model
-from insenv.identify.rivals import Rivalry, rivalry
+from insenv.identify.rivals import RICHER_GAIN, Rivalry, rivalry
 from insenv.identify.scan import Hit
 from insenv.identify.search import search
 from insenv.identify.tracks import Progress, Step, Track
@@ -36,7 +36,18 @@ def _rivals_of(track: Track, step: Step, alpha: float, seed: int, progress: Prog
     fit = solve(track.problem, others, start=track.fit.noise.power)
     tried = tuple(c for c in track.candidates if not c.generic and c.effect.key not in _keys(others))
     hits = search(track.problem, fit, tried, seed, track.family, track.tones)
-    return rivalry(track.problem, others, step.hit.term, hits, alpha)
+    return rivalry(track.problem, others, step.hit.term, hits, alpha, _gain(track))
+
+
+def _gain(track: Track) -> float:
+    """What each further parameter of a rival must gain.
+
+    Nothing where more noise would do, or where the Earth rate takes up the levels of the rests: an effect that has the
+    added one as its limit, as a warm-up has a drift, is then a rival too, for nobody knows the end.
+    """
+    rests = all(e.motion.projection == 0 for e in track.problem.exposures)
+    free = rests and any(t.effect.id == "earth_rate" for t in track.fit.model)
+    return 0.0 if free or track.instead else RICHER_GAIN
 
 
 def _keys(model: Model) -> set[str]:

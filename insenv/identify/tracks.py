@@ -53,7 +53,8 @@ class Refusal:
 class Track:
     """The state of the search on one target.
 
-    ``level`` is the horizontal Earth rate that is due, where it is declared and can be checked.
+    ``level`` is the horizontal Earth rate that is due, where it is declared and can be checked. ``instead`` are the
+    noise terms that would explain as well what was added, where the noise is held to what was declared.
     """
 
     prepared: Prepared
@@ -68,6 +69,7 @@ class Track:
     last_physical: tuple[Hit, ...] = ()
     rivalries: tuple[Rivalry, ...] = ()
     level: Level | None = None
+    instead: tuple[str, ...] = ()
 
     @property
     def problem(self) -> Problem:

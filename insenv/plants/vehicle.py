@@ -9,7 +9,7 @@ from the pivot: lever arm l = rho + r, and r from the roll centre. What they sen
 mechanisation without errors finds heading, level and velocity of the references. Attitude and velocity are those in
 east, north, up at the instruments; the place of the vehicle is one for gravity and Earth rate.
 
-The mean specific force of an interval is that of C_n^b(t) f^n over it (`insenv.plants.vehicle_kernel`). The vertical
+The mean specific force of an interval is that of C_n^b(t) f^n over it (`insenv.plants.vehicle_pieces`). The vertical
 may be deflected by xi (north) and eta (east): gravity then is -g (eta, xi, 1) in the axes of the ellipsoid.
 Source of the procedure: Guo, Li and He (2018), as in `insenv.plants.vehicle_sight`.
 """
@@ -32,6 +32,7 @@ from insenv.core.recording import Floats
 from insenv.plants.base import Reference, Scene
 from insenv.plants.thermal import Constant, Temperature
 from insenv.plants.vehicle_frame import Slope, product, times, transport_matrix
+from insenv.plants.vehicle_rule import rule
 from insenv.plants.vehicle_sight import OpticalSight, first_rows
 from insenv.plants.vehicle_sway import Settling, Sway
 from insenv.plants.vehicle_turn import SAME, Drive, Turning, ahead
@@ -211,7 +212,7 @@ class Vehicle:
 
     def _play(self, t: Floats, span: tuple[int, int], state: Turning, out: tuple[Floats, Floats]) -> None:
         """Fill the means over intervals and the values at edges of all runs."""
-        from insenv.plants.vehicle_kernel import expose  # numba costs more to import than all the rest
+        from insenv.plants.vehicle_pieces import expose  # numba costs more to import than all the rest
 
         ramp, whole = self.drive.times(state.by)
         push = np.copysign(self.drive.acceleration, state.by)
@@ -219,14 +220,16 @@ class Vehicle:
         waves = np.zeros((1, 0, 3)) if self.sway.waves is None else self.sway.waves
         settle = np.array([(one.velocity, one.time_constant) for one in (self.residual, self.creep)])
         rows = (_listed(self._fixed, 1), _listed(turn, 1), _listed(state.tails, 2), settle, _listed(waves, 2))
-        expose(t, span, rows, self._rule(float(t[-1] - t[0]) / (len(t) - 1)), *out)
+        expose(t, span, rows, self._rule, *out)
 
-    def _rule(self, dt: float) -> tuple[Floats, Floats, float]:
-        """Nodes and weights that integrate the fastest sine over ``dt`` to 1e-12 of its amplitude, and ``dt``."""
-        # Its rounding differs from chunk to chunk and must not show.
-        dt = float(f"{dt:.9e}")
-        node, weight = np.polynomial.legendre.leggauss(3 + int(np.ceil(12 * self.sway.fastest * dt)))
-        return node, weight, dt
+    @cached_property
+    def _rule(self) -> tuple[float, Floats, Floats, int]:
+        """Length, nodes, transform and terms of the pieces of time in which the motion is resolved."""
+        # No turn, by 360 deg at most, gets faster than that.
+        turning = min(self.max_rate, np.sqrt(2 * np.pi * self.max_acceleration)) if self.turns else 0.0
+        fading = [1 / one.time_constant for one in (self.residual, self.creep) if one.velocity]
+        found = rule(2 * np.pi * self.sway.fastest, float(max([turning, *fading])))
+        return found.length, found.nodes, found.transform, found.terms
 
     @cached_property
     def _fixed(self) -> Floats:

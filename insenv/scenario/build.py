@@ -21,6 +21,7 @@ from insenv.rig import Fitted, Rig
 from insenv.scenario import cast
 from insenv.scenario import plant as plants
 from insenv.scenario.cast import Planted, Truth
+from insenv.scenario.run_to_run import changing, held, slowed
 from insenv.scenario.schema import ScenarioTable, family, family_name
 from insenv.scenario.task import Task, task
 from insenv.scenario.values import exact, parameters, positive
@@ -80,17 +81,19 @@ class Scenario:
         """Time that is simulated [s]."""
         return self.samples / self.rig.rate
 
-    def truth(self, seed: int) -> Truth:
-        """What run ``seed`` has, its random values drawn.
+    def truth(self, seed: int, power_up: int = 1) -> Truth:
+        """What run ``seed`` has, its random values drawn, since it was switched on for the ``power_up``-th time.
 
         Raises
         ------
         InputError
-            If the seed is negative.
+            If the seed is negative, or the power-up below 1.
         """
-        return cast.truth(self.table, self.rig.plant, (self.level_sd, self.spread), self.planted, seed)
+        if power_up < 1:
+            raise InputError(f"power-up {power_up} given; wanted 1 or more")
+        return cast.truth(self.table, self.rig.plant, (self.level_sd, self.spread), self.planted, seed, power_up)
 
-    def cast(self, seeds: int | Sequence[int]) -> Rig:
+    def cast(self, seeds: int | Sequence[int], power_ups: int | Sequence[int] = 1) -> Rig:
         """The rig of one run, or of a batch of R.
 
         Parameters
@@ -98,13 +101,17 @@ class Scenario:
         seeds : int or sequence of int
             A sequence gives a batch: parameters of shape (R, p), on a turntable an azimuth of shape (R,), on a
             vehicle what is drawn for it. Its rows are the runs alone, bit for bit.
+        power_ups : int or sequence of int
+            How often the instruments were switched on: each time has values of its own for ``[run_to_run]``.
 
         Raises
         ------
         InputError
             If a seed is negative, or there is none.
         """
-        rigs = [self._rig(self.truth(seed)) for seed in cast.listed(seeds)]
+        runs = cast.listed(seeds)
+        numbers = len(runs) * [power_ups] if isinstance(power_ups, int) else power_ups
+        rigs = [self._rig(self.truth(seed, int(p))) for seed, p in zip(runs, numbers, strict=True)]
         return rigs[0] if isinstance(seeds, int | np.integer) else cast.batch(rigs, any(self.level_sd))
 
     def phases(self, seeds: int | Sequence[int], target: str) -> float | Floats:
@@ -156,7 +163,7 @@ def build(table: ScenarioTable, path: Path) -> Scenario:
     samples = round(duration * rate)
     outputs = tuple(_first_scene(plant, rate).motions)
     targets = Targets(outputs, _targets(table, outputs, path))
-    planted = (*_noise(table, outputs, path), *_effects(table, plant, targets, path))
+    planted = (*_noise(table, outputs, path), *changing(table, _effects(table, plant, targets, path), path))
     _complete(plant, planted, path)
     rig = Rig(plant, tuple(_instrument(output, planted) for output in outputs), rate)
     _exposed(rig, planted, path)
@@ -196,7 +203,7 @@ def _targets(table: ScenarioTable, outputs: tuple[str, ...], path: Path) -> tupl
 
 def _noise(table: ScenarioTable, outputs: tuple[str, ...], path: Path) -> list[Planted]:
     """The noise that the maker declares, of every instrument."""
-    planted = []
+    planted, hold = [], held(table.instrument, path)
     for output in outputs:
         instrument, kind = family(table, output), family_name(output)
         for name, text in instrument.noise.items():
@@ -204,7 +211,7 @@ def _noise(table: ScenarioTable, outputs: tuple[str, ...], path: Path) -> list[P
             key = "angle_random_walk" if name == VELOCITY_RANDOM_WALK and kind == "accel" else name
             if key not in NOISES:
                 raise InputError(f"{where} is no noise that is known; {nearest(name, NOISES)}")
-            effect = by_key(key)
+            effect = slowed(by_key(key), hold)
             value = exact(effect.params[0], text, Sensor(output).unit, where)
             if not (instrument.pulses and key == "quantization"):  # whole pulses are the quantization
                 planted.append(Planted(output, effect, (value,), (0.0,), "noise"))

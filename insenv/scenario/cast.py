@@ -5,6 +5,8 @@ r"""Random truths of a run: what a scenario gives with an uncertainty, drawn.
 with k the place of the effect in `Scenario.planted`; what the plant and the counters draw has the places from
 10^6 on. A place has a generator of its own, so that another effect at the end leaves the draws before as they
 were, and none of them is one of the noise's (`insenv.rig`).
+
+What differs from power-up to power-up is drawn for each of them: power-up p has the generator (seed, (10^6, k, p)).
 """
 
 from __future__ import annotations
@@ -37,7 +39,8 @@ class Planted:
     """One effect that a scenario simulates: on which channel, with which SI values, and where it was named.
 
     ``origin`` is "noise" (the maker's figures), "declared" or "undeclared"; ``sd`` are the standard deviations
-    of the values, zero where they are exact; ``told``: they are not given, the plant tells them.
+    of the values, zero where they are exact; ``told``: they are not given, the plant tells them. ``again`` are standard
+    deviations of what is added anew at each power-up, empty where nothing is.
     """
 
     target: str
@@ -46,6 +49,12 @@ class Planted:
     sd: tuple[float, ...]
     origin: str
     told: bool = False
+    again: tuple[float, ...] = ()
+
+    @property
+    def spread(self) -> tuple[float, ...]:
+        """Standard deviations of the values at any power-up."""
+        return tuple(float(np.hypot(a, b)) for a, b in zip(self.sd, self.again, strict=True)) if self.again else self.sd
 
 
 @dataclass(frozen=True)
@@ -56,8 +65,8 @@ class Truth:
     planted: tuple[Planted, ...]
 
 
-def generator(seed: int, place: int) -> np.random.Generator:
-    """Generator of run ``seed`` for what stands at ``place``.
+def generator(seed: int, place: int, *power_up: int) -> np.random.Generator:
+    """Generator of run ``seed`` for what stands at ``place``, and for one ``power_up`` of it where one is given.
 
     Raises
     ------
@@ -66,7 +75,7 @@ def generator(seed: int, place: int) -> np.random.Generator:
     """
     if seed < 0:
         raise InputError(f"seed {seed} given; wanted zero or more")
-    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(PLACE, place)))
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(PLACE, place, *power_up)))
 
 
 def listed(seeds: int | Sequence[int]) -> tuple[int, ...]:
@@ -89,15 +98,16 @@ def truth(
     spreads: tuple[tuple[float, float], Spread],
     planted: Sequence[Planted],
     seed: int,
+    power_up: int = 1,
 ) -> Truth:
-    """What run ``seed`` has; ``spreads`` are those of a table's level error [rad] and of a vehicle."""
+    """What run ``seed`` has at a power-up; ``spreads`` are those of a table's level error [rad] and of a vehicle."""
     level_sd, spread = spreads
     if isinstance(plant, Vehicle):
         heading, sight, level, sway = (generator(seed, place) for place in VEHICLE)
         plant = spread.drawn(plant, (heading, sight, level, sway))
     if isinstance(plant, Turntable):
         plant = _turntable(table, plant, level_sd, seed)
-    return Truth(plant, tuple(_effect(p, plant, seed, k) for k, p in enumerate(planted)))
+    return Truth(plant, tuple(_effect(p, plant, (seed, power_up), k) for k, p in enumerate(planted)))
 
 
 def _turntable(table: ScenarioTable, plant: Turntable, level_sd: tuple[float, float], seed: int) -> Turntable:
@@ -111,16 +121,18 @@ def _turntable(table: ScenarioTable, plant: Turntable, level_sd: tuple[float, fl
     return plant
 
 
-def _effect(p: Planted, plant: Plant, seed: int, k: int) -> Planted:
-    """An effect with the values of one run."""
+def _effect(p: Planted, plant: Plant, run: tuple[int, int], k: int) -> Planted:
+    """An effect with the values of one run and power-up."""
+    seed, power_up = run
     if p.told:
         return replace(p, values=told_by(plant, p.effect) or p.values)
-    if not any(p.sd):
-        return p
-    z = generator(seed, k).standard_normal(len(p.values))
-    drawn = zip(p.values, p.sd, z, p.effect.params, strict=True)
+    values = list(p.values)
+    for deviations, place in ((p.sd, (k,)), (p.again, (k, power_up))):
+        if any(deviations):
+            z = generator(seed, *place).standard_normal(len(values))
+            values = [float(value + sd * d) for value, sd, d in zip(values, deviations, z, strict=True)]
     # Four deviations from the limit, so that a value is cut off in 3 of 100 000 runs: `values.parameters`.
-    return replace(p, values=tuple(max(float(mean + sd * d), param.low) for mean, sd, d, param in drawn))
+    return replace(p, values=tuple(max(v, param.low) for v, param in zip(values, p.effect.params, strict=True)))
 
 
 def batch(rigs: Sequence[Rig], tilted: bool) -> Rig:

@@ -23,14 +23,15 @@ def datasheet(scenario: Scenario) -> Datasheet:
     The noise of the encoder is the root sum of squares of its white noise and of its resolution / sqrt(12).
     Gravity is the normal one where the scenario names none. What the plant tells (``earth_rate = {}``) is left
     out: it follows from latitude and tilt, but for the azimuth. Of a vehicle's level and installation angle deviations
-    are told, about zero: a scenario that gives a mean has a run in which that is the unknown error.
+    are told, about zero: a scenario that gives a mean has a run in which that is the unknown error. What changes from
+    power-up to power-up is part of a declared deviation.
     """
     noise: dict[str, dict[str, float]] = {}
     for p in scenario.planted:
         if p.origin == "noise":
             noise.setdefault(p.target, {})[p.effect.id] = p.values[0]
     declared = tuple(
-        Declared(p.effect.key, p.target, p.values, p.sd)
+        Declared(p.effect.key, p.target, p.values, p.spread)
         for p in scenario.planted
         if p.origin == "declared" and not p.told
     )

@@ -188,10 +188,11 @@ class OutputTable(Table):
 
 
 class InstrumentTable(Table):
-    """``[instrument]``."""
+    """``[instrument]``; ``slow_noise`` is how often flicker and rate random walk change, each sample if left out."""
 
     sampling: str
     reference_temperature: str | None = None
+    slow_noise: str | None = None
     gyro: OutputTable = field(default_factory=OutputTable)
     accel: OutputTable | None = None
 
@@ -199,11 +200,13 @@ class InstrumentTable(Table):
 class TaskTable(Table):
     """``[task]``: what an environment asks for, in steps of ``step`` until ``duration`` has passed.
 
-    ``demanded`` is the standard deviation that is wanted, ``cost`` the price of a second [nats].
+    ``demanded`` is the standard deviation that is wanted, ``cost`` the price of a second [nats], ``range`` the largest
+    rate of the line that a rate table asks for.
     """
 
-    kind: Literal["north-finder", "scale-factor-test", "two-position"]
+    kind: Literal["north-finder", "scale-factor-test", "two-position", "rate-table"]
     demanded: str
+    range: str | None = None
     step: str = "1 s"
     cost: float = 0.0
 
@@ -224,7 +227,7 @@ class FileTable(Table):
 
 
 class ScenarioTable(Table):
-    """The whole scenario; entries of ``declared`` and ``undeclared`` are checked against the catalogue."""
+    """The whole scenario; ``declared``, ``undeclared`` and ``run_to_run`` are checked against the catalogue."""
 
     instrument: InstrumentTable
     duration: str | None = None
@@ -239,6 +242,7 @@ class ScenarioTable(Table):
     model: ModelTable = field(default_factory=ModelTable)
     declared: dict[str, Any] = field(default_factory=dict)
     undeclared: dict[str, Any] = field(default_factory=dict)
+    run_to_run: dict[str, Any] = field(default_factory=dict)
     held_out: HeldOutTable = field(default_factory=HeldOutTable)
     output: FileTable = field(default_factory=FileTable)
 

@@ -18,9 +18,9 @@ from insenv.scenario.values import positive
 if TYPE_CHECKING:
     from insenv.scenario.build import Scenario
 
-Kind = Literal["north-finder", "scale-factor-test", "two-position"]
+Kind = Literal["north-finder", "scale-factor-test", "two-position", "rate-table"]
 #: SI unit of what each kind of task estimates.
-DEMANDED = {"north-finder": "rad", "scale-factor-test": "1", "two-position": "rad"}
+DEMANDED = {"north-finder": "rad", "scale-factor-test": "1", "two-position": "rad", "rate-table": "1"}
 #: Least cosine of latitude and of tilt with which north has a meaning: 0.2 arcsec from the pole.
 LEAST_COSINE = 1e-6
 
@@ -31,7 +31,7 @@ class Task:
 
     Attributes
     ----------
-    kind : "north-finder", "scale-factor-test" or "two-position"
+    kind : "north-finder", "scale-factor-test", "two-position" or "rate-table"
     samples : int
         In a step.
     steps : int
@@ -40,6 +40,8 @@ class Task:
         Standard deviation that is wanted: of the azimuth or the installation angle [rad], of the scale factor [1].
     cost : float
         Price of a second [nats/s].
+    range : float
+        Largest rate of the line whose slope is sought [rad/s]; infinite where none is given.
     """
 
     kind: Kind
@@ -47,6 +49,7 @@ class Task:
     steps: int
     demanded: float
     cost: float
+    range: float = np.inf
 
 
 def task(table: ScenarioTable, samples: int, path: Path) -> Task | None:
@@ -72,7 +75,10 @@ def task(table: ScenarioTable, samples: int, path: Path) -> Task | None:
         raise InputError(f"{where}.demanded = {asked.demanded!r}; wanted more than zero")
     if not 0 <= asked.cost < np.inf:
         raise InputError(f"{where}.cost = {asked.cost:g}; wanted a number of nats per second, zero or more")
-    return Task(asked.kind, round(in_step), steps, demanded, asked.cost)
+    if asked.range is not None and asked.kind != "rate-table":
+        raise InputError(f"{where}.range has no meaning for kind = {asked.kind!r}; wanted it with 'rate-table'")
+    largest = positive(asked.range, "rate", f"{where}.range", np.inf)
+    return Task(asked.kind, round(in_step), steps, demanded, asked.cost, largest)
 
 
 def check_task(scenario: Scenario) -> Task:
@@ -98,6 +104,8 @@ def check_task(scenario: Scenario) -> Task:
         raise InputError(f"{path}: table.max_rate is missing; wanted the largest rate, for a [task] commands the rate")
     if scenario.task.kind == "north-finder":
         _has_north(scenario, plant)
+    if scenario.task.kind == "rate-table":
+        _has_rates(scenario, plant)
     return scenario.task
 
 
@@ -121,6 +129,18 @@ def _can_compass(scenario: Scenario) -> None:
     if np.cos(plant.latitude) < LEAST_COSINE:
         found = f"site.latitude = {scenario.table.site.latitude!r}"
         raise InputError(f"{path}: {found}; a gyrocompass finds no heading at a pole; wanted less than 90 deg")
+
+
+def _has_rates(scenario: Scenario, plant: Turntable) -> None:
+    """Refuse a rate test of a gyro that does not see the table turn, or beyond what the table reaches."""
+    table, asked = scenario.table.table, scenario.table.task
+    if abs(np.sin(plant.tilt)) < LEAST_COSINE:
+        found = f"table.tilt = {table.tilt!r}" if table else "table.tilt"
+        raise InputError(f"{scenario.path}: {found}; the gyro does not see the table turn; wanted more than 0 deg")
+    assert scenario.task is not None and asked is not None
+    if asked.range is not None and scenario.task.range > plant.max_rate * (1 + 1e-9):
+        limit = f"{np.degrees(plant.max_rate):.6g} deg/s"
+        raise InputError(f"{scenario.path}: task.range = {asked.range!r}; the table reaches {limit}")
 
 
 def _has_north(scenario: Scenario, plant: Turntable) -> None:

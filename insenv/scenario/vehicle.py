@@ -20,6 +20,9 @@ from insenv.scenario.values import given, not_negative, positive, some, uncertai
 #: Largest angle of a slope, of a turn and of what is told of level or installation, at four deviations [rad].
 MOST_SLOPE, MOST_TURN, MOST_OFF = np.radians(20.0), np.radians(360.0), np.radians(5.0)
 
+#: Shortest time constant of what settles [s].
+LEAST_SETTLING = 1e-3
+
 
 @dataclass(frozen=True)
 class Spread:
@@ -249,6 +252,8 @@ def _settling(table: Any, where: str) -> Settling:
     if table is None:
         return Settling()
     tau = positive(table.time_constant, "time", f"{where}.time_constant")
+    if tau < LEAST_SETTLING:
+        raise InputError(f"{where}.time_constant = {table.time_constant!r}; wanted at least 1 ms, for less is a knock")
     if hasattr(table, "velocity"):
         return Settling(given(table.velocity, "velocity", f"{where}.velocity"), tau)
     return Settling(given(table.distance, "length", f"{where}.distance") / tau, tau)

@@ -23,10 +23,17 @@ from insenv.core.units import (
 )
 from insenv.effects.base import Effect
 from insenv.effects.bias import BiasWarmUp
-from insenv.effects.lock_in import LockInWander
+from insenv.effects.lock_in import LockInWander, RateLock
 from insenv.effects.noise import AngleRandomWalk, BiasInstability, Quantization, RateRandomWalk
-from insenv.effects.scale import ScaleFactorAnomaly, ScaleFactorAsymmetry, ScaleFactorTemperature, ScaleFactorWarmUp
-from insenv.effects.thermal import BiasTemperature
+from insenv.effects.response import CompensationRipple, SineResponse
+from insenv.effects.scale import (
+    ScaleFactor,
+    ScaleFactorAnomaly,
+    ScaleFactorAsymmetry,
+    ScaleFactorTemperature,
+    ScaleFactorWarmUp,
+)
+from insenv.effects.thermal import BiasTemperature, BiasTemperatureRate
 from insenv.effects.tone import Tone
 from insenv.sensors.chain import Sensor
 
@@ -123,38 +130,59 @@ def dither_random_walk(lock_in: float, fringe: float, dither_rate: float) -> flo
     return float(lock_in * sqrt(fringe / (2 * pi * dither_rate)))
 
 
-def fog_b215(target: str = "gyro") -> Instrument:
-    """Fibre-optic gyro like the B-215: quantised angle, a local scale-factor fault at 20 deg/s."""
+def fog_b215(target: str = "gyro", lock: bool = False) -> Instrument:
+    """Closed-loop fibre-optic gyro like the B-215: quantised angle, a local fault at 20 deg/s.
+
+    The fault is a bump, or with ``lock`` that of a loop which is pulled to a rate near it. An error of the 2 pi reset,
+    where the sample of the reset is blanked, is an error of the scale factor: it is zero here.
+    """
+    fault: tuple[Effect, tuple[float, ...]] = (ScaleFactorAnomaly(), (0.033718 * DEG, 20 * DEG, 0.22 * DEG))
+    if lock:
+        fault = RateLock(), ((0.0345 * DEG) ** 2, 20.033718 * DEG)
     return _instrument(
         "fibre-optic gyro like the B-215",
         target,
         [
             *_fog_noise(0.12, 0.35, 0.15),
             (Quantization(), (0.35 * ARCSEC,)),
-            (ScaleFactorAsymmetry(), (30 * PPM,)),
-            (ScaleFactorAnomaly(), (0.033718 * DEG, 20 * DEG, 0.22 * DEG)),
+            (ScaleFactor(), (0.0,)),
+            (ScaleFactorAsymmetry(), (15 * PPM,)),
+            fault,
             (BiasWarmUp(), (-2.5 * 0.35 * DEG_PER_HOUR, 900.0)),
+            *_fog_temperature(),
         ],
         2000.0,
         "Zhang, DOI 10.11857/j.issn.1674-5124.2016.12.001: fault at 20 deg/s from the printed nonlinearity; "
-        "noise, asymmetry and warm-up assumed so that its other results come out",
+        "noise, asymmetry, warm-up and what the temperature does assumed so that its other results come out",
     )
 
 
 def fog_kvh13(target: str = "gyro") -> Instrument:
-    """Fibre-optic gyro like the KVH-13: open loop, long warm-up."""
+    """Open-loop fibre-optic gyro like the KVH-13: what is left of the sine response, long warm-up."""
     return _instrument(
         "fibre-optic gyro like the KVH-13",
         target,
         [
             *_fog_noise(0.067, 0.35, 0.08),
+            (ScaleFactor(), (0.0,)),
             (ScaleFactorAsymmetry(), (8 * PPM,)),
+            (SineResponse(), (0.005, 0.253)),
+            (CompensationRipple(), (0.09 * DEG, 15.0, 375 * DEG)),
             (BiasWarmUp(), (-14 * 1.8 * DEG_PER_HOUR, 2400.0)),
+            *_fog_temperature(),
         ],
         100.0,
-        "Zhang, DOI 10.11857/j.issn.1674-5124.2016.12.001; angle random walk of the maker's inertial unit, "
+        "Zhang, DOI 10.11857/j.issn.1674-5124.2016.12.001; angle random walk and range of the maker's inertial unit, "
         "the rest assumed",
     )
+
+
+def _fog_temperature() -> list[tuple[Effect, tuple[float, ...]]]:
+    """Shupe effect, and the wavelength of the source over temperature."""
+    return [
+        (BiasTemperatureRate(), (20 * DEG_PER_HOUR,)),
+        (ScaleFactorTemperature(), (1 * PPM,)),
+    ]
 
 
 def quartz_accelerometer(target: str = "accel_x") -> Instrument:

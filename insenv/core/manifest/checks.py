@@ -123,7 +123,10 @@ def _mounting(run: schema.MountingTable, shared: schema.MountingTable, where: st
     letters = [_COORDINATES.get(letter, (0, 0, 0)) for letter in axes]
     if len(letters) != 3 or _triple_product(*letters) != 1:
         raise InputError(f"{where}.axes = {axes!r}; wanted a right-handed triad such as RFU, FRD or FLU")
-    return Mounting(Mounting.tilt if tilt is None else elevation, axes)
+    table_axis = run.table_axis or shared.table_axis
+    if table_axis is not None and tilt is not None:
+        raise InputError(f"{where} has tilt and table_axis; wanted tilt of a single gyro, or table_axis of a triad")
+    return Mounting(Mounting.tilt if tilt is None else elevation, axes, table_axis or Mounting.table_axis)
 
 
 def _triple_product(a: tuple[int, ...], b: tuple[int, ...], c: tuple[int, ...]) -> int:

@@ -63,6 +63,7 @@ class MountingTable(Table):
 
     tilt: str | None = None
     axes: str | None = None
+    table_axis: Literal["U", "D"] | None = None
 
 
 class RunTable(Table):

@@ -1,0 +1,139 @@
+r"""Straight lines through the dwells of a rate test, for many tests at once: least squares, robust, by halves.
+
+    K = sum w (x - xm) y / S,   F_0 = ym - K xm,   S = sum w (x - xm)^2,   xm, ym = means with the weights w
+    var = sum c_i^2 sigma_i^2   with c_i the weight of point i in K or F_0, whatever the weights are
+
+Robust: Tukey's biweight of u = r / (4.685 sigma), w = (1 - u^2)^2 for |u| < 1, after some rounds with Huber's weights.
+The variance of a point is that of its white noise and of a spread d from setting to setting, which is what makes the
+median of |r| / sigma that of a Gaussian:
+
+    sigma_i^2 = N^2 / T_i + d^2,     median |r_i| / sigma_i = 0.6745 sqrt((m - 2) / m)
+
+All arrays are (..., m); points that are not there have the weight zero.
+Source: Huber and Ronchetti, Robust Statistics, 2nd ed. (2009), chapters 7 and 13.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insenv.core.recording import Floats
+
+#: Median of the modulus of a unit normal.
+MEDIAN = 0.674489750196082
+_TUKEY, _HUBER = 4.685, 1.345
+_ROUNDS = 20
+#: Rounds in which the spread is found anew: it changes little.
+_SPREADS = (0, 3, 9, 12, 15, 18)
+#: Variance below which nothing is told apart [rad^2/s^2].
+_LEAST = 1e-32
+
+
+@dataclass(frozen=True)
+class Line:
+    """K, F_0 and their variances and covariance, each of shape (...); NaN where there are not two rates."""
+
+    k: Floats
+    f0: Floats
+    var_k: Floats
+    var_f0: Floats
+    cov: Floats
+
+    def residual(self, x: Floats, y: Floats) -> Floats:
+        """Points less line, shape (..., m)."""
+        left: Floats = y - self.k[..., None] * x - self.f0[..., None]
+        return left
+
+
+def line(x: Floats, y: Floats, w: Floats, variance: Floats) -> Line:
+    """Least squares with the weights ``w``; ``variance`` is that of the points. All of shape (..., m)."""
+    total = w.sum(axis=-1)
+    some = np.where(total > 0, total, np.nan)
+    xm, ym = (w * x).sum(axis=-1) / some, (w * y).sum(axis=-1) / some
+    away = np.where(w > 0, x - xm[..., None], 0.0)
+    spread = (w * away**2).sum(axis=-1)
+    span = np.abs(away).max(axis=-1, initial=0.0)
+    spread = np.where(span > 1e-6, spread, np.nan)
+    of_k = w * away / spread[..., None]
+    k = (of_k * (y - ym[..., None])).sum(axis=-1)
+    of_f = w / some[..., None] - xm[..., None] * of_k
+    parts = [(a * b * variance).sum(axis=-1) for a, b in ((of_k, of_k), (of_f, of_f), (of_k, of_f))]
+    return Line(k, ym - k * xm, *parts)
+
+
+def setting_spread(residual: Floats, white: Floats, there: NDArray[np.bool_]) -> Floats:
+    """Variance d^2 from setting to setting, shape (...), beside the variance ``white`` of the points' noise."""
+    m = there.sum(axis=-1)
+    wanted = MEDIAN * np.sqrt(np.maximum(m - 2, 1) / np.maximum(m, 1))
+    square = np.where(there, residual**2, np.nan)
+    top = np.nanmax(np.where(there, square, 0.0), axis=-1, initial=0.0) / wanted**2 + _LEAST
+    low, high = np.log(top) - 25.0, np.log(top)
+
+    def too_small(variance: Floats) -> NDArray[np.bool_]:
+        return _median(np.sqrt(square / (white + variance[..., None] + _LEAST)), m) > wanted
+
+    enough = ~too_small(np.zeros(m.shape)) | (m < 3)
+    for _ in range(16):
+        middle = 0.5 * (low + high)
+        more = too_small(np.exp(middle))
+        low, high = np.where(more, middle, low), np.where(more, high, middle)
+    return np.where(enough, 0.0, np.exp(high))
+
+
+def _median(values: Floats, m: NDArray[np.int64]) -> Floats:
+    """Median of the ``m`` values that are no NaN."""
+    ordered = np.sort(values, axis=-1)  # NaN last
+    low, high = (np.maximum(k, 0)[..., None] for k in ((m - 1) // 2, m // 2))
+    middle = np.take_along_axis(ordered, low, -1) + np.take_along_axis(ordered, np.minimum(high, low + 1), -1)
+    median: Floats = 0.5 * middle[..., 0]
+    return median
+
+
+def robust(x: Floats, y: Floats, white: Floats, there: NDArray[np.bool_], *, weighed: bool) -> tuple[Floats, Floats]:
+    """Weights of the robust line, shape (..., m), and the spread d^2 from setting to setting, shape (...).
+
+    ``weighed``: the weights are also by the inverse of the points' variances; else equal.
+    """
+    tests = there.astype(float)
+    weights, d = tests, np.zeros(there.shape[:-1])
+    for round_ in range(_ROUNDS):
+        fit = line(x, y, weights, white)
+        left = np.nan_to_num(fit.residual(x, y))
+        if round_ in _SPREADS:
+            d = setting_spread(left, white, there)
+        sigma = np.sqrt(white + d[..., None] + _LEAST)
+        u = np.abs(left) / sigma
+        if round_ < _ROUNDS // 2:
+            kept = np.minimum(1.0, _HUBER / np.maximum(u, 1e-9))
+        else:
+            kept = np.maximum(1 - (u / _TUKEY) ** 2, 0.0) ** 2
+        weights = tests * kept * (sigma**-2 if weighed else 1.0)
+    return weights, d
+
+
+def halves(x: Floats, y: Floats, w: Floats, variance: Floats) -> tuple[Floats, Floats]:
+    """Asymmetry |K(+) - K(-)| / mean of both and its standard deviation, each of shape (...)."""
+    plus, minus = (line(x, y, np.where(side, w, 0.0), variance) for side in (x > 0, x < 0))
+    mean = 0.5 * (plus.k + minus.k)
+    return np.abs(plus.k - minus.k) / np.abs(mean), np.sqrt(plus.var_k + minus.var_k) / np.abs(mean)
+
+
+def largest(values: Floats, sd: Floats, there: NDArray[np.bool_]) -> tuple[Floats, Floats]:
+    """Largest modulus of the values that are there, and the standard deviation of that one, each of shape (...)."""
+    size = np.where(there, np.abs(values), -1.0)
+    at = size.argmax(axis=-1)[..., None]
+    return np.take_along_axis(size, at, -1)[..., 0], np.take_along_axis(sd, at, -1)[..., 0]
+
+
+def mean_of_largest(sd: Floats) -> float:
+    """Mean of the largest modulus of independent Gaussian values with standard deviations ``sd``, shape (m,)."""
+    from scipy.special import erf  # slow to import
+
+    if not len(sd) or not sd.max() > 0:
+        return 0.0
+    x = np.linspace(0.0, 8.0 * sd.max(), 2001)
+    below = np.prod(erf(x[:, None] / (np.sqrt(2) * np.maximum(sd, 1e-3 * sd.max()))), axis=1)
+    return float(np.trapezoid(1 - below, x))

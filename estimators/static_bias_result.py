@@ -1,0 +1,255 @@
+r"""The result of a test at rest from its sums: bias, stability, Allan coefficients, warm-up.
+
+    sigma^2(tau) = 3 Q^2 / tau^2 + N^2 / tau + (2 ln 2 / pi) B^2 + K^2 tau / 3 + R^2 tau^2 / 2
+
+The coefficients are squares and not negative: non-negative least squares by the variances 2 sigma^4 / edf. An octave
+has as many degrees of freedom as there are pairs of its means (those of Haar wavelets, which are uncorrelated from
+octave to octave for white noise); the differences of pairs that overlap tell somewhat more.
+
+Source: IEEE Std 952-1997, annex C; Percival and Walden, Wavelet Methods for Time Series Analysis (2000), chapter 8.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, log, nan, pi, sin, sqrt
+
+import numpy as np
+
+from estimators.static_bias_kernel import BEFORE, COUNT, DIFFERENCES, FREEDOM, OLD, PAIRS, SQUARES
+from insenv.core.earth import EARTH_RATE
+from insenv.core.rate_test import AllanResult, Stability, StaticResult, Valued, WarmUp
+from insenv.core.recording import Floats
+from insenv.core.units import DEG_PER_HOUR
+
+#: Powers of tau of the terms, in the order of `TERMS`, and their factors.
+TERMS = ("quantization", "angle_random_walk", "bias_instability", "rate_random_walk", "rate_ramp")
+_POWERS = np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
+_FACTORS = np.array([3.0, 1.0, 2 * log(2) / pi, 1 / 3, 0.5])
+#: No model holds better than this in the variance.
+_MODEL = 1e-3
+#: Means that the curve of the bias is shown with, and its warm-up fitted to, at most.
+_CURVE = 400
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What `estimators.static_bias` was told: times [s], samples, rates [rad/s], the axis's elevation [rad]."""
+
+    label: str
+    dt: float
+    size: int
+    factors: tuple[int, ...]
+    warm_up: float
+    scale_factor: float
+    earth_rate: float
+    tilt: float
+
+
+def result(series: Floats, moments: Floats, cascade: Floats, told: Settings) -> StaticResult:
+    """From means over a second, shape (m, 4), and the sums of `estimators.static_bias_kernel`."""
+    k = abs(told.scale_factor)
+    allan = _allan(cascade, told.dt, k)
+    late = series[series[:, 0] >= told.warm_up]
+    used = late if len(late) else series
+    each = tuple(float(used[used[:, 3] == q, 1].mean()) / told.scale_factor for q in np.unique(used[:, 3]))
+    second = told.size * told.dt
+    bias = Valued(float(np.mean(each)), _sd_of_mean(allan, len(used) * second) if each else nan)
+    curve = _curve(series)
+    return StaticResult(
+        label=told.label,
+        duration=len(series) * second,
+        bias=bias,
+        earth_rate=told.earth_rate,
+        earth_note=_earth_note(told),
+        bias_of_each=each,
+        repeatability=repeatability(each),
+        stability=tuple(_stability(m, moments[j], used, told) for j, m in enumerate(told.factors)),
+        allan=allan,
+        warm_up=_warm_up(curve, k),
+        warm_up_left_out=told.warm_up if len(late) else 0.0,
+        t=curve[:, 0],
+        series=curve[:, 1] / told.scale_factor,
+        temperature=curve[:, 2] if np.isfinite(curve[:, 2]).all() else np.zeros(0),
+    )
+
+
+def repeatability(values: tuple[float, ...]) -> Valued:
+    """Standard deviation with n - 1, and its own for Gaussian values; NaN for fewer than two."""
+    if len(values) < 2:
+        return Valued()
+    spread = float(np.std(values, ddof=1))
+    return Valued(spread, spread / sqrt(2 * (len(values) - 1)))
+
+
+def _earth_note(told: Settings) -> str:
+    if np.isnan(told.earth_rate):
+        return "Earth rate not removed: the manifest tells no latitude"
+    removed = "Earth rate removed: " + f"{told.earth_rate / DEG_PER_HOUR:.3f} deg/h, its part along the table's axis"
+    if abs(cos(told.tilt)) < 1e-6:
+        return removed
+    if abs(sin(told.tilt)) < 1e-6:
+        removed = "Earth rate not removed: of a level input axis it is zero only if that points east or west"
+    level = EARTH_RATE * cos(told.tilt) / DEG_PER_HOUR
+    return (
+        f"{removed}; its level part, up to {level:.3g} deg/h times the cosine of the latitude, depends on the azimuth"
+    )
+
+
+def _stability(m: int, sums: Floats, used: Floats, told: Settings) -> Stability:
+    freedom = sums[FREEDOM] + max(sums[COUNT] - 1, 0.0)
+    k = abs(told.scale_factor)
+    value = sqrt((sums[BEFORE] + sums[SQUARES]) / freedom) / k if freedom > 0 else nan
+    sd = value / sqrt(2 * freedom) if freedom > 0 else nan
+    settled = _settled(m, used, told) if told.warm_up else Valued()
+    return Stability(m * told.dt, Valued(value, sd), int(sums[COUNT] + sums[OLD]), settled)
+
+
+def _settled(m: int, used: Floats, told: Settings) -> Valued:
+    """The same of the means over a second that are left after the warm-up."""
+    if m % told.size:
+        return Valued()
+    n, second = m // told.size, told.size * told.dt
+    square, freedom = 0.0, 0
+    for q in np.unique(used[:, 3]):
+        mine = used[used[:, 3] == q]
+        breaks = np.flatnonzero(np.abs(np.diff(mine[:, 0]) - second) > 0.5 * second) + 1
+        means = np.concatenate(
+            [piece[: len(piece) // n * n].reshape(-1, n).mean(axis=1) for piece in np.split(mine[:, 1], breaks)]
+        )
+        if len(means) > 1:
+            square += float(((means - means.mean()) ** 2).sum())
+            freedom += len(means) - 1
+    if not freedom:
+        return Valued()
+    value = sqrt(square / freedom) / abs(told.scale_factor)
+    return Valued(value, value / sqrt(2 * freedom))
+
+
+def _allan(cascade: Floats, dt: float, k: float) -> AllanResult:
+    """Deviation at the octaves with their interval of confidence (68 %), and the coefficients."""
+    from scipy.special import chdtri  # slow to import
+
+    pairs = cascade[:, PAIRS]
+    good = (pairs >= 2) & (cascade[:, DIFFERENCES] > 0)
+    taus = np.asarray(dt * 2.0 ** np.arange(len(pairs)), np.float64)[good]
+    variance = cascade[good, DIFFERENCES] / (2 * pairs[good]) / k**2
+    edf = np.maximum(0.5 * pairs[good], 1.0)
+    tail = 0.5 * (1 - 0.6827)
+    lower, upper = (np.sqrt(variance * edf / chdtri(edf, p)) for p in (tail, 1 - tail))
+    return AllanResult(taus, np.sqrt(variance), lower, upper, coefficients(taus, variance, edf))
+
+
+def coefficients(taus: Floats, variance: Floats, edf: Floats) -> dict[str, Valued]:
+    """Coefficients of the noise terms, SI, by `TERMS`; those that nothing is seen of are 0 with what may be hidden.
+
+    Parameters
+    ----------
+    taus, variance, edf : ndarray, shape (k,)
+        [s], Allan variance [rad^2/s^2], its degrees of freedom.
+    """
+    from scipy.optimize import nnls  # slow to import
+
+    names = TERMS[: max(1, min(len(TERMS), len(taus) - 1))] if len(taus) < len(TERMS) + 1 else TERMS
+    if len(taus) < 2:
+        return {}
+    basis = _FACTORS[: len(names)] * taus[:, None] ** _POWERS[: len(names)]
+    model = variance
+    for _ in range(6):
+        scale = model * np.sqrt(2 / edf + _MODEL**2)
+        weighted = basis / scale[:, None]
+        size = np.linalg.norm(weighted, axis=0)
+        x, _ = nnls(weighted / size, variance / scale)
+        model = np.maximum(basis @ (x / size), 1e-6 * variance)
+    active = x > 0
+    inner = (weighted / size)[:, active]
+    cov = np.linalg.pinv(inner.T @ inner) if active.any() else np.zeros((0, 0))
+    every = np.linalg.pinv((weighted / size).T @ (weighted / size))
+    out, place = {}, 0
+    for j, name in enumerate(names):
+        if active[j]:
+            value = sqrt(x[j] / size[j])
+            out[name] = Valued(value, sqrt(cov[place, place]) / size[j] / (2 * value))
+            place += 1
+        else:
+            out[name] = Valued(0.0, sqrt(sqrt(every[j, j]) / size[j]))
+    return out
+
+
+def _sd_of_mean(allan: AllanResult, duration: float) -> float:
+    """Standard deviation of a mean over ``duration`` [rad/s], by the coefficients; a ramp is no noise."""
+    values = {name: c.value**2 for name, c in allan.coefficients.items()}
+    parts = (
+        values.get("angle_random_walk", 0.0) / duration,
+        2 * values.get("quantization", 0.0) / duration**2,
+        values.get("bias_instability", 0.0) * 2 * log(2) / pi,
+        values.get("rate_random_walk", 0.0) * duration / 3,
+    )
+    return sqrt(sum(parts))
+
+
+def _curve(series: Floats) -> Floats:
+    """Means of the series in at most `_CURVE` groups, of the power-up with the most of it, shape (m, 4)."""
+    powers, counts = np.unique(series[:, 3], return_counts=True)
+    mine = series[series[:, 3] == powers[counts.argmax()]]
+    n = max(1, -(-len(mine) // _CURVE))
+    kept: Floats = mine[: len(mine) // n * n].reshape(-1, n, 4).mean(axis=1)
+    return kept
+
+
+def _warm_up(curve: Floats, k: float) -> WarmUp | None:
+    """How the bias settles; None for fewer than twenty means, or with more motion than rest among them."""
+    t, y = curve[:, 0], curve[:, 1] / k
+    if len(t) < 20 or float(np.median(np.diff(t))) * len(t) < 0.5 * (t[-1] - t[0]):
+        return None
+    end, begin = t >= t[-1] - min(0.1 * (t[-1] - t[0]), 3600.0), t <= t[0] + min(0.1 * (t[-1] - t[0]), 300.0)
+    noise = float(np.std(np.diff(y))) / sqrt(2)
+    rise = Valued(float(y[end].mean() - y[begin].mean()), noise * sqrt(1 / end.sum() + 1 / begin.sum()))
+    amplitude, tau = _exponential(t - t[0], y)
+    group = max(1, len(y) // 100)
+    means = y[: len(y) // group * group].reshape(-1, group).mean(axis=1)
+    limit = 3 * float(np.std(means[len(means) // 2 :]))
+    outside = np.flatnonzero(np.abs(means - y[end].mean()) > limit)
+    settled = 0.0 if not len(outside) else float(t[min((outside[-1] + 1) * group, len(t) - 1)])
+    return WarmUp(rise, amplitude, tau, settled, limit)
+
+
+def _exponential(t: Floats, y: Floats) -> tuple[Valued, Valued]:
+    """Amplitude and time constant of b + a exp(-t / tau); NaN where it explains too little."""
+    from scipy.optimize import minimize_scalar  # slow to import
+
+    about = y - y.mean()
+    power = float(about @ about)
+    if power <= 1e-20 * float(y @ y):
+        return Valued(), Valued()
+
+    def at(logarithm: float) -> tuple[float, Floats, Floats]:
+        """Sum of squares that is left, residual, solution."""
+        basis = np.stack([np.ones_like(t), np.exp(-t / np.exp(logarithm))], axis=1)
+        x, *_ = np.linalg.lstsq(basis, y, rcond=None)
+        away = y - basis @ x
+        return float(away @ away), away, x
+
+    grid = np.linspace(log(2 * (t[1] - t[0])), log(t[-1]), 40)
+    best = int(np.argmin([at(g)[0] for g in grid]))
+    inside = (grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)])
+    found = float(minimize_scalar(lambda g: at(g)[0], bounds=inside, method="bounded", options={"xatol": 1e-6}).x)
+    left, away, (_, a) = at(found)
+    tau = float(np.exp(found))
+    sd = _deviations(t, float(a), tau, away)
+    if abs(a) < 5 * sd[1] or left > 0.9 * power or tau > 0.9 * t[-1]:
+        return Valued(), Valued()
+    return Valued(float(a), float(sd[1])), Valued(tau, float(sd[2]))
+
+
+def _deviations(t: Floats, a: float, tau: float, away: Floats) -> Floats:
+    """Standard deviations of b, a and tau from the residual, whose neighbours are correlated, shape (3,)."""
+    fall = np.exp(-t / tau)
+    jacobian = np.stack([np.ones_like(t), fall, a * fall * t / tau**2], axis=1)
+    size = np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
+    square = float(away @ away)
+    rho = min(max(float(away[1:] @ away[:-1]) / max(square, 1e-300), 0.0), 0.99)
+    scatter = square / max(len(t) - 3, 1) * (1 + rho) / (1 - rho)
+    inverse = np.linalg.pinv((jacobian / size).T @ (jacobian / size))
+    deviations: Floats = np.sqrt(np.maximum(np.diag(inverse), 0.0) * scatter) / size
+    return deviations

@@ -1,0 +1,265 @@
+"""Manifest -> recordings in SI units, chunk by chunk: a file may be longer than memory.
+
+CSV, NumPy archives and rows of float64 are read in chunks; other formats are read whole and dealt out in the same way.
+The checks are those of `insenv.core.load`, each within its chunk and over the boundary to the one before.
+"""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from insenv.core import load, readers
+from insenv.core.errors import InputError
+from insenv.core.manifest import Manifest, RunSpec
+from insenv.core.readers import Column, Table, binary, text
+from insenv.core.readers.arrays import _INDEXED
+from insenv.core.readers.rows import Body, is_number, read_rows
+from insenv.core.readers.table import as_labels, as_numbers, decoding, find_column
+from insenv.core.recording import Floats, Recording, Segment
+
+#: Rows of a chunk, and bytes of one of a text file.
+ROWS, BYTES = 262_144, 16_000_000
+
+Dealt = Iterator[tuple[Table, float]]
+
+
+def stream_run(
+    manifest: Manifest, run: RunSpec, progress: Callable[[float], None] = lambda share: None
+) -> Iterator[Recording]:
+    """The recording of one run in chunks, as `insenv.core.load.read_recordings` would read it in one.
+
+    ``progress`` is told what share of the file is done. In a recording with labels a chunk without any has one empty
+    segment.
+
+    Raises
+    ------
+    InputError
+        As `read_recordings`.
+    """
+    specs = {n: s for n, s in manifest.channels.items() if n != "time" or (s.rate is None and s.column != "row")}
+    columns = [Column(name, spec.column, label=name == "segment") for name, spec in specs.items()]
+    seen = _Seen()
+    for table, share in _tables(run, columns, manifest.columns):
+        recording, seen = _recording(manifest, run, table, tuple(specs), seen)
+        progress(share)
+        yield recording
+    if seen.rows < 2:
+        raise InputError(f"{run.file}: has {seen.rows} row of data; wanted at least 2")
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """Of the chunks before: rows, last time [s], sampling period [s], last table angle as read and made whole [rad]."""
+
+    rows: int = 0
+    t: float | None = None
+    dt: float | None = None
+    angle: float | None = None
+
+
+def _recording(
+    manifest: Manifest, run: RunSpec, table: Table, names: Sequence[str], seen: _Seen
+) -> tuple[Recording, _Seen]:
+    t = load._time(manifest, run, table)
+    spec = manifest.channels.get("time")
+    if spec is not None and (spec.rate is not None or spec.column == "row"):
+        t = np.arange(seen.rows, seen.rows + len(table)) / (spec.rate or 1.0)
+    if seen.t is None:
+        load.check_sampling(run.file, t, table.place)
+    elif len(t) > 1:
+        load.check_sampling(run.file, np.append(seen.t, t), lambda row: table.place(row - 1))
+    bare = Recording(t, {}, site=load._site(run.site, table.site), mounting=run.mounting, label=run.label)
+    dt = bare.dt if seen.dt is None else seen.dt
+    channels = {n: load._channel(manifest, run, table, n, dt) for n in names if n not in ("time", "segment")}
+    segments = (load._segments(table.labels["segment"]) or (Segment("", 0, 0),)) if "segment" in names else ()
+    recording = replace(bare, channels=channels, segments=segments)
+    recording = load._with_whole_turns(recording, manifest, run, table)
+    angle = None
+    if "table_angle" in channels:
+        recording = _continued(recording, manifest.channels["table_angle"].wrapped, seen.angle)
+        angle = float(recording.channels["table_angle"].values[-1])
+    return recording, _Seen(seen.rows + len(t), float(t[-1]), dt, angle)
+
+
+def _continued(recording: Recording, wrapped: bool, last: float | None) -> Recording:
+    """A wrapped angle goes on from the chunk before."""
+    if not wrapped or last is None:
+        return recording
+    channel = recording.channels["table_angle"]
+    turn = 2 * np.pi
+    values = channel.values + turn * np.round((last - channel.values[0]) / turn)
+    return replace(recording, channels={**recording.channels, "table_angle": replace(channel, values=values)})
+
+
+def _tables(run: RunSpec, columns: Sequence[Column], width: int | None) -> Dealt:
+    """Chunks of the file, checked, and the share of it that is done after each."""
+    path = run.file
+    chunked: dict[str, Callable[[], Dealt | None]] = {
+        "csv": lambda: _csv(path, columns),
+        "npz": lambda: _npz(path, columns),
+        "float64-le": lambda: _float64(path, columns, width or 1),
+    }
+    dealt = None
+    if path.is_file() and run.format in chunked:
+        try:
+            dealt = chunked[run.format]()
+        except OSError as error:
+            raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+    if dealt is None:
+        dealt = _whole(readers.read_table(run, columns, width), columns)
+    for table, share in dealt:
+        readers._check(path, columns, table)
+        yield table, share
+
+
+def _whole(table: Table, columns: Sequence[Column]) -> Dealt:
+    """A table that was read in one piece."""
+    n = len(table)
+    for start in range(0, max(n, 1), ROWS):
+        yield _part(table, start, min(start + ROWS, n), columns), min((start + ROWS) / max(n, 1), 1.0)
+
+
+def _part(table: Table, start: int, stop: int, columns: Sequence[Column]) -> Table:
+    values = {c.channel: table.values[c.channel][start:stop] for c in columns if not c.label}
+    labels = {c.channel: table.labels[c.channel][start:stop] for c in columns if c.label}
+    t = None if table.t is None else table.t[start:stop]
+    return replace(table, values=values, labels=labels, t=t, place=lambda row: table.place(row + start))
+
+
+def _float64(path: Path, columns: Sequence[Column], width: int) -> Dealt | None:
+    """Rows of float64."""
+    size = path.stat().st_size
+    if size % (8 * width) or size <= 8 * width * ROWS or any(c.label or isinstance(c.key, str) for c in columns):
+        return None  # small, or at fault: the whole reader says what
+
+    rows, names = size // (8 * width), [str(i) for i in range(width)]
+
+    def deal() -> Dealt:
+        for start in range(0, rows, ROWS):
+            values = np.fromfile(path, "<f8", width * ROWS, offset=8 * width * start).reshape(-1, width)
+            at = {c.channel: find_column(path, names, c) for c in columns}
+            table = Table({name: values[:, j].copy() for name, j in at.items()})
+            for column in columns:
+                _check_order(path, column, table.values[column.channel], start)
+            yield _shifted(table, start), min((start + ROWS) / rows, 1.0)
+
+    return deal()
+
+
+def _check_order(path: Path, column: Column, values: Floats, start: int) -> None:
+    """Refuse bytes in another order, which make numbers that nothing measures."""
+    tiny = (values != 0) & (np.abs(values) < binary._SMALLEST)
+    if tiny.any():
+        found = f"row {start + int(np.argmax(tiny))}: {column} is {values[tiny][0]:.3g}"
+        raise InputError(f"{path}: {found}, which is no measurement; wanted float64 with the low byte first")
+
+
+def _shifted(table: Table, start: int) -> Table:
+    """A table whose row 0 is row ``start`` of the file."""
+    return replace(table, place=lambda row: f"row {row + start}")
+
+
+def _csv(path: Path, columns: Sequence[Column]) -> Dealt | None:
+    """Text with a header line."""
+    size = path.stat().st_size
+    if size <= BYTES:
+        return None
+    return _csv_chunks(path, columns, size)
+
+
+def _csv_chunks(path: Path, columns: Sequence[Column], size: int) -> Dealt:
+    with path.open("rb") as file:
+        first = file.read(BYTES // 16) + file.readline()
+        content = first.removeprefix(text._BYTE_ORDER_MARK)
+        header = text._next(path, text._lines(path, content))
+        delimiter = header.delimiter() or ","
+        names, number, body = header.cells(delimiter), header.number + 1, content[header.end :]
+        for column in columns:
+            if is_number(found := names[find_column(path, names, column)]):
+                hint = "wanted a header line"
+                raise InputError(f"{path}: line {header.number}: the heading of {column} is {found.strip()}; {hint}")
+        while body or (body := file.read(BYTES) + file.readline()):
+            if body.strip():
+                yield read_rows(Body(path, body, number, delimiter, names), columns), file.tell() / size
+            number += len(body.splitlines())
+            body = b""
+
+
+def _npz(path: Path, columns: Sequence[Column]) -> Dealt | None:
+    """Arrays of a NumPy archive; None where one cannot be read row by row."""
+    if not zipfile.is_zipfile(path) or any(isinstance(c.key, int) for c in columns):
+        return None
+    with zipfile.ZipFile(path) as archive:
+        names = {n.removesuffix(".npy") for n in archive.namelist()}
+    arrays = {c: c.key if c.key in names else _matrix(str(c.key)) for c in columns}
+    if not set(arrays.values()) <= names:
+        return None
+    return _npz_chunks(path, arrays) if _rows_of(path, set(map(str, arrays.values()))) else None
+
+
+def _matrix(key: str) -> str:
+    """Name of the matrix of which ``key`` is a column."""
+    indexed = _INDEXED.fullmatch(key)
+    return indexed["name"] if indexed else key
+
+
+def _rows_of(path: Path, names: set[str]) -> bool:
+    """Whether all arrays are long, equally long, and stored row by row."""
+    with zipfile.ZipFile(path) as archive, decoding(path, "npz"):
+        heads = []
+        for name in names:
+            with archive.open(f"{name}.npy") as member:
+                heads.append(_head(member))
+    shapes = {shape[0] if shape else 0 for shape, _, _ in heads}
+    sound = all(not dtype.hasobject and len(shape) in (1, 2) and not columnwise for shape, columnwise, dtype in heads)
+    return sound and len(shapes) == 1 and shapes.pop() > ROWS
+
+
+def _head(member: Any) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
+    """Shape, whether stored column by column, type."""
+    version = np.lib.format.read_magic(member)
+    read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+    shape, columnwise, dtype = read(member)
+    return shape, columnwise and len(shape) > 1, dtype
+
+
+def _npz_chunks(path: Path, arrays: Mapping[Column, str | int]) -> Dealt:
+    with ExitStack() as stack, decoding(path, "npz"):
+        archive = stack.enter_context(zipfile.ZipFile(path))
+        members = {name: stack.enter_context(archive.open(f"{name}.npy")) for name in set(arrays.values())}
+        heads = {name: _head(member) for name, member in members.items()}
+        total = next(iter(heads.values()))[0][0]
+        for start in count(0, ROWS):
+            n = min(ROWS, total - start)
+            if n <= 0:
+                return
+            parts = {name: _read(member, heads[name], n) for name, member in members.items()}
+            picked = {c: _column(path, c, parts[name], name) for c, name in arrays.items()}
+            values = {c.channel: as_numbers(path, c, a) for c, a in picked.items() if not c.label}
+            labels = {c.channel: as_labels(path, c, a) for c, a in picked.items() if c.label}
+            yield _shifted(Table(values, labels), start), (start + n) / total
+
+
+def _read(member: Any, head: tuple[tuple[int, ...], bool, np.dtype[Any]], n: int) -> Any:
+    shape, _, dtype = head
+    wide = int(np.prod(shape[1:], dtype=int))
+    content = member.read(n * wide * dtype.itemsize)
+    return np.frombuffer(content, dtype).reshape(n, *shape[1:])
+
+
+def _column(path: Path, column: Column, array: Any, name: str | int) -> Any:
+    """The column of a matrix that ``column`` asks for."""
+    if column.key == name:
+        return array
+    index = int(str(column.key)[len(str(name)) + 1 : -1])
+    if array.ndim != 2 or index >= array.shape[1]:
+        raise InputError(f"{path}: no {column}; its array has shape {array.shape}")
+    return array[:, index]

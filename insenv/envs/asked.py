@@ -1,0 +1,82 @@
+"""The task of an environment, made from a scenario: what all systems have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from insenv.core.errors import InputError
+from insenv.core.estimate import Datasheet
+from insenv.core.manifest import Model, checks
+from insenv.envs.belief import Quantity, judge
+from insenv.envs.task import Task, World
+from insenv.plants.turntable import Turntable
+from insenv.plants.vehicle import Vehicle
+from insenv.scenario import Scenario, check_task, load
+from insenv.scenario import datasheet as told
+
+
+@dataclass(frozen=True)
+class System:
+    """What a system makes of a scenario.
+
+    Attributes
+    ----------
+    name : str
+    kinds : tuple of str
+        What it can be asked for: `insenv.scenario.task.Task.kind`.
+    table : str
+        The scenario's table of its plant.
+    world : callable
+        Its world, of a scenario, the datasheet and the number of samples in a step.
+    quantity : callable
+        What is to be found, of the kind and the deviation that is wanted; nothing where there is no belief.
+    """
+
+    name: str
+    kinds: tuple[str, ...]
+    table: str
+    world: Callable[[Scenario, Datasheet, int], World]
+    quantity: Callable[[str, float], tuple[Quantity, ...]]
+
+
+def scenario_task(
+    system: System,
+    scenario: str,
+    changes: Mapping[str, Any] | None,
+    estimator: str | None,
+    step_s: float | None,
+    sampling: float | None,
+) -> Task:
+    """The task of a scenario in a system; parameters as of `insenv.envs.north_finder.north_finder`.
+
+    Raises
+    ------
+    InputError
+        If the scenario asks for what the system is not for, or it or the estimator cannot be used.
+    """
+    given = dict(changes or {})
+    if step_s is not None:
+        given["task.step"] = f"{step_s} s"
+    if sampling is not None:
+        given["instrument.sampling"] = f"{sampling} Hz"
+    played = load(scenario, given)
+    if played.task is not None and played.task.kind not in system.kinds:
+        wanted = " or ".join(repr(kind) for kind in system.kinds)
+        raise InputError(f"{played.path}: task.kind = {played.task.kind!r}; wanted {wanted}, and a {system.table}")
+    asked, sheet, plant = check_task(played), told(played), played.rig.plant
+    assert isinstance(plant, Turntable | Vehicle)  # check_task saw to it
+    quantities = system.quantity(asked.kind, asked.demanded)
+    return Task(
+        name=f"{system.name} {played.path.stem!r}",
+        world=system.world(played, sheet, asked.samples),
+        datasheet=sheet,
+        model=Model(played.targets, played.declared, plant.reference_temperature),
+        held_out=checks.held_out(played.table.held_out, 1, played.path),
+        samples=asked.samples,
+        steps=asked.steps,
+        cost=asked.cost,
+        quantities=quantities,
+        judge=None if estimator is None else judge(estimator, sheet, quantities),
+    )

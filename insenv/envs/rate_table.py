@@ -1,0 +1,288 @@
+r"""The rate table: the scale factor of a gyro, over rates and power cycles.
+
+    gyro_k = y_k dt  (or whole pulses, counted),    encoder_k = reading_k - reading_{k-1}
+
+with the gyro's output y. The table takes up the rate that it is told; the gyro may be switched off and on while the
+table goes on: then it is cold, and its bias and scale factor are others (``[run_to_run]`` of the scenario). Sought is
+
+    K - 1 = sum(u e(u)) / sum(u^2),    u = -range ... range
+
+the slope of the line through the errors e(u) of the warm gyro of this power-up at rates that are evenly spread, local
+faults left out. `insenv/RateTable-v0` and its vector form are made here from a scenario.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from gymnasium.vector import AutoresetMode
+
+from insenv.core.errors import InputError
+from insenv.core.estimate import Datasheet
+from insenv.core.manifest import Model, checks
+from insenv.core.motion import Motion
+from insenv.core.recording import Channel, Floats
+from insenv.envs.belief import Quantity, judge
+from insenv.envs.group import Blocks, Film, Flags
+from insenv.envs.single import TaskEnv
+from insenv.envs.task import Task
+from insenv.envs.vector import TaskVectorEnv
+from insenv.plants.profile import rest
+from insenv.plants.servo import Knots
+from insenv.plants.thermal import Constant, Temperature, WarmUp
+from insenv.plants.turntable import Turntable
+from insenv.rig import Fitted, Readings, Rig
+from insenv.scenario import Scenario, check_task, load
+from insenv.scenario import datasheet as told
+from insenv.sensors.counter import count
+
+#: The scenario of the environment that is given none.
+PUBLISHED = "rate_table/b215"
+#: From this signal on the run stops, and from its negative on downwards the gyro is switched off and on.
+SIGNAL = 0.5
+#: Error of a scale factor of which nothing is told, one standard deviation, and the largest that is shown.
+ANY_ERROR, MOST_ERROR = 0.05, 1.0
+#: Bounds of the observation: noise in standard deviations, and what undeclared errors may add [rad/s].
+_DEVIATIONS, _ROOM = 40.0, 0.1
+#: Rates of the line that the true scale factor is the slope of.
+_RATES = 1401
+#: Effects that a warm gyro at a steady rate has in proportion to, or as a curve of, the rate.
+_OF_RATE = (
+    *("scale_factor", "scale_factor_temperature", "scale_factor_asymmetry", "scale_factor_cubic", "lock_in"),
+    *("sine_response", "compensation_ripple"),
+)
+
+
+@dataclass(frozen=True)
+class Electronics:
+    """Part of a pulse that is left, and the angle reading before [rad]; shape (R,)."""
+
+    phase: Floats
+    reading: Floats
+
+
+@dataclass(frozen=True)
+class Later:
+    """A temperature that does not begin anew when an instrument is switched on ``passed`` seconds after the start."""
+
+    temperature: Temperature
+    passed: float
+
+    def at(self, t: Floats) -> Floats:
+        """Temperature [K] at times ``t`` [s] since then."""
+        return self.temperature.at(t + self.passed)
+
+
+@dataclass(frozen=True)
+class RateTable:
+    """The world of a scenario with a rate table; see `insenv.envs.task.World` and `insenv.envs.restart.Restarts`."""
+
+    scenario: Scenario
+    datasheet: Datasheet
+    samples: int
+    range: float
+
+    @cached_property
+    def action(self) -> spaces.Box:
+        """Table rate [rad/s], and a signal: stop from 0.5 on, switch off and on from -0.5 downwards."""
+        rate = self.datasheet.limits.rate
+        return spaces.Box(np.array([-rate, -1.0]), np.array([rate, 1.0]), dtype=np.float64)
+
+    @cached_property
+    def blocks(self) -> Mapping[str, spaces.Box]:
+        """Spaces of the blocks of samples."""
+        sheet, n = self.datasheet, self.samples
+        turn = (2 * sheet.limits.rate + _ROOM) * sheet.dt
+        white = sheet.coefficient("gyro", "angle_random_walk") * np.sqrt(sheet.dt)
+        noise = _DEVIATIONS * (white + 2 * sheet.coefficient("gyro", "quantization"))
+        return {
+            "gyro": _box(turn + noise + 2 * sheet.pulse, n),
+            "encoder": _box(turn + _DEVIATIONS * sheet.encoder_noise, n),
+            "temperature": spaces.Box(0.0, 1000.0, (1,), np.float64),
+        }
+
+    def cast(self, seeds: Sequence[int]) -> Rig:
+        """The scenario's rig, its table at rest until it is commanded."""
+        return self.recast(seeds, len(seeds) * [1], 0.0)
+
+    def recast(self, seeds: Sequence[int], power_ups: Sequence[int], time: float) -> Rig:
+        """The same, switched on again at ``time``: a gyro that heats itself is cold, other temperatures go on."""
+        rig = self.scenario.cast(seeds, power_ups)
+        assert isinstance(rig.plant, Turntable)
+        temperature = rig.plant.temperature
+        if time and not isinstance(temperature, WarmUp | Constant):
+            temperature = Later(temperature, time)
+        return replace(rig, plant=replace(rig.plant, profile=rest(np.inf), temperature=temperature))
+
+    def command(self, actions: Floats) -> tuple[Floats, Flags]:
+        """Rates of the table [rad/s], and where to stop."""
+        return actions[:, 0], actions[:, 1] >= SIGNAL
+
+    def restarts(self, actions: Floats) -> Flags:
+        """Where to switch the gyro off and on."""
+        return actions[:, 1] <= -SIGNAL
+
+    def went_on(self, plant: Knots, passed: float) -> Knots:
+        """The servo, told of its commands on the later clock."""
+        return replace(plant, start=plant.start - passed)
+
+    def begin(self, rig: Rig, seeds: Sequence[int]) -> Electronics:
+        """A counter somewhere within a pulse."""
+        return Electronics(np.asarray(self.scenario.phases(seeds, "gyro")), np.zeros(len(seeds)))
+
+    def still(self, rig: Rig, time: float, batch: int) -> Blocks:
+        """No turn; the temperature as it is."""
+        assert isinstance(rig.plant, Turntable)
+        seen = {name: np.zeros((batch, *space.shape)) for name, space in self.blocks.items()}
+        seen["temperature"][:] = rig.plant.temperature.at(np.array([time]))
+        return seen
+
+    def read(self, readings: Readings, memory: Electronics) -> tuple[Blocks, Electronics]:
+        """Increments of gyro and encoder; the temperature at the end."""
+        rate, angle = readings.outputs["gyro"], readings.references["table_angle"].values
+        turned = np.empty(angle.shape)
+        np.subtract(angle[:, 1:], angle[:, :-1], out=turned[:, 1:])
+        np.subtract(angle[:, 0], memory.reading, out=turned[:, 0])
+        phase, dt, pulse = memory.phase, self.datasheet.dt, self.datasheet.pulse
+        if pulse:
+            pulses, phase = count(rate, phase, dt / pulse)
+            gyro = pulses * pulse
+        else:
+            gyro = rate * dt
+        temperature = np.empty((len(angle), 1))
+        temperature[:] = readings.references["temperature"].values[..., -1:]
+        seen = {"gyro": gyro, "encoder": turned, "temperature": temperature}
+        return seen, Electronics(phase, angle[:, -1].copy())
+
+    def record(self, readings: Readings, blocks: Blocks) -> Mapping[str, Channel]:
+        """Gyro [rad/s], angle reading and temperature."""
+        rate = blocks["gyro"] / self.datasheet.dt if self.datasheet.pulse else readings.outputs["gyro"]
+        return {
+            "gyro": Channel(rate, "rad/s", "interval"),
+            "table_angle": Channel(readings.references["table_angle"].values, "rad"),
+            "temperature": Channel(readings.references["temperature"].values, "K"),
+        }
+
+    def truth(self, rig: Rig, batch: int) -> Mapping[str, Floats]:
+        """Error of the scale factor, and every parameter of the gyro at this power-up, such as "gyro.bias.c"."""
+        plant = rig.plant
+        assert isinstance(plant, Turntable)
+        east, north = plant.level_error
+        (fitted,) = (f for f in rig.instruments if f.sensor.target == "gyro")
+        true: dict[str, Any] = {"scale_factor": line_slope(fitted, plant, self.range)}
+        true |= {"azimuth": plant.azimuth, "level_east": east, "level_north": north}
+        true |= {f"gyro.{name}": fitted.theta[..., j] for j, name in enumerate(fitted.sensor.names)}
+        return {name: np.array(np.broadcast_to(values, batch), float) for name, values in true.items()}
+
+    def film(self, task: Task) -> Film:
+        """The table from above, the rates so far, and what a line leaves of them."""
+        from insenv.envs.rate_table_film import RateTableFilm  # matplotlib only where a picture is wanted
+
+        return RateTableFilm(task, self.scenario.table.output.title or self.scenario.path.stem)
+
+
+def line_slope(fitted: Fitted, plant: Turntable, largest: float) -> Floats:
+    """Slope of the line through the errors of a warm gyro at table rates up to ``largest`` [rad/s], shape (...).
+
+    Per table rate, so that a gyro that leans has the cosine of it: sin(tilt) (1 + e) - 1.
+    """
+    share = float(np.sin(plant.tilt))
+    table = np.linspace(-largest, largest, _RATES)
+    u = table * share
+    settled = plant.temperature.at(np.full(_RATES + 1, np.inf))
+    motion = Motion(
+        t=np.arange(_RATES + 1.0),
+        rate=u,
+        temperature=settled,
+        reference_temperature=plant.reference_temperature,
+    )
+    slope = np.full(np.shape(fitted.theta)[:-1], share - 1.0)
+    first = 0
+    for effect in fitted.sensor.effects:
+        theta = fitted.theta[..., first : first + len(effect.params)]
+        first += len(effect.params)
+        if effect.id in _OF_RATE:
+            added = effect.apply(u, motion, theta)[0]
+            slope = slope + np.sum(added * table, axis=-1) / np.sum(table * table)
+    return slope
+
+
+def rate_table(
+    scenario: str = PUBLISHED,
+    changes: Mapping[str, Any] | None = None,
+    estimator: str | None = None,
+    step_s: float | None = None,
+    sampling: float | None = None,
+) -> Task:
+    """The rate table's task; parameters as of `insenv.envs.north_finder.north_finder`.
+
+    Raises
+    ------
+    InputError
+        If the scenario or the estimator cannot be used.
+    """
+    given = dict(changes or {})
+    if step_s is not None:
+        given["task.step"] = f"{step_s} s"
+    if sampling is not None:
+        given["instrument.sampling"] = f"{sampling} Hz"
+    played = load(scenario, given)
+    asked, sheet = check_task(played), told(played)
+    if asked.kind != "rate-table":
+        raise InputError(f"{played.path}: task.kind = {asked.kind!r}; wanted 'rate-table'")
+    plant = played.rig.plant
+    assert isinstance(plant, Turntable)  # check_task saw to it
+    known = sheet.told("scale_factor", "gyro")
+    prior = known.sd[0] if known is not None and known.sd[0] > 0 else ANY_ERROR
+    quantities = (Quantity("scale_factor", prior, MOST_ERROR, asked.demanded),)
+    return Task(
+        name=f"rate table {played.path.stem!r}",
+        world=RateTable(played, sheet, asked.samples, min(asked.range, plant.max_rate)),
+        datasheet=sheet,
+        model=Model(played.targets, played.declared, plant.reference_temperature),
+        held_out=checks.held_out(played.table.held_out, 1, played.path),
+        samples=asked.samples,
+        steps=asked.steps,
+        cost=asked.cost,
+        quantities=quantities,
+        judge=None if estimator is None else judge(estimator, sheet, quantities),
+    )
+
+
+class RateTableEnv(TaskEnv):
+    """``insenv/RateTable-v0``; parameters as of `rate_table`."""
+
+    def __init__(
+        self,
+        scenario: str = PUBLISHED,
+        changes: Mapping[str, Any] | None = None,
+        estimator: str | None = None,
+        step_s: float | None = None,
+        sampling: float | None = None,
+        render_mode: str | None = None,
+    ) -> None:
+        super().__init__(rate_table(scenario, changes, estimator, step_s, sampling), render_mode)
+
+
+class RateTableVectorEnv(TaskVectorEnv):
+    """The vector form of ``insenv/RateTable-v0``; parameters as of `rate_table` and `TaskVectorEnv`."""
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        *,
+        max_episode_steps: int | None = None,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        render_mode: str | None = None,
+        **settings: Any,
+    ) -> None:
+        super().__init__(rate_table(**settings), num_envs, max_episode_steps, autoreset_mode, render_mode)
+
+
+def _box(limit: float, n: int) -> spaces.Box:
+    return spaces.Box(-limit, limit, (n,), np.float64)

@@ -1,0 +1,178 @@
+"""Rate tests as a laboratory files them: one HTML page, JSON by the contract ``insenv.rate-test/1``, a summary."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import insenv
+from insenv.core.files import write_whole
+from insenv.core.rate_test import NORMALISATIONS, RateTest
+from insenv.core.units import DEG, DEG_PER_HOUR
+from insenv.report import rate_test_rows as rows
+from insenv.report.json import _strict
+from insenv.report.quantities import number, span
+
+SCHEMA = "insenv.rate-test/1"
+Block = dict[str, Any]
+
+
+def to_json(tests: Sequence[RateTest]) -> Block:
+    """``tests`` as plain dictionaries, lists, texts and finite numbers, SI; null: not finite."""
+    block = {
+        "schema": SCHEMA,
+        "units": "SI and radians",
+        "normalisations": dict(NORMALISATIONS),
+        "instruments": [_plain(test) for test in tests],
+    }
+    return {key: _strict(value) for key, value in block.items()}
+
+
+def _plain(value: Any) -> Any:
+    """Dataclasses as dictionaries, arrays as lists."""
+    if is_dataclass(value) and not isinstance(value, type):
+        return {f.name: _plain(getattr(value, f.name)) for f in fields(value)}
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, tuple | list):
+        return [_plain(item) for item in value]
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    return value
+
+
+def json_text(tests: Sequence[RateTest]) -> str:
+    """`to_json` as text."""
+    return json.dumps(to_json(tests), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def write_json(tests: Sequence[RateTest], path: str | os.PathLike[str]) -> Path:
+    """Write `to_json` to ``path``, whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    return write_whole(path, json_text(tests))
+
+
+def write_html(tests: Sequence[RateTest], path: str | os.PathLike[str]) -> Path:
+    """Write `to_html` to ``path``, whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    return write_whole(path, to_html(tests))
+
+
+def to_html(tests: Sequence[RateTest]) -> str:
+    """``tests`` as one self-contained HTML page; every text from a file is escaped."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader("insenv.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    resting = [test for test in tests if test.static is not None]
+    return environment.get_template("rate_test.html.j2").render(
+        title=" · ".join(test.title for test in tests),
+        comparison=rows.comparison(tests),
+        several=len(tests) > 1,
+        allan=_allan_of_all(resting) if len(resting) > 1 else "",
+        instruments=[_instrument(test, f"i{i}") for i, test in enumerate(tests, 1)],
+        version=insenv.__version__,
+    )
+
+
+def _instrument(test: RateTest, ident: str) -> Block:
+    """Everything that the template shows of one instrument, as ready text."""
+    return {
+        "id": ident,
+        "title": test.title,
+        "manifest": test.manifest,
+        "size": f"{test.rows:,} rows, {span(test.duration)}".replace(",", "\u202f", test.rows > 999),
+        "conditions": list(test.conditions.items()),
+        "line": None if test.line is None else _line(test, ident),
+        "static": None if test.static is None else _static(test, ident),
+        "remarks": test.remarks,
+    }
+
+
+def _line(test: RateTest, ident: str) -> Block:
+    line = test.line
+    assert line is not None
+    flagged = [f"{f.rate / DEG:+.3f} deg/s (z = {number(f.z)})" for f in line.flagged]
+    return {
+        "fits": rows.fits(line),
+        "normalisations": rows.normalisations(line),
+        "power_ups": rows.power_ups(line),
+        "rates": rows.rates(line),
+        "dwells": rows.dwells(line),
+        "zeros": f"{line.zero_method} ({line.zero_reason})",
+        "flagged": ", ".join(flagged) or "none",
+        "rule": line.rule,
+        "false_alarm": number(line.false_alarm, 1),
+        "noise": number(line.noise / rows.COEFFICIENTS["angle_random_walk"][2]),
+        "setting": number(line.setting / DEG_PER_HOUR),
+        "figure": _figure("nonlinearity", test, ident),
+    }
+
+
+def _static(test: RateTest, ident: str) -> Block:
+    static = test.static
+    assert static is not None
+    return {
+        "label": static.label,
+        "duration": span(static.duration),
+        "earth": static.earth_note,
+        "biases": rows.biases(test),
+        "stability": rows.stability(static),
+        "allan": rows.allan(static),
+        "figures": [_figure("allan", [test], ident), _figure("against_time", test, ident)],
+    }
+
+
+def _figure(name: str, what: Any, ident: str) -> Any:
+    from markupsafe import Markup
+
+    from insenv.report import rate_test_figures
+    from insenv.report.svg import inline
+
+    return Markup(inline(getattr(rate_test_figures, name)(what), f"{ident}-{name}", name.replace("_", " ")))
+
+
+def _allan_of_all(tests: Sequence[RateTest]) -> Any:
+    return _figure("allan", list(tests), "all")
+
+
+def summary(tests: Sequence[RateTest]) -> str:
+    """The comparison as text, and what was flagged; no final line break."""
+    grid = rows.comparison(tests)
+    table = [grid.head, *grid.rows]
+    widths = [max(len(row[i]) for row in table) for i in range(len(grid.head))]
+    lines = [
+        "  ".join(c.ljust(w) if i == 0 else c.rjust(w) for i, (c, w) in enumerate(zip(row, widths, strict=True)))
+        for row in table
+    ]
+    for test in tests:
+        if test.line is not None:
+            rates = ", ".join(f"{f.rate / DEG:+.4g}" for f in test.line.flagged)
+            lines.append(f"{test.title}: {'flagged ' + rates + ' deg/s' if rates else 'no rate is flagged'}")
+        if test.static is not None:
+            lines.append(f"{test.title}: {test.static.earth_note}")
+        lines += [f"{test.title}: {remark}" for remark in test.remarks]
+    return "\n".join(
+        "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in line).rstrip() for line in lines
+    )
