@@ -89,7 +89,7 @@ def follow(
     rows, d = found.count.size, found.dwells.shape[-2]
     wide = [np.ascontiguousarray(np.broadcast_to(c, (*front, n)).reshape(rows, n), float) for c in channels]
     now, count = found.now.reshape(rows, STATE).copy(), found.count.reshape(rows).copy()
-    most = int((t[-1] - t[0]) / LEAST) + 2 + int(np.count_nonzero(np.diff(segment))) if n else 0
+    most = int(n * settings[0] / LEAST) + 2
     dwells = np.concatenate([found.dwells.reshape(rows, d, WIDTH), np.zeros((rows, most, WIDTH))], axis=1)
     _follow((np.asarray(t, float), segment), tuple(wide), settings, (now, dwells, count))
     kept = int(count.max(initial=0))

@@ -36,8 +36,6 @@ from insenv.effects.scale import ScaleFactor
 
 Zeros = Literal["auto", "ends", "interleaved", "none"]
 
-#: A table that turns less than this is at rest [rad/s].
-REST = 0.005 * DEG
 #: A dwell's blocks keep to its rate within this [rad/s], and this share of it.
 TOLERANCE, RELATIVE = 0.02 * DEG, 2e-3
 #: Differences of means that the noise is taken from; with fewer, the datasheet's.

@@ -95,8 +95,14 @@ def close_loop(
     help="Static output to take off: auto, ends, interleaved, none.",
 )
 @click.option("--warm-up", default="0 s", show_default=True, help="Time after each power-up that the bias leaves out.")
+@click.option("--averaging", help="Averaging times of the bias stability, separated by commas: '10 ms, 1 s, 100 s'.")
 def rate_test(
-    manifests: tuple[str, ...], json_path: Path | None, html_path: Path | None, zeros: str, warm_up: str
+    manifests: tuple[str, ...],
+    json_path: Path | None,
+    html_path: Path | None,
+    zeros: str,
+    warm_up: str,
+    averaging: str | None,
 ) -> None:
     """Evaluate rate tests: scale factor, nonlinearity, bias and its stability, several instruments side by side.
 
@@ -111,8 +117,9 @@ def rate_test(
     if json_path is not None and html_path is not None and json_path.resolve() == html_path.resolve():
         raise InputError(f"{json_path}: named for the JSON and for the HTML; wanted two files")
     left_out = quantity(warm_up, "time", "--warm-up")
+    times = None if averaging is None else tuple(quantity(t, "time", "--averaging") for t in averaging.split(","))
     say = Progress(2.0)
-    found = [run(manifest, zeros=zeros, warm_up=left_out, progress=say) for manifest in manifests]
+    found = [run(m, zeros=zeros, warm_up=left_out, averaging=times, progress=say) for m in manifests]
     if html_path is not None:
         say("writing the report")
         write_html(found, html_path)

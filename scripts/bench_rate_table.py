@@ -18,7 +18,7 @@ from insenv.sensors.instruments import fog_b215
 HOURS, WARM = 27, 200_000
 
 
-def test_at_rest() -> Iterator[Line]:
+def static_test() -> Iterator[Line]:
     """A fibre-optic gyro at rest, simulated and evaluated chunk by chunk; beside it the simulation alone."""
     instrument = fog_b215()
     rig = Rig(Turntable(), (Fitted(instrument.sensor, instrument.theta),), instrument.rate)
@@ -54,4 +54,4 @@ def streamed(rig: Rig, samples: int) -> tuple[StaticBias, Record]:
     return plugin, state
 
 
-ALL = (test_at_rest,)
+ALL = (static_test,)

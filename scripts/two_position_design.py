@@ -129,7 +129,7 @@ def _figure(known: dict[str, Instrument]) -> Figure:
     right.set_xticks([50, 100, 200, 500, 1000], labels=["50", "100", "200", "500", "1000"])
     right.minorticks_off()
     right.axhline(1 / 3, color="#666666", lw=1.0, ls=":")
-    right.text(45, 0.35, "3 sigma = 1 arcmin", fontsize=8, color="#444444")
+    right.text(430, 0.35, "3 sigma = 1 arcmin", fontsize=8, color="#444444")
     left.set_title("two rests of 300 s", fontsize=10)
     right.set_title("two rests (line), three rests 0-180-0 (dashed)", fontsize=10)
     left.legend(frameon=False, title="noise")

@@ -195,6 +195,39 @@ def test_errors_of_the_report_are_as_large_as_told() -> None:
     assert np.std(z, axis=0) == pytest.approx(np.ones((4, 2)), abs=0.15)
 
 
+def repeated(seed: int, curve: Floats, repeats: int = 5) -> RateLineResult:
+    """Power-ups of the published ladder with noise, a spread from setting to setting, and what repeats."""
+    rng = np.random.default_rng(seed)
+    rates = np.array(case.PUBLISHED) * DEG
+    time = 2 * np.pi / np.abs(rates)
+    rows = np.zeros((repeats, 34, rate_dwells.WIDTH))
+    noise = rng.standard_normal((repeats, 34)) * np.sqrt(case.N**2 / time + (1.0 * DEG_PER_HOUR) ** 2)
+    rows[..., rate_dwells.RATE], rows[..., rate_dwells.OUTPUT] = rates, rates + curve + noise
+    rows[..., rate_dwells.TIME], rows[..., rate_dwells.POWER] = time, 1 + np.arange(repeats)[:, None]
+    found = rate_line_result.result(rows.reshape(-1, rate_dwells.WIDTH), case.N, "none", float("nan"))
+    assert found is not None
+    return found
+
+
+def test_what_repeats_is_no_uncertainty() -> None:
+    # 120 tests: the standard deviation of z is known to 6.5 %; a quarter is four of it.
+    rates = np.array(case.PUBLISHED) * DEG
+    curve = 0.01 * DEG * np.sin(5 * rates / (35 * DEG))
+    exactly = exact(rates + curve, rates).fit("all points")
+    z = []
+    for seed in range(120):
+        found = repeated(seed, curve)
+        fit = found.fit("all points")
+        k, worst = fit.scale_factor, fit.nonlinearity["largest_output"]
+        z.append((k.value - exactly.scale_factor.value) / k.sd)
+        assert worst.value == pytest.approx(exactly.nonlinearity["largest_output"].value, abs=6 * worst.sd)
+        assert not found.flagged
+    assert found.setting_from == "of the power-ups about their mean"
+    assert found.setting == pytest.approx(DEG_PER_HOUR, rel=0.3)
+    assert fit.nonlinearity["largest_output"].sd < 0.1 * fit.nonlinearity["largest_output"].value
+    assert np.std(z) == pytest.approx(1.0, abs=0.25)
+
+
 def test_a_sound_instrument_has_no_flags() -> None:
     # 40 tests of a rule with a false alarm below 1e-3, here without a spread, where it is below 1e-5.
     rng = np.random.default_rng(4)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Callable
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -11,12 +12,15 @@ import numpy as np
 import pytest
 import rate_test_cases as case
 from command import run
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from insenv.core import stream
 from insenv.core.errors import InputError
 from insenv.core.load import read_recordings
-from insenv.core.manifest import load_manifest
+from insenv.core.manifest import Manifest, load_manifest
 from insenv.core.rate_test import NORMALISATIONS, RateTest
+from insenv.core.recording import Floats
 from insenv.core.stream import stream_run
 from insenv.core.units import DEG, DEG_PER_HOUR
 from insenv.rate_test import rate_test
@@ -210,11 +214,15 @@ def test_the_command_writes_both_reports(
 ) -> None:
     first, second = case.write(tmp_path / "a", "one", power_ups=1), case.write(tmp_path / "b", "two", power_ups=0)
     page, data = tmp_path / "r.html", tmp_path / "r.json"
-    ended = run(capsys, monkeypatch, "rate-test", first, second, "--html", page, "--json", data, "--warm-up", "1 min")
+    ended = run(
+        capsys, monkeypatch, "rate-test", first, second, "--html", page, "--json", data, "--averaging", "0.3 s, 7 s"
+    )
     assert (ended.status, ended.err) == (0, "")
     assert "one" in ended.out and "two" in ended.out and str(page) in ended.out
     assert page.read_text().startswith("<!DOCTYPE html>")
-    assert [i["title"] for i in json.loads(data.read_text())["instruments"]] == ["one", "two"]
+    held = json.loads(data.read_text())["instruments"]
+    assert [i["title"] for i in held] == ["one", "two"]
+    assert [s["averaging"] for s in held[1]["static"]["stability"]] == pytest.approx([0.05, 0.3, 7.0])
 
 
 @pytest.mark.parametrize(
@@ -253,6 +261,8 @@ def test_bad_input_is_one_sentence_and_nothing_is_written(
         (("--warm-up", "3 kg"), "--warm-up"),
         (("--warm-up=-3 s",), "warm_up"),
         (("--zeros", "some"), "zeros"),
+        (("--averaging", "1 s, 2 kg"), "--averaging"),
+        (("--averaging", "1 s, -2 s"), "averaging"),
         (("--html", "nowhere/r.html"), "does not exist"),
         (("--html", "r.x", "--json", "r.x"), "two files"),
     ],
@@ -278,3 +288,43 @@ def test_a_run_at_another_rate_is_refused(tmp_path: Path) -> None:
     np.savez(file, **{**held, "t": 2 * held["t"]})
     with pytest.raises(InputError, match="one sampling rate"):
         rate_test(path)
+
+
+@given(at=st.integers(0, 3000), byte=st.binary(min_size=1, max_size=4), form=st.sampled_from(FORMS))
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_a_damaged_file_is_read_in_chunks_as_in_one_or_refused_alike(
+    at: int, byte: bytes, form: str, small: dict[str, bytes], tmp_path: Path
+) -> None:
+    path = case.write(tmp_path, form=form, power_ups=0)
+    manifest = load_manifest(path)
+    file = manifest.runs[0].file
+    whole = small.setdefault(form, file.read_bytes())
+    place = at * len(whole) // 3000
+    file.write_bytes(whole[:place] + byte + whole[place + len(byte) :])
+    with pytest.MonkeyPatch.context() as patch:
+        short_chunks(patch)
+        one, many = (_outcome(lambda r=r: r(manifest)) for r in (_in_one, _in_chunks))  # type: ignore[misc]
+    if isinstance(one, str) or isinstance(many, str):
+        assert isinstance(one, str) == isinstance(many, str), (one, many)
+    else:
+        assert many == pytest.approx(one, rel=1e-12, abs=1e-12)
+
+
+@pytest.fixture(scope="module")
+def small() -> dict[str, bytes]:
+    return {}
+
+
+def _in_one(manifest: Manifest) -> Floats:
+    return read_recordings(manifest)[0].channels["gyro"].values
+
+
+def _in_chunks(manifest: Manifest) -> Floats:
+    return np.concatenate([c.channels["gyro"].values for c in stream_run(manifest, manifest.runs[0])])
+
+
+def _outcome(read: Callable[[], Floats]) -> Floats | str:
+    try:
+        return read()
+    except InputError as error:
+        return str(error)

@@ -139,6 +139,8 @@ class RateLineResult:
         Of K over the power-ups, relative, by method.
     noise, setting : float
         White noise [rad/sqrt(s)] and spread from setting to setting [rad/s].
+    setting_from : str
+        What the spread was taken from.
     earth_rate : float
         Taken off the bias [rad/s]; NaN: not known.
     """
@@ -155,6 +157,7 @@ class RateLineResult:
     repeatability: Mapping[str, Valued]
     noise: float
     setting: float
+    setting_from: str
     earth_rate: float = float("nan")
 
     def fit(self, method: str) -> LineFit:

@@ -26,7 +26,7 @@ from insenv.core.readers.table import as_labels, as_numbers, decoding, find_colu
 from insenv.core.recording import Floats, Recording, Segment
 
 #: Rows of a chunk, and bytes of one of a text file.
-ROWS, BYTES = 262_144, 16_000_000
+ROWS, BYTES = 262_144, 4_000_000
 
 Dealt = Iterator[tuple[Table, float]]
 
@@ -177,7 +177,7 @@ def _csv(path: Path, columns: Sequence[Column]) -> Dealt | None:
 
 def _csv_chunks(path: Path, columns: Sequence[Column], size: int) -> Dealt:
     with path.open("rb") as file:
-        first = file.read(BYTES // 16) + file.readline()
+        first = file.read(BYTES // 4) + file.readline()
         content = first.removeprefix(text._BYTE_ORDER_MARK)
         header = text._next(path, text._lines(path, content))
         delimiter = header.delimiter() or ","

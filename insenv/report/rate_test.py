@@ -102,7 +102,7 @@ def _instrument(test: RateTest, ident: str) -> Block:
         "id": ident,
         "title": test.title,
         "manifest": test.manifest,
-        "size": f"{test.rows:,} rows, {span(test.duration)}".replace(",", "\u202f", test.rows > 999),
+        "size": f"{test.rows:,} rows, {span(test.duration)}".replace(",", "\u202f"),
         "conditions": list(test.conditions.items()),
         "line": None if test.line is None else _line(test, ident),
         "static": None if test.static is None else _static(test, ident),
@@ -125,7 +125,7 @@ def _line(test: RateTest, ident: str) -> Block:
         "rule": line.rule,
         "false_alarm": number(line.false_alarm, 1),
         "noise": number(line.noise / rows.COEFFICIENTS["angle_random_walk"][2]),
-        "setting": number(line.setting / DEG_PER_HOUR),
+        "setting": f"{number(line.setting / DEG_PER_HOUR)} deg/h, {line.setting_from}",
         "figure": _figure("nonlinearity", test, ident),
     }
 

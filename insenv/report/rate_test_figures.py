@@ -39,7 +39,7 @@ def nonlinearity(test: RateTest) -> Figure:
         x, y, sd = fit.rates[kept] / DEG, _ppm(fit)[kept], _ppm(fit, fit.sd)[kept]
         ax.errorbar(x, y, sd, label="mean of the power-ups, ± 1 sd", zorder=4, **dots)
         if method != "all points":
-            _limit(ax, _ppm(fit)[kept])
+            _limit(ax, np.concatenate([_ppm(one)[one.weights > 0] for one in (fit, *test.line.of_each(method))]))
             for flagged in test.line.flagged:
                 ax.axvline(flagged.rate / DEG, color=draw.BEFORE, lw=0.9, ls="--", zorder=1)
         ax.axhline(0, color=draw.FITTED, lw=0.6, zorder=1)
@@ -57,7 +57,7 @@ def _ppm(fit: LineFit, values: np.ndarray | None = None) -> np.ndarray:
 
 def _limit(ax, values: np.ndarray) -> None:  # type: ignore[no-untyped-def]
     """Limits that the kept points fill, whatever the flagged ones do."""
-    top = 2.2 * float(np.abs(values).max()) or 1.0
+    top = 1.15 * float(np.abs(values).max()) or 1.0
     ax.set_ylim(-top, top)
 
 
