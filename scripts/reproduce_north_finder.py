@@ -50,13 +50,14 @@ def main() -> None:
     if given.seeds < 2:
         parser.error(f"--seeds {given.seeds} given; wanted at least 2")
     head = PAGE.format(seeds=given.seeds, error=100 / (2 * given.seeds) ** 0.5)
-    write(given.out / "north_finder.md", head, sections(given.seeds), 11)
+    write(given.out / "north_finder.md", head, sections(given.seeds), 12)
     print(given.out / "north_finder.md")
 
 
 def sections(count: int) -> Iterator[Section]:
     """The page's parts in order; each is worked out when it is asked for."""
     seeds = range(1, count + 1)
+    yield tables.equation_3()
     yield tables.table_1()
     yield judged.scale_factor_test()
     yield from tables.tables_2_and_3()

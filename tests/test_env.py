@@ -150,18 +150,18 @@ def test_reward_without_an_estimator_is_the_cost_of_time() -> None:
 @pytest.mark.parametrize(
     ("action", "sentence"),
     [
-        ([np.nan, 0.0], r"action \[nan, 0\] of row 0; wanted numbers from \[-0.87.*, 0\] to \[0.87.*, 1\]"),
+        ([np.nan, 0.0], r"action \[nan, 0\]; wanted numbers from \[-0.87.*, 0\] to \[0.87.*, 1\]"),
         ([np.inf, 0.0], r"action \[inf, 0\]"),
         ([1.0, 0.0], r"action \[1, 0\]"),
         ([0.1, 1.5], r"action \[0.1, 1.5\]"),
-        ([0.1], r"actions of shape \(1, 1\); wanted \(1, 2\)"),
-        (0.1, r"actions of shape \(1,\); wanted \(1, 2\)"),
-        ([[0.1, 0.0]], r"actions of shape \(1, 1, 2\)"),
-        ([0.1, [0.0]], "actions of different lengths"),
+        ([0.1], r"an action of shape \(1,\); wanted \(2,\)"),
+        (0.1, r"an action of shape \(\); wanted \(2,\)"),
+        ([[0.1, 0.0]], r"an action of shape \(1, 2\)"),
+        ([0.1, [0.0]], "an action of numbers and lists"),
         (["a", "b"], "actions of type .*; wanted real numbers"),
         ([True, False], "actions of type bool"),
         ([0.1 + 0j, 0.0], "actions of type complex128"),
-        (None, r"actions of shape \(1,\)"),
+        (None, r"an action of shape \(\)"),
     ],
 )
 def test_bad_actions_end_in_one_sentence(action: Any, sentence: str) -> None:

@@ -155,10 +155,10 @@ def test_the_price_of_the_error_is_that_of_this_power_up() -> None:
 @pytest.mark.parametrize(
     ("action", "sentence"),
     [
-        ([np.nan, 0.0], r"action \[nan, 0\] of row 0; wanted numbers from \[-0.87.*, -1\] to \[0.87.*, 1\]"),
+        ([np.nan, 0.0], r"action \[nan, 0\]; wanted numbers from \[-0.87.*, -1\] to \[0.87.*, 1\]"),
         ([1.0, 0.0], r"action \[1, 0\]"),
         ([0.1, -1.5], r"action \[0.1, -1.5\]"),
-        ([0.1], r"actions of shape \(1, 1\); wanted \(1, 2\)"),
+        ([0.1], r"an action of shape \(1,\); wanted \(2,\)"),
         (["a", "b"], "actions of type .*; wanted real numbers"),
     ],
 )

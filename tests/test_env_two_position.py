@@ -148,17 +148,17 @@ def test_reward_is_the_information_won_less_the_true_error() -> None:
 @pytest.mark.parametrize(
     ("action", "sentence"),
     [
-        ([np.nan, 0.0], r"action \[nan, 0\] of row 0; wanted numbers from \[-1, 0\] to \[1, 1\]"),
+        ([np.nan, 0.0], r"action \[nan, 0\]; wanted numbers from \[-1, 0\] to \[1, 1\]"),
         ([np.inf, 0.0], r"action \[inf, 0\]"),
         ([np.pi, 0.0], r"action \[3.14159, 0\]"),
         ([0.1, 1.5], r"action \[0.1, 1.5\]"),
-        ([0.1], r"actions of shape \(1, 1\); wanted \(1, 2\)"),
-        (0.1, r"actions of shape \(1,\)"),
-        ([[0.1, 0.0]], r"actions of shape \(1, 1, 2\)"),
-        ([0.1, [0.0]], "actions of different lengths"),
+        ([0.1], r"an action of shape \(1,\); wanted \(2,\)"),
+        (0.1, r"an action of shape \(\)"),
+        ([[0.1, 0.0]], r"an action of shape \(1, 2\)"),
+        ([0.1, [0.0]], "an action of numbers and lists"),
         (["a", "b"], "actions of type .*; wanted real numbers"),
         ([True, False], "actions of type bool"),
-        (None, r"actions of shape \(1,\)"),
+        (None, r"an action of shape \(\)"),
     ],
 )
 def test_bad_actions_end_in_one_sentence_and_change_nothing(action: Any, sentence: str) -> None:

@@ -372,5 +372,5 @@ def test_a_task_that_nobody_plays_is_refused(tmp_path: Path) -> None:
 def test_a_name_that_is_nearly_one_is_told() -> None:
     with pytest.raises(InputError, match="did you mean 'north_finder/published'"):
         load("north_finder/publishd")
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match="wanted a TOML file, or one of north_finder/published"):
         load("nowhere")

@@ -94,12 +94,23 @@ class TaskEnv(gymnasium.Env[Blocks, Floats]):
         group = self.group
         if not self._batch.alive[0]:
             raise ResetNeeded(f"{self.task.name}: the run of seed {group.seeds[0]} has ended; call reset first")
-        (part,) = self._batch.step(checked(self.task, [action], 1))
+        (part,) = self._batch.step(checked(self.task, self._alone(action), 1))
         shown = self._shown(part)
         if self._film is not None and self.chunk is not None:
             self._film.add(part.group, self.chunk)
             self._show()
         return shown, float(part.seen.reward[0]), part.terminated, part.truncated, self._info(part)
+
+    def _alone(self, action: Any) -> Any:
+        """The action as a batch of one, refused in the words of one."""
+        wanted = self.task.action_space.shape
+        try:
+            found = np.shape(action)
+        except ValueError:
+            raise InputError(f"{self.task.name}: an action of numbers and lists; wanted shape {wanted}") from None
+        if found != wanted:
+            raise InputError(f"{self.task.name}: an action of shape {found}; wanted {wanted}")
+        return [action]
 
     def render(self) -> Any:
         """The frame of "rgb_array", shape (height, width, 3); None in the mode "human", which shows every step itself.

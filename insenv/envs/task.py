@@ -252,10 +252,9 @@ def checked(task: Task, actions: Any, rows_: int, asked: NDArray[np.bool_] | Non
         good |= ~asked[:, None]
     if np.count_nonzero(good) < good.size:
         row = int(np.flatnonzero(~good.all(axis=-1))[0])
-        raise InputError(
-            f"{task.name}: action {_shown(given[row])} of row {row}; wanted numbers from {_shown(box.low)} "
-            f"to {_shown(box.high)}"
-        )
+        where = f" of row {row}" if rows_ > 1 else ""
+        least, most = _shown(box.low), _shown(box.high)
+        raise InputError(f"{task.name}: action {_shown(given[row])}{where}; wanted numbers from {least} to {most}")
     return given.astype(np.float64, copy=False)
 
 

@@ -30,8 +30,10 @@ def source(path: Path | str, changes: Mapping[str, Any] | None) -> tuple[dict[st
     name = Path(path).as_posix()
     if name in names():
         path = _HOME / f"{name}.toml"
-    elif not (Path(path).suffix or Path(path).exists()) and (near := get_close_matches(name, names(), 1)):
-        raise InputError(f"{name}: neither a file nor a packaged scenario; did you mean {near[0]!r}?")
+    elif not (Path(path).suffix or Path(path).exists()):
+        near = get_close_matches(name, names(), 1)
+        wanted = f"did you mean {near[0]!r}?" if near else f"wanted a TOML file, or one of {', '.join(names())}"
+        raise InputError(f"{name}: neither a file nor a packaged scenario; {wanted}")
     found = tree(Path(path), "scenario")
     for key, value in (changes or {}).items():
         _change(found, key, deepcopy(value), Path(path))
