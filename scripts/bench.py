@@ -23,6 +23,7 @@ from pathlib import Path
 from statistics import median
 
 import bench_environments
+import bench_rate_table
 import bench_vehicle
 import numpy as np
 from bench_line import Line, cpu
@@ -43,7 +44,16 @@ RATES, TAUS = 10_000_000, 52  # two of the shortest fall together
 
 def main() -> None:
     shown = False
-    for lines in (noise, importing, allan, reading, closing, *bench_environments.ALL, *bench_vehicle.ALL):
+    for lines in (
+        noise,
+        importing,
+        allan,
+        reading,
+        closing,
+        *bench_environments.ALL,
+        *bench_vehicle.ALL,
+        *bench_rate_table.ALL,
+    ):
         for line in lines():
             if not shown:
                 print(_row("work", "insenv", "bar", "beside it", "", "insenv is"))
