@@ -15,6 +15,7 @@ from insenv.plants.turntable import Turntable
 from insenv.plants.vehicle import Vehicle
 from insenv.scenario import Scenario, check_task, load
 from insenv.scenario import datasheet as told
+from insenv.scenario.task import Task as Asked
 
 
 @dataclass(frozen=True)
@@ -29,16 +30,16 @@ class System:
     table : str
         The scenario's table of its plant.
     world : callable
-        Its world, of a scenario, the datasheet and the number of samples in a step.
+        Its world, of a scenario, the datasheet and what is asked.
     quantity : callable
-        What is to be found, of the kind and the deviation that is wanted; nothing where there is no belief.
+        What is to be found, of what is asked and the datasheet; nothing where there is no belief.
     """
 
     name: str
     kinds: tuple[str, ...]
     table: str
-    world: Callable[[Scenario, Datasheet, int], World]
-    quantity: Callable[[str, float], tuple[Quantity, ...]]
+    world: Callable[[Scenario, Datasheet, Asked], World]
+    quantity: Callable[[Asked, Datasheet], tuple[Quantity, ...]]
 
 
 def scenario_task(
@@ -67,10 +68,10 @@ def scenario_task(
         raise InputError(f"{played.path}: task.kind = {played.task.kind!r}; wanted {wanted}, and a {system.table}")
     asked, sheet, plant = check_task(played), told(played), played.rig.plant
     assert isinstance(plant, Turntable | Vehicle)  # check_task saw to it
-    quantities = system.quantity(asked.kind, asked.demanded)
+    quantities = system.quantity(asked, sheet)
     return Task(
         name=f"{system.name} {played.path.stem!r}",
-        world=system.world(played, sheet, asked.samples),
+        world=system.world(played, sheet, asked),
         datasheet=sheet,
         model=Model(played.targets, played.declared, plant.reference_temperature),
         held_out=checks.held_out(played.table.held_out, 1, played.path),

@@ -31,6 +31,7 @@ from insenv.plants.profile import rest
 from insenv.plants.turntable import Turntable
 from insenv.rig import Readings, Rig
 from insenv.scenario import Scenario
+from insenv.scenario.task import Task as Asked
 from insenv.sensors.counter import count
 
 #: The scenario of the environment that is given none.
@@ -186,12 +187,16 @@ def north_finder(
     return scenario_task(_SYSTEM, scenario, changes, estimator, step_s, sampling)
 
 
-def _north(kind: str, demanded: float) -> tuple[Quantity, ...]:
-    azimuth = Quantity("azimuth", ANY_AZIMUTH, np.pi, demanded, circular=True)
-    return (azimuth,) if kind == "north-finder" else ()
+def _world(scenario: Scenario, sheet: Datasheet, asked: Asked) -> NorthFinder:
+    return NorthFinder(scenario, sheet, asked.samples)
 
 
-_SYSTEM = System("north finder", ("north-finder", "scale-factor-test"), "[table]", NorthFinder, _north)
+def _north(asked: Asked, sheet: Datasheet) -> tuple[Quantity, ...]:
+    azimuth = Quantity("azimuth", ANY_AZIMUTH, np.pi, asked.demanded, circular=True)
+    return (azimuth,) if asked.kind == "north-finder" else ()
+
+
+_SYSTEM = System("north finder", ("north-finder", "scale-factor-test"), "[table]", _world, _north)
 
 
 class NorthFinderEnv(TaskEnv):

@@ -22,12 +22,11 @@ import numpy as np
 from gymnasium import spaces
 from gymnasium.vector import AutoresetMode
 
-from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet
-from insenv.core.manifest import Model, checks
 from insenv.core.motion import Motion
 from insenv.core.recording import Channel, Floats
-from insenv.envs.belief import Quantity, judge
+from insenv.envs.asked import System, scenario_task
+from insenv.envs.belief import Quantity
 from insenv.envs.group import Blocks, Film, Flags
 from insenv.envs.single import TaskEnv
 from insenv.envs.task import Task
@@ -37,8 +36,8 @@ from insenv.plants.servo import Knots
 from insenv.plants.thermal import Constant, Temperature, WarmUp
 from insenv.plants.turntable import Turntable
 from insenv.rig import Fitted, Readings, Rig
-from insenv.scenario import Scenario, check_task, load
-from insenv.scenario import datasheet as told
+from insenv.scenario import Scenario
+from insenv.scenario.task import Task as Asked
 from insenv.sensors.counter import count
 
 #: The scenario of the environment that is given none.
@@ -226,32 +225,20 @@ def rate_table(
     InputError
         If the scenario or the estimator cannot be used.
     """
-    given = dict(changes or {})
-    if step_s is not None:
-        given["task.step"] = f"{step_s} s"
-    if sampling is not None:
-        given["instrument.sampling"] = f"{sampling} Hz"
-    played = load(scenario, given)
-    asked, sheet = check_task(played), told(played)
-    if asked.kind != "rate-table":
-        raise InputError(f"{played.path}: task.kind = {asked.kind!r}; wanted 'rate-table'")
-    plant = played.rig.plant
-    assert isinstance(plant, Turntable)  # check_task saw to it
+    return scenario_task(_SYSTEM, scenario, changes, estimator, step_s, sampling)
+
+
+def _world(scenario: Scenario, sheet: Datasheet, asked: Asked) -> RateTable:
+    return RateTable(scenario, sheet, asked.samples, min(asked.range, sheet.limits.rate))
+
+
+def _scale_factor(asked: Asked, sheet: Datasheet) -> tuple[Quantity, ...]:
     known = sheet.told("scale_factor", "gyro")
     prior = known.sd[0] if known is not None and known.sd[0] > 0 else ANY_ERROR
-    quantities = (Quantity("scale_factor", prior, MOST_ERROR, asked.demanded),)
-    return Task(
-        name=f"rate table {played.path.stem!r}",
-        world=RateTable(played, sheet, asked.samples, min(asked.range, plant.max_rate)),
-        datasheet=sheet,
-        model=Model(played.targets, played.declared, plant.reference_temperature),
-        held_out=checks.held_out(played.table.held_out, 1, played.path),
-        samples=asked.samples,
-        steps=asked.steps,
-        cost=asked.cost,
-        quantities=quantities,
-        judge=None if estimator is None else judge(estimator, sheet, quantities),
-    )
+    return (Quantity("scale_factor", prior, MOST_ERROR, asked.demanded),)
+
+
+_SYSTEM = System("rate table", ("rate-table",), "[table]", _world, _scale_factor)
 
 
 class RateTableEnv(TaskEnv):

@@ -33,6 +33,7 @@ from insenv.envs.vector import TaskVectorEnv
 from insenv.plants.vehicle import Vehicle
 from insenv.rig import Readings, Rig
 from insenv.scenario import Scenario
+from insenv.scenario.task import Task as Asked
 
 #: The scenario of the environment that is given none.
 PUBLISHED = "two_position/published_a"
@@ -195,11 +196,15 @@ def two_position(
     return scenario_task(_SYSTEM, scenario, changes, estimator, step_s, sampling)
 
 
-def _installation(kind: str, demanded: float) -> tuple[Quantity, ...]:
-    return (Quantity("installation_angle", ANY_ANGLE, np.pi, demanded, circular=True),)
+def _world(scenario: Scenario, sheet: Datasheet, asked: Asked) -> TwoPosition:
+    return TwoPosition(scenario, sheet, asked.samples)
 
 
-_SYSTEM = System("two-position calibration", ("two-position",), "[vehicle]", TwoPosition, _installation)
+def _installation(asked: Asked, sheet: Datasheet) -> tuple[Quantity, ...]:
+    return (Quantity("installation_angle", ANY_ANGLE, np.pi, asked.demanded, circular=True),)
+
+
+_SYSTEM = System("two-position calibration", ("two-position",), "[vehicle]", _world, _installation)
 
 
 class TwoPositionEnv(TaskEnv):

@@ -239,7 +239,8 @@ class Turntable:
 
     def _seen(self, rate: Floats) -> Floats:
         """Rate about the gyro's axis, which sees a share of the table's, and of what the whole turns by."""
-        return rate * self._share + self._vertical
+        seen = rate * self._share
+        return np.add(seen, self._vertical, out=seen if isinstance(self._vertical, float) else None)
 
     @cached_property
     def _share(self) -> float:
