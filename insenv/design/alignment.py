@@ -22,8 +22,6 @@ from insenv.core.earth import earth_rate_enu, gravity
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats
 
-#: States: phi, eps (gyro x, y, z), nabla (accelerometer x, y).
-STATES = 8
 #: Longest step of the filter: at rest and while the body turns [s].
 _STEP, _TURNING_STEP = 1.0, 0.25
 

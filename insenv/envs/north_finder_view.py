@@ -23,13 +23,13 @@ from insenv.envs.render import (
     TRUE,
     Canvas,
     Dial,
+    Drawing,
     Frame,
     Header,
     on_circle,
     plain_angle,
     plain_bearing,
 )
-from insenv.report.drawing import style
 
 __all__ = ["History", "Renderer", "View", "draw"]
 
@@ -47,26 +47,16 @@ def draw(view: View, size: tuple[int, int] = (960, 600)) -> Frame:
     return Renderer(size).draw(view)
 
 
-class Renderer:
-    """Draws frames of one size; what it keeps between them is its figures, which show in no pixel.
+class Renderer(Drawing):
+    """Draws frames of the north finder."""
 
-    Parameters
-    ----------
-    size : (int, int)
-        Width and height [pixels].
-    """
+    def kind(self, view: View) -> tuple[Any, ...]:
+        """Who believes in what, and the ranges of the charts."""
+        return view.belief is not None, len(view.history.believed_scale_factor) > 0, view.duration
 
-    def __init__(self, size: tuple[int, int] = (960, 600)) -> None:
-        self._size = size
-        self._layouts: dict[tuple[bool, bool, float], _Layout] = {}
-
-    def draw(self, view: View) -> Frame:
-        """One frame, shape (height, width, 3)."""
-        kind = view.belief is not None, len(view.history.believed_scale_factor) > 0, view.duration
-        with style():
-            if kind not in self._layouts:
-                self._layouts[kind] = _Layout(self._size, *kind)
-            return self._layouts[kind].draw(view)
+    def layout(self, size: tuple[int, int], *kind: Any) -> _Layout:
+        """The picture of that kind."""
+        return _Layout(size, *kind)
 
 
 class _Layout:

@@ -20,12 +20,12 @@ from insenv.envs.render import (
     TRUE,
     Canvas,
     Dial,
+    Drawing,
     Frame,
     Header,
     plain_angle,
     plain_bearing,
 )
-from insenv.report.drawing import style
 
 __all__ = ["Renderer"]
 
@@ -34,26 +34,16 @@ _RUN, _SWITCHED = "table rate", "gyro switched on"
 _POINTS, _BAND, _CURVE = "levels of this power-up", "± 2 sd of white noise", "true, warm"
 
 
-class Renderer:
-    """Draws frames of one size; what it keeps between them is its figures, which show in no pixel.
+class Renderer(Drawing):
+    """Draws frames of the rate table."""
 
-    Parameters
-    ----------
-    size : (int, int)
-        Width and height [pixels].
-    """
+    def kind(self, view: View) -> tuple[Any, ...]:
+        """Who believes in what, and the ranges of the charts."""
+        return view.demanded is not None, view.duration, view.largest
 
-    def __init__(self, size: tuple[int, int] = (960, 600)) -> None:
-        self._size = size
-        self._layouts: dict[tuple[bool, float, float], _Layout] = {}
-
-    def draw(self, view: View) -> Frame:
-        """One frame, shape (height, width, 3)."""
-        kind = view.demanded is not None, view.duration, view.largest
-        with style():
-            if kind not in self._layouts:
-                self._layouts[kind] = _Layout(self._size, *kind)
-            return self._layouts[kind].draw(view)
+    def layout(self, size: tuple[int, int], *kind: Any) -> _Layout:
+        """The picture of that kind."""
+        return _Layout(size, *kind)
 
 
 class _Layout:

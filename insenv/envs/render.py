@@ -10,6 +10,7 @@ before, so that equal frames have equal pixels. Nothing here touches pyplot.
 from __future__ import annotations
 
 import os
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -88,6 +89,37 @@ class Canvas:
         yield from self.figure.texts
         for ax in self.figure.axes:
             yield from sorted(ax.get_children(), key=lambda artist: artist.get_zorder())
+
+
+class Drawing(ABC):
+    """Draws frames of one size; what it keeps between them is its figures, which show in no pixel.
+
+    Parameters
+    ----------
+    size : (int, int)
+        Width and height [pixels].
+    """
+
+    def __init__(self, size: tuple[int, int] = (960, 600)) -> None:
+        self._size = size
+        self._layouts: dict[tuple[Any, ...], Any] = {}
+
+    @abstractmethod
+    def kind(self, view: Any) -> tuple[Any, ...]:
+        """What of a view decides on the layout."""
+
+    @abstractmethod
+    def layout(self, size: tuple[int, int], *kind: Any) -> Any:
+        """A picture of that kind, with a method ``draw(view)``."""
+
+    def draw(self, view: Any) -> Frame:
+        """One frame, shape (height, width, 3)."""
+        kind = self.kind(view)
+        with style():
+            if kind not in self._layouts:
+                self._layouts[kind] = self.layout(self._size, *kind)
+            frame: Frame = self._layouts[kind].draw(view)
+            return frame
 
 
 class Header:

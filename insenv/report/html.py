@@ -22,6 +22,7 @@ from insenv.identify.findings import (
     TargetFindings,
 )
 from insenv.report import estimates, found, sentences, words
+from insenv.report.page import rendered
 from insenv.report.quantities import number, p_value, percent, span
 
 Row = dict[str, Any]
@@ -47,16 +48,8 @@ def write_html(findings: Findings, path: str | os.PathLike[str]) -> Path:
 
 def to_html(findings: Findings) -> str:
     """``findings`` as one self-contained HTML page; every text from a file is escaped."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("insenv.report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("report.html.j2").render(
+    return rendered(
+        "report.html.j2",
         findings=findings,
         overall=sentences.overall(findings),
         label=_label_of_all(findings.targets),

@@ -17,6 +17,7 @@ from insenv.core.rate_test import NORMALISATIONS, RateTest
 from insenv.core.units import DEG, DEG_PER_HOUR
 from insenv.report import rate_test_rows as rows
 from insenv.report.json import _strict
+from insenv.report.page import rendered
 from insenv.report.quantities import number, span
 
 SCHEMA = "insenv.rate-test/1"
@@ -76,17 +77,9 @@ def write_html(tests: Sequence[RateTest], path: str | os.PathLike[str]) -> Path:
 
 def to_html(tests: Sequence[RateTest]) -> str:
     """``tests`` as one self-contained HTML page; every text from a file is escaped."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("insenv.report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     resting = [test for test in tests if test.static is not None]
-    return environment.get_template("rate_test.html.j2").render(
+    return rendered(
+        "rate_test.html.j2",
         title=" · ".join(test.title for test in tests),
         comparison=rows.comparison(tests),
         several=len(tests) > 1,
