@@ -19,7 +19,7 @@ from typing import Any
 import insenv.identify
 from insenv.core.exposure import CHANNEL_OF
 from insenv.effects.base import CurveEffect, DrivenEffect, Effect, LinearEffect, MemoryEffect, NoiseEffect, Param
-from insenv.effects.catalogue import ALL, CATALOGUE
+from insenv.effects.catalogue import ALL, CATALOGUE, TRIAD
 from insenv.report.words import EFFECTS
 
 #: What stands in a page where text from the code is to come.
@@ -64,7 +64,7 @@ def _row(orders: tuple[Effect, ...]) -> str:
     """One row for an effect, whatever its orders."""
     effect = max(orders, key=lambda one: len(one.params))
     tried = f"order 1 to {len(orders)} tried" if len(orders) > 1 else ""
-    note = tried if effect in CATALOGUE else "in scenarios only"
+    note = tried if effect in CATALOGUE else "in several positions" if effect in TRIAD else "in scenarios only"
     keys = f"`{effect.id}`" + (f" ({note})" if note else "")
     what = (type(effect).__doc__ or "").strip().partition("\n")[0]
     kind = next(kind.__name__ for kind in _KINDS if isinstance(effect, kind))
@@ -88,7 +88,8 @@ def _parameter(param: Param) -> str:
 def _needs(effect: Effect) -> str:
     """Channels of a manifest; instruments where not all can have the effect."""
     channels = [CHANNEL_OF.get(need.partition(".")[0], need) for need in effect.needs]
-    channels += ["a table rate that changes"] if effect.of_rate else []
+    turned = "gyro" in effect.instruments
+    channels += [f"a {'table rate' if turned else 'specific force'} that changes"] if effect.of_rate else []
     only = f"{effect.instruments[0]} only" if len(effect.instruments) == 1 else ""
     return "; ".join(filter(None, [*dict.fromkeys(channels), only])) or "nothing"
 

@@ -16,7 +16,7 @@ drift and an error of the scale factor leave alone:  N^2 = mean of (r_k+1 - r_k)
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import floor, isfinite, pi
+from math import floor, inf, isfinite, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,8 @@ PER_MEAN = 10
 #: What is kept of a dwell: rate, output, time, turns, power-up, start, temperature (NaN: none).
 RATE, OUTPUT, TIME, TURNS, POWER, START, TEMPERATURE = range(7)
 WIDTH = 7
+#: Share of a turn before its end from which on its end is looked for.
+_NEARLY = 1e-6
 
 # Of the row before: whether there is one, time, angle, power-up, segment.
 _SEEN, _T, _A, _P, _SEG = range(5)
@@ -118,8 +120,11 @@ def _follow(shared, channels, settings, state):  # type: ignore[no-untyped-def]
     now, dwells, count = state
     dt = settings[0]
     for r in range(y.shape[0]):
-        s = now[r]
-        for i in range(t.size):
+        s, i = now[r], 0
+        while i < t.size:
+            i = _within(s, (t, y[r], angle[r], warmth[r], power[r], segment), i, dt)
+            if i == t.size:
+                break
             row = (t[i], angle[r, i], power[r, i], segment[i])
             apart = s[_SEEN] == 0 or abs(t[i] - s[_T] - dt) > 0.5 * dt or row[2] != s[_P] or row[3] != s[_SEG]
             if apart or not isfinite(y[r, i]):
@@ -133,6 +138,37 @@ def _follow(shared, channels, settings, state):  # type: ignore[no-untyped-def]
                 if s[_BD] >= BLOCK - 0.5 * dt:
                     _block(s, settings, dwells[r], count[r : r + 1])
             s[_T], s[_A], s[_P], s[_SEG] = row[0], row[1], row[2], row[3]
+            i += 1
+
+
+@compiled
+def _within(s, rows, i, dt):  # type: ignore[no-untyped-def]
+    """From row i on, add to the block what neither begins nor ends anything; the row that does.
+
+    Nearly every row is one of these: their sums are kept out of the state meanwhile.
+    """
+    t, y, angle, warmth, power, segment = rows
+    if s[_SEEN] == 0:
+        return i
+    last, sum_y, time, sum_warmth = s[_T], s[_BG], s[_BD], s[_BH]
+    full = BLOCK - 0.5 * dt
+    turn = (s[_BK] + 1 - _NEARLY) * 2 * pi if s[_OPEN] else inf
+    start, p, label = s[_A0], s[_P], s[_SEG]
+    first = i
+    while i < t.size:
+        step = t[i] - last
+        if abs(step - dt) > 0.5 * dt or power[i] != p or segment[i] != label or not isfinite(y[i]):
+            break
+        if time + step >= full or abs(angle[i] - start) > turn:
+            break
+        sum_y += y[i] * step
+        time += step
+        sum_warmth += warmth[i] * step
+        last = t[i]
+        i += 1
+    if i > first:
+        s[_T], s[_A], s[_BG], s[_BD], s[_BH] = last, angle[i - 1], sum_y, time, sum_warmth
+    return i
 
 
 @compiled

@@ -26,6 +26,12 @@ from insenv.design.ladder_time import Dwells, dwells, published
 GO, STOP, POWER_CYCLE = 0.0, 1.0, -1.0
 #: What rounding makes of a time [s].
 _ROUNDING = 1e-6
+#: By which a dwell is too long, at most, where the time must suffice for whole turns: a step [s].
+_STEP = 1.0
+#: Repeats of the published test; time at rest before each [s], of which the source says nothing.
+REPEATS, PREHEAT = 7, 1800.0
+#: Times that a ladder of whole turns is made shorter until it fits.
+_TRIES = 10
 #: Largest rate of the published test [rad/s].
 TOP = 35 * DEG
 
@@ -72,7 +78,12 @@ def over(place: Place, queue: Queue, t: float) -> NDArray[np.bool_]:
 
 def moved(place: Place, queue: Queue, t: float, acceleration: float) -> Place:
     """At time ``t``: the next entry where one is done."""
-    done, rate = over(place, queue, t), _at(queue.rate, place.entry)
+    return gone_on(place, queue, over(place, queue, t), t, acceleration)
+
+
+def gone_on(place: Place, queue: Queue, done: NDArray[np.bool_], t: float, acceleration: float) -> Place:
+    """At time ``t``: the next entry where one is ``done``, shape (...)."""
+    rate = _at(queue.rate, place.entry)
     entry = place.entry + done
     steady = t + np.abs(_at(queue.rate, entry) - rate) / acceleration
     return Place(entry, np.where(done, t, place.began), np.where(done, steady, place.steady))
@@ -119,8 +130,12 @@ class Ladder:
     def act(self, state: Place, chunk: Recording | None, estimate: Estimate | None = None) -> tuple[Floats, Place]:
         """Rate and signal of the entry that is under way, shape (..., 2)."""
         t = time_of(chunk)
-        state = moved(state, self.queue, t, self.acceleration)
+        state = gone_on(state, self.queue, self._done(state, t), t, self.acceleration)
         return action(state, self.queue, t), state
+
+    def _done(self, place: Place, t: float) -> NDArray[np.bool_]:
+        """Whether the entry is over."""
+        return over(place, self.queue, t)
 
 
 @final
@@ -130,11 +145,13 @@ class PublishedLadder(Ladder):
     Parameters
     ----------
     datasheet : Datasheet
-    repeats : int
+    repeats : int, optional
+        Default: seven, or as many as there is time for, one at least.
     turns : int
         At each rate.
-    preheat : float
-        Time at rest after the gyro was switched on [s]; the source tells none.
+    preheat : float, optional
+        Time at rest after the gyro was switched on [s]; default: half an hour, or as much as one repeat leaves of the
+        time.
     rest : float
         Time of the entries at zero, and so of the static means at start and end [s].
 
@@ -145,14 +162,25 @@ class PublishedLadder(Ladder):
     """
 
     def __init__(
-        self, datasheet: Datasheet, repeats: int = 7, turns: int = 1, preheat: float = 1800.0, rest: float = 60.0
+        self,
+        datasheet: Datasheet,
+        repeats: int | None = None,
+        turns: int = 1,
+        preheat: float | None = None,
+        rest: float = 60.0,
     ) -> None:
-        if repeats < 1 or turns < 1 or not preheat >= 0 or not rest > 0:
+        if (repeats is not None and repeats < 1) or turns < 1 or (preheat or 0.0) < 0 or not rest > 0:
+            shown = "default" if preheat is None else f"{preheat:g} s"
             raise InputError(
-                f"published_ladder: {repeats} repeats of {turns} turns, preheat {preheat:g} s, rest {rest:g} s given; "
+                f"published_ladder: {repeats} repeats of {turns} turns, preheat {shown}, rest {rest:g} s given; "
                 "wanted one or more of each, and times that are not negative"
             )
         listed, queue = whole(published(turns, rest), slack(datasheet)), EMPTY
+        once = listed.duration(datasheet.limits.acceleration) + _STEP * (len(listed.rate) + 2)
+        if preheat is None:
+            preheat = float(np.clip(datasheet.duration - once, 0.0, PREHEAT))
+        if repeats is None:
+            repeats = int(np.clip(datasheet.duration / (once + preheat), 1, REPEATS))
         for k in range(repeats):
             if preheat or k:
                 queue = queue.append(0.0, preheat, POWER_CYCLE if k else GO)
@@ -172,7 +200,8 @@ class OptimalLadder(Ladder):
     criterion : str
         "c": least variance of the scale factor, "d": smallest ellipsoid of all coefficients.
     duration : float, optional
-        Of the test [s]; default: the time that there is, after the preheating.
+        Of the test [s]; default: the time that there is, after the preheating. Kept to a step, for each dwell ends
+        by the clock; whole turns may take longer where it is given.
     top : float, optional
         Largest rate [rad/s]; default: that of the published test, as far as the table has it.
     visits : int
@@ -204,11 +233,28 @@ class OptimalLadder(Ladder):
         preheat: float = 0.0,
     ) -> None:
         self.design = optimal(model, criterion, top_rate(datasheet, top))
-        span = datasheet.duration - preheat if duration is None else duration
-        listed = dwells(self.design, span, datasheet.limits.acceleration, visits, whole_turns=whole_turns, zero=zero)
+        most = datasheet.duration - preheat if duration is None else duration
+        span, accelerated = most, datasheet.limits.acceleration
+        listed = dwells(self.design, span, accelerated, visits, whole_turns=whole_turns, zero=zero)
+        if whole_turns:
+            # Rounded up, and too long by a step each: what they take too much of the time they shall not have.
+            for _ in range(_TRIES):
+                late = listed.duration(accelerated) + _STEP * (len(listed.rate) + 2) - most
+                if duration is not None or late <= 0:
+                    break
+                span -= late
+                listed = dwells(self.design, span, accelerated, visits, whole_turns=True, zero=zero)
+            listed = whole(listed, slack(datasheet))
         queue = EMPTY.append(0.0, preheat) if preheat else EMPTY
-        listed = whole(listed, slack(datasheet)) if whole_turns else listed
         super().__init__(datasheet, queue.append(listed.rate, listed.time))
+        settling = np.abs(np.diff(self.queue.rate, prepend=0.0)) / self.acceleration
+        self._ends = None if whole_turns else np.cumsum(settling + self.queue.hold)
+
+    def _done(self, place: Place, t: float) -> NDArray[np.bool_]:
+        """By the clock, so that the time of all dwells is kept, unless each has to have its turns."""
+        if self._ends is None:
+            return super()._done(place, t)
+        return np.asarray(t + _ROUNDING >= self._ends[place.entry])
 
 
 @final

@@ -24,8 +24,8 @@ from typing import Literal, final
 import numpy as np
 from numpy.typing import NDArray
 
-from estimators import rate_dwells, rate_line_fits, rate_line_result
-from estimators.rate_dwells import OUTPUT, POWER, RATE, TIME, Found
+from estimators import rate_dwells, rate_line_fits, rate_line_reference, rate_line_result
+from estimators.rate_dwells import OUTPUT, POWER, RATE, TEMPERATURE, TIME, Found
 from insenv.core.earth import EARTH_RATE
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Estimate
@@ -69,8 +69,8 @@ class RateLine:
     ----------
     datasheet : Datasheet
     zeros : "auto", "ends", "interleaved" or "none"
-    power_ups : "all" or "last"
-        Which ones an `Estimate` is of.
+    power_ups : "last" or "all"
+        Which ones an `Estimate` is of: what differs between them has no part in the error of the last alone.
     tolerance : float
         By which the rate of a tenth of a second may differ from its dwell's [rad/s].
 
@@ -82,7 +82,7 @@ class RateLine:
 
     datasheet: Datasheet
     zeros: Zeros = "auto"
-    power_ups: Literal["all", "last"] = "all"
+    power_ups: Literal["all", "last"] = "last"
     tolerance: float = TOLERANCE
 
     def __post_init__(self) -> None:
@@ -130,11 +130,14 @@ class RateLine:
     def estimate(self, state: Progress) -> Estimate:
         """Relative error of the scale factor, bias [rad/s], asymmetry, nonlinearity ("largest_output"), repeatability.
 
-        From the robust line through all dwells, by variance. The repeatability is over power-ups, with n - 1. Shapes
-        (..., 5) and (..., 5, 5); what is not yet known is 0 with a wide variance.
+        From the robust line through the dwells of the last power-up, by variance, at the reference temperature, as far
+        as an effect of the temperature is declared. The repeatability is over power-ups, with n - 1.
+
+        Shapes (..., 5) and (..., 5, 5); what is not yet known is 0 with a wide variance.
         """
         found = rate_dwells.finished(state.found, self._settings)
         x, y, white, there = self._points(found)
+        y, white = rate_line_reference.at_reference(y, white, x, found.dwells[..., TEMPERATURE], self.datasheet)
         power = found.dwells[..., POWER]
         last = np.where(there, power, 0.0).max(axis=-1, initial=0.0)[..., None]
         used = there & (power == last) if self.power_ups == "last" else there
@@ -146,7 +149,7 @@ class RateLine:
         full = np.maximum(np.where(used, np.abs(x), 0.0).max(axis=-1, initial=0.0), 1e-12)
         halves = rate_line_fits.halves(x, y, weights, variance)
         spread = self._repeats((x, y, weights), variance, power)
-        known = np.isfinite(fit.k) & (there.sum(axis=-1) > 2)
+        known = np.isfinite(fit.k) & (used.sum(axis=-1) > 2)
         return self._told(fit, known, (halves, (worst / full, worst_sd / full), spread))
 
     def result(self, state: Progress) -> RateLineResult | None:

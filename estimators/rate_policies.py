@@ -6,7 +6,7 @@ its duration is over.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -72,7 +72,7 @@ class Proposed(Clockwork):
     datasheet : Datasheet
     profile : mapping
         Keys of a scenario's ``[profile]``: ``{"kind": "reversal", "rate": "10 deg/s", "dwell": "150 s"}`` or
-        ``{"kind": "staircase", "rates": ["10 deg/s", "5 deg/s"], "dwell": "50 s"}``.
+        ``{"kind": "staircase", "rates": ["10 deg/s", "5 deg/s"], "dwell": "50 s"}``, or "steps" of time and rate.
 
     Raises
     ------
@@ -81,29 +81,33 @@ class Proposed(Clockwork):
     """
 
     def __init__(self, datasheet: Datasheet, profile: Mapping[str, Any]) -> None:
-        texts, dwell = _dwells(profile)
-        rates = [checked_rate(datasheet, way * quantity(text, "rate", "profile: rate")) for way, text in texts]
-        if not rates or not dwell > 0:
+        dwells = [(quantity(time, "time", "profile: dwell"), way, text) for time, way, text in _dwells(profile)]
+        rates = [checked_rate(datasheet, way * quantity(text, "rate", "profile: rate")) for _, way, text in dwells]
+        times = [time for time, _, _ in dwells]
+        if not rates or not min(times) > 0:
+            shortest = min(times, default=0.0)
             raise InputError(
-                f"profile: {len(rates)} rates for {dwell:g} s each given, wanted one or more for some time"
+                f"profile: {len(rates)} rates for {shortest:g} s each given, wanted one or more for some time"
             )
-        course = Course(tuple(dwell * k for k in range(len(rates))), tuple(rates))
-        super().__init__(course, dwell * len(rates), datasheet.sampling)
+        starts = np.cumsum([0.0, *times])
+        super().__init__(Course(tuple(starts[:-1].tolist()), tuple(rates)), float(starts[-1]), datasheet.sampling)
 
 
-def _dwells(profile: Mapping[str, Any]) -> tuple[Sequence[tuple[float, Any]], float]:
-    """Sign and text of each rate, and how long it is held [s]."""
+def _dwells(profile: Mapping[str, Any]) -> list[tuple[Any, float, Any]]:
+    """How long each rate is held, its sign, and its text."""
     kind = profile.get("kind")
-    needed = {"reversal": "rate", "staircase": "rates"}
+    needed = {"reversal": ("rate", "dwell"), "staircase": ("rates", "dwell"), "steps": ("steps",)}
     if kind not in needed:
-        raise InputError(f"profile: kind {kind!r} given, wanted {' or '.join(needed)}")
-    for key in (needed[kind], "dwell"):
+        raise InputError(f"profile: kind {kind!r} given, wanted {', '.join(needed)}")
+    for key in needed[kind]:
         if key not in profile:
             raise InputError(f"profile: a {kind} without {key!r} given, wanted it")
-    given = profile[needed[kind]]
-    texts = [(1.0, given), (-1.0, given)] if kind == "reversal" else [(1.0, text) for text in given]
-    cycles = profile.get("cycles", 1) if kind == "reversal" else 1
-    return cycles * texts, quantity(profile["dwell"], "time", "profile: dwell")
+    if kind == "steps":
+        return [(time, 1.0, rate) for time, rate in profile["steps"]]
+    given, dwell = profile[needed[kind][0]], profile["dwell"]
+    if kind == "staircase":
+        return [(dwell, 1.0, text) for text in given]
+    return int(profile.get("cycles", 1)) * [(dwell, 1.0, given), (dwell, -1.0, given)]
 
 
 def checked_rate(datasheet: Datasheet, rate: float) -> float:

@@ -203,7 +203,7 @@ class StaticBias:
         now, buffer, held, moments, cascade = _copies(state, 1)
         made, count = np.full((1, 1, 4), np.nan), np.zeros(1, np.int64)
         row = (now[0], buffer[0], held[0], moments[0], cascade[0], made[0], count, buffer[0].copy())
-        kernel._release(row, np.array(self.factors))
+        kernel.release(row, np.array(self.factors))
         pieces = _appended(state.pieces, made[0, : count[0]])
         return Record(now[0], buffer[0], held[0], moments[0], cascade[0], pieces)
 

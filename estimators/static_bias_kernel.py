@@ -139,7 +139,7 @@ def walk(t, channels, settings, factors, state):  # type: ignore[no-untyped-def]
         for i in range(t.size):
             new = s[SEEN] == 0 or power[r, i] != s[POWER]
             if new or abs(t[i] - s[T] - dt) > 0.5 * dt:
-                _release(row, factors)
+                release(row, factors)
                 cut(moments[r], cascade[r])
                 s[FILLED], s[WARMTH], s[RESTED] = 0.0, 0.0, 0.0
                 s[A0], s[T0] = angle[r, i], t[i] - dt
@@ -161,11 +161,11 @@ def _full(row, factors, guarded, limit):  # type: ignore[no-untyped-def]
     rests = not guarded or abs(s[ANGLE] - s[A0]) <= limit
     if rests:
         if s[RESTED] or not guarded:
-            _release(row, factors)
+            release(row, factors)
             held[:] = buffer
             s[HELD], s[HELD_T], s[HELD_WARMTH] = 1.0, s[T0] - s[BEGUN], s[WARMTH] / buffer.size
             if not guarded:
-                _release(row, factors)
+                release(row, factors)
         s[RESTED] = 1.0
     else:
         s[HELD], s[RESTED] = 0.0, 0.0
@@ -174,7 +174,7 @@ def _full(row, factors, guarded, limit):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _release(row, factors):  # type: ignore[no-untyped-def]
+def release(row, factors):  # type: ignore[no-untyped-def]
     """Give on the block that was held back."""
     s, _, held, moments, cascade, made, count, scratch = row
     if s[HELD]:

@@ -1,39 +1,31 @@
 """The ``insenv`` command.
 
-Bad input ends with one sentence on standard error and exit status 2; an interruption with status 130.
+Bad input ends with one sentence on standard error and exit status 2; an interruption with status 130. A plug-in that
+fails its check, or gives no result, is no bad input: status 1.
 """
 
+# ruff: noqa: E402  (what limits the threads must stand before NumPy is imported)
 from __future__ import annotations
 
+import os
+
+# The matrices are small: threads of the linear algebra would wait for each other longer than they work, and many times
+# as long on a machine that has other things to do.
+for _library in ("OMP", "OPENBLAS", "MKL"):
+    os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
+
 import sys
-import time
+from collections.abc import Mapping
 from io import TextIOWrapper
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, Literal, NoReturn
 
 import click
 
 from insenv import __version__
 from insenv.core.errors import InputError
-
-
-class Progress:
-    """Says on standard error what is being done, once the work has lasted longer than two seconds.
-
-    Nothing is said within ``pause`` seconds of what was said before.
-    """
-
-    def __init__(self, pause: float = 0.0) -> None:
-        self._start = self._said = time.monotonic()
-        self._pause = pause
-
-    def __call__(self, text: str) -> None:
-        """Say ``text``."""
-        now = time.monotonic()
-        elapsed = now - self._start
-        if elapsed > 2 and now - self._said >= self._pause:
-            self._said = now
-            click.echo(f"[{elapsed:5.1f} s] {text}", err=True)
+from insenv.core.progress import Progress, check_folder
+from insenv.evaluate.commands import check_plugin, evaluate
 
 
 @click.group(invoke_without_command=True)
@@ -49,39 +41,107 @@ def insenv(context: click.Context) -> None:
 @click.argument("manifest")
 @click.option("--json", "json_path", type=click.Path(path_type=Path), help="Write the findings as JSON.")
 @click.option("--html", "html_path", type=click.Path(path_type=Path), help="Write an HTML report in one file.")
+@click.option("--calibration", "calibration_path", type=click.Path(path_type=Path), help="Write what explains it.")
 @click.option("--effects", help="Try these effects only, separated by commas.")
 @click.option("--alpha", default=0.01, show_default=True, help="Probability of a false discovery, per target.")
 @click.option("--seed", default=0, show_default=True, help="Seed of the noise that calibrates the search.")
+@click.option("--in-environment", is_flag=True, help="MANIFEST is a scenario: play it, and what would settle it.")
+@click.option("--budget", help="Instrument time of all its runs; ten times the first by default: '2 h'.")
+@click.option("--estimator", help="Plug-in that finds the quantity in question; the usual one of its task.")
 def close_loop(
     manifest: str,
     json_path: Path | None,
     html_path: Path | None,
+    calibration_path: Path | None,
     effects: str | None,
     alpha: float,
     seed: int,
+    **played: Any,
 ) -> None:
     """Find the residual of the declared model and the effect that it lacks.
 
-    MANIFEST is a TOML file, or the name of a recording of `insenv datasets`.
+    MANIFEST is a TOML file, or the name of a recording of `insenv datasets`. With --in-environment it is a scenario, or
+    the name of a packaged one, and --seed that of its instrument: what its first run leaves confounded is settled by
+    the experiments that the loop proposes.
     """
-    from insenv.close import close
+    from insenv.calibration import calibration
+    from insenv.close import close, opened
     from insenv.report.html import write_html
     from insenv.report.json import write_json
     from insenv.report.text import summary
 
-    for path in (json_path, html_path):
-        _check_folder(path)
+    for path in (json_path, html_path, calibration_path):
+        check_folder(path)
     if json_path is not None and html_path is not None and json_path.resolve() == html_path.resolve():
         raise InputError(f"{json_path}: named for the JSON and for the HTML; wanted two files")
+    _belong_together({"effects": effects, "calibration": calibration_path}, played)
+    if played["in_environment"]:
+        _settle(manifest, (json_path, html_path), (alpha, seed), played)
+        return
+    if calibration_path is not None and calibration_path.resolve() in [
+        p.resolve() for p in (json_path, html_path) if p
+    ]:
+        raise InputError(f"{calibration_path}: named for the calibration and for a report; wanted two files")
     found = close(manifest, None if effects is None else effects.split(","), alpha, seed, Progress())
     # Files first, and of them the one that takes time: a pipe that breaks or Ctrl-C then costs neither half.
     if html_path is not None:
         write_html(found, html_path)
     if json_path is not None:
         write_json(found, json_path)
+    if calibration_path is not None:
+        calibration(found, opened(manifest)).save(calibration_path)
     click.echo(summary(found))
     if html_path is not None:
         click.echo(f"\nReport: {html_path.resolve()}")
+
+
+def _belong_together(of_recording: Mapping[str, object], played: Mapping[str, Any]) -> None:
+    """Refuse options of a recording for a scenario, and those of a scenario for a recording."""
+    for name, value in of_recording.items():
+        if played["in_environment"] and value is not None:
+            raise InputError(f"--{name} belongs to a recording; wanted it without --in-environment")
+    for name in ("budget", "estimator"):
+        if played[name] is not None and not played["in_environment"]:
+            raise InputError(f"--{name} belongs to a scenario; wanted it with --in-environment")
+
+
+def _settle(scenario: str, paths: tuple[Path | None, Path | None], search: tuple[float, int], played: Any) -> None:
+    """Close the loop on a scenario in its environment; ``search`` are alpha and the seed of the instrument."""
+    from insenv.core.units import quantity
+    from insenv.report.story import summary, write_json
+    from insenv.report.story_html import write_html
+    from insenv.settle import settle
+
+    budget = None if played["budget"] is None else quantity(played["budget"], "time", "--budget")
+    alpha, seed = search
+    json_path, html_path = paths
+    story = settle(scenario, budget, seed, played["estimator"], alpha, progress=Progress(1.0))
+    if html_path is not None:
+        write_html(story, html_path)
+    if json_path is not None:
+        write_json(story, json_path)
+    click.echo(summary(story))
+    if html_path is not None:
+        click.echo(f"\nReport: {html_path.resolve()}")
+
+
+@insenv.command("apply")
+@click.argument("calibration", type=click.Path(path_type=Path))
+@click.argument("manifest")
+@click.option("--out", required=True, type=click.Path(path_type=Path), help="Folder to write into.")
+def apply_calibration(calibration: Path, manifest: str, out: Path) -> None:
+    """Take what CALIBRATION explains out of the recordings of MANIFEST, and write them with a manifest beside.
+
+    CALIBRATION is a file of `insenv close-loop --calibration`, MANIFEST as there.
+    """
+    from insenv.calibration import correct, load_calibration
+    from insenv.calibration.write import told
+    from insenv.close import opened
+
+    found = load_calibration(calibration)
+    path, applied = correct(found, opened(manifest, Progress()), out)
+    click.echo(told(found, applied))
+    click.echo(path)
 
 
 @insenv.command("rate-test")
@@ -113,7 +173,7 @@ def rate_test(
     from insenv.report.rate_test import summary, write_html, write_json
 
     for path in (json_path, html_path):
-        _check_folder(path)
+        check_folder(path)
     if json_path is not None and html_path is not None and json_path.resolve() == html_path.resolve():
         raise InputError(f"{json_path}: named for the JSON and for the HTML; wanted two files")
     left_out = quantity(warm_up, "time", "--warm-up")
@@ -128,16 +188,6 @@ def rate_test(
     click.echo(summary(found))
     if html_path is not None:
         click.echo(f"\nReport: {html_path.resolve()}")
-
-
-def _check_folder(path: Path | None) -> None:
-    """Refuse an output path before the work is done, not after."""
-    if path is None:
-        return
-    if path.is_dir():
-        raise InputError(f"{path}: is a folder; wanted the name of a file to write")
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: the folder {str(path.parent)!r} does not exist; wanted one to write into")
 
 
 @insenv.command()
@@ -166,6 +216,66 @@ def datasets(names: tuple[str, ...], fetch: bool) -> None:
             click.echo(registry.fetch(name))
     else:
         click.echo(registry.table())
+
+
+@insenv.command("sweep")
+@click.argument("scenario")
+@click.option("--policy", required=True, help="Name of a policy, or module:Name.")
+@click.option("--estimator", required=True, help="Name of an estimator, or module:Name.")
+@click.option("--seeds", default=1000, show_default=True, help="Number of runs, a seed each.")
+@click.option("--first", default=0, show_default=True, help="Seed of the first run.")
+@click.option("--store", type=click.Path(path_type=Path), help="Folder for the results, from which to resume.")
+@click.option("--resume", is_flag=True, help="Go on with what --store holds of this sweep.")
+@click.option("--jobs", default=1, show_default=True, help="Processes on this machine.")
+@click.option("--cluster", help="Dask scheduler instead, tcp://host:port.")
+@click.option("--path", default="samples", show_default=True, help="How to simulate: samples, or means over dwells.")
+@click.option("--block", help="Length of a dwell, such as '0.1 s'; a step of the task.")
+@click.option("--every", default=1, show_default=True, help="Steps after which the estimator is asked.")
+def sweep_runs(  # noqa: PLR0913 -- an argument for each option
+    scenario: str,
+    policy: str,
+    estimator: str,
+    seeds: int,
+    first: int,
+    store: Path | None,
+    resume: bool,
+    jobs: int,
+    cluster: str | None,
+    path: Literal["samples", "dwells"],
+    block: str | None,
+    every: int,
+) -> None:
+    """Play SCENARIO for many seeds, and show the errors of the estimator.
+
+    SCENARIO is a TOML file with a [task], or the name of a packaged one such as north_finder/published.
+    """
+    from insenv.core.units import quantity
+    from insenv.evaluate.runs import Episodes
+    from insenv.evaluate.sweeps import run, summary
+    from insenv.sweep import LostError, backend
+
+    if resume and store is None:
+        raise InputError("--resume given without --store; wanted the folder to go on with")
+    length = None if block is None else quantity(block, "time", "--block")
+    job = Episodes(scenario, estimator, policy, path=path, block=length, every=every)
+    try:
+        found = run(job, first, seeds, store, backend(jobs, cluster), resume, progress=True)
+    except KeyboardInterrupt:
+        _end(f"interrupted; {_kept(store)}", 130)
+    except LostError as error:
+        _end(f"{error}; {_kept(store)}", 2)
+    click.echo(summary(job, found))
+
+
+def _kept(store: Path | None) -> str:
+    """What becomes of a sweep that ended early."""
+    if store is None:
+        return "nothing was kept, for that it needs --store"
+    return f"what is done is in {store}, and the same command with --resume goes on"
+
+
+insenv.add_command(check_plugin)
+insenv.add_command(evaluate)
 
 
 def main() -> None:

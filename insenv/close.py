@@ -7,15 +7,19 @@ from pathlib import Path
 
 from insenv import datasets
 from insenv.core.errors import InputError
+from insenv.core.estimate import Limits
 from insenv.core.load import read_recordings
 from insenv.core.manifest import Manifest, load_manifest
+from insenv.core.power import by_power_up
 from insenv.core.remarks import remarks
 from insenv.core.split import split
 from insenv.effects.base import DrivenEffect, Effect, NoiseEffect
-from insenv.effects.catalogue import CATALOGUE, by_key
+from insenv.effects.catalogue import by_key, catalogue
 from insenv.identify.assemble import findings
 from insenv.identify.findings import Findings
 from insenv.identify.loop import trace
+from insenv.identify.positions_findings import position_findings
+from insenv.identify.positions_trace import trace_positions
 
 
 def close(
@@ -24,6 +28,7 @@ def close(
     alpha: float = 0.01,
     seed: int = 0,
     progress: Callable[[str], None] = lambda text: None,
+    limits: Limits | None = None,
 ) -> Findings:
     """Find the residual of the declared model and the effects that it lacks.
 
@@ -32,13 +37,15 @@ def close(
     manifest : str or Path
         A manifest file, or the name of a recording of `insenv.datasets`.
     effects : sequence of str, optional
-        Keys of the effects to try; all of the catalogue by default.
+        Keys of the effects to try; all of the catalogue, and those of installed packages, by default.
     alpha : float
         Probability of a false discovery, per target.
     seed : int
         Of the simulated noise that calibrates the search.
     progress : callable
         Told what is being done.
+    limits : Limits, optional
+        Of the table, for the next experiment; without them it goes no faster than it has gone.
 
     Raises
     ------
@@ -50,14 +57,24 @@ def close(
     if seed < 0:
         raise InputError(f"seed = {seed}; wanted zero or more")
     tried = _chosen(effects)
-    read = _manifest(manifest, progress)
+    read = opened(manifest, progress)
     progress("reading the recording")
-    recordings = read_recordings(read)
+    recordings = by_power_up(read_recordings(read))
+    if read.procedure == "multi-position":
+        found = trace_positions(read, recordings, None if effects is None else tried, alpha, progress)
+        return position_findings(read, recordings, found, remarks(recordings), alpha, seed)
     outcome = trace(read, recordings, split(read, recordings), tried, alpha, seed, progress)
-    return findings(read, recordings, outcome, remarks(recordings))
+    return findings(read, recordings, outcome, remarks(recordings), limits)
 
 
-def _manifest(manifest: str | Path, progress: Callable[[str], None]) -> Manifest:
+def opened(manifest: str | Path, progress: Callable[[str], None] = lambda text: None) -> Manifest:
+    """A manifest file, or that of a recording of `insenv.datasets`, which is fetched where it is not here yet.
+
+    Raises
+    ------
+    InputError
+        If it cannot be used.
+    """
     name = str(manifest)
     if name in datasets.names() and not Path(name).exists():
         if datasets.locate(name) is None:
@@ -69,7 +86,7 @@ def _manifest(manifest: str | Path, progress: Callable[[str], None]) -> Manifest
 
 def _chosen(effects: Sequence[str] | None) -> tuple[Effect, ...]:
     if effects is None:
-        return CATALOGUE
+        return catalogue()
     return tuple(_effect(key.strip()) for key in dict.fromkeys(effects))
 
 

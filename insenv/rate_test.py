@@ -1,7 +1,7 @@
 """The rate test of a manifest: scale factor, bias, stability, with the plug-ins `rate_line` and `static_bias`.
 
-The files are read in chunks, so that a recording may be longer than memory. Each data file is a power-up of its own;
-of one file alone the labels ("rate +20 deg/s #3") tell the power-ups.
+The files are read in chunks, so that a recording may be longer than memory. Each data file begins with a power-up of
+its own; within a file the channel "power" tells the others, and of one file alone the labels ("rate +20 deg/s #3").
 """
 
 from __future__ import annotations
@@ -30,13 +30,19 @@ _AT_REST = 0.9
 
 @dataclass(frozen=True)
 class _Run:
-    """What one run gave: rows, time [s], the state of the line after it, its test at rest, range of temperature [K]."""
+    """What one run gave.
+
+    Rows, time [s], the state of the line after it, its test at rest, range of temperature [K], number of its last
+    power-up and how many there were in it; 0: nothing tells.
+    """
 
     rows: int
     duration: float
     line: Any
     static: StaticResult | None
     temperature: tuple[float, float]
+    power_up: float
+    power_ups: int
 
 
 def rate_test(
@@ -69,10 +75,11 @@ def rate_test(
     """
     read = load_manifest(Path(manifest))
     target = _target(read)
-    line, state, sheets, found = None, None, [], []
+    line, state, sheets = None, None, []
+    found: list[_Run] = []
     parts: dict[str, Any] = {} if averaging is None else {"averaging": averaging}
-    for number, run in enumerate(read.runs, start=1):
-        chunks = _chunks(read, run, target, number, progress)
+    for run in read.runs:
+        chunks = _chunks(read, run, target, found[-1].power_up if found else 0.0, progress)
         first = next(chunks)
         sheets.append(_datasheet(read, first, target))
         _check_alike(read, first, sheets)
@@ -114,12 +121,17 @@ def _check_alike(manifest: Manifest, run: Recording, sheets: list[Datasheet]) ->
         raise InputError(f"{manifest.path}: {found}; wanted one sampling rate")
 
 
-def _chunks(manifest: Manifest, run: RunSpec, target: str, number: int, progress: Progress) -> Iterator[Recording]:
-    """Chunks of a run with the instrument under test as "gyro", and the run's number as its power-up."""
+def _chunks(manifest: Manifest, run: RunSpec, target: str, before: float, progress: Progress) -> Iterator[Recording]:
+    """Chunks of a run with the instrument under test as "gyro", its power-ups counted on from those ``before``."""
+    later: float | None = None
     for chunk in stream_run(manifest, run, lambda share: progress(f"{run.label}: {share:4.0%}")):
         channels = {**chunk.channels, "gyro": chunk.channel(target)}
-        if len(manifest.runs) > 1 and "power" not in channels:
-            channels["power"] = Channel(np.full(len(chunk), float(number)), "1")
+        if "power" in channels:
+            numbers = chunk.values("power", "1")
+            later = max(0.0, before + 1 - numbers[0]) if later is None else later
+            channels["power"] = Channel(numbers + later, "1")
+        elif len(manifest.runs) > 1:
+            channels["power"] = Channel(np.full(len(chunk), before + 1.0), "1")
         yield replace(chunk, channels=channels)
 
 
@@ -127,6 +139,7 @@ def _followed(line: tuple[Any, Any], static: Any, first: Recording, others: Iter
     """One run through both plug-ins, chunk by chunk."""
     plugin, state = line
     rest, rows, low, high, stop = static.reset(), 0, np.inf, -np.inf, 0.0
+    power_up, power_ups = 0.0, 0
     chunk: Recording | None = first
     while chunk is not None:
         if plugin is not None:
@@ -136,8 +149,13 @@ def _followed(line: tuple[Any, Any], static: Any, first: Recording, others: Iter
         if "temperature" in chunk.channels:
             read = chunk.values("temperature", "K")
             low, high = min(low, float(read.min())), max(high, float(read.max()))
+        if "power" in chunk.channels:
+            numbers = chunk.values("power", "1")
+            power_ups += int(np.count_nonzero(np.diff(numbers, prepend=power_up)))
+            power_up = float(numbers[-1])
         chunk = next(others, None)
-    return _Run(rows, stop - float(first.t[0]), state, static.result(rest, first.label), (low, high))
+    duration = stop - float(first.t[0])
+    return _Run(rows, duration, state, static.result(rest, first.label), (low, high), power_up, power_ups)
 
 
 def _assembled(manifest: Manifest, target: str, runs: list[_Run], line: RateLineResult | None) -> RateTest:
@@ -162,7 +180,7 @@ def _assembled(manifest: Manifest, target: str, runs: list[_Run], line: RateLine
         static=static,
         bias_of_power_ups=biases,
         bias_repeatability=spread,
-        remarks=tuple(_remarks(line)),
+        remarks=tuple(_remarks(line, _turns(manifest))),
     )
 
 
@@ -172,8 +190,8 @@ def _conditions(manifest: Manifest, target: str, runs: list[_Run]) -> dict[str, 
     found = {
         "instrument": f"{manifest.title} ({target})",
         "data": ", ".join(run.file.name for run in manifest.runs),
-        "power-ups": str(len(runs)) if len(runs) > 1 else "one file; by the labels",
-        "sampling": f"{sum(r.rows for r in runs) / max(sum(r.duration for r in runs), 1e-9):.6g} Hz",
+        "power-ups": str(sum(r.power_ups for r in runs) or "one file; by the labels"),
+        "sampling": f"{sum(r.rows - 1 for r in runs) / max(sum(r.duration for r in runs), 1e-9):.6g} Hz",
         "input axis": f"{first.mounting.tilt / DEG:.4g} deg above the table plane",
     }
     if first.site.latitude is not None:
@@ -187,9 +205,14 @@ def _conditions(manifest: Manifest, target: str, runs: list[_Run]) -> dict[str, 
     return found
 
 
-def _remarks(line: RateLineResult | None) -> Iterator[str]:
+def _remarks(line: RateLineResult | None, told: bool) -> Iterator[str]:
+    """``told``: whether anything tells the table's rate."""
     if line is None:
-        yield "The table never turned at two rates: there is no scale-factor line."
+        yield (
+            "The table never turned at two rates: there is no scale-factor line."
+            if told
+            else "No channel tells the table's rate: there is no scale-factor line, and all rows count as at rest."
+        )
         return
     if parts := [d for d in line.dwells if d.rate and not d.turns]:
         yield (

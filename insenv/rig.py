@@ -91,7 +91,7 @@ class Normals:
         for i, sensor in enumerate(self._sensors, start=1):
             places += [(i, j, d) for j, effect in enumerate(sensor.driven) for d in range(effect.draws)]
             self._every += [effect.every for effect in sensor.driven for _ in range(effect.draws)]
-        self._streams = [[_stream(s, place) for place in places] for s in self._seeds]
+        self._streams = [[stream(s, place) for place in places] for s in self._seeds]
         self._ahead = np.empty((len(self._seeds), len(places), 0))
         self._read_so_far, self._last = 0, np.zeros((len(self._seeds), len(places)))
 
@@ -105,7 +105,7 @@ class Normals:
         for i, sensor in enumerate(self._sensors, start=1):
             rows = [
                 [
-                    _stream(s, (i, j, e.draws, *((int(p),) if p > 1 else ()))).standard_normal(e.draws_at_start)
+                    stream(s, (i, j, e.draws, *((int(p),) if p > 1 else ()))).standard_normal(e.draws_at_start)
                     for j, e in enumerate(sensor.driven)
                 ]
                 for s, p in zip(self._seeds, numbers, strict=True)
@@ -158,7 +158,7 @@ def _repeated(stream: np.random.Generator, line: Floats, first: int, every: int,
     return float(drawn[-1]) if len(drawn) else last
 
 
-def _stream(seed: int, place: tuple[int, ...]) -> np.random.Generator:
+def stream(seed: int, place: tuple[int, ...]) -> np.random.Generator:
     """Generator of run ``seed`` for one draw of one noise of one instrument (0: the plant)."""
     return np.random.Generator(np.random.SFC64(np.random.SeedSequence(seed, spawn_key=place)))
 
@@ -211,7 +211,8 @@ class Rig:
         ValueError
             If an effect needs an exposure that the plant does not give.
         """
-        t = np.arange(state.samples, state.samples + n + 1) / self.rate
+        t = np.arange(state.samples, state.samples + n + 1, dtype=float)
+        t /= self.rate
         own, *others = self._dealt
         scene, plant = self.plant.advance(state.plant, command, t, z[..., own, :])
         outputs, after = {}, []

@@ -22,8 +22,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from statistics import median
 
+import bench_close
 import bench_environments
 import bench_rate_table
+import bench_sweep
 import bench_vehicle
 import numpy as np
 from bench_line import Line, cpu
@@ -50,9 +52,11 @@ def main() -> None:
         allan,
         reading,
         closing,
+        *bench_close.ALL,
         *bench_environments.ALL,
         *bench_vehicle.ALL,
         *bench_rate_table.ALL,
+        *bench_sweep.ALL,
     ):
         for line in lines():
             if not shown:

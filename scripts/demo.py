@@ -13,9 +13,9 @@ import sys
 from pathlib import Path
 
 from insenv import datasets
-from insenv.cli import Progress
 from insenv.close import close
 from insenv.core.errors import InputError
+from insenv.core.progress import Progress
 from insenv.identify.findings import Findings, TargetFindings
 from insenv.report import summary, write_html, write_json
 from insenv.report.figures import overview

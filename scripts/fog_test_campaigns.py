@@ -43,9 +43,8 @@ FAULT, _ROOM = 20 * DEG, 0.1 * DEG
 SHORT, LONG, WARM_UP = 360.0, 27 * 3600.0, 3 * 3600.0
 AVERAGING = (0.01, 1.0, 10.0, 100.0)
 LONG_AVERAGING = (0.01, 0.1, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0)
-#: What the compensation leaves of the open loop's sine: with 0.5 % the full range would be the worse one.
+#: What the compensation leaves of the open loop's sine.
 SINE = "undeclared.sine_response.c"
-LEFT_OF_SINE = "0.1 %"
 PROCESSES, _APART = 2, 100_000
 _Out = TypeVar("_Out")
 
@@ -122,19 +121,19 @@ def each(function: Callable[[Any], _Out], jobs: Sequence[Any], unit: str) -> lis
 
 def _one(job: tuple[str, int]) -> Campaign:
     name, seed = job
-    ladder, full = both_ranges((name, seed, LEFT_OF_SINE))
+    ladder, full = both_ranges((name, seed, None))
     return Campaign(ladder, full, short_rest(name, seed), long_rest((name, seed, "10 Hz")))
 
 
-def both_ranges(job: tuple[str, int, str]) -> tuple[Line, Line]:
-    """Within 35 deg/s and within the full range; ``job``: instrument, seed, what is left of the sine."""
+def both_ranges(job: tuple[str, int, str | None]) -> tuple[Line, Line]:
+    """Within 35 deg/s and within the full range; ``job``: instrument, seed, what is left of the sine if not as told."""
     name, seed, sine = job
-    changes: dict[str, Any] = {"instrument.sampling": "100 Hz"} | ({SINE: sine} if name == "kvh13" else {})
+    changes: dict[str, Any] = {"instrument.sampling": "100 Hz"} | ({SINE: sine} if sine else {})
     ladder = ladder_test(load(f"rate_table/{name}", changes), seed)
-    return ladder, ladder_test(load(f"rate_table/{name}", changes | _full_range(name)), seed)
+    return ladder, ladder_test(load(f"rate_table/{name}", changes | full_range(name)), seed)
 
 
-def _full_range(name: str) -> dict[str, Any]:
+def full_range(name: str) -> dict[str, Any]:
     """What makes the ladder one over the full range."""
     up = [*FULL[name]]
     seconds = [np.ceil(1.5 + max(360 / rate, _FULL_DWELL)) for rate in up]

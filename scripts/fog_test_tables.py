@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from fog_test_campaigns import (
     FAULT,
-    LEFT_OF_SINE,
     Campaign,
     both_ranges,
     each,
@@ -156,8 +155,8 @@ def full_range() -> Section:
             *table(("left of the sine", "within 35 deg/s", "within 375 deg/s"), rows),
         ),
         f"{told}: a plain sine grows towards the end of the range, and only a remainder that ripples over all of it is "
-        f"worse in a small part. This page is played with {LEFT_OF_SINE}. The nonlinearity is a ratio to its own range "
-        "besides: one absolute error is a larger share of a smaller one.",
+        "worse in a small part. `kvh13` has 0.1 %. The nonlinearity is a ratio to its own range besides: one absolute "
+        "error is a larger share of a smaller one.",
     )
 
 

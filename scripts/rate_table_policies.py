@@ -69,14 +69,14 @@ POLICIES: Mapping[str, Maker] = {
 }
 
 
-def judged(played: Played, row: int, entries: int | None = None) -> bool:
-    """Whether a fixed list, or its first ``entries``, alarms in one run."""
+def judged(played: Played, row: int, entries: int | None = None, alarm: float = ALARM) -> bool:
+    """Whether a fixed list, or its first ``entries``, has more than ``alarm`` [rad/s] at some rate of one run."""
     part, tally = slice(0, entries), played.tally
     variance = tallies.variance(tally.time[row, part], played.datasheet, FLOOR)
     mean = [np.nan_to_num(values[row, part]) for values in (tally.rate, tally.residual, tally.middle)]
     fit = smooth(mean[0], mean[1], mean[2], variance, float(np.abs(played.rate).max()))
     loud = loudness(fit, played.rate[row, part]) > LOUD
-    return bool(np.any(loud & (np.abs(fit.left) > ALARM) & np.isfinite(variance)))
+    return bool(np.any(loud & (np.abs(fit.left) > alarm) & np.isfinite(variance)))
 
 
 def first_alarm(played: Played, row: int) -> float:

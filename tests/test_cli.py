@@ -19,6 +19,7 @@ from hypothesis import strategies as st
 from insenv import cli
 from insenv.close import close
 from insenv.core.errors import InputError
+from insenv.core.progress import Progress
 from insenv.identify.findings import VERDICTS, Findings
 
 PROGRESS = re.compile(r"\[ *\d+\.\d s\] .+")
@@ -178,8 +179,8 @@ def test_progress_is_told_after_two_seconds_and_on_standard_error(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     now = [100.0]
-    monkeypatch.setattr("insenv.cli.time.monotonic", lambda: now[0])
-    say = cli.Progress()
+    monkeypatch.setattr("insenv.core.progress.time.monotonic", lambda: now[0])
+    say = Progress()
     for later, text in ((1.0, "early"), (2.0, "still early"), (3.0, "late")):
         now[0] = 100.0 + later
         say(text)

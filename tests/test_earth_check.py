@@ -24,7 +24,7 @@ from insenv.identify.earth_check import LATITUDE_SD, TILT_SD, Check, check, due_
 from insenv.identify.earth_hidden import Hidden, hidden
 from insenv.identify.findings import Estimate, TargetFindings
 from insenv.identify.fit import Fit, solve
-from insenv.identify.next_experiment import Turning, propose
+from insenv.identify.next_procedures import Turning, procedures
 from insenv.identify.prepare import declared_model, prepare
 from insenv.identify.problem import Problem
 
@@ -130,12 +130,14 @@ def test_no_figure_of_it_pretends(one_way: TargetFindings) -> None:
 
 
 def test_the_first_experiment_is_the_reversal_and_a_table_can_run_it(one_way: TargetFindings) -> None:
-    first, *others = one_way.next_experiment
-    assert first.separates == ("encoder_harmonic:1", "angle_locked_rate:1")
-    assert first.profile == {"kind": "reversal", "rate": "10 deg/s", "dwell": "300 s"}
-    assert first.expected_separation_sigma is not None and first.expected_separation_sigma > 10
-    index = next(one for one in others if "angle_locked_rate:1" in one.separates)
-    assert "earth_rate" in index.separates and index.profile is None
+    ours = [one for one in one_way.next_experiment if one.separates == ("encoder_harmonic:1", "angle_locked_rate:1")]
+    assert ours == list(one_way.next_experiment[: len(ours)])
+    reversal = {"kind": "reversal", "rate": "10 deg/s", "dwell": "300 s"}
+    (back,) = (one for one in ours if one.profile == reversal)
+    assert back.expected_separation_sigma is not None and back.expected_separation_sigma > 10
+    index = next(one for one in one_way.next_experiment if "earth_rate" in one.separates)
+    assert index.separates == ("angle_locked_rate:1", "earth_rate")
+    assert index.changes == {"base_turned": "180 deg", "duration": "600 s"} and index.profile is not None
 
 
 def test_what_a_table_would_run_follows_from_what_it_did() -> None:
@@ -145,13 +147,15 @@ def test_what_a_table_would_run_follows_from_what_it_did() -> None:
     channels = {"gyro": run.channels["gyro"], "table_angle": Channel(angle, "rad")}
     turning = Turning.of((replace(run, channels=channels),))
     assert turning is not None
-    (one,) = propose((), ("bias",), ("scale_factor_asymmetry",), turning)
-    rates = ["10 deg/s", "5 deg/s", "20 deg/s", "-10 deg/s", "-5 deg/s", "-20 deg/s"]
-    assert one.profile == {"kind": "staircase", "rates": rates, "dwell": "100 s"}
+    made = {one.profile["kind"]: one.profile for one in procedures((replace(run, channels=channels),)) if one.profile}
+    rates = [f"{sign * rate:g} deg/s" for sign in (1, -1) for rate in (10, 7.5, 5, 2.5)]
+    assert made["staircase"] == {"kind": "staircase", "rates": rates, "dwell": "75 s"}
+    assert made["reversal"] == {"kind": "reversal", "rate": "10 deg/s", "dwell": "300 s"}
+    (turned, rested) = made["steps"]["steps"]
+    assert (turned[1], rested[1]) == ("10 deg/s", "0 deg/s")
+    assert float(turned[0][:-2]) == pytest.approx(450, abs=2) and float(rested[0][:-2]) == pytest.approx(150, abs=2)
     still = {"gyro": run.channels["gyro"], "table_angle": Channel(angle % (2 * ARCSEC), "rad")}
     assert Turning.of((replace(run, channels=still),)) is None
-    (alone,) = propose((), ("bias",), ("scale_factor_asymmetry",))
-    assert alone.profile is None
 
 
 BOTH_WAYS = {
@@ -171,7 +175,7 @@ def test_the_reversal_settles_it(runs: tuple[Recording, ...]) -> None:
     (azimuth,) = found.derived
     assert abs(azimuth.after.value - AZIMUTH) < 5 * azimuth.after.sd and azimuth.after.sd < 100 * ARCSEC
     index = next(one for one in found.next_experiment if "angle_locked_rate:1" in one.separates)
-    assert "earth_rate" in index.separates
+    assert "earth_rate" in index.separates and (index.changes or {})["base_turned"] == "180 deg"
     assert all("encoder_harmonic" not in caution for caution in found.cautions)
 
 
@@ -181,7 +185,8 @@ def test_a_rate_locked_to_the_table_that_both_ways_leave_has_the_earth_for_its_r
     assert found.verdict == "confounded"
     (added,) = found.added
     assert (added.effect, added.confounded_with) == ("angle_locked_rate", ("earth_rate",))
-    assert found.next_experiment[0].profile is None
+    first = found.next_experiment[0]
+    assert (first.changes or {})["base_turned"] == "180 deg" and (first.expected_separation_sigma or 0) > 10
 
 
 def test_a_sound_instrument_keeps_its_verdict_and_a_caution() -> None:

@@ -11,7 +11,7 @@ from motions import rich_motion
 
 from insenv.core.errors import InputError
 from insenv.effects.base import CurveEffect, LinearEffect, MemoryEffect, central_differences
-from insenv.effects.catalogue import ALL, CATALOGUE, by_key
+from insenv.effects.catalogue import ALL, CATALOGUE, TRIAD, by_key
 from insenv.effects.spline import SplineAngle, SplineTime
 
 #: What does nothing, for a reason that its effect tells.
@@ -32,6 +32,7 @@ def test_the_catalogue_has_the_names_of_the_contract() -> None:
         *("bias_temperature", "bias_temperature_rate", "bias_thermal_lag"),
         *("scale_factor", "scale_factor_drift", "scale_factor_warm_up", "scale_factor_temperature"),
         *("scale_factor_asymmetry", "scale_factor_cubic", "scale_factor_anomaly", "lock_in"),
+        "compensation_ripple",
         *("encoder_harmonic", "angle_locked_rate", "earth_rate", "timing_skew", "sample_hold"),
         *("g_sensitivity", "cross_axis", "tone", "base_tilt"),
         *("spline_time", "spline_temperature", "spline_rate", "spline_angle"),
@@ -42,7 +43,8 @@ def test_the_catalogue_has_the_names_of_the_contract() -> None:
 def test_what_only_a_scenario_may_name_is_not_tried() -> None:
     assert ALL[: len(CATALOGUE)] == CATALOGUE
     assert {effect.id for effect in ALL[len(CATALOGUE) :]} == {
-        *("wobble", "lock_in_wander", "rate_lock", "sine_response", "compensation_ripple"),
+        *("accel_bias", "accel_scale_factor", "non_orthogonality", "misalignment"),
+        *("wobble", "lock_in_wander", "rate_lock", "sine_response"),
     }
 
 
@@ -104,7 +106,7 @@ def test_an_effect_of_the_rate_follows_the_input(key: str) -> None:
     assert follows == effect.of_rate
     # An accelerometer at rest has no input rate, and a table turns only gyros.
     turns = effect.of_rate or "angle" in effect.needs or "cross_rate" in effect.needs
-    assert not (turns and "accelerometer" in effect.instruments)
+    assert not (turns and "accelerometer" in effect.instruments) or effect in TRIAD
 
 
 def test_an_effect_belongs_to_some_instrument_and_curves_without_a_cause_are_generic() -> None:

@@ -29,7 +29,13 @@ SHORT: dict[str, Any] = {
     "profile": {"kind": "rest"},
     "instrument.sampling": "100 Hz",
 }
-PLAYED = ("rate_table/b215", "rate_table/b215_lock", "rate_table/kvh13", "rate_table/realistic")
+PLAYED = (
+    "rate_table/b215",
+    "rate_table/b215_lock",
+    "rate_table/kvh13",
+    "rate_table/realistic",
+    "rate_table/undeclared",
+)
 ROWS = 4
 
 
@@ -184,11 +190,44 @@ def test_bad_actions_end_in_one_sentence(action: Any, sentence: str) -> None:
         ({"step_s": 7.0}, "divides the duration evenly"),
         ({"sampling": -1.0}, "instrument.sampling"),
         ({"sampling": 1234.5}, "slow_noise"),
+        ({"sampling": np.inf}, "instrument.sampling"),
+        ({"step_s": np.nan}, "task.step"),
+        ({"changes": "abc"}, "changes = 'abc'; wanted a mapping"),
+        ({"changes": {"task.stepp": "1 s"}}, "did you mean 'step'"),
+        ({"changes": {"task.range": 35}}, "task.range = 35; wanted a text"),
+        ({"changes": {"task.range": "35 m"}}, "wanted a rate"),
+        ({"changes": {"task.range": "100 deg/s"}}, "task.range = '100 deg/s'; the table reaches 50 deg/s"),
+        ({"scenario": "rate_table/b215_static"}, r"\[task\] is missing"),
+        ({"estimator": "rate_lin"}, "did you mean 'rate_line'"),
+        ({"estimator": 3}, "estimator of type int given; wanted its name"),
     ],
 )
 def test_impossible_scenarios_are_refused(settings: dict[str, Any], sentence: str) -> None:
-    with pytest.raises(InputError, match=sentence):
+    with pytest.raises(InputError, match=sentence) as caught:
         rate_table(**settings)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("changes", "given", "sentence"),
+    [
+        ({}, {"policy": "no_such"}, "policy 'no_such' is not installed; wanted one of"),
+        ({}, {"policy": 3}, "a policy of type int given to roll_out; wanted a name"),
+        ({}, {"seeds": []}, "no seed given to roll_out"),
+        ({}, {"every": 0}, "every = 0 given to roll_out"),
+        ({"duration": "5 s"}, {"policy": "optimal_ladder"}, "rate ladder: 5 s given"),
+        (
+            {"table.max_rate": "20 deg/s", "task.range": "20 deg/s"},
+            {"policy": "published_ladder"},
+            "wanted at most 20 deg/s",
+        ),
+    ],
+)
+def test_impossible_roll_outs_are_refused(changes: dict[str, Any], given: dict[str, Any], sentence: str) -> None:
+    asked: dict[str, Any] = {"policy": "van_der_corput", "seeds": [0], **given}
+    with pytest.raises(InputError, match=sentence) as caught:
+        roll_out(made(changes), asked.pop("policy"), **asked)
+    assert "\n" not in str(caught.value)
 
 
 # ------------------------------------------------------------------------------------------------- power cycles
@@ -368,7 +407,7 @@ def test_the_scale_factor_is_the_slope_of_the_line_without_local_faults() -> Non
         assert truth["scale_factor"] == pytest.approx(truth["gyro.scale_factor.c"], abs=1e-12)
     truth = made(scenario="rate_table/kvh13").reset(seed=7)[1]["truth"]
     rate = np.linspace(-35, 35, 7001) * DEG
-    left = 0.005 * (np.sin(0.253 * rate) / 0.253 - rate)
+    left = 0.001 * (np.sin(0.253 * rate) / 0.253 - rate)
     ripple = 0.09 * DEG * np.sin(15 * np.arcsin(rate / (375 * DEG)))
     slope = np.polyfit(rate, left + ripple, 1)[0]
     assert truth["scale_factor"] - truth["gyro.scale_factor.c"] == pytest.approx(slope, rel=2e-3)

@@ -88,7 +88,7 @@ def test_the_prior_acts_on_what_the_data_do_not_tell() -> None:
     """A rate of 1e-9 rad/s tells no scale factor: the prior rules. At 0.3 rad/s the data do."""
     t = edges(6000, 0.1)[1:]
     rng = np.random.default_rng(1)
-    prior = by_key("scale_factor").linear[0].sd
+    prior = by_key("scale_factor").linear[0].bound
     for size, told in ((1e-9, False), (0.3, True)):
         rate = size * np.sign(np.sin(0.05 * t))
         y = rate * (1 + 5 * prior) + 1e-5 * rng.standard_normal(len(t))

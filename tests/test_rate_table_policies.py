@@ -121,7 +121,7 @@ def test_the_published_test_turns_once_at_each_rate_and_cycles_the_power_in_betw
 
 
 def test_seven_repeats_are_the_default() -> None:
-    assert np.sum(PublishedLadder(SHEET).queue.signal <= -0.5) == 6
+    assert np.sum(PublishedLadder(replace(SHEET, duration=np.inf)).queue.signal <= -0.5) == 6
 
 
 def test_what_a_step_is_too_long_by_is_not_taken_from_the_next_dwell() -> None:
@@ -141,7 +141,7 @@ def test_van_der_corput() -> None:
 def test_the_optimal_ladder_takes_the_time_that_it_is_given() -> None:
     policy = OptimalLadder(SHEET, duration=400.0, visits=4)
     t, action = commanded(policy)
-    assert policy.duration == pytest.approx(400.0) and 400 <= t[-1] <= 400 + 2 * 5
+    assert policy.duration == pytest.approx(400.0) and 400 <= t[-1] <= 401
     assert set(np.round(action[:-1, 0] / DEG, 6)) == {35.0, -35.0}
     turned = OptimalLadder(SHEET, "cubic", "d", 400.0, whole_turns=True, visits=2, preheat=10.0).queue
     used = turned.rate != 0

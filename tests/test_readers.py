@@ -88,6 +88,21 @@ def write_windows_text(path: Path) -> None:
     path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes().replace(b"\n", b"\r\n"))
 
 
+def write_decimal_commas(path: Path) -> None:
+    write_semicolons(path)
+    path.write_bytes(path.read_bytes().replace(b".", b","))
+
+
+def write_commented_csv(path: Path) -> None:
+    write_csv(path)
+    path.write_bytes(b"\xef\xbb\xbf# logger 3\r\n%\r\n" + path.read_bytes().replace(b"\n", b"\r\n"))
+
+
+def write_hashed_header(path: Path) -> None:
+    write_csv(path)
+    path.write_bytes(b"# logger 3, unit 7\n#" + path.read_bytes())
+
+
 def write_npz(path: Path) -> None:
     np.savez(path, **dict(zip(NAMES, TABLE.T, strict=True)))
 
@@ -130,6 +145,9 @@ FORMATS: list[tuple[Callable[[Path], None], str, tuple[object, ...], str]] = [
     (write_csv, "a.dat", NAMES, 'format = "csv"\n'),
     (write_tabs, "a.csv", NAMES, ""),
     (write_semicolons, "a.csv", NAMES, ""),
+    (write_decimal_commas, "a.csv", NAMES, ""),
+    (write_commented_csv, "a.csv", NAMES, ""),
+    (write_hashed_header, "a.csv", NAMES, ""),
     (write_headed_text, "a.txt", NAMES, ""),
     (write_bare_text, "a.txt", INDICES, ""),
     (write_comma_text, "a.txt", INDICES, ""),
@@ -353,7 +371,9 @@ def test_jitter_is_tolerated_and_remarked_on(tmp_path: Path) -> None:
     columns = "[channels]\ntime = { column = 0, unit = 's' }\ngyro_x = { column = 1, unit = 'deg/s' }\n"
     recording = read(tmp_path, f'data = "a.txt"\n{columns}' + MODEL)
     assert len(recording.pieces()) == 1
-    assert remarks([recording]) == ("a.txt: time stamps jitter by 20.0 % of the period (one sigma)",)
+    (remark,) = remarks([recording])
+    assert remark.startswith("a.txt: time stamps jitter by 10 % of the period (one sigma) about an even clock of")
+    assert recording.dt == pytest.approx(0.1, rel=1e-4)
 
 
 def two_runs(folder: Path, tail: str) -> tuple[RowUse, ...]:

@@ -18,10 +18,10 @@ from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Estimate, Limits
 from insenv.core.plugins import ESTIMATORS, POLICIES, find
 from insenv.core.recording import Channel, Floats, Mounting, Recording, Segment
+from insenv.core.rows import row_of
 from insenv.core.units import ARCSEC, DEG, PPM
 from insenv.effects.noise import BiasInstability, RateRandomWalk
 from insenv.envs.north_finder import north_finder
-from insenv.envs.recorder import row_of
 from insenv.envs.rollout import RollOut, roll_out
 from insenv.envs.task import Task
 

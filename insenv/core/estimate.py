@@ -89,6 +89,8 @@ class Datasheet:
     sight : Sight, optional
     level_sd : tuple of float
         Standard deviations of pitch and roll as they are told at the start [rad]; infinite: they are not told.
+    reference_temperature : float
+        Of the declared effects of temperature [K].
     """
 
     sampling: float
@@ -102,6 +104,7 @@ class Datasheet:
     declared: tuple[Declared, ...] = ()
     sight: Sight | None = None
     level_sd: tuple[float, float] = (np.inf, np.inf)
+    reference_temperature: float = 298.15
 
     @property
     def dt(self) -> float:

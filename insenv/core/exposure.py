@@ -19,13 +19,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.earth import EARTH_RATE
+from insenv.core.follow import followed
 from insenv.core.motion import Motion, interval_mean
-from insenv.core.recording import Channel, Floats, Recording
+from insenv.core.recording import GAP, Channel, Floats, Recording
 from insenv.core.smooth import smoothed
 
 #: Which manifest channel would supply a field of `Motion`.
@@ -39,6 +41,8 @@ CHANNEL_OF = {
     "cross_rate": "gyro_x, gyro_y, gyro_z",
 }
 
+#: Share of the largest rate by which a commanded rate that holds may change from cell to cell.
+STEADY = 1e-7
 #: Direction of "up" in the axis letters of `Mounting.axes`.
 _UP = {"U": 1.0, "D": -1.0}
 
@@ -58,7 +62,8 @@ class Exposure:
     motion : Motion
         Exposure on the cells; ``motion.rate`` is the reference that the model subtracts.
     u : ndarray, shape (n,)
-        Input rate for regressors: the commanded rate where it was logged, free of errors of the encoder.
+        Input rate for regressors: the commanded rate where it was logged, free of errors of the encoder; else without
+        the jitter of the encoder, which would explain itself (`insenv.core.follow`).
     """
 
     y: Floats
@@ -96,6 +101,8 @@ def expose(
     """
     channel = recording.channel(target)
     cell_of_row, start, n = _cells(recording, channel, rows_per_cell)
+    if target in recording.left_out:
+        cell_of_row[recording.left_out[target]] = -1
     step = rows_per_cell * recording.dt
     edges: Floats = start + step * np.arange(n + 1.0)
     count, y = _gather(channel.values, cell_of_row, n)
@@ -103,18 +110,30 @@ def expose(
     vertical = EARTH_RATE * np.sin(recording.site.latitude or 0.0) * upwards * with_earth
     reference = _table_rate(recording, edges, ("table_angle", "table_rate"))
     commanded = _table_rate(recording, edges, ("table_rate", "table_angle"))
+    if reference is not None and commanded is not None:
+        rows = (recording, target, cell_of_row, count)
+        reference = _of_rows(*rows, reference, ("table_angle", "table_rate"))
+        commanded = _of_rows(*rows, commanded, ("table_rate", "table_angle"))
+    rate_edges = _rate_edges(recording, edges, projection, vertical)
+    if commanded is not None and rate_edges is not None:
+        calm = _calm(recording, projection, reference, commanded, y - vertical, count)
+        if "table_rate" not in recording.channels:
+            jitter = commanded - calm
+            rate_edges = rate_edges - projection * np.interp(np.arange(n + 1.0), np.arange(n) + 0.5, jitter)
+        commanded = calm
     still = np.zeros(n)
     motion = Motion(
         t=edges - start,
         rate=(still if reference is None else reference * projection) + vertical,
         angle=_table_angle(recording, edges),
-        rate_edges=_rate_edges(recording, edges, projection, vertical),
+        rate_edges=rate_edges,
         temperature=_temperature(recording, cell_of_row, n),
         base_tilt=_base_tilt(recording, target, edges),
         force=_others(recording, cell_of_row, n, "accel_") if target.startswith("gyro") else {},
         cross_rate=_cross_rates(recording, target, cell_of_row, n),
         projection=projection,
         reference_temperature=reference_temperature,
+        base_turned=recording.mounting.base_turned,
     )
     u = (still if commanded is None else commanded * projection) + vertical
     return Exposure(y, count, cell_of_row, motion, u)
@@ -196,17 +215,84 @@ def _table_rate(recording: Recording, edges: Floats, preferred: tuple[str, ...])
     return None if angle is None else np.diff(angle(edges)) / (edges[1] - edges[0])
 
 
+def _of_rows(
+    recording: Recording,
+    target: str,
+    cell_of_row: NDArray[np.int64],
+    count: NDArray[np.int64],
+    full: Floats,
+    preferred: tuple[str, ...],
+) -> Floats:
+    """Mean rate of the table over the very intervals of a cell's rows; ``full``, over the whole cell, where full.
+
+    The same for an even clock without gaps. Where rows are lost, or steps differ a little, the table may have turned
+    otherwise in the rest of the cell.
+    """
+    if np.ptp(np.diff(recording.t)) < 1e-6 * recording.dt and target not in recording.left_out:
+        return full
+    rates = table_rate_of_rows(recording, target, preferred)
+    assert rates is not None
+    _, mean = _gather(rates, cell_of_row, len(count))
+    return np.where(count > 0, mean, full)
+
+
+def table_rate_of_rows(
+    recording: Recording, target: str, preferred: tuple[str, ...] = ("table_angle", "table_rate")
+) -> Floats | None:
+    """Mean rate of the table over the interval of each row of ``target``, shape (n,) [rad/s]; None without a table."""
+    angle = _angle_function(recording, preferred)
+    if angle is None:
+        return None
+    dt, channel = recording.dt, recording.channel(target)
+    steps = np.append(dt, np.diff(recording.t))
+    width = np.where(steps <= GAP * dt, steps, dt) if channel.covers == "interval" else np.full(len(steps), dt)
+    end = recording.t - channel.delay + (0.0 if channel.covers == "interval" else 0.5 * dt)
+    return (angle(end) - angle(end - width)) / width
+
+
+def table_share(recording: Recording, target: str) -> float:
+    """Share of the table's rate that ``target`` sees."""
+    return _shares(recording, target)[0]
+
+
+def _calm(
+    recording: Recording,
+    projection: float,
+    reference: Floats | None,
+    commanded: Floats,
+    reading: Floats,
+    count: NDArray[np.int64],
+) -> Floats:
+    """The commanded rate, while it holds; else that of the reference without the jitter of its readings.
+
+    Between the rows at which a changing rate was logged it is a guess, and its error would look like one of the scale.
+    """
+    if reference is None or not projection:
+        return commanded
+    of: Literal["angle", "rate"] = "angle" if "table_angle" in recording.channels else "rate"
+    calm = followed(reference, reading / projection, count > 0, of)
+    if not {"table_angle", "table_rate"} <= set(recording.channels) or len(commanded) < 3:
+        return calm
+    if recording.channels["table_rate"].covers == "interval":
+        return commanded
+    changed = np.abs(np.diff(commanded)) > STEADY * np.abs(commanded).max()
+    moves = np.concatenate([changed[:1], changed[1:] | changed[:-1], changed[-1:]])
+    return np.where(moves, calm, commanded)
+
+
 def _table_angle(recording: Recording, edges: Floats) -> Floats | None:
     angle = _angle_function(recording, ("table_angle", "table_rate"))
     return None if angle is None else angle(edges)
 
 
 def _rate_edges(recording: Recording, edges: Floats, projection: float, vertical: float) -> Floats | None:
-    """Rate at the edges: central differences over one cell, of the commanded rate where it was logged."""
+    """Rate at the edges: central differences over one cell, or one sampling period of a commanded rate."""
     angle = _angle_function(recording, ("table_rate", "table_angle"))
     if angle is None:
         return None
-    half = 0.5 * (edges[1] - edges[0])
+    # A logged command has no noise: over one sampling period its corners stay sharp.
+    commanded = "table_rate" in recording.channels
+    half = 0.5 * (recording.dt if commanded else edges[1] - edges[0])
     rate = (angle(edges + half) - angle(edges - half)) / (2 * half)
     if len(rate) > 3:
         # Half a cell beyond the ends the angle is a guess, and its error would stand for an acceleration.
@@ -265,7 +351,7 @@ def _others(recording: Recording, cell_of_row: NDArray[np.int64], n: int, prefix
 
 
 def _cross_rates(recording: Recording, target: str, cell_of_row: NDArray[np.int64], n: int) -> dict[str, Floats]:
-    if not target.startswith("gyro_"):
+    if target[-2:] not in ("_x", "_y", "_z"):
         return {}
-    rates = _others(recording, cell_of_row, n, "gyro_")
+    rates = _others(recording, cell_of_row, n, target[:-1])
     return {axis: rate for axis, rate in rates.items() if axis != target[-1]}

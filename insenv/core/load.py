@@ -17,26 +17,31 @@ from insenv.core.manifest import ChannelSpec, Manifest, RunSpec
 from insenv.core.manifest.spec import CHANNELS, INCREMENTS, Quantity
 from insenv.core.readers import Column, Table, read_table
 from insenv.core.recording import GAP, Channel, Covers, Floats, Recording, Segment, Site
+from insenv.core.resample import resampled
+from insenv.core.sampling import check_forwards, increasing, sampling
 from insenv.core.units import DIMENSIONS, scale_to_si
 
 #: SI unit of the channels of each dimension.
-SI_UNITS = {"rate": "rad/s", "acceleration": "m/s^2", "angle": "rad", "temperature": "K"}
+SI_UNITS = {"rate": "rad/s", "acceleration": "m/s^2", "angle": "rad", "temperature": "K", "number": "1"}
 #: No instrument reads, and no clock shows, as much as this in SI units: bytes misread as numbers do.
 LARGEST = 1e12
 #: More than this share of steps off by more than half a period is no even sampling.
 UNEVEN_SHARE = 0.05
+#: A share of equal rows beyond which they are how the recording is.
+MOST_COPIES = 0.2
 
 
 def read_recordings(manifest: Manifest) -> tuple[Recording, ...]:
     """One recording per run, with every channel that the manifest names.
 
-    Gyros and table rate in rad/s, accelerometers in m/s^2, table angle in rad (cumulative), temperature in K.
+    Gyros and table rate in rad/s, accelerometers in m/s^2, table angle in rad (cumulative), temperature in K, power
+    as the number of the power-up.
 
     Raises
     ------
     InputError
-        If a file cannot be read, a column or unit is missing or wrong, a sample is not finite, or the time
-        does not run forwards in even steps (gaps apart).
+        If a file cannot be read, a column or unit is missing or wrong, a sample is not finite, the time does not run
+        forwards in even steps (gaps apart), or the number of the power-up is none.
     """
     return tuple(_read_run(manifest, run) for run in manifest.runs)
 
@@ -69,35 +74,112 @@ def check_sampling(path: Path, t: Floats, place: Callable[[int], str]) -> None:
 
 
 def _read_run(manifest: Manifest, run: RunSpec) -> Recording:
-    specs = {n: s for n, s in manifest.channels.items() if n != "time" or (s.rate is None and s.column != "row")}
-    columns = [Column(name, spec.column, label=name == "segment") for name, spec in specs.items()]
-    table = read_table(run, columns, manifest.columns)
-    t = _time(manifest, run, table)
-    check_sampling(run.file, t, table.place)
-    bare = Recording(t, {}, site=_site(run.site, table.site), mounting=run.mounting, label=run.label)
-    channels = {
-        name: _channel(manifest, run, table, name, bare.dt) for name in specs if name not in ("time", "segment")
-    }
-    segments = _segments(table.labels["segment"]) if "segment" in specs else ()
-    recording = replace(bare, channels=channels, segments=segments)
-    return _with_whole_turns(recording, manifest, run, table)
+    table = _with_other_files(manifest, run, read_table(run, columns(manifest), manifest.columns))
+    t = time(manifest, run, table)
+    table, t, notes = _without_copies(manifest, run, table, t)
+    if manifest.resample is not None:
+        check_forwards(run.file, t, table.place)
+        increasing(run.file, t, table.place)
+        own = np.append(np.median(np.diff(t)), np.diff(t))
+        uneven = replace(recording(manifest, run, table, t, own), notes=notes)
+        return resampled(uneven, manifest.resample, f"{manifest.path}: fit.resample")
+    taken = sampling(run.file, t, table.place, table.values.get("table_angle"))
+    return replace(recording(manifest, run, table, taken.t, taken.covered), notes=(*notes, *taken.notes))
 
 
-def _time(manifest: Manifest, run: RunSpec, table: Table) -> Floats:
-    """Time of the rows [s]: a column, the row's index, or what the format fixes."""
+def _without_copies(manifest: Manifest, run: RunSpec, table: Table, t: Floats) -> tuple[Table, Floats, tuple[str, ...]]:
+    """The table without rows that repeat the row before in everything, time included.
+
+    Raises
+    ------
+    InputError
+        If there are such rows and the manifest counts rows.
+    """
+    again = np.append(False, np.diff(t) == 0)
+    for values in table.values.values():
+        if again.any():
+            again[1:] &= np.diff(values) == 0
+    if not again.any() or again.mean() > MOST_COPIES:
+        return table, t, ()
+    row = int(np.argmax(again))
+    if manifest.fit_rows or manifest.held_out.rows:
+        found = f"{table.place(row)}: repeats the row before, one of {int(again.sum())} such rows"
+        raise InputError(f"{run.file}: {found}; wanted none of them where {manifest.path} counts rows")
+    kept = np.flatnonzero(~again)
+    place = table.place
+    table = replace(
+        table,
+        values={name: values[kept] for name, values in table.values.items()},
+        labels={name: [labels[i] for i in kept.tolist()] for name, labels in table.labels.items()},
+        place=lambda i: place(int(kept[i])),
+    )
+    noun = "row repeats" if again.sum() == 1 else "rows repeat"
+    return table, t[kept], (f"{int(again.sum())} {noun} the row before in everything, time included: left out",)
+
+
+def columns(manifest: Manifest, file: Path | None = None) -> list[Column]:
+    """Columns that the manifest's channels want of the run's file, or of the ``file`` that some of them have.
+
+    A time that is told by its rate has none.
+    """
+    return [
+        Column(name, spec.column, label=name == "segment")
+        for name, spec in manifest.channels.items()
+        if spec.file == file and (name != "time" or (spec.rate is None and spec.column != "row"))
+    ]
+
+
+def _with_other_files(manifest: Manifest, run: RunSpec, table: Table) -> Table:
+    """The run's table with the columns of those channels that have a file of their own."""
+    for spec in {s.file: s for s in manifest.channels.values() if s.file is not None}.values():
+        assert spec.file is not None
+        other = read_table(replace(run, file=spec.file, format=spec.format), columns(manifest, spec.file))
+        if len(table) not in (0, len(other)):
+            found = f"has {len(other)} rows against {len(table)} in {run.file.name}"
+            raise InputError(f"{spec.file}: {found}; wanted as many, at the same times")
+        table = replace(table, values={**table.values, **other.values}, units={**table.units, **other.units})
+    return table
+
+
+def recording(manifest: Manifest, run: RunSpec, table: Table, t: Floats, dt: float | Floats) -> Recording:
+    """Rows of a file as a recording in SI units: at times ``t``, their increments over the time ``dt`` that they cover.
+
+    Raises
+    ------
+    InputError
+        As `read_recordings`; the time is not looked at.
+    """
+    names = [name for name in manifest.channels if name not in ("time", "segment")]
+    channels = {name: _channel(manifest, run, table, name, dt) for name in names}
+    segments = _segments(table.labels["segment"]) if "segment" in manifest.channels else ()
+    found = Recording(t, channels, segments, _site(run.site, table.site), run.mounting, run.label)
+    return _with_whole_turns(found, manifest, run, table)
+
+
+def time(manifest: Manifest, run: RunSpec, table: Table, first: int = 0) -> Floats:
+    """Time of the rows [s]: a column, the row's number in the file (``first``: of row 0), or as the format fixes it.
+
+    Raises
+    ------
+    InputError
+        If the manifest names no time and the file has none of its own, or its unit is wrong.
+    """
     spec = manifest.channels.get("time")
     if spec is None:
         if table.t is None:
             raise InputError(f"{manifest.path}: channels.time is missing; {run.file.name} has no time of its own")
         return table.t
     if spec.rate is not None or spec.column == "row":
-        return np.arange(len(table)) / (spec.rate or 1.0)
+        return np.arange(first, first + len(table)) / (spec.rate or 1.0)
     return _scaled(manifest, run, table, "time", "time")
 
 
-def _channel(manifest: Manifest, run: RunSpec, table: Table, name: str, dt: float) -> Channel:
+def _channel(manifest: Manifest, run: RunSpec, table: Table, name: str, dt: float | Floats) -> Channel:
     """One channel in SI units."""
     spec, dimension = manifest.channels[name], CHANNELS[name]
+    if dimension == "number":
+        check_power(run.file, table.values[name], table.place)
+        return Channel(table.values[name], SI_UNITS[dimension])
     quantity: Quantity = spec.quantity or (table.quantity if dimension in INCREMENTS else "rate")
     covers: Covers = spec.covers or ("interval" if quantity == "increment" else "instant")
     if quantity == "increment":
@@ -107,12 +189,22 @@ def _channel(manifest: Manifest, run: RunSpec, table: Table, name: str, dt: floa
     return Channel(values, SI_UNITS[dimension], covers, spec.delay)
 
 
+def check_power(path: Path, numbers: Floats, place: Callable[[int], str], before: float = 1.0) -> None:
+    """Refuse what is no number of a power-up: these are whole and never fall; ``before`` is that of the row before."""
+    sound = (numbers >= np.append(before, numbers[:-1])) & (numbers == np.rint(numbers))
+    if not sound.all():
+        row = int(np.argmin(sound))
+        last = numbers[row - 1] if row else before
+        wanted = f"wanted the number of the power-up, a whole one that never falls, here {last:g} or more"
+        raise InputError(f"{path}: {place(row)}: channels.power is {numbers[row]:g}; {wanted}")
+
+
 def _scaled(manifest: Manifest, run: RunSpec, table: Table, name: str, dimension: str) -> Floats:
     """Samples of ``name`` in the SI unit of ``dimension``."""
     spec = manifest.channels[name]
     factor, offset = _unit(manifest, run, table, spec, name, dimension)
     with np.errstate(over="ignore"):
-        values = factor * table.values[name] + offset
+        values = factor * (table.values[name] - spec.offset) + offset
     low = 0.0 if name == "temperature" else -LARGEST
     sound = (values >= low) & (values <= LARGEST)
     if not sound.all():

@@ -41,11 +41,14 @@ class Motion:
     force : mapping of str to ndarray, shape (..., n)
         Specific force along the body axes "x", "y", "z" [m/s^2].
     cross_rate : mapping of str to ndarray, shape (..., n)
-        Rates about the other body axes, by axis name [rad/s].
+        Input of the other axes of the triad, by axis name: rates [rad/s], of an accelerometer specific forces [m/s^2].
     projection : float
         Share of the table's rate that the input axis sees: the sine of the mounting's tilt.
     reference_temperature : float
         T_ref of the temperature effects [K].
+    base_turned : float
+        How far the base was turned since the first run, clockwise from above [rad]: what stands with the Earth comes
+        to a table angle that is larger by it.
     step : float, optional
         Length of an interval where it is known [s]. The one that ``t`` says is rounded, and differs by that from chunk
         to chunk of a run.
@@ -61,6 +64,7 @@ class Motion:
     cross_rate: Mapping[str, Floats] = field(default_factory=dict)
     projection: float = 1.0
     reference_temperature: float = 298.15
+    base_turned: float = 0.0
     step: float | None = None
 
     @property
@@ -109,9 +113,13 @@ class Motion:
 
 def interval_mean(at_edges: Floats) -> Floats:
     """Mean over each interval of a state known at its edges (trapezoid), shape (..., n)."""
-    return 0.5 * (at_edges[..., 1:] + at_edges[..., :-1])
+    mean = at_edges[..., 1:] + at_edges[..., :-1]
+    mean *= 0.5
+    return mean
 
 
 def interval_slope(at_edges: Floats, dt: float) -> Floats:
     """Mean derivative over each interval of a state known at its edges: exact, shape (..., n)."""
-    return np.diff(at_edges, axis=-1) / dt
+    slope: Floats = np.diff(at_edges, axis=-1)
+    slope /= dt
+    return slope

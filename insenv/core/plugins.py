@@ -10,9 +10,11 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
 from insenv.core.errors import InputError
+from insenv.core.stateful import adapted
 
 #: Entry-point groups.
-ESTIMATORS, POLICIES = "insenv.estimators", "insenv.policies"
+ESTIMATORS, POLICIES, EFFECTS = "insenv.estimators", "insenv.policies", "insenv.effects"
+_KINDS = {ESTIMATORS: "estimator", POLICIES: "policy", EFFECTS: "effect"}
 
 
 def names(group: str) -> tuple[str, ...]:
@@ -21,12 +23,12 @@ def names(group: str) -> tuple[str, ...]:
 
 
 def find(group: str, name: str) -> Callable[..., Any]:
-    """The class of a plug-in.
+    """The class of a plug-in, or what adapts it where it keeps its state in itself (`insenv.core.stateful`).
 
     Parameters
     ----------
     group : str
-        `ESTIMATORS` or `POLICIES`.
+        `ESTIMATORS`, `POLICIES` or `EFFECTS`.
     name : str
         Of an entry point, or "module:Name".
 
@@ -35,7 +37,9 @@ def find(group: str, name: str) -> Callable[..., Any]:
     InputError
         If there is none of that name, or it cannot be imported.
     """
-    kind = "policy" if group == POLICIES else "estimator"
+    kind = _KINDS[group]
+    if not isinstance(name, str):
+        raise InputError(f"{kind} of type {type(name).__name__} given; wanted its name, a text")
     module, colon, attribute = name.partition(":")
     if colon:
         return _imported(kind, name, module, attribute)
@@ -56,8 +60,8 @@ def _installed(group: str) -> dict[str, EntryPoint]:
 def _imported(kind: str, name: str, module: str, attribute: str) -> Callable[..., Any]:
     try:
         found = getattr(importlib.import_module(module), attribute)
-    except (ImportError, AttributeError, ValueError) as error:
+    except (ImportError, AttributeError, ValueError, TypeError) as error:
         raise InputError(f"{kind} {name!r} cannot be imported ({error}); wanted an importable module:Name") from None
     if not callable(found):
         raise InputError(f"{kind} {name!r} is a {type(found).__name__}; wanted a class")
-    return found
+    return found if kind == "effect" else adapted(found)

@@ -71,12 +71,14 @@ class Mounting:
     ``tilt`` is the elevation of a single gyro's input axis above the table plane [rad] (pi/2: along the table
     axis, upwards). ``axes`` names the directions of a triad's x, y and z, e.g. "RFU" or "FRD". ``table_axis`` is "U" or
     "D" for a triad that turns about the vertical, positive about that direction; "" where nobody said: then ``tilt``
-    stands for every gyro.
+    stands for every gyro. ``base_turned`` is how far what carries table and instrument, or the parked vehicle, was
+    turned since the first run, clockwise from above [rad].
     """
 
     tilt: float = np.pi / 2
     axes: str = "RFU"
     table_axis: str = ""
+    base_turned: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -93,6 +95,10 @@ class Recording:
     site, mounting : Site, Mounting
     label : str
         What to call the run in messages and reports (usually the file's name).
+    notes : tuple of str
+        What reading did to the rows, in words.
+    left_out : mapping of str to ndarray of bool, shape (n,)
+        Rows of a channel that are no measurements of it: outliers.
     """
 
     t: Floats
@@ -101,6 +107,8 @@ class Recording:
     site: Site = field(default_factory=Site)
     mounting: Mounting = field(default_factory=Mounting)
     label: str = "recording"
+    notes: tuple[str, ...] = ()
+    left_out: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.t)

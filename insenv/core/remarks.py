@@ -29,6 +29,7 @@ def remarks(recordings: Sequence[Recording]) -> tuple[str, ...]:
     """Sentences about what looks odd: gaps, jitter, and means at rest that suggest a wrong unit or sign."""
     found = []
     for recording in recordings:
+        found += [f"{recording.label}: {text}" for text in recording.notes]
         checks = (_gaps, _jitter, _force, _rate)
         found += [f"{recording.label}: {text}" for check in checks if (text := check(recording))]
     return tuple(found)
@@ -45,6 +46,8 @@ def _gaps(recording: Recording) -> str:
 
 
 def _jitter(recording: Recording) -> str:
+    if recording.notes:
+        return ""  # said by what read it
     steps = np.diff(recording.t)
     spread = float(np.std(steps[steps <= GAP * recording.dt])) / recording.dt
     return f"time stamps jitter by {100 * spread:.1f} % of the period (one sigma)" if spread > _JITTER else ""

@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from insenv.core.recording import Recording
+
 
 def rows(state: Any, index: NDArray[np.int64]) -> Any:
     """The same state for the runs ``index`` of the batch alone.
@@ -35,3 +37,12 @@ def rows(state: Any, index: NDArray[np.int64]) -> Any:
     if is_dataclass(state) and not isinstance(state, type):
         return replace(state, **{f.name: rows(getattr(state, f.name), index) for f in fields(state)})
     raise TypeError(f"a state holds a {type(state).__name__}; wanted arrays, numbers, tuples, mappings, dataclasses")
+
+
+def row_of(chunk: Recording, row: int) -> Recording:
+    """One run of a batch; what all runs share it has too."""
+    channels = {
+        name: replace(channel, values=channel.values[row] if channel.values.ndim > 1 else channel.values)
+        for name, channel in chunk.channels.items()
+    }
+    return replace(chunk, channels=channels)

@@ -16,7 +16,7 @@ import numpy as np
 from insenv.core.errors import InputError
 from insenv.core.files import WRITERS, Format, replacing, toml
 from insenv.core.manifest import HeldOut, Model, RowRanges
-from insenv.core.manifest.spec import ACCELEROMETERS
+from insenv.core.manifest.spec import ACCELEROMETERS, BARE
 from insenv.core.recording import Recording
 
 Noise = Mapping[str, Mapping[str, float]]
@@ -29,7 +29,7 @@ _NOISE_UNITS: Mapping[str, tuple[str, str]] = {
 }
 
 
-def save(
+def save(  # noqa: PLR0913 - what a manifest says, entry by entry
     manifest: Path,
     recordings: Sequence[Recording],
     model: Model,
@@ -37,6 +37,7 @@ def save(
     title: str = "",
     noise: Noise | None = None,
     held_out: HeldOut | None = None,
+    fit_rows: RowRanges = (),
     data_format: Format = "npz",
 ) -> None:
     """Write ``recordings`` beside ``manifest`` and the manifest itself; existing files are replaced.
@@ -51,7 +52,9 @@ def save(
     """
     _check_alike(recordings)
     names = [f"{manifest.stem}_{i}.{data_format}" for i in range(1, len(recordings) + 1)]
-    text = _manifest_text(recordings, names, model, title or manifest.stem, noise or {}, held_out or HeldOut())
+    text = _manifest_text(
+        recordings, names, model, title or manifest.stem, noise or {}, (held_out or HeldOut(), fit_rows)
+    )
     try:
         manifest.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -97,21 +100,22 @@ def _manifest_text(
     model: Model,
     title: str,
     noise: Noise,
-    held_out: HeldOut,
+    used: tuple[HeldOut, RowRanges],
 ) -> str:
-    """TOML of the whole manifest."""
+    """TOML of the whole manifest; ``used`` is what is held out, and the rows that may be fitted."""
     tables: list[tuple[str, Mapping[str, object]]] = [("", {"title": title})]
     for recording, name in zip(recordings, names, strict=True):
         tables.append(("[[runs]]", {"file": name, "label": recording.label}))
         tables.append(("[runs.site]", _site(recording)))
         tables.append(("[runs.mounting]", _mounting(recording)))
     tables.append(("[channels.time]", {"unit": "s"}))
-    tables += [(f"[channels.{n}]", _channel(*layout)) for n, layout in _layout(recordings[0]).items()]
+    tables += [(f"[channels.{n}]", _channel(n, *layout)) for n, layout in _layout(recordings[0]).items()]
     if recordings[0].segments:
         tables.append(("[channels.segment]", {"column": "segment"}))
     tables.append(("[model]", _model(model)))
     tables += [(f"[noise.{target}]", _noise(target, given)) for target, given in noise.items() if given]
-    tables.append(("[held_out]", _held_out(held_out)))
+    tables.append(("[held_out]", _held_out(used[0])))
+    tables.append(("[fit]", {"rows": _pairs(used[1])} if used[1] else {}))
     return toml(tables)
 
 
@@ -123,13 +127,14 @@ def _site(recording: Recording) -> dict[str, object]:
 
 def _mounting(recording: Recording) -> dict[str, object]:
     mounting = recording.mounting
+    turned: dict[str, object] = {"base_turned": _quantity(mounting.base_turned, "rad")} if mounting.base_turned else {}
     if mounting.table_axis:
-        return {"axes": mounting.axes, "table_axis": mounting.table_axis}
-    return {"tilt": _quantity(mounting.tilt, "rad"), "axes": mounting.axes}
+        return {"axes": mounting.axes, "table_axis": mounting.table_axis} | turned
+    return {"tilt": _quantity(mounting.tilt, "rad"), "axes": mounting.axes} | turned
 
 
-def _channel(unit: str, covers: str, delay: float) -> dict[str, object]:
-    table: dict[str, object] = {"unit": unit}
+def _channel(name: str, unit: str, covers: str, delay: float) -> dict[str, object]:
+    table: dict[str, object] = {"column": name} if name in BARE else {"unit": unit}
     if covers != "instant":
         table["covers"] = covers
     if delay:
@@ -156,7 +161,8 @@ def _held_out(held_out: HeldOut) -> dict[str, object]:
     given: dict[str, object] = {"runs": list(held_out.runs), "rows": _pairs(held_out.rows)}
     if held_out.start is not None:
         given["start"] = _quantity(held_out.start, "s")
-    given["positions"] = held_out.positions
+    positions = held_out.positions
+    given["positions"] = list(positions) if isinstance(positions, tuple) else positions
     if held_out.averaging is not None:
         given["averaging"] = _quantity(held_out.averaging, "s")
     return {name: value for name, value in given.items() if value}

@@ -59,10 +59,13 @@ def _held_out(manifest: Manifest, recordings: Sequence[Recording]) -> Mask:
     if named.positions is not None:
         if manifest.procedure != "multi-position":
             raise InputError(f"{manifest.path}: held_out.positions needs model.procedure = 'multi-position'")
-        raise InputError(f"{manifest.path}: held_out.positions: this version does not find rests; wanted rows or runs")
+        raise InputError(f"{manifest.path}: held_out.positions names rests, not rows; wanted rows or runs")
     if named.rows:
         return _rows(named.rows, sum(map(len, recordings)), f"{manifest.path}: held_out.rows")
     if named.runs:
+        if (last := max(named.runs)) > len(recordings):
+            found = f"held_out.runs has {last}; there are {len(recordings)} runs"
+            raise InputError(f"{manifest.path}: {found}, each power-up one; wanted one of them")
         whole = [np.full(len(r), number in named.runs) for number, r in enumerate(recordings, start=1)]
         return np.concatenate(whole)
     if named.start is not None:

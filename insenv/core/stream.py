@@ -19,11 +19,11 @@ import numpy as np
 from insenv.core import load, readers
 from insenv.core.errors import InputError
 from insenv.core.manifest import Manifest, RunSpec
-from insenv.core.readers import Column, Table, binary, text
-from insenv.core.readers.arrays import _INDEXED
-from insenv.core.readers.rows import Body, is_number, read_rows
+from insenv.core.readers import Column, Table, binary, check_table, text
+from insenv.core.readers.arrays import matrix_of
+from insenv.core.readers.rows import read_rows
 from insenv.core.readers.table import as_labels, as_numbers, decoding, find_column
-from insenv.core.recording import Floats, Recording, Segment
+from insenv.core.recording import Recording, Segment
 
 #: Rows of a chunk, and bytes of one of a text file.
 ROWS, BYTES = 262_144, 4_000_000
@@ -44,11 +44,11 @@ def stream_run(
     InputError
         As `read_recordings`.
     """
-    specs = {n: s for n, s in manifest.channels.items() if n != "time" or (s.rate is None and s.column != "row")}
-    columns = [Column(name, spec.column, label=name == "segment") for name, spec in specs.items()]
     seen = _Seen()
-    for table, share in _tables(run, columns, manifest.columns):
-        recording, seen = _recording(manifest, run, table, tuple(specs), seen)
+    if own := [name for name, spec in manifest.channels.items() if spec.file is not None]:
+        raise InputError(f"{manifest.path}: channels.{own[0]}.file cannot be streamed; wanted one file for all")
+    for table, share in _tables(run, load.columns(manifest), manifest.columns):
+        recording, seen = _recording(manifest, run, table, seen)
         progress(share)
         yield recording
     if seen.rows < 2:
@@ -57,36 +57,33 @@ def stream_run(
 
 @dataclass(frozen=True)
 class _Seen:
-    """Of the chunks before: rows, last time [s], sampling period [s], last table angle as read and made whole [rad]."""
+    """Of the chunks before: rows, last time [s], sampling period [s], last table angle made whole [rad], power-up."""
 
     rows: int = 0
     t: float | None = None
     dt: float | None = None
     angle: float | None = None
+    power: float = 1.0
 
 
-def _recording(
-    manifest: Manifest, run: RunSpec, table: Table, names: Sequence[str], seen: _Seen
-) -> tuple[Recording, _Seen]:
-    t = load._time(manifest, run, table)
-    spec = manifest.channels.get("time")
-    if spec is not None and (spec.rate is not None or spec.column == "row"):
-        t = np.arange(seen.rows, seen.rows + len(table)) / (spec.rate or 1.0)
+def _recording(manifest: Manifest, run: RunSpec, table: Table, seen: _Seen) -> tuple[Recording, _Seen]:
+    t = load.time(manifest, run, table, seen.rows)
     if seen.t is None:
         load.check_sampling(run.file, t, table.place)
     elif len(t) > 1:
         load.check_sampling(run.file, np.append(seen.t, t), lambda row: table.place(row - 1))
-    bare = Recording(t, {}, site=load._site(run.site, table.site), mounting=run.mounting, label=run.label)
-    dt = bare.dt if seen.dt is None else seen.dt
-    channels = {n: load._channel(manifest, run, table, n, dt) for n in names if n not in ("time", "segment")}
-    segments = (load._segments(table.labels["segment"]) or (Segment("", 0, 0),)) if "segment" in names else ()
-    recording = replace(bare, channels=channels, segments=segments)
-    recording = load._with_whole_turns(recording, manifest, run, table)
-    angle = None
-    if "table_angle" in channels:
+    dt = Recording(t, {}).dt if seen.dt is None else seen.dt
+    recording = load.recording(manifest, run, table, t, dt)
+    if "segment" in manifest.channels and not recording.segments:
+        recording = replace(recording, segments=(Segment("", 0, 0),))
+    angle, power = None, seen.power
+    if "table_angle" in recording.channels:
         recording = _continued(recording, manifest.channels["table_angle"].wrapped, seen.angle)
         angle = float(recording.channels["table_angle"].values[-1])
-    return recording, _Seen(seen.rows + len(t), float(t[-1]), dt, angle)
+    if "power" in recording.channels:
+        load.check_power(run.file, recording.channels["power"].values, table.place, seen.power)
+        power = float(recording.channels["power"].values[-1])
+    return recording, _Seen(seen.rows + len(t), float(t[-1]), dt, angle, power)
 
 
 def _continued(recording: Recording, wrapped: bool, last: float | None) -> Recording:
@@ -116,7 +113,7 @@ def _tables(run: RunSpec, columns: Sequence[Column], width: int | None) -> Dealt
     if dealt is None:
         dealt = _whole(readers.read_table(run, columns, width), columns)
     for table, share in dealt:
-        readers._check(path, columns, table)
+        check_table(path, columns, table)
         yield table, share
 
 
@@ -148,18 +145,10 @@ def _float64(path: Path, columns: Sequence[Column], width: int) -> Dealt | None:
             at = {c.channel: find_column(path, names, c) for c in columns}
             table = Table({name: values[:, j].copy() for name, j in at.items()})
             for column in columns:
-                _check_order(path, column, table.values[column.channel], start)
+                binary.check_order(path, column, table.values[column.channel], start)
             yield _shifted(table, start), min((start + ROWS) / rows, 1.0)
 
     return deal()
-
-
-def _check_order(path: Path, column: Column, values: Floats, start: int) -> None:
-    """Refuse bytes in another order, which make numbers that nothing measures."""
-    tiny = (values != 0) & (np.abs(values) < binary._SMALLEST)
-    if tiny.any():
-        found = f"row {start + int(np.argmax(tiny))}: {column} is {values[tiny][0]:.3g}"
-        raise InputError(f"{path}: {found}, which is no measurement; wanted float64 with the low byte first")
 
 
 def _shifted(table: Table, start: int) -> Table:
@@ -178,19 +167,11 @@ def _csv(path: Path, columns: Sequence[Column]) -> Dealt | None:
 def _csv_chunks(path: Path, columns: Sequence[Column], size: int) -> Dealt:
     with path.open("rb") as file:
         first = file.read(BYTES // 4) + file.readline()
-        content = first.removeprefix(text._BYTE_ORDER_MARK)
-        header = text._next(path, text._lines(path, content))
-        delimiter = header.delimiter() or ","
-        names, number, body = header.cells(delimiter), header.number + 1, content[header.end :]
-        for column in columns:
-            if is_number(found := names[find_column(path, names, column)]):
-                hint = "wanted a header line"
-                raise InputError(f"{path}: line {header.number}: the heading of {column} is {found.strip()}; {hint}")
-        while body or (body := file.read(BYTES) + file.readline()):
-            if body.strip():
-                yield read_rows(Body(path, body, number, delimiter, names), columns), file.tell() / size
-            number += len(body.splitlines())
-            body = b""
+        body = text.below_header(path, first, columns)
+        while body.content or (body := replace(body, content=file.read(BYTES) + file.readline())).content:
+            if body.content.strip():
+                yield read_rows(body, columns), file.tell() / size
+            body = replace(body, content=b"", first=body.first + len(body.content.splitlines()))
 
 
 def _npz(path: Path, columns: Sequence[Column]) -> Dealt | None:
@@ -199,16 +180,10 @@ def _npz(path: Path, columns: Sequence[Column]) -> Dealt | None:
         return None
     with zipfile.ZipFile(path) as archive:
         names = {n.removesuffix(".npy") for n in archive.namelist()}
-    arrays = {c: c.key if c.key in names else _matrix(str(c.key)) for c in columns}
+    arrays = {c: c.key if c.key in names else matrix_of(str(c.key)) for c in columns}
     if not set(arrays.values()) <= names:
         return None
     return _npz_chunks(path, arrays) if _rows_of(path, set(map(str, arrays.values()))) else None
-
-
-def _matrix(key: str) -> str:
-    """Name of the matrix of which ``key`` is a column."""
-    indexed = _INDEXED.fullmatch(key)
-    return indexed["name"] if indexed else key
 
 
 def _rows_of(path: Path, names: set[str]) -> bool:

@@ -13,6 +13,9 @@ SIZES: Mapping[str, int] = {
     "psins_lasergyro": 2_665_416,
     "tofupilot_thermal": 962_493,
     "ln100_updown": 2_152_248,
+    "imu_tk": 6_652_750,
+    "mikoff_imu0": 805_740,
+    "mikoff_imu1": 806_745,
 }
 _MANIFESTS = Path(__file__).parent / "manifests"
 
@@ -61,7 +64,7 @@ def describe(name: str) -> str:
 
 
 def files(name: str) -> tuple[RemoteFile, ...]:
-    """The files of the recording ``name``, in the order of its runs.
+    """The files of the recording ``name``, in the order of its runs, then those that single channels have.
 
     Raises
     ------
@@ -73,7 +76,8 @@ def files(name: str) -> tuple[RemoteFile, ...]:
     manifest = load_manifest(manifest_path(name), folder=Path())
     source = manifest.source
     assert source is not None, f"{name}: a published recording has a [source]"
+    own = dict.fromkeys(spec.file for spec in manifest.channels.values() if spec.file is not None)
     return tuple(
-        RemoteFile(run.file, url, sha256)
-        for run, url, sha256 in zip(manifest.runs, source.url, source.sha256, strict=True)
+        RemoteFile(file, url, sha256)
+        for file, url, sha256 in zip([*(r.file for r in manifest.runs), *own], source.url, source.sha256, strict=True)
     )

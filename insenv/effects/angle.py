@@ -13,8 +13,8 @@ mean of a harmonic takes an angle that turns evenly over an interval. ``angle_lo
 from __future__ import annotations
 
 from abc import abstractmethod
-from dataclasses import dataclass
-from typing import Any, final
+from dataclasses import dataclass, replace
+from typing import Any, Self, final
 
 import numpy as np
 
@@ -26,6 +26,8 @@ from insenv.effects.forms import checked_order, columns, known, spread, wave
 
 #: Highest harmonic of a turn that can be asked for; gears and pole pairs stay below.
 HIGHEST_ORDER = 360
+#: How well the tilt of a mount is taken to be known, in radians: 0.17 deg.
+MOUNTED = 0.003
 
 
 class _Wave(LinearEffect):
@@ -59,6 +61,7 @@ class EncoderHarmonic(_Wave):
     id = "encoder_harmonic"
     linear = (Param("c", "rad", sd=1e-4, bound=1e-2), Param("s", "rad", sd=1e-4, bound=1e-2))
     source = "Sensors 13 (2013) 2750: encoder harmonics on a rate table"
+    belongs = "reference"
 
     def __post_init__(self) -> None:
         checked_order(self.id, self.order, HIGHEST_ORDER)
@@ -79,6 +82,7 @@ class AngleLockedRate(_Wave):
     id = "angle_locked_rate"
     linear = (Param("c", OUTPUT, sd=1e-3, bound=0.1), Param("s", OUTPUT, sd=1e-3, bound=0.1))
     source = "IEEE Std 952-1997: magnetic sensitivity; Sensors 13 (2013) 2750: wobble of the table's axis"
+    belongs = "place"
 
     def __post_init__(self) -> None:
         checked_order(self.id, self.order, HIGHEST_ORDER)
@@ -94,13 +98,30 @@ class EarthRate(_Wave):
     """Horizontal part of the Earth's rate, in a direction that nobody declared.
 
     The vertical part follows from latitude and tilt: it belongs to the true rate of `Motion`, not here.
+
+    Attributes
+    ----------
+    share : float
+        Largest share of the Earth's rate that the axis can see.
     """
 
+    share: float = 1.0
+
     id = "earth_rate"
-    # No horizontal part is larger than the whole.
-    linear = tuple(Param(name, OUTPUT, sd=EARTH_RATE, bound=EARTH_RATE) for name in ("c", "s"))
     source = "Rate of rotation: WGS 84 (insenv.core.earth)"
+    belongs = "input"
+
+    @property
+    def linear(self) -> tuple[Param, ...]:
+        """Two parts, of which none is larger than the whole."""
+        most = EARTH_RATE * self.share
+        return tuple(Param(name, OUTPUT, sd=most, bound=most) for name in ("c", "s"))
+
+    def over(self, motion: Motion) -> Self:
+        """The effect with what an axis of this tilt can see, whose tilt is known as well as `MOUNTED` says."""
+        return replace(self, share=min(1.0, float(np.sqrt(1 - motion.projection**2)) + MOUNTED))
 
     def wave(self, motion: Motion, c: float | Floats, s: float | Floats) -> Floats:
-        """Mean of the wave over each interval."""
-        return wave(known(motion, "angle", self.id), 1, c, s)
+        """Mean of the wave over each interval; it stands with the Earth where the base was turned."""
+        angle = known(motion, "angle", self.id)
+        return wave(angle - motion.base_turned if motion.base_turned else angle, 1, c, s)

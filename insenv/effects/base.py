@@ -18,8 +18,8 @@ CurveEffect   ``curve(u, motion, theta) -> (..., n)``    jacobian by central dif
               and ``grid(motion) -> (g, s)``             ``Param.sd``; profiles for variable projection
 MemoryEffect  as CurveEffect, with state in and out      as CurveEffect, on whole runs
 DrivenEffect  ``apply`` from unit normals, with state    expected addition: none
-NoiseEffect   ``drive``, ``psd``, ``allan``,             addition = drive; fitted in the spectral domain
-              ``spectrum``
+NoiseEffect   ``drive``, ``psd``, ``allan``,             addition = drive; fitted in the spectral domain;
+              ``spectrum``, ``integral``                 covariance of means over any intervals
 ============  =========================================  ================================================
 """
 
@@ -31,7 +31,9 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
+from insenv.core.errors import InputError
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats
 
@@ -39,6 +41,8 @@ from insenv.core.recording import Floats
 OUTPUT = "{y}"
 
 Instrument = Literal["gyro", "accelerometer"]
+#: Whose error it is: `Effect.belongs`.
+Belongs = Literal["instrument", "reference", "place", "input"]
 
 
 @dataclass(frozen=True)
@@ -86,6 +90,13 @@ class Effect(ABC):
         Instruments that can have it.
     of_rate : bool
         Whether it follows the input rate: where that never changes nothing tells it from a bias.
+    of_time : bool
+        Whether it follows the time from the start of the run: on another run's clock it is another curve.
+    belongs : str
+        Whose error it is: that of the "instrument"; that of the "reference", whose readings it tells how to correct;
+        that of the "place" where the recording was made; or no error but a true "input".
+    becomes : tuple of str
+        Effects that it becomes in the limit of its shapes.
     generic : bool
         Whether it describes without naming a cause.
     """
@@ -96,6 +107,9 @@ class Effect(ABC):
     source: ClassVar[str] = ""
     instruments: ClassVar[tuple[Instrument, ...]] = ("gyro", "accelerometer")
     of_rate: ClassVar[bool] = False
+    of_time: ClassVar[bool] = False
+    belongs: ClassVar[Belongs] = "instrument"
+    becomes: ClassVar[tuple[str, ...]] = ()
     generic: ClassVar[bool] = False
 
     @property
@@ -125,6 +139,10 @@ class Effect(ABC):
         """The effect with its own range set to what ``motion`` covers, where it has one."""
         del motion
         return self
+
+    def variants(self, motion: Motion) -> tuple[Self, ...]:
+        """The effect in the forms that a search tries beside each other on what ``motion`` covers."""
+        return (self.over(motion),)
 
     def begin(self, motion: Motion, theta: Floats) -> Any:
         """State before the first interval; None where the effect has no memory."""
@@ -303,6 +321,34 @@ class NoiseEffect(DrivenEffect):
 
         ``lam = 4 sin^2(pi k / 2 n)`` is the eigenvalue of the second difference for coefficient k.
         """
+
+    def integral(self, edges: NDArray[np.int64], dt: float) -> Floats:
+        """Covariance of the integral of the noise from the start of the run to each edge, shape (m, m).
+
+        For unit coefficient. ``edges``, shape (m,), count intervals of ``dt``, each with a mean as `drive` gives it.
+        Elementwise operations alone, so that it is the same to the last bit in every process.
+
+        Raises
+        ------
+        InputError
+            Where the effect does not tell it.
+        """
+        del edges, dt
+        raise InputError(f"effect {self.key!r} has no law of its integral; wanted it simulated sample by sample")
+
+    def covariance(self, edges: NDArray[np.int64], dt: float) -> Floats:
+        """Covariance of the means between successive edges, shape (m - 1, m - 1), for unit coefficient.
+
+        Of dwells with gaps, the gaps stand among the intervals.
+
+        Raises
+        ------
+        InputError
+            As `integral`.
+        """
+        length = np.diff(edges) * dt
+        change: Floats = np.diff(np.diff(self.integral(edges, dt), axis=0), axis=1)
+        return change / (length[:, None] * length)
 
     def apply(
         self, u: Floats, motion: Motion, theta: Floats, state: Any = None, z: Floats | None = None

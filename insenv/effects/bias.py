@@ -49,6 +49,7 @@ class BiasDrift(LinearEffect):
     id = "bias_drift"
     linear = (Param("c", OUTPUT + "/s", sd=1e-4, bound=1e-2),)
     source = "IEEE Std 952-1997: rate ramp"
+    of_time = True
 
     def basis(self, u: Floats, motion: Motion) -> Floats:
         """Mean time of each interval, shape (..., n, 1)."""
@@ -63,7 +64,9 @@ class BiasWarmUp(CurveEffect):
     id = "bias_warm_up"
     linear = (Param("c", OUTPUT, sd=0.1, bound=10.0),)
     shapes = (Param("tau", "s", sd=300.0, low=0.5),)
+    becomes = ("bias_drift", "bias_step")
     source = "IEEE Std 647-2006: warm-up; first-order heating of the sensor block"
+    of_time = True
 
     def curve(self, u: Floats, motion: Motion, theta: Floats) -> Floats:
         """Exact mean of the exponential, shape (..., n)."""
@@ -83,6 +86,7 @@ class BiasStep(CurveEffect):
     linear = (Param("c", OUTPUT, sd=0.1, bound=10.0),)
     shapes = (Param("t0", "s", sd=300.0),)
     source = "Offsets of a time series: Williams, J. Geodesy 76 (2003) 483"
+    of_time = True
 
     def curve(self, u: Floats, motion: Motion, theta: Floats) -> Floats:
         """Share of each interval after t0, times c, shape (..., n)."""

@@ -1,10 +1,17 @@
-"""All effects, by their names in the contract."""
+"""All effects, by their names in the contract, and those that installed packages add.
+
+A package adds effects by the entry-point group ``insenv.effects``: its name there is the effect's id. Anywhere else
+``module:Name`` names a class. What is added is checked as it is loaded (`insenv.effects.check`).
+"""
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
+from functools import cache
 
 from insenv.core.errors import InputError
+from insenv.core.plugins import EFFECTS, find, names
 from insenv.effects.angle import AngleLockedRate, EarthRate, EncoderHarmonic
 from insenv.effects.base import Effect
 from insenv.effects.bias import Bias, BiasDrift, BiasStep, BiasWarmUp
@@ -26,6 +33,7 @@ from insenv.effects.thermal import BiasTemperature, BiasTemperatureRate, BiasThe
 from insenv.effects.tilt import BaseTilt
 from insenv.effects.timing import SampleHold, TimingSkew
 from insenv.effects.tone import Tone
+from insenv.effects.triad import AccelBias, AccelScaleFactor, Misalignment, NonOrthogonality
 from insenv.effects.wobble import Wobble
 
 #: The effects that a search tries and that a manifest may name.
@@ -44,6 +52,7 @@ CATALOGUE: tuple[Effect, ...] = (
     ScaleFactorAsymmetry(),
     ScaleFactorCubic(),
     ScaleFactorAnomaly(),
+    CompensationRipple(),
     LockIn(),
     *(EncoderHarmonic(order) for order in (1, 2, 3, 4)),
     *(AngleLockedRate(order) for order in (1, 2, 3, 4)),
@@ -64,31 +73,66 @@ CATALOGUE: tuple[Effect, ...] = (
     Quantization(),
 )
 
+#: Effects that only a triad held still in several attitudes tells (`insenv.identify.positions`).
+TRIAD: tuple[Effect, ...] = (AccelBias(), AccelScaleFactor(), NonOrthogonality(), Misalignment())
+
 #: Those and what only a scenario may name: at one tilt, from one record, or at the rates of a usual test they cannot be
-#: told from others (the forms of a fibre-optic gyro from a cubic and from a local anomaly).
+#: told from others (a sine from a cubic, a lock from a local anomaly).
 ALL: tuple[Effect, ...] = (
     *CATALOGUE,
+    *TRIAD,
     *(Wobble(order) for order in (1, 2, 3)),
     LockInWander(),
     RateLock(),
     SineResponse(),
-    CompensationRipple(),
 )
 
 
-def by_key(key: str) -> Effect:
-    """The effect of an identifier, with its order where one is given: "bias", "bias_temperature:3".
+#: How a class that is no entry point is named.
+_MODULE = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")
+
+
+def catalogue() -> tuple[Effect, ...]:
+    """`CATALOGUE`, and the effects of the installed packages.
 
     Raises
     ------
     InputError
-        If there is no such effect, or it has no such order.
+        If one of them cannot be imported, or is no sound effect.
+    """
+    return (*CATALOGUE, *(_plug_in(name) for name in names(EFFECTS)))
+
+
+def plug_in_of(effect: Effect) -> str:
+    """Where an effect that is none of insenv's own is from, as "module:Name"; else nothing."""
+    kind = type(effect)
+    return "" if any(type(own) is kind for own in ALL) else f"{kind.__module__}:{kind.__qualname__}"
+
+
+def by_key(key: str, plug_in: str = "") -> Effect:
+    """The effect of an identifier, with its order where one is given: "bias", "bias_temperature:3".
+
+    Parameters
+    ----------
+    key : str
+        Of an effect of insenv, of an entry point, or "module:Name".
+    plug_in : str
+        "module:Name" that has the effect, where no entry point does.
+
+    Raises
+    ------
+    InputError
+        If there is no such effect, it has no such order, or one of another package is not sound.
     """
     name, colon, order = key.partition(":")
     found = next((effect for effect in ALL if effect.id == name), None)
+    if found is None and _MODULE.fullmatch(key):
+        return _plug_in(key)
+    if found is None and (name in names(EFFECTS) or plug_in):
+        found = _plug_in(name if name in names(EFFECTS) else plug_in)
     if found is None:
-        names = ", ".join(dict.fromkeys(effect.id for effect in ALL))
-        raise InputError(f"unknown effect {key!r}, wanted one of {names}")
+        known = ", ".join(dict.fromkeys((*(effect.id for effect in ALL), *names(EFFECTS))))
+        raise InputError(f"unknown effect {key!r}, wanted one of {known}")
     if not colon:
         return found
     if not hasattr(found, "order"):
@@ -96,3 +140,24 @@ def by_key(key: str) -> Effect:
     if not (order.isascii() and order.isdecimal() and len(order) < 5):
         raise InputError(f"effect {key!r}: order {order!r} given, wanted a whole number")
     return replace(found, order=int(order))  # type: ignore[call-arg]
+
+
+@cache
+def _plug_in(name: str) -> Effect:
+    """An effect of another package, made and checked."""
+    from insenv.effects.check import check_effect
+
+    kind = find(EFFECTS, name)
+    try:
+        effect = kind()
+    except Exception as error:
+        raise InputError(
+            f"effect {name!r} cannot be made ({error!r}); wanted a class that takes no arguments"
+        ) from None
+    said = check_effect(effect)
+    if ":" not in name and isinstance(effect, Effect) and effect.id != name:
+        said = [f"its id is {effect.id!r}; wanted that of its entry point", *said]
+    if said:
+        more = f" ({len(said) - 1} more: insenv.effects.check.check_effect lists them)" if said[1:] else ""
+        raise InputError(f"effect {name!r} ({kind.__module__}): {said[0]}{more}")
+    return effect

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from insenv.core.recording import Floats
 from insenv.effects.base import NoiseEffect
@@ -42,3 +43,14 @@ def held(slow: NoiseEffect, hold: int, theta: Floats, dt: float, state: Any, z: 
         mean[..., left:] = np.repeat(means, hold, axis=-1)[..., : n - left]
         value = means[..., -1].copy()
     return mean, Held(inner, value, (before.left - n) % hold)
+
+
+def held_integral(slow: NoiseEffect, hold: int, edges: NDArray[np.int64], dt: float) -> Floats:
+    """`NoiseEffect.integral` of such a noise: between the edges of its own means the integral is linear."""
+    own = np.unique(np.concatenate([edges // hold, -(-edges // hold)]))
+    whole = slow.integral(own, dt * hold)
+    low, high = np.searchsorted(own, edges // hold), np.searchsorted(own, -(-edges // hold))
+    share = edges / hold - edges // hold
+    before = whole[low] * (1 - share)[:, None] + whole[high] * share[:, None]
+    between: Floats = before[:, low] * (1 - share) + before[:, high] * share
+    return between

@@ -19,7 +19,7 @@ error k sin(2 pi q V) of the demodulated signal at the ramp V the half-width is 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, final
 
 import numpy as np
@@ -30,13 +30,23 @@ from insenv.effects.base import OUTPUT, CurveEffect, DrivenEffect, Param, centra
 from insenv.effects.forms import decay, spread
 from insenv.effects.noise import RateRandomWalk
 
+#: Thresholds about which a search tries the curve [rad/s]: 2 deg/h to the largest credible one.
+_THRESHOLDS = np.geomspace(1e-5, 0.03, 24)
 _SOURCE = "F. Aronowitz, The laser gyro, in Laser Applications 1 (1971); Adler's equation"
 
 
 @final
 @dataclass(frozen=True)
 class LockIn(CurveEffect):
-    """Two counter-propagating waves that pull each other's frequency."""
+    """Two counter-propagating waves that pull each other's frequency.
+
+    Attributes
+    ----------
+    about : float
+        Threshold W_0 [rad/s] near which the curve is linear in the fit, f(u, W_0^2) W_L^2 / W_0^2; 0: at high rates.
+    """
+
+    about: float = 0.0
 
     id = "lock_in"
     # A lock-in rate of 3e-3 rad/s (650 deg/h) is one standard deviation; 0.03 rad/s the largest credible one.
@@ -52,6 +62,18 @@ class LockIn(CurveEffect):
     def grid(self, motion: Motion) -> Floats:
         """One row without shapes, shape (1, 0), where there is any rate; no row, shape (0, 0), elsewhere."""
         return np.empty((1 if np.any(motion.rate) else 0, 0))
+
+    def variants(self, motion: Motion) -> tuple[LockIn, ...]:
+        """The effect about each of the thresholds that a table can pass through on its way from rate to rate."""
+        largest = float(np.abs(motion.rate).max(initial=0.0))
+        return tuple(replace(self, about=float(w)) for w in _THRESHOLDS if w < largest)
+
+    def profile(self, u: Floats, motion: Motion, shape: Floats) -> Floats:
+        """What W_L^2 = 1 adds, shape (..., n, 1), were the curve as linear as it is about `about`."""
+        if not self.about:
+            return super().profile(u, motion, shape)
+        square = self.about**2
+        return _pulled(u, np.asarray(square))[..., None] / square
 
 
 @final

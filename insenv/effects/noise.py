@@ -29,6 +29,7 @@ from functools import lru_cache
 from typing import Any, ClassVar, final
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import solve_discrete_lyapunov
 from scipy.signal import sosfilt
 from scipy.special import zeta
@@ -36,7 +37,7 @@ from scipy.special import zeta
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats
 from insenv.effects.base import OUTPUT, NoiseEffect, Param
-from insenv.effects.held import held
+from insenv.effects.held import held, held_integral
 
 #: Zero of the flicker filter, at z = -b, that stands for the averaging over an interval, within 0.4 %.
 _MEAN_ZERO = 0.1525
@@ -72,6 +73,10 @@ class AngleRandomWalk(NoiseEffect):
     def spectrum(self, lam: Floats, dt: float) -> Floats:
         """``1 / dt``."""
         return np.full_like(lam, 1 / dt)
+
+    def integral(self, edges: NDArray[np.int64], dt: float) -> Floats:
+        """``min(s, t)``."""
+        return np.minimum(edges[:, None], edges) * dt
 
 
 @final
@@ -122,6 +127,22 @@ class RateRandomWalk(NoiseEffect):
     def spectrum(self, lam: Floats, dt: float) -> Floats:
         """``dt (1 / lam - 1 / 6)``: the averaging over an interval takes the sixth."""
         return dt * (1 / lam - 1 / 6)
+
+    def integral(self, edges: NDArray[np.int64], dt: float) -> Floats:
+        """``s^2 (3 t - s) / 6`` for s <= t, but for what the first mean lacks of an interval's own step.
+
+        The first of the driven means is ``a`` times its step and not the mean of a walk from zero, whose variance is
+        1/3: the walk begins with a part of a step in the interval before.
+        """
+        if self.hold > 1:
+            return held_integral(replace(self, hold=1), self.hold, edges, dt)
+        s, t = (f(edges[:, None], edges).astype(float) for f in (np.minimum, np.maximum))
+        # Sum over the steps i of the products of what each has brought to the integrals up to s and to t:
+        # (s - i - p) (t - i - p) for i < s with p = `_PENDING`.
+        p = self._PENDING
+        squares, ones, sums = s * (s - 1) * (2 * s - 1) / 6, s, s * (s - 1) / 2
+        product: Floats = squares - sums * (s + t - 2 * p) + ones * (s - p) * (t - p)
+        return product * dt**3
 
 
 @final
@@ -187,6 +208,19 @@ class BiasInstability(NoiseEffect):
         variance: Floats = lam * (zeta(3, v) + zeta(3, 1 - v)) / (8 * np.pi**3)
         return variance
 
+    def integral(self, edges: NDArray[np.int64], dt: float) -> Floats:
+        """F(s) + F(t) - F(|s - t|) with twice F(n) the variance of a sum of n: a sum of Gauss-Markov processes.
+
+        The filter's output has the autocovariance sum_j c_j p_j^|k|, but for k = 0 and 1, with one term for each pole.
+        """
+        if self.hold > 1:
+            return held_integral(replace(self, hold=1), self.hold, edges, dt)
+        at_edges = _half_variance(edges, self.decades)
+        distance = np.abs(edges[:, None] - edges)
+        different, place = np.unique(distance, return_inverse=True)
+        apart = _half_variance(different, self.decades)[place.reshape(distance.shape)]
+        return (at_edges[:, None] + at_edges - apart) * dt**2
+
 
 @final
 @dataclass(frozen=True)
@@ -235,6 +269,11 @@ class Quantization(NoiseEffect):
         """``lam / dt^2``."""
         return lam / dt**2
 
+    def integral(self, edges: NDArray[np.int64], dt: float) -> Floats:
+        """Of the error at each edge less that at the start: 1, twice that where both edges are one, 0 at the start."""
+        after = (edges > 0).astype(float)
+        return after[:, None] * after + (edges[:, None] == edges) * after
+
 
 def readings_density(effect: NoiseEffect, theta: Floats, f: Floats, dt: float) -> Floats:
     """Two-sided density at ``f`` [Hz] of readings that are means over ``dt``, with averaging and aliases.
@@ -253,17 +292,55 @@ def _flicker(decades: float) -> tuple[Floats, Floats]:
     In x = 1 - 1/z the wanted response is x^(-1/2), as near as a ladder of (x + q) / (x + p) comes to it, with
     q = p r^(1/2) and each p a factor r below the one before. One more zero is the averaging over an interval.
     """
-    ratio = 10 ** (1 / _POLES_PER_DECADE)
-    count = int(np.ceil((np.log10(_FASTEST_POLE / (2 * np.pi)) + decades) * _POLES_PER_DECADE)) + 2
-    count += 1 - count % 2
-    p = _FASTEST_POLE * ratio ** -np.arange(count)
-    poles, zeros = 1 / (1 + p), 1 / (1 + p * np.sqrt(ratio))
+    p, q = _corners(decades)
+    poles, zeros = 1 / (1 + p), 1 / (1 + q)
     sections = _pairs(np.append(zeros, -_MEAN_ZERO), np.append(poles, 0.0))
     v = np.geomspace(10.0**-decades, 0.5, 400)
     wanted = BiasInstability().spectrum(4 * np.sin(np.pi * v) ** 2, 1.0)
     found = np.prod(np.abs([_response(section, v) for section in sections]), axis=0) ** 2
     sections[0, :3] *= np.exp(0.5 * np.mean(np.log(wanted / found)))
     return sections, _stationary_root(sections)
+
+
+def _corners(decades: float) -> tuple[Floats, Floats]:
+    """Corners p and q of the ladder, shape (count,)."""
+    ratio = 10 ** (1 / _POLES_PER_DECADE)
+    count = int(np.ceil((np.log10(_FASTEST_POLE / (2 * np.pi)) + decades) * _POLES_PER_DECADE)) + 2
+    count += 1 - count % 2
+    p: Floats = _FASTEST_POLE * ratio ** -np.arange(count, dtype=np.float64)
+    return p, p * np.sqrt(ratio)
+
+
+@lru_cache
+def _autocovariance(decades: float) -> tuple[Floats, Floats, float, float]:
+    """Terms c_j and 1 - p_j of the filter's autocovariance, and what it has beyond their sum at k = 0 and at k = 1.
+
+    By residues of H(z) H(1/z) z^(k - 1), with differences of near numbers taken in p and q.
+    """
+    p, q = _corners(decades)
+    gain = _flicker(decades)[0][0, 0]
+    at_pole = 1 / (1 + p)
+    # 1 - zero / pole, 1 - pole / pole' ; 1 - zero pole, 1 - pole pole'.
+    to_zero = (q - p[:, None]) / (1 + q)
+    to_pole = (p - p[:, None]) / (1 + p)
+    np.fill_diagonal(to_pole, 1.0)
+    residue = gain * np.prod(to_zero, axis=1) / np.prod(to_pole, axis=1) * (1 + _MEAN_ZERO / at_pole)
+    zero_there = (q + p[:, None] + q * p[:, None]) / ((1 + q) * (1 + p[:, None]))
+    pole_there = (p + p[:, None] + p * p[:, None]) / ((1 + p) * (1 + p[:, None]))
+    mirrored = gain * np.prod(zero_there, axis=1) / np.prod(pole_there, axis=1) * (1 + _MEAN_ZERO * at_pole)
+    at_one = float(gain**2 * _MEAN_ZERO * np.prod((1 + p) / (1 + q)))
+    slope = 1 / _MEAN_ZERO + _MEAN_ZERO + np.sum(p - q + at_pole - 1 / (1 + q))
+    return residue * mirrored, p * at_pole, at_one * float(slope), at_one
+
+
+def _half_variance(n: NDArray[np.int64], decades: float) -> Floats:
+    """Half of the variance of a sum of n successive values of the filter, of the shape of n."""
+    terms, gap, at_zero, at_one = _autocovariance(decades)
+    count = n[..., None].astype(float)
+    kept = -np.expm1(count * np.log1p(-gap))
+    sums = (1 - gap) * (count * gap - kept) / gap**2 + 0.5 * count
+    half: Floats = np.sum(terms * sums, axis=-1) + 0.5 * n * at_zero + np.maximum(n - 1, 0) * at_one
+    return half
 
 
 def _pairs(zeros: Floats, poles: Floats) -> Floats:

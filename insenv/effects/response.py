@@ -13,6 +13,7 @@ What is not linear in u takes the mean rate for the rate: exact where the rate i
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import asin
 from typing import final
 
 import numpy as np
@@ -20,6 +21,15 @@ import numpy as np
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats
 from insenv.effects.base import OUTPUT, CurveEffect, Param
+from insenv.effects.scale import LEAST_RATE, LEAST_SHARE
+
+#: Ranges of a compensation, in largest rates of the recording, and degrees that a scan tries.
+RANGES, DEGREES = (1.0, 1.05, 1.15, 1.4, 2.0), tuple(float(m) for m in range(3, 17))
+#: Phase at the largest rate [rad] below which a ripple is a cubic, or little more: that of degree 3 is one.
+LEAST_PHASE = 7.0
+#: Magnitudes of the rate that tell a ripple: twice its parameters and the scale factor; what counts as one of them, as
+#: a share of the largest.
+LEAST_LEVELS, LEVEL = 8, 0.02
 
 
 @final
@@ -53,12 +63,13 @@ class SineResponse(CurveEffect):
 class CompensationRipple(CurveEffect):
     """What the compensation of a response leaves: a ripple of equal height over the full range.
 
-    For simulation: a test over a part of the range shows a cubic or a smooth curve.
+    A search tries it where a recording has many rates. A test over a small part of the range shows a cubic.
     """
 
     id = "compensation_ripple"
     linear = (Param("c", OUTPUT, sd=0.01, bound=0.1),)
     shapes = (Param("m", "1", sd=1.0, low=1.0), Param("u_m", OUTPUT, sd=1.0, low=1e-2))
+    becomes = ("scale_factor_cubic",)
     source = "T. J. Rivlin, Chebyshev Polynomials (1990): remainder of the best polynomial fit"
     instruments = ("gyro",)
     of_rate = True
@@ -69,8 +80,17 @@ class CompensationRipple(CurveEffect):
         return height * np.sin(degree * np.arcsin(np.clip(u / full, -1.0, 1.0)))
 
     def grid(self, motion: Motion) -> Floats:
-        """Odd degrees over twice the largest rate, shape (g, 2)."""
+        """Degrees and ranges, shape (g, 2), where the recording has many rates and shows more than a cubic."""
         largest = float(np.abs(motion.rate).max(initial=0.0))
-        if largest < 0.005:
+        if largest < LEAST_RATE or levels(motion.rate, largest) < LEAST_LEVELS:
             return np.empty((0, 2))
-        return np.array([(degree, 2 * largest) for degree in (3.0, 5.0, 7.0, 9.0)])
+        return np.array(
+            [(m, share * largest) for share in RANGES for m in DEGREES if m * asin(1 / share) > LEAST_PHASE]
+        )
+
+
+def levels(rate: Floats, largest: float) -> int:
+    """Magnitudes of the rate that were run, zero not counted and those within a fiftieth of the largest as one."""
+    cell = (np.abs(rate).ravel() / (LEVEL * largest)).astype(int)
+    count = np.bincount(cell)[1:]
+    return int(np.sum(count >= max(1.0, LEAST_SHARE * rate.size)))

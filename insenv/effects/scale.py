@@ -59,6 +59,7 @@ class ScaleFactorDrift(LinearEffect):
     linear = (Param("c", "1/s", sd=1e-5, bound=1e-3),)
     source = "IEEE Std 647-2006: scale factor stability"
     instruments = ("gyro",)
+    of_time = True
     of_rate = True
 
     def basis(self, u: Floats, motion: Motion) -> Floats:
@@ -74,8 +75,10 @@ class ScaleFactorWarmUp(CurveEffect):
     id = "scale_factor_warm_up"
     linear = (Param("c", "1", sd=0.05, bound=0.5),)
     shapes = (Param("tau", "s", sd=300.0, low=0.5),)
+    becomes = ("scale_factor_drift",)
     source = "IEEE Std 647-2006: warm-up; first-order heating of the sensor block"
     instruments = ("gyro",)
+    of_time = True
     of_rate = True
 
     def curve(self, u: Floats, motion: Motion, theta: Floats) -> Floats:

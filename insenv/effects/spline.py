@@ -88,6 +88,7 @@ class SplineTime(Spline):
     count: int = 12
 
     id = "spline_time"
+    of_time = True
 
     def edges(self, u: Floats, motion: Motion) -> tuple[Floats, Floats]:
         """Time from the start of the run [s]."""

@@ -85,6 +85,7 @@ class BiasThermalLag(MemoryEffect):
     linear = (Param("c", OUTPUT + "/K", sd=1e-2, bound=0.1),)
     shapes = (Param("tau", "s", sd=300.0, low=0.5),)
     needs = ("temperature",)
+    becomes = ("bias_temperature_rate", "bias_temperature")
     source = "First-order thermal response; IEEE Std 952-1997: bias temperature gradient sensitivity"
 
     def begin(self, motion: Motion, theta: Floats) -> Floats:
@@ -110,7 +111,9 @@ class BiasThermalLag(MemoryEffect):
 
 def temperature_excess(motion: Motion, effect: str) -> Floats:
     """Mean of T - T_ref over each interval [K], shape (..., n)."""
-    return interval_mean(known(motion, "temperature", effect)) - motion.reference_temperature
+    excess = interval_mean(known(motion, "temperature", effect))
+    excess -= motion.reference_temperature
+    return excess
 
 
 def _first_order(decayed: Floats, drive: Floats, start: Floats) -> tuple[Floats, Floats]:

@@ -27,6 +27,8 @@ class BaseTilt(LinearEffect):
     needs = ("base_tilt",)
     source = "Titterton and Weston, section 10: levelling"
     instruments = ("accelerometer",)
+    of_time = True
+    belongs = "input"
 
     def basis(self, u: Floats, motion: Motion) -> Floats:
         """Mean tilt and mean time of each interval, shape (..., n, 2)."""

@@ -35,6 +35,7 @@ class TimingSkew(LinearEffect):
     needs = ("rate_edges",)
     source = "First-order Taylor expansion of u(t - c)"
     instruments = ("gyro",)
+    belongs = "reference"
     of_rate = True
 
     def basis(self, u: Floats, motion: Motion) -> Floats:
@@ -52,6 +53,7 @@ class SampleHold(MemoryEffect):
     shapes = (Param("hold", "s", sd=0.1, low=0.0),)
     source = "Zero-order hold: Oppenheim and Schafer, Discrete-Time Signal Processing, section 4.8"
     instruments = ("gyro",)
+    of_time = True
     of_rate = True
 
     def begin(self, motion: Motion, theta: Floats) -> None:

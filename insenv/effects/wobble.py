@@ -49,6 +49,7 @@ class Wobble(LinearEffect):
     needs = ("angle",)
     source = "Sensors 13 (2013) 2750: wobble of a rate table's axis; kinematics of a small rotation"
     instruments = ("gyro",)
+    belongs = "reference"
 
     def __post_init__(self) -> None:
         checked_order(self.id, self.order, HIGHEST_ORDER)

@@ -15,6 +15,7 @@ from insenv.plants.turntable import Turntable
 from insenv.plants.vehicle import Vehicle
 from insenv.scenario import Scenario, check_task, load
 from insenv.scenario import datasheet as told
+from insenv.scenario.source import changed
 from insenv.scenario.task import Task as Asked
 
 
@@ -57,7 +58,7 @@ def scenario_task(
     InputError
         If the scenario asks for what the system is not for, or it or the estimator cannot be used.
     """
-    given = dict(changes or {})
+    given = changed(changes)
     if step_s is not None:
         given["task.step"] = f"{step_s} s"
     if sampling is not None:

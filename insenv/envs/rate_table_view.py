@@ -121,7 +121,7 @@ class _Charts:
         self._residual = StripChart(axes[1], "residual [ppm]", duration)
         most = largest / DEG
         axes[1].set_xlim(-most, most)
-        axes[1].set_xlabel("rate [deg/s]; residual of the line, of the largest rate", labelpad=1)
+        axes[1].set_xlabel("rate [deg/s]  (residuals of the line, in ppm of the largest rate)", labelpad=1)
         axes[1].axhline(0.0, color=FAINT, lw=1.0)
         self._residual.band(_BAND, fc=QUIET, alpha=0.25)
         self._residual.curve(_CURVE, color=TRUE, lw=1.0, ls=(0, (4, 2)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from insenv.core.errors import InputError
 from insenv.core.manifest import HeldOut, Model
 from insenv.core.manifest.spec import CHANNELS
 from insenv.core.recording import Channel, Floats, Recording
+from insenv.core.rows import row_of
 from insenv.core.save import save
 from insenv.envs.group import Blocks
 from insenv.envs.single import TaskEnv
@@ -93,26 +94,45 @@ class Recorder(gymnasium.Wrapper[Blocks, Floats, Blocks, Floats], RecordConstruc
         InputError
             If no time has passed, or a file cannot be written.
         """
-        task, recording = self._inner.task, self.recording()
-        known = {name: channel for name, channel in recording.channels.items() if name in CHANNELS}
-        kept, model = _turned(replace(recording, channels=known), task, self._commands, "turning" in recording.channels)
-        path = Path(folder) / "manifest.toml"
-        save(
-            path,
-            [kept],
-            model,
-            title=f"{task.name}, {recording.label}",
-            noise=_noise(task),
-            held_out=_held_out(task, kept),
-        )
-        return path
+        return save_runs(folder, self._inner.task, [Played(self.recording(), tuple(self._commands))])
 
 
-def _turned(recording: Recording, task: Task, commands: Sequence[Command], vehicle: bool) -> tuple[Recording, Model]:
-    """The recording of a vehicle that turned with its turn angle, and the model that holds for it."""
-    angle = turn_angle(recording.t, commands, task.datasheet.limits) if vehicle else np.zeros(1)
-    if not angle.any():
-        return recording, task.model
+@dataclass(frozen=True)
+class Played:
+    """A run that was played: what was recorded, what was commanded, and how far the base had been turned [rad]."""
+
+    recording: Recording
+    commands: tuple[Command, ...]
+    base_turned: float = 0.0
+
+
+def save_runs(folder: Path | str, task: Task, runs: Sequence[Played]) -> Path:
+    """Write runs of one instrument and their manifest; as `Recorder.save`, which does so for one.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be written.
+    """
+    kept, model = [], task.model
+    vehicle = "turning" in runs[0].recording.channels
+    turned = vehicle and any(turn for run in runs for _, turn in run.commands)
+    for run in runs:
+        known = {name: channel for name, channel in run.recording.channels.items() if name in CHANNELS}
+        mounting = replace(run.recording.mounting, base_turned=run.base_turned)
+        one = replace(run.recording, channels=known, mounting=mounting)
+        if turned:
+            one, model = _turned(one, task, run.commands)
+        kept.append(one)
+    title = f"{task.name}, {kept[0].label}" + (f" and {len(kept) - 1} more" if len(kept) > 1 else "")
+    path = Path(folder) / "manifest.toml"
+    save(path, kept, model, title=title, noise=_noise(task), held_out=_held_out(task, kept))
+    return path
+
+
+def _turned(recording: Recording, task: Task, commands: Sequence[Command]) -> tuple[Recording, Model]:
+    """The recording of a vehicle with its turn angle, and the model that holds for it."""
+    angle = turn_angle(recording.t, commands, task.datasheet.limits)
     channels = {**recording.channels, "table_angle": Channel(angle, "rad")}
     declared = task.model.declared
     if recording.site.latitude is not None and "earth_rate" not in declared:
@@ -121,19 +141,22 @@ def _turned(recording: Recording, task: Task, commands: Sequence[Command], vehic
     return replace(recording, channels=channels, mounting=mounting), replace(task.model, declared=declared)
 
 
-def _held_out(task: Task, recording: Recording) -> HeldOut:
+def _held_out(task: Task, recordings: Sequence[Recording]) -> HeldOut:
     """What the scenario holds out; else of a vehicle that turned the middle of each rest, a share `HELD_OUT` of it.
 
     Each rest has a level of its own, which none of the others foretells, and its ends tell most of what drifts.
     """
-    if task.held_out != HeldOut() or "table_angle" not in recording.channels:
+    if task.held_out != HeldOut() or not recordings[0].mounting.table_axis:
         return task.held_out
-    still = np.diff(recording.channels["table_angle"].values) == 0
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(int), [0]])))
-    low, high = 0.5 - HELD_OUT / 2, 0.5 + HELD_OUT / 2
-    rests = [(a, b) for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True) if (b - a) * HELD_OUT >= 1]
-    rows = tuple((a + round(low * (b - a)), a + round(high * (b - a))) for a, b in rests)
-    return HeldOut(rows=rows) if rows else task.held_out
+    rows: list[tuple[int, int]] = []
+    before, (low, high) = 0, (0.5 - HELD_OUT / 2, 0.5 + HELD_OUT / 2)
+    for recording in recordings:
+        still = np.diff(recording.channels["table_angle"].values) == 0
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(int), [0]]))) + before
+        rests = [(a, b) for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)]
+        rows += [(a + round(low * (b - a)), a + round(high * (b - a))) for a, b in rests if (b - a) * HELD_OUT >= 1]
+        before += len(recording)
+    return HeldOut(rows=tuple(rows)) if rows else task.held_out
 
 
 def _noise(task: Task) -> dict[str, dict[str, float]]:
@@ -143,15 +166,6 @@ def _noise(task: Task) -> dict[str, dict[str, float]]:
     if sheet.pulse and "gyro" in noise:
         noise["gyro"]["quantization"] = sheet.pulse / np.sqrt(12.0)
     return noise
-
-
-def row_of(chunk: Recording, row: int) -> Recording:
-    """One run of a batch; what all runs share it has too."""
-    channels = {
-        name: replace(channel, values=channel.values[row] if channel.values.ndim > 1 else channel.values)
-        for name, channel in chunk.channels.items()
-    }
-    return replace(chunk, channels=channels)
 
 
 def joined(chunks: Sequence[Recording], label: str) -> Recording:

@@ -13,11 +13,11 @@ from insenv.core.errors import InputError
 from insenv.core.estimate import Estimate, Policy
 from insenv.core.plugins import POLICIES, find
 from insenv.core.recording import Floats, Recording
-from insenv.core.rows import rows
+from insenv.core.rows import row_of, rows
 from insenv.envs.batch import Batch, Part, going_on
 from insenv.envs.belief import judge
 from insenv.envs.group import Flags, Index
-from insenv.envs.recorder import joined, row_of
+from insenv.envs.recorder import joined
 from insenv.envs.single import TaskEnv
 from insenv.envs.task import Task, checked
 from insenv.envs.vector import TaskVectorEnv
@@ -292,6 +292,9 @@ def _asked(task: Task, estimator: str | None) -> Task:
 
 def _player(policy: str | Policy, task: Task) -> _Player:
     if not isinstance(policy, str):
+        if not (callable(getattr(policy, "reset", None)) and callable(getattr(policy, "act", None))):
+            given = type(policy).__name__
+            raise InputError(f"a policy of type {given} given to roll_out; wanted a name, or an object with reset, act")
         return _Player(type(policy).__name__, policy)
     made = find(POLICIES, policy)
     try:

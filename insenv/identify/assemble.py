@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from insenv.core.allan import allan_deviation
+from insenv.core.estimate import Limits
+from insenv.core.fingerprint import fingerprint
 from insenv.core.manifest.spec import Manifest
 from insenv.core.recording import Floats, Recording
 from insenv.core.spectrum import psd
 from insenv.effects.base import NoiseEffect
 from insenv.effects.noise import readings_density
+from insenv.identify.detectable import Sensitivity
 from insenv.identify.earth_findings import (
     EarthFindings,
     cautions,
     derived,
     earth_findings,
     reasons,
-    separation,
     suspected,
     with_earth,
 )
@@ -31,27 +34,34 @@ from insenv.identify.findings import (
     HeldOut,
     NotTestable,
     Rejected,
+    RejectedRows,
+    RunRead,
     Spectra,
     TargetFindings,
     Traces,
 )
 from insenv.identify.fit import Fit, solve
 from insenv.identify.heldout import held_out_score, residual
-from insenv.identify.line_effects import line_effects
+from insenv.identify.line_effects import hold_effect, line_effects
 from insenv.identify.lines import Line
 from insenv.identify.loop import Outcome
-from insenv.identify.next_experiment import Turning, propose
-from insenv.identify.problem import NOISE_TERMS, Problem
+from insenv.identify.next_experiment import Unsettled, next_experiments
+from insenv.identify.outliers import rows_of_bins
+from insenv.identify.problem import NOISE_TERMS, Problem, Term
 from insenv.identify.tracks import Step, Track
 from insenv.identify.two_position import with_vertical_rate
-from insenv.identify.uncertainty import estimates, noise_estimates
+from insenv.identify.uncertainty import covariance, estimates, noise_estimates
 
 
 def findings(
-    manifest: Manifest, recordings: tuple[Recording, ...], outcome: Outcome, remarks: tuple[str, ...] = ()
+    manifest: Manifest,
+    recordings: tuple[Recording, ...],
+    outcome: Outcome,
+    remarks: tuple[str, ...] = (),
+    limits: Limits | None = None,
 ) -> Findings:
-    """All that was found, target by target."""
-    targets = tuple(_target(manifest, recordings, track, outcome.alpha) for track in outcome.tracks)
+    """All that was found, target by target; ``limits`` are those of the table, for the next experiment."""
+    targets = tuple(_target(manifest, recordings, track, outcome.alpha, limits) for track in outcome.tracks)
     source = manifest.source
     return Findings(
         title=manifest.title,
@@ -62,35 +72,43 @@ def findings(
         alpha=outcome.alpha,
         seed=outcome.seed,
         targets=targets,
-        remarks=(*remarks, *(text for track in outcome.tracks if (text := _outliers(track.problem)))),
+        remarks=(*remarks, *(text for track in outcome.tracks if (text := _outliers(track, recordings)))),
+        rows_rejected=tuple(r for track in outcome.tracks for r in _rejected_rows(track)),
         source=" ".join(filter(None, (source.repository, source.commit[:12]))) if source else "",
         licence=source.licence if source else "",
+        runs=tuple(RunRead(r.label, fingerprint(r), r.site, r.mounting) for r in recordings),
     )
 
 
-def _outliers(problem: Problem) -> str:
-    """Which bins were left free as outliers; empty if none."""
-    if not problem.outliers:
+def _rejected_rows(track: Track) -> tuple[RejectedRows, ...]:
+    return (*track.prepared.rejected, *rows_of_bins(track.problem))
+
+
+def _outliers(track: Track, runs: tuple[Recording, ...]) -> str:
+    """Which rows were left out as outliers; empty if none."""
+    rejected = _rejected_rows(track)
+    if not rejected:
         return ""
-    times = [f"{problem.bins.time[i]:.6g} s" for i in problem.outliers[:5]]
-    more = len(problem.outliers) - len(times)
-    where = ", ".join(times) + (f" and {more} more" if more else "")
-    return (
-        f"{problem.target}: {len(problem.outliers)} of the fitted means over {problem.bins.width:.3g} s left out as "
-        f"outliers, at {where} from the start of the run"
-    )
+    of_run = (lambda r: f" of {runs[r.run].label}") if len(runs) > 1 else (lambda r: "")
+    places = [f"{r.start} to {r.stop - 1}{of_run(r)} ({r.reason})" for r in rejected[:5]]
+    where = ", ".join(places) + (f", and {len(rejected) - 5} more" if len(rejected) > 5 else "")
+    count = sum(r.stop - r.start for r in rejected)
+    return f"{track.problem.target}: {count} row{'s' * (count > 1)} left out as outliers: {where}"
 
 
-def _target(manifest: Manifest, recordings: tuple[Recording, ...], track: Track, alpha: float) -> TargetFindings:
+def _target(
+    manifest: Manifest, recordings: tuple[Recording, ...], track: Track, alpha: float, limits: Limits | None
+) -> TargetFindings:
     plain, problem = track.prepared.plain, track.problem
     before = solve(plain, track.prepared.model)
     declared_noise = dict(manifest.noise.get(problem.target, {}))
     left = structure(problem, track.fit, declared_noise, alpha)
-    lines = track.prepared.lines
+    left = replace(left, reasons=(*left.reasons, *_curves_that_do_not_last(track)))
+    lines, hold = track.prepared.lines, track.prepared.held.hold
     earth = earth_findings(track, alpha)
     verdict = _verdict(track, lines, left, earth)
     scores = held_out_score(plain, before), held_out_score(problem, track.fit)
-    own = estimates(problem, track.fit)
+    own = _own_estimates(track)
     first = estimates(plain, before)
     declared = set(track.prepared.model)
     found = tuple(_added(track, index, step, own[step.hit.term]) for index, step in enumerate(track.steps))
@@ -105,6 +123,7 @@ def _target(manifest: Manifest, recordings: tuple[Recording, ...], track: Track,
         declared=manifest.model.declared,
         added=(
             *found,
+            *((hold_effect(hold, *(score.rms for score in scores)),) if hold else ()),
             *(line_effects(lines, problem, _with_lines(track), scores[1].rms) if lines else ()),
             *suspects,
         ),
@@ -116,18 +135,29 @@ def _target(manifest: Manifest, recordings: tuple[Recording, ...], track: Track,
             recordings, with_earth([e for term, rows in own.items() if term in declared for e in rows], earth)
         ),
         noise=noise_estimates(problem, track.fit),
-        next_experiment=propose(
-            (*suspects, *found),
-            manifest.model.declared,
-            tuple(n.effect for n in collinear),
-            Turning.of(recordings),
-            separation(earth),
+        next_experiment=next_experiments(
+            track, recordings, Unsettled(suspects, tuple(n.effect for n in collinear), earth.check), limits
         ),
         spectra=_spectra(plain, before, problem, track.fit, declared_noise),
         traces=_traces(recordings, plain, before, problem, track.fit),
         derived=derived(plain, before, track, earth),
         cautions=cautions(earth),
+        covariance=covariance(problem, track.fit),
     )
+
+
+def _own_estimates(track: Track) -> dict[Term, tuple[Estimate, ...]]:
+    """Estimates of every term: a curve without a cause has no say in the parameters of those that have one.
+
+    A spline of the rate would take over most of a scale factor. What it explains is noise to the others, which are
+    fitted without it.
+    """
+    problem, fit = track.problem, track.fit
+    added = tuple(step.hit.term for step in track.steps)
+    named = tuple(term for term in fit.model if not term.effect.generic)
+    if len(named) == len(fit.model):
+        return estimates(problem, fit, added)
+    return estimates(problem, fit) | estimates(problem, solve(problem, named), added)
 
 
 def _with_lines(track: Track) -> float:
@@ -135,12 +165,21 @@ def _with_lines(track: Track) -> float:
     return held_out_score(track.prepared.plain, solve(track.prepared.plain, track.fit.model)).rms
 
 
+def _curves_that_do_not_last(track: Track) -> tuple[str, ...]:
+    """What speaks for structure though it foretells nothing: smooth curves that held-out data refuse."""
+    return tuple(
+        f"{r.hit.candidate.effect.key} follows the fitted data (p = {r.hit.p_value:.1g}) and fails on the held-out ones"
+        for r in track.refusals
+        if r.hit.candidate.generic
+    )
+
+
 def _verdict(track: Track, lines: tuple[Line, ...], left: Structure, earth: EarthFindings) -> str:
     physical = [s for s in track.steps if not s.hit.candidate.generic]
     more = bool(left.reasons) or earth.departs
     if earth.suspects or any(r.rivals for r in track.rivalries) or (track.steps and track.instead):
         return "confounded"
-    if physical or lines:
+    if physical or lines or track.prepared.held.hold:
         return "effects-found-incomplete" if more else "effects-found"
     if track.steps:
         return "generic-only"
@@ -173,13 +212,17 @@ def _rejected(track: Track, alpha: float) -> tuple[Rejected, ...]:
         Rejected(r.hit.candidate.effect.key, r.hit.p_value, r.hit.likelihood_ratio, r.reason) for r in track.refusals
     ]
     named = {row.effect for row in rows} | {s.hit.candidate.effect.key for s in track.steps}
+    sensitivity = Sensitivity(track.problem, track.fit)
     for hit in (*track.last_physical, *(track.hits or ())):
         key = hit.candidate.effect.key
         if key not in named:
             named.add(key)
             reason = "not significant" if hit.p_value >= alpha else "already explained by what was added"
             reason = hit.remark or reason
-            rows.append(Rejected(key, hit.p_value, hit.likelihood_ratio, reason))
+            least = sensitivity.smallest(hit, alpha) if reason == "not significant" else None
+            rows.append(Rejected(key, hit.p_value, hit.likelihood_ratio, reason, least))
+    if track.prepared.held.excluded:
+        rows.append(Rejected("sample_hold", 1.0, 0.0, "not significant"))
     return tuple(sorted(rows, key=lambda row: row.p_value))
 
 

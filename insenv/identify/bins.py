@@ -8,7 +8,8 @@ model of the samples is the same linear model of the bins, without approximation
 The weights are the number of rows in each cell, times a Hann window where lines above the bin rate must be rejected
 (a plain mean lets a line of frequency f through with 1 / (pi f T), a Hann window with about 1 / (f T)^3).
 
-A block is a stretch of consecutive bins of one run with one use (fitted or held out): one DCT each.
+A block is a stretch of consecutive bins of one run with one use (fitted or held out): one DCT each. A run that a bad
+link has cut into many pieces is not cut into as many blocks: short gaps are bridged.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ from insenv.core.recording import Floats
 
 #: A bin with a smaller share of its rows present is left out.
 FULL = 0.5
+#: Gaps of a run up to which each parts two blocks; of more, those that lose so few bins, or no more than a piece has.
+MOST_PIECES, SHORT_GAP = 20, 4
 
 
 @dataclass(frozen=True)
@@ -169,11 +172,25 @@ def _bin_use(
     return total / rows_per_cell, use
 
 
+def _breaks(lost: NDArray[np.int64], changed: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Where blocks end: at a change of use and at a gap, of many gaps at those that are long beside the pieces.
+
+    White noise does not feel a gap. Noise that wanders goes a little further in it than in one bin, which is nothing
+    beside what hundreds of short transforms, each with a level of its own, would lose.
+    """
+    gaps = np.flatnonzero((lost > 0) | changed)
+    if np.sum(lost > 0) <= MOST_PIECES:
+        return gaps
+    pieces = np.diff(np.concatenate([[-1], gaps, [len(lost)]]))
+    bridged = max(SHORT_GAP, float(np.median(pieces)))
+    return np.flatnonzero((lost > bridged) | changed)
+
+
 def _blocks(run: int, index: NDArray[np.int64], use: NDArray[np.int64], offset: int) -> list[Block]:
-    """Consecutive bins of one use."""
+    """Consecutive bins of one use; of a run in many pieces, bins with short gaps between them."""
     if not len(index):
         return []
-    breaks = np.flatnonzero((np.diff(index) > 1) | (np.diff(use) != 0)) + 1
+    breaks = _breaks(np.diff(index) - 1, np.diff(use) != 0) + 1
     edges = [0, *breaks.tolist(), len(index)]
     span = int(index[-1] - index[0]) + 1
     return [

@@ -80,7 +80,7 @@ def _terms(problem: Problem, effect: Effect) -> tuple[Term, ...]:
     """One term per shape; splines are first fitted to the ranges of the recording."""
     longest = max(problem.exposures, key=lambda e: e.motion.n)
     if isinstance(effect, LinearEffect):
-        return (Term(effect.over(longest.motion)),)
+        return tuple(Term(form) for form in effect.variants(longest.motion))
     assert isinstance(effect, CurveEffect)
     grid = effect.grid(longest.motion)
     start, stop = _fitted_time(problem)
@@ -92,7 +92,8 @@ def _terms(problem: Problem, effect: Effect) -> tuple[Term, ...]:
             # A step at either end is a transient, or an outlier: the level beside it is not the instrument's.
             margin = END_SHARE * (stop - start)
             grid = grid[(grid[:, j] > start + margin) & (grid[:, j] < stop - margin)]
-    return tuple(Term(effect, tuple(map(float, row))) for row in grid)
+    forms = effect.variants(longest.motion)
+    return tuple(Term(form, tuple(map(float, row))) for form in forms for row in grid)
 
 
 def _fitted_time(problem: Problem) -> tuple[float, float]:

@@ -91,6 +91,7 @@ def suspected(found: EarthFindings, score: Score) -> tuple[Added, ...]:
             held_out_before=score.rms,
             held_out_after=score.rms,
             remark=remark,
+            indirect=True,
         ),
     )
 
@@ -163,13 +164,6 @@ def derived(plain: Problem, before: Fit, track: Track, found: EarthFindings) -> 
     if first is None or last is None:
         return ()
     return (Derived("azimuth", "rad", _azimuth(first), _azimuth(last)),)
-
-
-def separation(found: EarthFindings) -> dict[str, float]:
-    """How clearly a reversal of the same length would show the smallest suspect: the noise is the same."""
-    if not found.suspects or found.check is None:
-        return {}
-    return {found.suspects[0].effect.key: abs(found.check.departure) / found.check.noise_sd}
 
 
 def _azimuth(earth: Horizontal) -> Estimate:

@@ -55,6 +55,18 @@ def held_out_deviate(problem: Problem, small: Fit, large: Fit, freedom: float) -
     return _deviate(float(r @ damped), information, freedom), information
 
 
+def held_out_information(problem: Problem, fit: Fit, phi: Floats) -> float:
+    """Information phi' V^-1 phi of the held-out data on a change ``phi`` of the model, shape (bins,)."""
+    anchored = _Anchored.of(problem, fit.noise.power)
+    free = _free_of_run(problem, fit, anchored)
+    white = free(anchored.whiten(phi))
+    if not fit.design.matrix.shape[1]:
+        return float(white @ white)
+    half = free(anchored.whiten(fit.design.matrix)) @ np.linalg.cholesky(fit.cov)
+    damped = half.T @ white
+    return float(white @ white - damped @ np.linalg.solve(np.eye(half.shape[1]) + half.T @ half, damped))
+
+
 #: Spread of z on simulated recordings without any effect and with the true noise, for slow effects; what is beyond 1
 #: is the correlation of flicker across the border of fitted and held-out data. Faster effects reach 0.95.
 HELD_OUT_SPREAD = 1.1

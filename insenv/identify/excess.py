@@ -1,30 +1,39 @@
-"""Is what is left noise? Two tests, so that slow structure is not swallowed by the noise model.
+"""Is what is left noise? Some tests, so that slow structure is not swallowed by the noise model.
 
 1. Excess over the declared noise: twice the gain in likelihood of noise fitted freely over noise held to at most what
    the maker declares (with a tolerance, for declared figures are not exact). A noise term that is not declared counts
    as absent, except quantisation.
 2. Shape: in groups of modes the whitened power over its expectation is chi-square; its largest deviation, and the
    largest distance of the cumulated periodogram from a straight line, show a hump that no noise term can follow.
-3. Held-out data: the same in groups of their modes, with the noise of the fitted data: what sets in after the fit.
+3. Loudness: transformed back, the whitened residual is white in time; its power in windows of some bins and more, over
+   a tolerance, shows what comes and goes. Single bins count for no more than three standard deviations.
+4. Angle: waves of the table's angle of any order, in windows of time (`insenv.identify.orders`).
+5. Held-out data: the same in groups of their modes, with the noise of the fitted data: what sets in after the fit.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.fft import idct
 from scipy.stats import chi2, kstwobign
 from scipy.stats import f as fisher
 
 from insenv.core.recording import Floats
+from insenv.identify.bins import Block
 from insenv.identify.evidence import HELD_OUT_SPREAD, held_out_modes
 from insenv.identify.fit import Fit, noise_freedom, pool
 from insenv.identify.noise import fit_noise
+from insenv.identify.orders import orders_p
 from insenv.identify.problem import NOISE_TERMS, Problem
 from insenv.identify.scan import whitened
 
 #: Declared coefficients are taken as known to this share.
 TOLERANCE = 0.15
+#: Bins of the shortest window, the share by which noise may be louder there, and what one bin counts at most.
+SHORTEST_WINDOW, LOUDER, LOUDEST = 8, 1.3, 3.0
 #: Eigenvalue below which a mode is slow: periods of more than about 60 bins.
 SLOW = 0.01
 
@@ -45,6 +54,8 @@ def structure(problem: Problem, fit: Fit, declared: dict[str, float], alpha: flo
             _shape_p(problem, fit),
         )
     ]
+    tests.append(("the residual is louder at some times than at others", _loudness_p(problem, fit)))
+    tests.append(("the residual follows the table's angle in a way that no effect foresees", _angle_p(problem, fit)))
     tests.append(("held-out data hold slow structure that neither model nor noise foretells", _later_p(problem, fit)))
     if declared:
         tests.append(("the residual holds more noise than was declared", _excess_p(problem, fit, declared)))
@@ -81,6 +92,48 @@ def _shape_p(problem: Problem, fit: Fit) -> float:
     expected = (1 - np.sum(q**2, axis=1))[order]
     power = residual[order] ** 2
     return float(min(1.0, 2 * min(_group_p(power, expected), _cumulated_p(power, expected))))
+
+
+def _in_time(problem: Problem, fit: Fit) -> Iterator[tuple[Block, Floats]]:
+    """The whitened residual of each fitted block transformed back: white in time."""
+    _, _, residual = whitened(problem, fit)
+    start = 0
+    for block in problem.fitted:
+        yield block, idct(residual[start : start + block.n], type=2, norm="ortho")
+        start += block.n
+
+
+def _angle_p(problem: Problem, fit: Fit) -> float:
+    """Waves of the table's angle in the longest fitted block."""
+    block, white = max(_in_time(problem, fit), key=lambda one: one[0].n)
+    angle = problem.exposures[block.run].motion.angle
+    if angle is None or not np.ptp(angle):
+        return 1.0
+    middle, change = problem.bins.mean(
+        tuple(
+            np.column_stack([0.5 * (e.motion.angle[1:] + e.motion.angle[:-1]), np.diff(e.motion.angle)])
+            if e.motion.angle is not None
+            else np.zeros((e.motion.n, 2))
+            for e in problem.exposures
+        )
+    )[block.start : block.stop].T
+    cells = problem.bins.width / problem.exposures[block.run].motion.dt
+    return orders_p(np.clip(white, -LOUDEST, LOUDEST), middle, change * cells)
+
+
+def _loudness_p(problem: Problem, fit: Fit) -> float:
+    """Excess power of the whitened residual in windows of time."""
+    tails = [1.0]
+    for block, white in _in_time(problem, fit):
+        power = np.minimum(white**2, LOUDEST**2)
+        total = np.concatenate([[0.0], np.cumsum(power)])
+        width = SHORTEST_WINDOW
+        while 3 * width <= block.n:
+            first = np.arange(0, block.n - width + 1, width // 2)
+            tails.append(float(chi2.sf((total[first + width] - total[first]).max() / LOUDER, width)))
+            width *= 2
+    windows = sum(4 * b.n / SHORTEST_WINDOW for b in problem.fitted)
+    return float(min(1.0, min(tails) * windows))
 
 
 def _later_p(problem: Problem, fit: Fit) -> float:

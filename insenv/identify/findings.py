@@ -7,11 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from insenv.core.recording import Floats
+from insenv.core.recording import Floats, Mounting, Site
 
 
 @dataclass(frozen=True)
@@ -26,10 +27,24 @@ class Estimate:
 
 
 @dataclass(frozen=True)
+class Covariance:
+    """Covariance of all parameters of a fit together, SI.
+
+    ``names`` has (effect's key, parameter), "c[2]" for one of run 2; ``values`` and ``matrix`` go with it, shapes (p,)
+    and (p, p).
+    """
+
+    names: tuple[tuple[str, str], ...]
+    values: Floats
+    matrix: Floats
+
+
+@dataclass(frozen=True)
 class HeldOut:
     """Root mean square of the residual on data that no fit saw, as means over ``averaging`` seconds.
 
-    ``noise_floor`` is what the fitted noise alone would leave.
+    ``noise_floor`` is what the fitted noise alone would leave. ``of`` says in words of what else than such means the
+    error is: "rotations from rest to rest".
     """
 
     before: float
@@ -37,11 +52,16 @@ class HeldOut:
     noise_floor: float
     unit: str
     averaging: float
+    of: str = ""
 
 
 @dataclass(frozen=True)
 class Added:
-    """An effect that the model lacked, on one target."""
+    """An effect that the model lacked, on one target; ``runs``, counted from 1, where it is not one of all runs.
+
+    ``unit`` is that of its held-out errors where it is another than that of the target's. ``indirect``: no residual
+    shows it, and its least size alone is known.
+    """
 
     effect: str
     order: int | None
@@ -53,6 +73,22 @@ class Added:
     held_out_after: float
     generic: bool = False
     remark: str = ""
+    runs: tuple[int, ...] = ()
+    unit: str = ""
+    indirect: bool = False
+
+
+@dataclass(frozen=True)
+class Detectable:
+    """The smallest amplitude that would have been found with 95 % probability: parameter, value, SI unit.
+
+    ``at`` has the shapes for which it holds: name to value and SI unit.
+    """
+
+    name: str
+    value: float
+    unit: str
+    at: Mapping[str, tuple[float, str]]
 
 
 @dataclass(frozen=True)
@@ -63,6 +99,7 @@ class Rejected:
     p_value: float
     likelihood_ratio: float
     reason: str
+    smallest_detectable: Detectable | None = None
 
 
 @dataclass(frozen=True)
@@ -85,17 +122,39 @@ class Derived:
 
 
 @dataclass(frozen=True)
+class Pair:
+    """How clearly a procedure would tell two effects apart, in standard deviations."""
+
+    effects: tuple[str, str]
+    sigma: float
+
+
+@dataclass(frozen=True)
 class NextExperiment:
     """A procedure that would tell the effects of ``separates`` apart.
 
-    ``profile`` is what a table would run: the keys of a scenario's ``[profile]``, quantities as texts with their units;
-    None where the procedure is not one of the table alone.
+    Attributes
+    ----------
+    separates : tuple of str
+    procedure : str
+    expected_separation_sigma : float, optional
+        The smallest over the pairs; None where it cannot be computed: ``procedure`` says why.
+    profile : mapping, optional
+        What a table or a vehicle would do: the keys of a scenario's ``[profile]``, quantities as texts with units.
+    changes : mapping, optional
+        What else of a scenario would be another, and ``base_turned``, the angle that the base is turned by.
+    pairs : tuple of Pair
+    control : bool
+        Whether it is a plain repeat.
     """
 
     separates: tuple[str, ...]
     procedure: str
     expected_separation_sigma: float | None
-    profile: Mapping[str, str | Sequence[str | Sequence[str]]] | None = None
+    profile: Mapping[str, str | int | Sequence[str | Sequence[str]]] | None = None
+    changes: Mapping[str, Any] | None = None
+    pairs: tuple[Pair, ...] = ()
+    control: bool = False
 
 
 @dataclass(frozen=True)
@@ -103,7 +162,8 @@ class Spectra:
     """Spectral density and Allan deviation of a residual, and what the noise models say of them.
 
     ``psd_*`` two-sided densities at ``f`` [Hz]; ``allan_*`` deviations at ``tau`` [s]; ``*_fitted`` from the fitted
-    noise, ``*_declared`` from the maker's figures (None where none were declared). ``lower``/``upper`` are 68 %.
+    noise, ``*_declared`` from the maker's figures (None where none were declared). ``lower``/``upper`` are 68 %. All
+    are empty where there is no series in time, as of rests in several positions.
     """
 
     f: Floats
@@ -160,11 +220,36 @@ class TargetFindings:
     traces: Traces
     derived: tuple[Derived, ...] = ()
     cautions: tuple[str, ...] = ()
+    covariance: Covariance | None = None
+
+
+@dataclass(frozen=True)
+class RejectedRows:
+    """Rows ``[start, stop)`` of a run (counted from 0) whose ``target`` is no measurement, and why."""
+
+    target: str
+    run: int
+    start: int
+    stop: int
+    reason: str
+
+
+@dataclass(frozen=True)
+class RunRead:
+    """A run that the loop was closed on: ``sha256`` is its fingerprint (`insenv.core.fingerprint`)."""
+
+    label: str
+    sha256: str
+    site: Site
+    mounting: Mounting
 
 
 @dataclass(frozen=True)
 class Findings:
-    """The whole outcome of one call: one block per target, and what was noticed while reading the data."""
+    """The whole outcome of one call: one block per target, and what was noticed while reading the data.
+
+    ``procedure`` is "multi-position" where the figures are of rests.
+    """
 
     title: str
     manifest: str
@@ -177,6 +262,9 @@ class Findings:
     remarks: tuple[str, ...]
     source: str = ""
     licence: str = ""
+    runs: tuple[RunRead, ...] = ()
+    procedure: str = ""
+    rows_rejected: tuple[RejectedRows, ...] = ()
 
 
 #: Verdicts from the strongest to the weakest: with several targets the strongest one speaks for all.

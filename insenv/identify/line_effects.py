@@ -1,4 +1,7 @@
-"""Lines above the bin rate as found effects: one entry per line, the runs in which it was seen together."""
+"""What was found in the samples themselves as found effects: lines above the bin rate, an output that is held.
+
+One entry per line, the runs in which it was seen together.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ import math
 import numpy as np
 
 from insenv.identify.findings import Added, Estimate
+from insenv.identify.holds import Hold
 from insenv.identify.lines import SAME_LINE, Line
 from insenv.identify.problem import Problem
 
@@ -14,6 +18,26 @@ from insenv.identify.problem import Problem
 def line_effects(lines: tuple[Line, ...], problem: Problem, before: float, after: float) -> tuple[Added, ...]:
     """A found ``tone`` for every line; held-out errors as plain means and with all lines taken out."""
     return tuple(_effect(group, problem, before, after) for group in _merged(lines))
+
+
+def hold_effect(hold: Hold, before: float, after: float) -> Added:
+    """A found ``sample_hold``; held-out errors as plain means and with it taken out."""
+    parameters = (
+        Estimate("sample_hold", "c", hold.share, hold.share_sd, "1"),
+        Estimate("sample_hold", "hold", hold.hold, hold.hold_sd, "s"),
+        Estimate("sample_hold", "phase", hold.phase, hold.hold_sd, "s"),
+    )
+    return Added(
+        effect="sample_hold",
+        order=None,
+        parameters=parameters,
+        p_value=hold.p_value,
+        likelihood_ratio=-2 * math.log(max(hold.p_value, 1e-300)),
+        confounded_with=(),
+        held_out_before=before,
+        held_out_after=after,
+        remark="seen in the samples, from one to the next; subtracted",
+    )
 
 
 def _merged(lines: tuple[Line, ...]) -> tuple[tuple[Line, ...], ...]:
@@ -50,6 +74,7 @@ def _effect(group: tuple[Line, ...], problem: Problem, before: float, after: flo
         held_out_before=before,
         held_out_after=after,
         remark=_remark(group),
+        runs=tuple(sorted(line.run + 1 for line in group)),
     )
 
 

@@ -20,7 +20,7 @@ from insenv.identify.earth_check import due_level
 from insenv.identify.evidence import log_tail
 from insenv.identify.excess import most_power, structure
 from insenv.identify.fit import solve
-from insenv.identify.heldout import confirms, held_out_score, rescored
+from insenv.identify.heldout import MOST_GROWTH, confirms, held_out_score, rescored
 from insenv.identify.prepare import prepare
 from insenv.identify.problem import NOISE_TERMS, Term
 from insenv.identify.scan import Hit, likelihood_ratio, reference
@@ -95,10 +95,9 @@ def _exhausted(tracks: list[Track], generic: bool, alpha: float, seed: int, prog
     """Search and add until nothing is left to add."""
     while True:
         tracks = [_searched(track, generic, seed, progress) for track in tracks]
-        grown = _grow(tracks, alpha, progress)
-        if grown is None:
+        tracks, grown = _grow(tracks, alpha, progress)
+        if not grown:
             return tracks
-        tracks = grown
 
 
 def _strict(track: Track, declared: dict[str, float], alpha: float, seed: int, progress: Progress) -> Track:
@@ -131,9 +130,12 @@ def _begin(
     catalogue: tuple[Effect, ...],
 ) -> Track:
     tones = any(effect.id == "tone" for effect in catalogue)
-    prepared = prepare(manifest, recordings, uses, target, tones)
+    holds = any(effect.id == "sample_hold" for effect in catalogue)
+    prepared = prepare(manifest, recordings, uses, target, tones, holds)
     found, blind = candidates(prepared.problem, catalogue)
     declared = {term.effect.key for term in prepared.model}
+    if prepared.held.hold is not None or prepared.held.excluded:  # the samples told: means tell less of it
+        declared = declared | {"sample_hold"}
     found = tuple(c for c in found if c.effect.key not in declared)
     fit = solve(prepared.problem, prepared.model)
     score = held_out_score(prepared.problem, fit)
@@ -150,12 +152,12 @@ def _searched(track: Track, generic: bool, seed: int, progress: Progress) -> Tra
     return replace(track, hits=tuple(search(track.problem, track.fit, tried, seed, track.family, track.tones)))
 
 
-def _grow(tracks: list[Track], alpha: float, progress: Progress) -> list[Track] | None:
-    """Add the most telling of the significant effects that nothing refuses; None where there is none."""
+def _grow(tracks: list[Track], alpha: float, progress: Progress) -> tuple[list[Track], bool]:
+    """Add the most telling of the significant effects that nothing refuses, and whether there was one."""
     while True:
         proposals = _proposals(tracks, alpha)
         if not proposals:
-            return None
+            return tracks, False
         best = max(proposals, key=lambda p: sum(hit.rank for hit in p.hits))
         names = tuple(tracks[i].problem.target for i in best.where)
         changed = list(tracks)
@@ -165,7 +167,7 @@ def _grow(tracks: list[Track], alpha: float, progress: Progress) -> list[Track] 
             refused |= not ok
             progress(f"{tracks[index].problem.target}: {hit.candidate.effect.key} {'added' if ok else 'refused'}")
         if not refused:
-            return changed
+            return changed, True
         # A target that refuses has no say any more: the others are asked again without it.
         tracks = [new if new.refusals != old.refusals else old for new, old in zip(changed, tracks, strict=True)]
 
@@ -251,6 +253,8 @@ def _tried(track: Track, hit: Hit, proposal: _Proposal, names: tuple[str, ...], 
     fit = solve(problem, model, start=track.fit.noise.power)
     score = held_out_score(problem, fit)
     confirmed = confirms(track.score, score, rescored(problem, track.fit, fit.noise.power))
+    # Each of several effects may cost a little; together no more than one may.
+    confirmed &= score.rms <= (1 + MOST_GROWTH) * min(s.rms for s in (track.score, *(s.before for s in track.steps)))
     # What another power-up changed by itself, level and scale factor, says nothing against an effect.
     elsewhere = not {b.run for b in problem.held_out} & {b.run for b in problem.fitted}
     if not confirmed and not (elsewhere and hit.held_out > 0):

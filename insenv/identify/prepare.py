@@ -9,14 +9,17 @@ import numpy as np
 from insenv.core.errors import InputError
 from insenv.core.exposure import CHANNEL_OF, expose
 from insenv.core.manifest.spec import Manifest
+from insenv.core.motion import Motion
 from insenv.core.recording import Floats, Recording
 from insenv.core.split import RowUse
 from insenv.effects.base import CurveEffect, DrivenEffect, Effect, NoiseEffect
 from insenv.effects.catalogue import by_key
 from insenv.identify.bins import gather
+from insenv.identify.findings import RejectedRows
 from insenv.identify.fit import solve
+from insenv.identify.holds import Look, find_hold, without_hold
 from insenv.identify.lines import Line, find_lines, quantum
-from insenv.identify.outliers import outliers
+from insenv.identify.outliers import outliers, without_outliers
 from insenv.identify.problem import Model, Problem, Term, regressors
 from insenv.identify.triads import of_others, without_turns
 
@@ -26,6 +29,8 @@ BINS, MOST_BINS = 2000, 20000
 MOST_CELLS = 60000
 #: Bins per turn of the table, so that angle harmonics survive.
 BINS_PER_TURN = 8
+#: Share of the table's rate from which an axis lies along the table's: within half a degree.
+ALONG = float(np.cos(np.deg2rad(0.5)))
 #: Longest bin chosen unasked [s].
 LONGEST_BIN = 5.0
 #: Cycles of the slowest rejected line in a bin.
@@ -48,46 +53,71 @@ class Prepared:
         Declared terms.
     lines : tuple of Line
         Lines above the bin rate, in the samples that may be fitted.
+    held : Look
+        Whether the output is held; the bins that the search works on are free of that.
+    rejected : tuple of RejectedRows
+        Outlying rows, which no bin holds.
     """
 
     plain: Problem
     problem: Problem
     model: Model
     lines: tuple[Line, ...]
+    held: Look = Look()
+    rejected: tuple[RejectedRows, ...] = ()
 
 
 def prepare(
-    manifest: Manifest, recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], target: str, tones: bool = True
+    manifest: Manifest,
+    recordings: tuple[Recording, ...],
+    uses: tuple[RowUse, ...],
+    target: str,
+    tones: bool = True,
+    holds: bool = True,
 ) -> Prepared:
-    """Bins and declared model of one target; lines above the bin rate are looked for where ``tones`` may be found."""
+    """Bins and declared model of one target.
+
+    Lines above the bin rate are looked for where ``tones`` may be found, an output that is held where ``holds`` may.
+    """
     if manifest.procedure == "multi-position":
         raise InputError(
-            f"{manifest.path}: model.procedure = 'multi-position' is not supported yet; wanted 'static' or 'rate-table'"
+            f"{manifest.path}: model.procedure = 'multi-position' has rests, not a series in time; wanted another here"
         )
     model = declared_model(manifest, recordings, target)
     rows = _rows_per_bin(manifest, recordings, uses)
+    recordings, rejected = without_outliers(recordings, target, rows)
     plain = _problem(manifest, recordings, uses, target, rows, reject_lines=False)
     kept = without_turns(recordings, uses, plain, model)
     if kept is not uses:
         uses = kept
         plain = _problem(manifest, recordings, uses, target, rows, reject_lines=False)
     _enough(manifest, plain, model, target)
+    measured, held = recordings, _held(recordings, uses, plain, model) if holds else Look()
+    if held.hold is not None:
+        recordings = tuple(without_hold(r, plain, run, held.hold) for run, r in enumerate(recordings))
     lines = _lines(recordings, uses, plain, model) if tones else ()
     if not lines:
-        return Prepared(plain, plain, model, ())
+        free = plain if held.hold is None else _problem(manifest, recordings, uses, target, rows, reject_lines=False)
+        return Prepared(plain, free, model, (), held, rejected)
     wandering = [line.frequency for line in lines if not line.steady]
     if wandering and manifest.held_out.averaging is None:
         wide = int(np.ceil(CYCLES_PER_BIN / min(wandering) / recordings[0].dt))
         if wide > rows:
             rows = wide
-            plain = _problem(manifest, recordings, uses, target, rows, reject_lines=False)
+            plain = _problem(manifest, measured, uses, target, rows, reject_lines=False)
     freed = tuple(_without_steady(r, target, lines, run) for run, r in enumerate(recordings))
     problem = _problem(manifest, freed, uses, target, rows, reject_lines=False)
     if wandering:
         rejecting = _problem(manifest, freed, uses, target, rows, reject_lines=True)
         if _scatter(rejecting, model) < _scatter(problem, model):
             problem = rejecting
-    return Prepared(plain, problem, model, lines)
+    return Prepared(plain, problem, model, lines, held, rejected)
+
+
+def _held(recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], plain: Problem, model: Model) -> Look:
+    """A held output, looked for in the longest contiguous stretch of each run that may be fitted."""
+    spans = tuple(_longest_fitted(r, use) for r, use in zip(recordings, uses, strict=True))
+    return find_hold(recordings, spans, plain, model)
 
 
 def _without_steady(recording: Recording, target: str, lines: tuple[Line, ...], run: int) -> Recording:
@@ -137,7 +167,7 @@ def declared_model(manifest: Manifest, recordings: tuple[Recording, ...], target
             missing = []
         if missing:
             raise InputError(f"{where} names {key!r}, which needs the channel {', '.join(missing)}; the file has none")
-        if effect.id != "earth_rate" or motions[0].angle is not None:
+        if effect.id != "earth_rate" or any(_sees_north(m) for m in motions):
             terms.append(Term(effect, per_run=effect.id == "bias" and _bias_per_run(manifest, recordings)))
     return tuple(terms)
 
@@ -147,6 +177,14 @@ def _effect(key: str, where: str) -> Effect:
         return by_key(key)
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
+
+
+def _sees_north(motion: Motion) -> bool:
+    """Whether the axis turns through the horizontal Earth rate: not where it lies along the table's, or nothing turns.
+
+    Its known vertical part needs no term. What a mount that is not quite along the axis sees is found like any effect.
+    """
+    return motion.angle is not None and abs(motion.projection) < ALONG
 
 
 def _head(recording: Recording) -> Recording:
@@ -165,7 +203,7 @@ def _bias_per_run(manifest: Manifest, recordings: tuple[Recording, ...]) -> bool
     """A bias belongs to its power-up, unless it is said to be common or the runs are positions of one set-up."""
     if manifest.model.bias is not None:
         return manifest.model.bias == "per-run"
-    return len({recording.mounting for recording in recordings}) == 1
+    return len({replace(recording.mounting, base_turned=0.0) for recording in recordings}) == 1
 
 
 def _rows_per_bin(manifest: Manifest, recordings: tuple[Recording, ...], uses: tuple[RowUse, ...]) -> int:
@@ -193,7 +231,7 @@ def _rows_per_bin(manifest: Manifest, recordings: tuple[Recording, ...], uses: t
     width = min(_nice(fitted / BINS), LONGEST_BIN)
     turn = min((_quickest_turn(r) for r in recordings), default=np.inf)
     width = max(min(width, turn / BINS_PER_TURN), fitted / MOST_BINS)
-    return max(1, int(round(width / dt)))
+    return _divisible(max(1, int(round(width / dt))), sum(map(len, recordings)))
 
 
 def _nice(x: float) -> float:
@@ -213,6 +251,16 @@ def _quickest_turn(recording: Recording) -> float:
     else:
         return np.inf
     return 2 * np.pi / rate if rate > 0 else np.inf
+
+
+def _divisible(rows_per_bin: int, total_rows: int) -> int:
+    """As many rows to a bin, or a few less where their cells would be whole bins: 13 rows have no other divisor.
+
+    Within a long cell the table changes its rate, and what is not linear in the rate is wrong there.
+    """
+    most = 2 * max(1.0, total_rows / MOST_CELLS)
+    tried = range(rows_per_bin, int(0.8 * rows_per_bin), -1)
+    return next((n for n in tried if _rows_per_cell(n, total_rows) <= most), rows_per_bin)
 
 
 def _rows_per_cell(rows_per_bin: int, total_rows: int) -> int:

@@ -34,6 +34,8 @@ NOISE_TERMS: tuple[NoiseEffect, ...] = (
 MOST_FREE_ENDS = 8
 _NUISANCE = -1
 
+#: Usual sizes of a parameter in the standard deviation of its prior.
+WIDE = 30.0
 #: A column whose part outside the span of the columns before it is a smaller share of it is not told from them.
 COLLINEAR = 1e-5
 
@@ -137,6 +139,14 @@ class Problem:
             return rows
         return [(f"{name}[{run + 1}]", unit, sd) for name, unit, sd in rows for run in range(len(self.exposures))]
 
+    def priors(self, term: Term) -> list[float]:
+        """Prior standard deviation of each column of a term in a fit: so wide that it pulls no credible value."""
+        wide = [
+            max(p.sd * self._prior_scale(p), min(WIDE * p.sd * self._prior_scale(p), self.limits(p)[1]))
+            for p in term.effect.linear
+        ]
+        return [sd for sd in wide for _ in range(len(self.exposures) if term.per_run else 1)]
+
     def limits(self, param: Param) -> tuple[float, float]:
         """Least and largest credible value of a linear parameter on this target."""
         scale = self._prior_scale(param)
@@ -198,7 +208,7 @@ def design(problem: Problem, model: Model) -> Design:
         kept.append((column, changed, 1.0, np.inf, ("free bin", "mean", problem.unit), _NUISANCE))
     for index, term in enumerate(model):
         columns, changed = problem.columns(term), problem.transformed(term)
-        for j, (name, unit, sd) in enumerate(problem.names(term)):
+        for j, ((name, unit, _), sd) in enumerate(zip(problem.names(term), problem.priors(term), strict=True)):
             scale = float(np.sqrt(np.mean(changed[:, j] ** 2)))
             fresh = _outside(q, changed[:, j] * weight)
             if scale == 0 or fresh is None:

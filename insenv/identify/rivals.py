@@ -1,8 +1,8 @@
 """What cannot be told apart: the encompassing test.
 
 A rival of an added effect is another effect with which in its place the added one is no longer significant. A rival
-with more parameters must also explain better, beyond what a further parameter gains by itself: an effect that has
-another as its limit is no rival of it.
+with more parameters must also explain better, beyond what a further parameter gains by itself, unless on this recording
+it is the very same curve: an anomaly at two rates is a cubic. What has another effect as its limit is no rival of it.
 """
 
 from __future__ import annotations
@@ -10,21 +10,31 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
 from scipy.stats import chi2
 
-from insenv.identify.problem import Model, Problem, Term
-from insenv.identify.scan import Hit, likelihood_ratio, log_significance, reference, term_freedom
+from insenv.identify.problem import Model, Problem, Term, design
+from insenv.identify.scan import Hit, Reference, likelihood_ratio, log_significance, reference, term_freedom
+from insenv.identify.search import refined
 
 #: Gain in likelihood ratio per further parameter from which a richer effect counts as a rival.
 RICHER_GAIN = 2.0
+#: Likelihood ratio by which a rival may fall behind before its refit is worth nothing.
+NEAR = 60.0
+#: Share of a curve outside another that two curves must have to be two.
+ALIKE = 0.05
 
 
 @dataclass(frozen=True)
 class Rivalry:
-    """Effects that explain as well as an added one, by key, best first; ``better`` is one that explains better."""
+    """Effects that explain as well as an added one, by key, best first, and their ``terms`` at the best shapes.
+
+    ``better`` is one that explains better.
+    """
 
     rivals: tuple[str, ...]
     better: Hit | None
+    terms: tuple[Term, ...] = ()
 
 
 def rivalry(
@@ -42,15 +52,29 @@ def rivalry(
         if hit.term.effect.key == term.effect.key or hit.candidate.generic or hit.p_value > alpha:
             continue
         extra = _parameters(problem, hit.term) - _parameters(problem, term)
-        if extra > 0 and hit.likelihood_ratio < own + _gain_by_itself(hit.term, extra, alpha, gain):
+        if own - hit.likelihood_ratio < NEAR and hit.term.effect.id != "tone":
+            hit = refined(problem, base, hit)  # the search refines the best few alone
+        richer = extra > 0 and not _same_curve(problem, base, hit.term, term)
+        if richer and hit.likelihood_ratio < own + _gain_by_itself(hit.term, extra, alpha, gain):
             continue
-        if own - hit.likelihood_ratio > 60 or _still_needed(problem, (*others, hit.term), term, alpha):
+        if own - hit.likelihood_ratio > NEAR or _still_needed(problem, (*others, hit.term), term, alpha):
             continue
         rivals.append(hit)
         if extra <= 0 and hit.likelihood_ratio > own + 1e-3 and better is None:
             better = hit
     rivals.sort(key=lambda hit: -hit.likelihood_ratio)
-    return Rivalry(tuple(hit.term.effect.key for hit in rivals), better)
+    return Rivalry(tuple(hit.term.effect.key for hit in rivals), better, tuple(hit.term for hit in rivals))
+
+
+def _same_curve(problem: Problem, base: Reference, rival: Term, term: Term) -> bool:
+    """Whether two terms are one curve on this recording, though neither is the other's limit."""
+    if term.effect.id in rival.effect.becomes or len(problem.names(rival)) != len(problem.names(term)):
+        return False
+    root = np.sqrt(problem.modes().shapes @ base.noise.power)[:, None]
+    model = np.linalg.qr(design(problem, base.model).transformed / root)[0]
+    own, other = (x - model @ (model.T @ x) for x in (problem.transformed(t) / root for t in (term, rival)))
+    span = np.linalg.qr(own)[0]
+    return float(np.linalg.norm(other - span @ (span.T @ other))) < ALIKE * float(np.linalg.norm(other))
 
 
 def _parameters(problem: Problem, term: Term) -> int:

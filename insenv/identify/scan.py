@@ -31,6 +31,9 @@ NULL_RUNS = 200
 #: of times less certain than alone, and small errors of the references would decide it.
 TOLD_APART = 3e-3
 
+#: Largest logarithm of 1 + gained F / nu whose F is a floating-point number.
+LARGEST_GROWTH = 500.0
+
 #: Shapes of each candidate whose likelihood ratio is taken, best score first.
 SHAPES_REFITTED = 3
 
@@ -195,9 +198,16 @@ def term_freedom(problem: Problem, base: Reference, term: Term) -> float:
 def log_significance(ratio: float, gained: int, freedom: float) -> float:
     """Logarithm of the probability that noise alone gives this likelihood ratio at one given shape.
 
-    Fisher's F, not chi-square: the noise itself is known with ``freedom`` degrees of freedom only.
+    Fisher's F, not chi-square: the noise itself is known with ``freedom`` = nu degrees of freedom only. Noise that is
+    fitted anew takes back a part of what the effect gains, so that the ratio grows with the logarithm of F alone:
+
+        ratio = (nu + gained + 1) log(1 + gained F / nu)
+
+    The 1 is measured: with it 8000 simulated nulls of each of eight slow effects exceed a probability of 1 % in 0.8 to
+    1.7 %, of 0.1 % in 0.03 to 0.15 %; without it in up to 2.1 % and 0.23 %.
     """
     if gained <= 0 or ratio <= 0:
         return 0.0
-    log_tail = float(fisher.logsf(ratio / gained, gained, freedom))
+    growth = min(ratio / (freedom + gained + 1), LARGEST_GROWTH)
+    log_tail = float(fisher.logsf(freedom / gained * np.expm1(growth), gained, freedom))
     return log_tail if np.isfinite(log_tail) else -0.5 * ratio

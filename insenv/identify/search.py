@@ -31,7 +31,7 @@ from insenv.identify.scan import (
 REFINED = 4
 #: What refining shapes and choosing among held-out deviates adds to the looks: without it 9 of 300 simulated recordings
 #: that lacked nothing had something added at a nominal 1 % (scripts/search_study.py).
-CALIBRATION = 3.0
+CALIBRATION = 2.0
 #: A candidate that fitted data alone would give a larger p-value than this is not put to the held-out data.
 SUGGESTED = 0.3
 

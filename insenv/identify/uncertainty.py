@@ -13,7 +13,8 @@ import numpy as np
 
 from insenv.core.recording import Floats
 from insenv.effects.base import OUTPUT, CurveEffect
-from insenv.identify.findings import Estimate
+from insenv.identify.discrepancy import added_variance
+from insenv.identify.findings import Covariance, Estimate
 from insenv.identify.fit import Fit, noise_freedom, spectrum
 from insenv.identify.noise import transform
 from insenv.identify.problem import NOISE_TERMS, Problem, Term
@@ -46,10 +47,16 @@ class _Slopes:
     rows: tuple[tuple[str, str, float, float], ...]
 
 
-def estimates(problem: Problem, fit: Fit) -> dict[Term, tuple[Estimate, ...]]:
-    """Estimates of every term of the model: linear parameters, then shapes."""
-    slopes = {term: _slopes(problem, fit, index) for index, term in enumerate(fit.model) if term.shape}
-    linear_sd, shape_sd = _standard_deviations(problem, fit, slopes)
+def estimates(problem: Problem, fit: Fit, inexact: tuple[Term, ...] = ()) -> dict[Term, tuple[Estimate, ...]]:
+    """Estimates of every term of the model: linear parameters, then shapes.
+
+    The shapes of ``inexact`` are taken to be right only nearly (`insenv.identify.discrepancy`).
+    """
+    slopes = _all_slopes(problem, fit)
+    sd = np.sqrt(np.diag(_joint(problem, fit, slopes)))
+    linear_sd, shape_sd = _standard_deviations(sd, fit, slopes)
+    if inexact:
+        linear_sd = np.hypot(linear_sd, np.sqrt(added_variance(problem, fit, inexact)) / fit.design.scale)
     out: dict[Term, tuple[Estimate, ...]] = {}
     for index, term in enumerate(fit.model):
         key = term.effect.key
@@ -71,6 +78,24 @@ def estimates(problem: Problem, fit: Fit) -> dict[Term, tuple[Estimate, ...]]:
     return out
 
 
+def covariance(problem: Problem, fit: Fit) -> Covariance:
+    """All parameters together: linear ones in the order of the design, then shapes in that of the model."""
+    slopes = _all_slopes(problem, fit)
+    kept = np.flatnonzero(fit.design.term >= 0)
+    shapes = [(term.effect.key, name, value) for term, s in slopes.items() for name, _, value, _ in s.rows]
+    labels = [fit.design.labels[j][:2] for j in kept]
+    index = np.concatenate([kept, len(fit.design.term) + np.arange(len(shapes))]).astype(int)
+    return Covariance(
+        (*((key, name) for key, name in labels), *((key, name) for key, name, _ in shapes)),
+        np.concatenate([fit.theta[kept], [value for *_, value in shapes]]),
+        _joint(problem, fit, slopes)[np.ix_(index, index)],
+    )
+
+
+def _all_slopes(problem: Problem, fit: Fit) -> dict[Term, _Slopes]:
+    return {term: _slopes(problem, fit, index) for index, term in enumerate(fit.model) if term.shape}
+
+
 def _root(row: Estimate, unit: str) -> Estimate:
     """The root of a parameter that is fitted as its square: a lock-in threshold from W_L^2."""
     root = float(np.sqrt(row.value))
@@ -88,8 +113,18 @@ def noise_estimates(problem: Problem, fit: Fit) -> tuple[Estimate, ...]:
     return tuple(rows)
 
 
-def _standard_deviations(problem: Problem, fit: Fit, slopes: dict[Term, _Slopes]) -> tuple[Floats, dict[Term, Floats]]:
-    """Standard deviations of the linear parameters (SI) and of the shapes of each term."""
+def _standard_deviations(sd: Floats, fit: Fit, slopes: dict[Term, _Slopes]) -> tuple[Floats, dict[Term, Floats]]:
+    """Of all parameters, shape (p,): those of the linear ones and those of the shapes of each term."""
+    p = len(fit.design.scale)
+    shape_sd, offset = {}, p
+    for term, s in slopes.items():
+        shape_sd[term] = sd[offset : offset + len(s.rows)]
+        offset += len(s.rows)
+    return sd[:p], shape_sd
+
+
+def _joint(problem: Problem, fit: Fit, slopes: dict[Term, _Slopes]) -> Floats:
+    """Covariance of the linear parameters and of the shapes of each term (SI), shape (p, p)."""
     weight = 1 / np.sqrt(spectrum(problem, fit.noise.power))
     blocks = [fit.design.transformed, *(s.columns for s in slopes.values())]
     columns = np.column_stack(blocks) * weight[:, None]
@@ -97,13 +132,9 @@ def _standard_deviations(problem: Problem, fit: Fit, slopes: dict[Term, _Slopes]
     size = np.sqrt(np.sum(columns**2, axis=0) + prior)
     scaled = columns / size
     inverse = np.linalg.pinv(scaled.T @ scaled + np.diag(prior / size**2), hermitian=True)
-    sd = np.sqrt(np.diag(inverse)) / size * _for_fitted_noise(problem, fit, scaled @ inverse)
-    p = len(fit.design.scale)
-    shape_sd, offset = {}, p
-    for term, s in slopes.items():
-        shape_sd[term] = sd[offset : offset + len(s.rows)]
-        offset += len(s.rows)
-    return sd[:p] / fit.design.scale, shape_sd
+    factor = _for_fitted_noise(problem, fit, scaled @ inverse) / size
+    factor[: len(fit.design.scale)] /= fit.design.scale
+    return inverse * np.outer(factor, factor)
 
 
 def _for_fitted_noise(problem: Problem, fit: Fit, weights: Floats) -> Floats:

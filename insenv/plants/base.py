@@ -49,6 +49,10 @@ class Plant(Protocol):
     """A plant holds settings only; its state goes in and comes out."""
 
     @property
+    def reference_temperature(self) -> float:
+        """T_ref of the temperature effects [K]."""
+
+    @property
     def draws(self) -> int:
         """Unit normals per sample."""
 

@@ -85,7 +85,9 @@ class Knots:
             # What the sine takes of the acceleration is not there to slew with.
             change, least = k.command - k.rate, _LEAST_SPARE * acceleration
             spare = np.maximum(acceleration - w * np.abs(k.amplitude), least) if k._swings else acceleration
-            m = np.minimum(s, np.abs(change) / spare)
+            whole = np.abs(change) / spare
+            reached = len(k.start) == 1 and s[0] >= whole.max()  # the same numbers, one for all times
+            m = whole if reached else np.minimum(s, whole)
             if s[0] < 0:
                 m = np.maximum(m, 0.0)
             slope = np.copysign(spare, change)
@@ -94,8 +96,9 @@ class Knots:
             # As above, in the order r' s - slope m^2 / 2 with the rate r' that is reached.
             m *= m
             m *= -0.5 * slope
-            m += rate * s
-            angle = m + k.angle
+            angle = rate * s
+            angle += m
+            angle += k.angle
         if k._swings:
             angle = angle + k.amplitude * (2 * np.sin(0.5 * w * s) ** 2) / np.where(w > 0, w, 1.0)
             rate = rate + k.amplitude * np.sin(w * s)

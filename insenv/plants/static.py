@@ -149,7 +149,8 @@ class StaticBase:
         }
         leaning = self._leaning(n, tilt)
         for axis, lean in zip(_AXES, leaning, strict=True):
-            motions[f"accel_{axis}"] = Motion(rate=np.zeros(n), base_tilt=lean, **shared)
+            others = {other: f for other, f in force.items() if other != axis}
+            motions[f"accel_{axis}"] = Motion(rate=np.zeros(n), base_tilt=lean, cross_rate=others, **shared)
         return motions
 
     def _rates(self, t: Floats, tilt: Floats | None) -> tuple[Floats, Floats, Floats]:

@@ -62,7 +62,10 @@ class WarmUp:
 
     def at(self, t: Floats) -> Floats:
         """Temperature [K] at times ``t`` [s]."""
-        return self.start - self.rise * np.expm1(-t / self.time_constant)
+        temperature: Floats = np.expm1(t / -self.time_constant)
+        temperature *= -self.rise
+        temperature += self.start
+        return temperature
 
 
 @dataclass(frozen=True)

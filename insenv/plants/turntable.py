@@ -74,7 +74,12 @@ class Encoder:
             angle = angle + self.eccentricity * np.sin(angle + self.phase)
         if self.noise:
             angle = angle + self.noise * z[..., 0, :]
-        return np.rint(angle / self.resolution) * self.resolution if self.resolution else angle
+        if not self.resolution:
+            return angle
+        read = angle / self.resolution
+        np.rint(read, out=read)
+        read *= self.resolution
+        return read
 
 
 @dataclass(frozen=True)

@@ -278,7 +278,8 @@ class Vehicle:
             for i, axis in enumerate(_AXES)
         }
         still = np.zeros(len(t) - 1)
-        return motions | {f"accel_{axis}": Motion(rate=still, **shared) for axis in _AXES}
+        others = {axis: {o: f for o, f in shared["force"].items() if o != axis} for axis in _AXES}
+        return motions | {f"accel_{a}": Motion(rate=still, cross_rate=others[a], **shared) for a in _AXES}
 
     def _references(self, means: Floats, edges: Floats, temperature: Floats) -> dict[str, Reference]:
         found = {

@@ -20,6 +20,8 @@ from insenv.report.quantities import Unit, unit_for
 
 _PANEL, _WIDE, _README = (5.2, 4.3), (10.6, 4.6), (12.0, 3.9)
 _BINS = {"angle": 36}
+#: Fewer points than this are shown one by one: rests, turns.
+_FEW = 100
 #: Range of the table angle [deg] from which it counts as going round.
 _FULL_TURN = 270.0
 
@@ -58,7 +60,8 @@ def against(target: TargetFindings, covariate: str) -> Figure:
 def covariates(target: TargetFindings) -> tuple[str, ...]:
     """Covariates of the target that vary, in the order in which they are shown."""
     known = target.traces.covariates
-    return tuple(key for key in ("angle", "rate", "temperature") if key in known and _varies(known[key]))
+    order = ("angle", "rate", "temperature", "force", "turned")
+    return tuple(key for key in order if key in known and _varies(known[key]))
 
 
 @draw.style()
@@ -142,8 +145,7 @@ def _pair(axes: Sequence[Axes], x: Floats, target: TargetFindings, binning: Binn
     _both(axes[0], x, target, binning)
     if len(axes) > 1:
         after = unit.each(target.traces.after)
-        draw.cloud(axes[1], x, after, draw.AFTER)
-        draw.mean_line(axes[1], binning(after), draw.AFTER_MEAN, "after, enlarged (line: bin means)")
+        _residual(axes[1], x, after, binning, (draw.AFTER, draw.AFTER_MEAN), "after, enlarged")
         draw.limit(axes[1], after)
         draw.legend(axes[1])
     for ax in axes:
@@ -156,17 +158,19 @@ def _both(ax: Axes, x: Floats, target: TargetFindings, binning: Binning) -> None
     unit = _unit(target)
     before, after = unit.each(target.traces.before), unit.each(target.traces.after)
     if _changed(target):
-        draw.cloud(ax, x, before, draw.BEFORE)
-        draw.mean_line(ax, binning(before), draw.BEFORE_MEAN, "before (line: bin means)")
-    draw.cloud(ax, x, after, draw.AFTER)
-    draw.mean_line(
-        ax,
-        binning(after),
-        draw.AFTER_MEAN,
-        f"{'after' if _changed(target) else 'residual'} (line: bin means)",
-    )
+        _residual(ax, x, before, binning, (draw.BEFORE, draw.BEFORE_MEAN), "before")
+    _residual(ax, x, after, binning, (draw.AFTER, draw.AFTER_MEAN), "after" if _changed(target) else "residual")
     draw.limit(ax, *((before, after) if _changed(target) else (after,)))
     draw.legend(ax)
+
+
+def _residual(ax: Axes, x: Floats, y: Floats, binning: Binning, colors: tuple[str, str], label: str) -> None:
+    """A residual as points and means in bins; where the points are few, as points alone."""
+    if len(x) < _FEW:
+        ax.plot(x, y, "o", ms=4.2, mec="white", mew=0.4, color=colors[0], label=label, zorder=3)
+        return
+    draw.cloud(ax, x, y, colors[0])
+    draw.mean_line(ax, binning(y), colors[1], f"{label} (line: bin means)")
 
 
 def _spectrum(ax: Axes, s: Spectra, unit: Unit, changed: bool) -> None:
@@ -209,7 +213,7 @@ def _after_label(target: TargetFindings) -> str:
 def _unit(target: TargetFindings) -> Unit:
     """One unit for all pictures of a target, by the size of its residual before."""
     size = np.abs(target.traces.before[np.isfinite(target.traces.before)])
-    return unit_for(target.unit, float(np.quantile(size, 0.9)) if len(size) else 0.0)
+    return unit_for(target.held_out.unit, float(np.quantile(size, 0.9)) if len(size) else 0.0)
 
 
 def _timeline(target: TargetFindings) -> tuple[Timeline, str]:
@@ -233,6 +237,10 @@ def _covariate(name: str, values: Floats) -> tuple[Floats, str]:
         return values - ZERO_CELSIUS, "temperature [°C]"
     if name == "angle":
         return _turned(values), "table angle [deg]"
+    if name == "force":
+        return values, "specific force along the axis [m/s²]"
+    if name == "turned":
+        return np.rad2deg(values), "turned about the axis from rest to rest [deg]"
     unit = unit_for("rad/s", float(np.nanmax(np.abs(values))))
     return unit.each(values), f"rate [{unit.label}]"
 

@@ -32,6 +32,8 @@ _AGAINST = {
     "angle": "Residual against table angle",
     "rate": "Residual against rate",
     "temperature": "Residual against temperature",
+    "force": "Residual against specific force",
+    "turned": "Residual against the turn about the axis",
 }
 
 
@@ -56,7 +58,7 @@ def to_html(findings: Findings) -> str:
         duration=span(findings.duration),
         alpha=percent(findings.alpha),
         targets=[_target(t, f"t{i}", findings.alpha) for i, t in enumerate(findings.targets, 1)],
-        method=words.METHOD,
+        method=words.METHOD_OF_POSITIONS if findings.procedure == "multi-position" else words.METHOD,
         version=insenv.__version__,
     )
 
@@ -104,7 +106,7 @@ def _held_out(target: TargetFindings) -> Row:
     held_out, unit = target.held_out, sentences.held_out_unit(target)
     return {
         "unit": unit.label,
-        "averaging": span(held_out.averaging),
+        "of": sentences.scored(held_out),
         "before": number(unit.of(held_out.before)),
         "after": number(unit.of(held_out.after)),
         "floor": number(unit.of(held_out.noise_floor)),
@@ -132,7 +134,7 @@ def _kind(alike: Sequence[Added], target: TargetFindings) -> Row:
 
 
 def _added(added: Added, target: TargetFindings) -> Row:
-    show = sentences.held_out_unit(target)
+    show = sentences.held_out_unit(target, added)
     return {
         "remark": added.remark,
         "parameters": estimates.parameters(added),
@@ -168,7 +170,10 @@ def _candidates(target: TargetFindings) -> list[Row]:
     """Added effects in the order of their addition, then the refused ones by p-value."""
     added = [_candidate(words.key_of(a), a, "added") for a in target.added]
     refused = sorted(target.rejected, key=lambda r: (r.p_value, -r.likelihood_ratio))
-    return added + [_candidate(r.effect, r, r.reason, sentences.again(r.effect, target)) for r in refused]
+    return added + [
+        {**_candidate(r.effect, r, r.reason, sentences.again(r.effect, target)), "outcome": sentences.outcome(r)}
+        for r in refused
+    ]
 
 
 def _candidate(key: str, tried: Added | Rejected, outcome: str, note: str = "") -> Row:
@@ -198,6 +203,8 @@ def _pictures(target: TargetFindings, ident: str) -> Row:
     def panels() -> Iterable[Row]:
         for key in shown:
             yield picture(figures.against(target, key), key, _AGAINST[key])
+        if not len(target.spectra.f):
+            return
         yield picture(figures.spectrum(target), "psd", "Spectrum of the residual")
         yield picture(figures.allan(target), "adev", "Allan deviation of the residual")
 

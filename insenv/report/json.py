@@ -14,7 +14,16 @@ from pathlib import Path
 from typing import Any
 
 from insenv.core.files import write_whole
-from insenv.identify.findings import Added, Derived, Estimate, Findings, HeldOut, NextExperiment, TargetFindings
+from insenv.identify.findings import (
+    Added,
+    Derived,
+    Detectable,
+    Estimate,
+    Findings,
+    HeldOut,
+    NextExperiment,
+    TargetFindings,
+)
 
 SCHEMA = "insenv.close-loop/1"
 
@@ -36,10 +45,14 @@ def to_json(findings: Findings) -> Block:
         "alpha": findings.alpha,
         "seed": findings.seed,
         "remarks": list(findings.remarks),
+        "rows_rejected": [
+            {"run": r.run + 1, "target": r.target, "rows": [r.start, r.stop], "reason": r.reason}
+            for r in findings.rows_rejected
+        ],
         "source": findings.source,
         "licence": findings.licence,
     }
-    return {key: _strict(value) for key, value in document.items()}
+    return {key: strict(value) for key, value in document.items()}
 
 
 def write_json(findings: Findings, path: str | os.PathLike[str]) -> Path:
@@ -71,10 +84,14 @@ def _blocks(target: TargetFindings) -> Block:
                 "p_value": r.p_value,
                 "likelihood_ratio": r.likelihood_ratio,
                 "reason": r.reason,
+                "smallest_detectable": r.smallest_detectable and _detectable(r.smallest_detectable),
             }
             for r in target.rejected
         ],
-        "not_testable": [{"effect": n.effect, "needs": list(n.needs), "reason": n.reason} for n in target.not_testable],
+        "not_testable": [
+            {"effect": n.effect, "needs": list(n.needs), "reason": n.reason, "smallest_detectable": None}
+            for n in target.not_testable
+        ],
         "next_experiment": [_experiment(one) for one in target.next_experiment],
         "derived": [_derived(one) for one in target.derived],
         "cautions": list(target.cautions),
@@ -107,6 +124,11 @@ def _blocks_of_several(targets: tuple[TargetFindings, ...]) -> Block:
     }
 
 
+def _detectable(least: Detectable) -> Block:
+    at = [{"name": name, "value": value, "unit": unit} for name, (value, unit) in least.at.items()]
+    return {"name": least.name, "value": least.value, "unit": least.unit, "at": at}
+
+
 def _added(added: Added) -> Block:
     return {
         "effect": added.effect,
@@ -119,6 +141,7 @@ def _added(added: Added) -> Block:
         "held_out_after": added.held_out_after,
         "generic": added.generic,
         "remark": added.remark,
+        **({"held_out_unit": added.unit} if added.unit else {}),
     }
 
 
@@ -139,6 +162,7 @@ def _held_out(held_out: HeldOut) -> Block:
         "noise_floor": held_out.noise_floor,
         "unit": held_out.unit,
         "averaging_s": held_out.averaging,
+        **({"of": held_out.of} if held_out.of else {}),
     }
 
 
@@ -157,6 +181,8 @@ def _experiment(experiment: NextExperiment) -> Block:
         "procedure": experiment.procedure,
         "expected_separation_sigma": experiment.expected_separation_sigma,
         "profile": None if experiment.profile is None else dict(experiment.profile),
+        "changes": None if experiment.changes is None else dict(experiment.changes),
+        "pairs": [{"effects": list(pair.effects), "sigma": pair.sigma} for pair in experiment.pairs],
     }
 
 
@@ -169,12 +195,12 @@ def _derived(derived: Derived) -> Block:
     }
 
 
-def _strict(value: Any) -> Any:
+def strict(value: Any) -> Any:
     """The same with Python's own numbers, and None for what JSON has no number for."""
     if isinstance(value, dict):
-        return {key: _strict(item) for key, item in value.items()}
+        return {key: strict(item) for key, item in value.items()}
     if isinstance(value, list):
-        return [_strict(item) for item in value]
+        return [strict(item) for item in value]
     if hasattr(value, "item"):  # a NumPy scalar
         value = value.item()
     if isinstance(value, float) and not math.isfinite(value):

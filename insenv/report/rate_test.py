@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from collections.abc import Sequence
 from dataclasses import fields, is_dataclass
 from pathlib import Path
@@ -16,7 +17,7 @@ from insenv.core.files import write_whole
 from insenv.core.rate_test import NORMALISATIONS, RateTest
 from insenv.core.units import DEG, DEG_PER_HOUR
 from insenv.report import rate_test_rows as rows
-from insenv.report.json import _strict
+from insenv.report.json import strict
 from insenv.report.page import rendered
 from insenv.report.quantities import number, span
 
@@ -32,7 +33,7 @@ def to_json(tests: Sequence[RateTest]) -> Block:
         "normalisations": dict(NORMALISATIONS),
         "instruments": [_plain(test) for test in tests],
     }
-    return {key: _strict(value) for key, value in block.items()}
+    return {key: strict(value) for key, value in block.items()}
 
 
 def _plain(value: Any) -> Any:
@@ -81,7 +82,7 @@ def to_html(tests: Sequence[RateTest]) -> str:
     return rendered(
         "rate_test.html.j2",
         title=" · ".join(test.title for test in tests),
-        comparison=rows.comparison(tests),
+        comparison=_typeset(rows.comparison(tests)),
         several=len(tests) > 1,
         allan=_allan_of_all(resting) if len(resting) > 1 else "",
         instruments=[_instrument(test, f"i{i}") for i, test in enumerate(tests, 1)],
@@ -95,7 +96,7 @@ def _instrument(test: RateTest, ident: str) -> Block:
         "id": ident,
         "title": test.title,
         "manifest": test.manifest,
-        "size": f"{test.rows:,} rows, {span(test.duration)}".replace(",", "\u202f"),
+        "size": f"{test.rows:,}".replace(",", "\u202f") + f" rows, {span(test.duration)}",
         "conditions": list(test.conditions.items()),
         "line": None if test.line is None else _line(test, ident),
         "static": None if test.static is None else _static(test, ident),
@@ -108,13 +109,13 @@ def _line(test: RateTest, ident: str) -> Block:
     assert line is not None
     flagged = [f"{f.rate / DEG:+.3f} deg/s (z = {number(f.z)})" for f in line.flagged]
     return {
-        "fits": rows.fits(line),
-        "normalisations": rows.normalisations(line),
-        "power_ups": rows.power_ups(line),
-        "rates": rows.rates(line),
-        "dwells": rows.dwells(line),
+        "fits": _typeset(rows.fits(line)),
+        "normalisations": _typeset(rows.normalisations(line)),
+        "power_ups": _typeset(rows.power_ups(line)),
+        "rates": _typeset(rows.rates(line)),
+        "dwells": _typeset(rows.dwells(line)),
         "zeros": f"{line.zero_method} ({line.zero_reason})",
-        "flagged": ", ".join(flagged) or "none",
+        "flagged": _minus(", ".join(flagged)) or "none",
         "rule": line.rule,
         "false_alarm": number(line.false_alarm, 1),
         "noise": number(line.noise / rows.COEFFICIENTS["angle_random_walk"][2]),
@@ -130,11 +131,24 @@ def _static(test: RateTest, ident: str) -> Block:
         "label": static.label,
         "duration": span(static.duration),
         "earth": static.earth_note,
-        "biases": rows.biases(test),
-        "stability": rows.stability(static),
-        "allan": rows.allan(static),
+        "biases": _typeset(rows.biases(test)),
+        "stability": _typeset(rows.stability(static)),
+        "allan": _typeset(rows.allan(static)),
         "figures": [_figure("allan", [test], ident), _figure("against_time", test, ident)],
     }
+
+
+def _typeset(grid: rows.Grid) -> rows.Grid:
+    """A table with true minus signs."""
+    cells = tuple((row[0], *map(_minus, row[1:])) if row else row for row in grid.rows)
+    if grid.head[0].startswith("rate"):
+        cells = tuple((_minus(row[0]), *row[1:]) for row in cells)
+    return rows.Grid(grid.head, cells)
+
+
+def _minus(text: str) -> str:
+    """Minus signs before numbers; hyphens stay."""
+    return re.sub(r"(?<![\w-])-(?=[\d.])", "\N{MINUS SIGN}", text)
 
 
 def _figure(name: str, what: Any, ident: str) -> Any:

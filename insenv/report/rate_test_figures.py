@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from insenv.core.rate_test import LineFit, RateTest, StaticResult
 from insenv.core.units import DEG, DEG_PER_HOUR, HOUR, PPM
 from insenv.report import drawing as draw
-from insenv.report.quantities import Unit
+from insenv.report.quantities import Unit, span
 
 _WIDE, _PANEL = (10.6, 3.9), (5.2, 4.0)
 _COLOURS = (draw.AFTER, draw.BEFORE, "#3b8f5a", "#8b5fb0", "#b0413e", "#6a737d")
@@ -26,13 +26,16 @@ _TERMS = {
 
 @draw.style()
 def nonlinearity(test: RateTest) -> Figure:
-    """Deviations from the line, in ppm of the largest output: all points, and without the flagged ones below."""
+    """Deviations from the line, in ppm of the largest output: of all points, and without those flagged, if any."""
     assert test.line is not None
     figure = Figure(figsize=_WIDE, layout="constrained")
-    axes = figure.subplots(1, 2)
-    for ax, method in zip(axes, ("all points", "without flagged"), strict=True):
-        for one in test.line.of_each(method):
-            ax.plot(one.rates / DEG, _ppm(one), color="#aeb8c4", lw=0.6, marker=".", ms=2.5, zorder=2)
+    methods = ("all points", "without flagged") if test.line.flagged else ("all points",)
+    axes = np.ravel(figure.subplots(1, len(methods)))
+    for ax, method in zip(axes, methods, strict=True):
+        each: dict[str, Any] = {"color": "#aeb8c4", "lw": 0.6, "marker": ".", "ms": 2.5, "zorder": 2}
+        for k, one in enumerate(test.line.of_each(method)):
+            used = (one.weights > 0) | (method == "all points")
+            ax.plot(one.rates[used] / DEG, _ppm(one)[used], label="_" if k else "each power-up", **each)
         fit = test.line.fit(method)
         kept = (fit.weights > 0) | (method == "all points")
         dots: dict[str, Any] = {"color": draw.AFTER, "lw": 1.2, "marker": "o", "ms": 3.2, "elinewidth": 0.8}
@@ -46,7 +49,9 @@ def nonlinearity(test: RateTest) -> Figure:
         ax.grid(True, color="#d9dee4", lw=0.5, zorder=0)
         ax.set_xlabel("rate [deg/s]")
         ax.set_ylabel("deviation / largest output [ppm]")
-        ax.set_title("all points" if method == "all points" else "without flagged (dashed)", fontsize=9.5)
+        if test.line.flagged:
+            ax.set_title("all points" if method == "all points" else "without flagged (dashed)", fontsize=9.5)
+        ax.legend(fontsize=8)
     return figure
 
 
@@ -68,14 +73,15 @@ def allan(tests: list[RateTest]) -> Figure:
     ax = figure.add_subplot()
     unit = Unit("deg/h", DEG_PER_HOUR)
     curves: list[np.ndarray] = []
-    for colour, test in zip(np.resize(np.array(_COLOURS), len(tests)), tests, strict=True):
+    for k, (colour, test) in enumerate(zip(np.resize(np.array(_COLOURS), len(tests)), tests, strict=True), start=1):
         assert test.static is not None
         found = test.static.allan
         band = (unit.each(found.lower), unit.each(found.upper))
         ax.fill_between(found.taus, *band, color=colour, alpha=0.2, lw=0)
         label = test.title if len(tests) > 1 else "measured, 68 %"
         draw.curve(ax, found.taus, found.deviation, unit, color=colour, lw=1.4, marker="o", ms=2.6, label=label)
-        draw.curve(ax, found.taus, _model(test.static), unit, color=draw.FITTED, lw=0.9, ls=(0, (4, 2.5)))
+        fitted = "sum of the fitted terms" if k == len(tests) else "_"
+        draw.curve(ax, found.taus, _model(test.static), unit, color=draw.FITTED, lw=0.9, ls=(0, (4, 2.5)), label=fitted)
         curves.append(found.deviation)
     if any(map(len, curves)):
         every = np.concatenate(curves)
@@ -105,7 +111,8 @@ def against_time(test: RateTest) -> Figure:
     t = static.t / (HOUR if hours else 60.0)
     ax.plot(t, static.series / DEG_PER_HOUR, color=draw.AFTER, lw=1.0)
     ax.set_xlabel(f"time since the power-up [{'h' if hours else 'min'}]")
-    ax.set_ylabel("output at rest [deg/h]")
+    mean = f", means over {span(float(np.median(np.diff(static.t))))}" if len(static.t) > 1 else ""
+    ax.set_ylabel(f"output at rest{mean} [deg/h]")
     ax.grid(True, color="#d9dee4", lw=0.5, zorder=0)
     if len(static.temperature) and np.ptp(static.temperature) > 0.01:
         other = ax.twinx()

@@ -26,7 +26,7 @@ from insenv.core.units import (
     PPM,
     ZERO_CELSIUS,
 )
-from insenv.report.quantities import number, span, with_sd
+from insenv.report.quantities import last_digit, number, span, with_sd
 
 #: Units and factors of the Allan coefficients.
 COEFFICIENTS = {
@@ -48,14 +48,19 @@ class Grid:
 
 
 def valued(value: Valued, factor: float) -> str:
-    """``value ± sd`` in a unit."""
-    return with_sd(value.value / factor, value.sd / factor) if math.isfinite(value.value) else NONE
+    """``value ± sd`` in a unit, without a power of ten below a million."""
+    if not math.isfinite(value.value):
+        return NONE
+    shown, sd = value.value / factor, value.sd / factor
+    if 0 < sd < math.inf and 1e3 <= abs(shown) < 1e6 and (last := last_digit(sd)) > 0:
+        return f"{round(shown, -last):.0f} ± {round(sd, -last):.0f}"
+    return with_sd(shown, sd)
 
 
 def comparison(tests: Sequence[RateTest]) -> Grid:
     """Instruments side by side, as in the paper's table 5."""
     rows = [
-        ("scale-factor error K - 1, without flagged [ppm]", [_error(t, "without flagged") for t in tests]),
+        ("scale-factor error K − 1, without flagged [ppm]", [_error(t, "without flagged") for t in tests]),
         ("nonlinearity, all points, largest of the power-ups [ppm]", [_largest(t, "all points") for t in tests]),
         ("the same without flagged points [ppm]", [_largest(t, "without flagged") for t in tests]),
         ("nonlinearity of the means, all points [ppm]", [_of_means(t, "all points") for t in tests]),
@@ -128,9 +133,9 @@ def _coefficient(tests: Sequence[RateTest], key: str) -> tuple[str, list[str]]:
 
 
 def coefficient(value: Valued, factor: float) -> str:
-    """A coefficient with its deviation; of one that is zero what may be hidden."""
-    if value.value == 0:
-        return f"< {number(2 * value.sd / factor, 2)}"
+    """A coefficient with its deviation; of one below two of them what may be hidden: two deviations above it."""
+    if value.value < 2 * value.sd:
+        return f"< {number((value.value + 2 * value.sd) / factor, 2)}"
     return valued(value, factor)
 
 
@@ -189,7 +194,9 @@ def _deviation(fit: LineFit, rate: float) -> str:
     if not len(fit.rates) or abs(fit.rates[j := int(np.abs(fit.rates - rate).argmin())] - rate) > 0.05 * DEG:
         return NONE
     top = fit.scale_factor.value * float(np.abs(fit.rates).max())
-    return f"{fit.residuals[j] / top / PPM:.1f}"
+    sd = abs(fit.sd[j] / top) / PPM
+    places = 1 if sd < 3.55 else 0
+    return f"{round(fit.residuals[j] / top / PPM, places) + 0.0:.{places}f}"
 
 
 def power_ups(line: RateLineResult) -> Grid:

@@ -6,7 +6,7 @@ import math
 import re
 from itertools import groupby
 
-from insenv.identify.findings import Findings, HeldOut, NotTestable, TargetFindings
+from insenv.identify.findings import Added, Findings, HeldOut, NotTestable, Rejected, TargetFindings
 from insenv.report.found import chances, listed
 from insenv.report.quantities import Unit, number, p_value, percent, span, unit_for
 from insenv.report.words import key_of, listing, name
@@ -75,7 +75,7 @@ def _outcome(target: TargetFindings) -> str:
     held_out = target.held_out
     unit = held_out_unit(target)
     before, after, floor = (unit.show(x) for x in (held_out.before, held_out.after, held_out.noise_floor))
-    means = f"means over {span(held_out.averaging)}"
+    means = scored(held_out)
     alone = f"the fitted noise alone leaves {floor}"
     if not target.added:
         return f"On data that no fit saw, {means} scatter by {after} rms; {alone}."
@@ -138,12 +138,29 @@ def by_need(target: TargetFindings) -> list[tuple[str, list[str]]]:
 
 def again(key: str, target: TargetFindings) -> str:
     """A note for a candidate whose like was added: what was tried is one more of it."""
-    return " (another)" if any(key == key_of(one) for one in target.added) else ""
+    alone = any(r.effect == key and r.reason.startswith("alone") for r in target.rejected)
+    return " (another)" if not alone and any(key == key_of(one) for one in target.added) else ""
 
 
-def held_out_unit(target: TargetFindings) -> Unit:
-    """The one unit of all held-out errors of a target."""
-    return unit_for(target.unit, target.held_out.before, target.held_out.after)
+def outcome(rejected: Rejected) -> str:
+    """Why a candidate was not added, and how small an effect would have been."""
+    least = rejected.smallest_detectable
+    if least is None:
+        return rejected.reason
+    at = "".join(f" at {name} = {unit_for(unit, value).show(value, 2)}" for name, (value, unit) in least.at.items())
+    return f"{rejected.reason}; found from {unit_for(least.unit, least.value).show(least.value, 2)} on{at}"
+
+
+def scored(held_out: HeldOut) -> str:
+    """Of what the held-out error is: "means over 5 s"."""
+    return held_out.of or f"means over {span(held_out.averaging)}"
+
+
+def held_out_unit(target: TargetFindings, added: Added | None = None) -> Unit:
+    """The one unit of all held-out errors of a target; of an added effect, that of its own where it has one."""
+    if added is not None and added.unit:
+        return unit_for(added.unit, added.held_out_before, added.held_out_after)
+    return unit_for(target.held_out.unit, target.held_out.before, target.held_out.after)
 
 
 def rest(p_values: list[float]) -> str:

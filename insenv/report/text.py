@@ -75,7 +75,7 @@ def _held_out(target: TargetFindings) -> Iterator[str]:
         ("with what was added", unit.show(h.after), sentences.change(h)),
         ("noise alone", unit.show(h.noise_floor), ""),
     ]
-    yield f"Held-out error, rms of means over {span(h.averaging)}"
+    yield f"Held-out error, rms of {sentences.scored(h)}"
     yield from _table(rows if target.added else [rows[0], rows[2]], "lrr")
 
 
@@ -84,7 +84,7 @@ def _added(alike: Sequence[Added], target: TargetFindings, width: int) -> Iterat
     key = words.key_of(alike[0])
     for added in alike:
         yield from _hang(f"{key}: {estimates.parameters(added)}", width)
-        show = sentences.held_out_unit(target)
+        show = sentences.held_out_unit(target, added)
         before, after = show.number(added.held_out_before), show.show(added.held_out_after)
         shared = found.together(added, target.added)
         evidence = f"p {p_value(added.p_value)}, held-out error {before} → {after}{shared}"
@@ -128,7 +128,10 @@ def _refused(target: TargetFindings) -> Iterator[str]:
     shown = ranked[: max(telling, _REFUSED_SHOWN)]
     yield from ("", "Tried and refused")
     yield from _table(
-        [(r.effect + sentences.again(r.effect, target), f"p {p_value(r.p_value)}", r.reason) for r in shown],
+        [
+            (r.effect + sentences.again(r.effect, target), f"p {p_value(r.p_value)}", sentences.outcome(r))
+            for r in shown
+        ],
         "lll",
     )
     if len(ranked) > len(shown):

@@ -42,6 +42,15 @@ EFFECTS: dict[str, tuple[str, str]] = {
         "coupling of the two beams pulls a ring laser's frequency towards zero at low rates",
     ),
     "lock_in_wander": ("wander of the lock-in", "the lock-in threshold wanders at random"),
+    "rate_lock": (
+        "lock to a rate",
+        "cross-coupling pulls a closed loop to one rate, and near it the output stands still",
+    ),
+    "sine_response": ("sine response", "an open loop puts out the sine of the phase, not the phase"),
+    "compensation_ripple": (
+        "ripple of the compensation",
+        "what a compensation leaves of a curved response swings over the range of rates",
+    ),
     "encoder_harmonic": (
         "encoder harmonic",
         "the reference is wrong: the table's encoder repeats an angle error every turn",
@@ -62,6 +71,7 @@ EFFECTS: dict[str, tuple[str, str]] = {
         "the base turns, as the gyros show, and gravity leaks into the level accelerometers",
     ),
     "non_orthogonality": ("non-orthogonality", "the axes of the triad are not at right angles"),
+    "misalignment": ("misalignment", "the triad as a whole is turned against the one that shows the attitude"),
     "accel_scale_factor": (
         "accelerometer scale factor",
         "the output is wrong in proportion to the specific force",
@@ -125,6 +135,24 @@ def listing(items: Iterable[str], last: str = "and") -> str:
     comma = "," if any(f" {inner} " in word for word in words for inner in ("and", "or")) else ""
     return f"{comma} {last} ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
+
+#: How the figures of a recording in several positions came about, a paragraph each.
+METHOD_OF_POSITIONS = (
+    "Rests were found where all channels of the triads scatter little more than in their quietest windows, or "
+    "taken from the labels of the recording. Accelerometers: at rest the magnitude of specific force is that of "
+    "gravity, in whatever attitude; attitudes are not needed and not fitted. Gyros: the rotation integrated from "
+    "one rest to the next, less the bias that the gyros show in either, must carry the direction of gravity from "
+    "the one to the other; g-sensitivity is told by the means of the gyros at rest.",
+    "The declared model was fitted to the rests that are not held out, by least squares; each further effect was "
+    "added to it and the change of the residual judged by Fisher's F. The noise is the scatter from rest to rest "
+    "that the fit itself leaves, with its freedom, not the white noise of the samples. The held-out rests tell by "
+    "themselves whether their residual moves as the fitted effect foretells; both are joined as a normal deviate, "
+    "and the probability is multiplied by the number of effects that were tried.",
+    "An effect was refused where the error on held-out rests got worse; several effects at once were tried where "
+    "none alone was accepted. An added effect is ambiguous where, with another in its place, it is no longer "
+    "significant. Nothing was fitted to held-out rests. Standard deviations are one sigma, of all parameters "
+    "together, widened by the variance of Student's t.",
+)
 
 #: How the figures came about, a paragraph each; holds for every report.
 METHOD = (

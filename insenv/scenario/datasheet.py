@@ -49,6 +49,7 @@ def datasheet(scenario: Scenario) -> Datasheet:
         declared=declared,
         sight=sight,
         level_sd=level_sd,
+        reference_temperature=plant.reference_temperature,
     )
 
 

@@ -19,6 +19,19 @@ def names() -> tuple[str, ...]:
     return tuple(sorted(f"{path.parent.name}/{path.stem}" for path in _HOME.glob("*/*.toml")))
 
 
+def changed(changes: Mapping[str, Any] | None) -> dict[str, Any]:
+    """What a caller changes, as a dict of its own.
+
+    Raises
+    ------
+    InputError
+        If it is no mapping.
+    """
+    if changes is not None and not isinstance(changes, Mapping):
+        raise InputError(f"changes = {shown(changes)}; wanted a mapping such as {{'table.tilt': '90 deg'}}")
+    return dict(changes or {})
+
+
 def source(path: Path | str, changes: Mapping[str, Any] | None) -> tuple[dict[str, Any], Path]:
     """Tree of a scenario with its changes, and the path of its file.
 
@@ -35,7 +48,7 @@ def source(path: Path | str, changes: Mapping[str, Any] | None) -> tuple[dict[st
         wanted = f"did you mean {near[0]!r}?" if near else f"wanted a TOML file, or one of {', '.join(names())}"
         raise InputError(f"{name}: neither a file nor a packaged scenario; {wanted}")
     found = tree(Path(path), "scenario")
-    for key, value in (changes or {}).items():
+    for key, value in changed(changes).items():
         _change(found, key, deepcopy(value), Path(path))
     return found, Path(path)
 

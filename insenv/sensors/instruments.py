@@ -165,8 +165,8 @@ def fog_kvh13(target: str = "gyro") -> Instrument:
         [
             *_fog_noise(0.067, 0.35, 0.08),
             (ScaleFactor(), (0.0,)),
-            (ScaleFactorAsymmetry(), (8 * PPM,)),
-            (SineResponse(), (0.005, 0.253)),
+            (ScaleFactorAsymmetry(), (4 * PPM,)),
+            (SineResponse(), (0.001, 0.253)),
             (CompensationRipple(), (0.09 * DEG, 15.0, 375 * DEG)),
             (BiasWarmUp(), (-14 * 1.8 * DEG_PER_HOUR, 2400.0)),
             *_fog_temperature(),

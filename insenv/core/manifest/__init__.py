@@ -46,8 +46,9 @@ def load_manifest(path: Path | str, folder: Path | str | None = None) -> Manifes
     """
     path = Path(path)
     table = schema.parse(path)
-    runs = checks.runs(table, path.parent if folder is None else Path(folder), path)
-    channels = checks.channels(table, runs, path)
+    folder = path.parent if folder is None else Path(folder)
+    runs = checks.runs(table, folder, path)
+    channels = checks.channels(table, runs, path, folder)
     model = checks.model(table.model, channels, path)
     return Manifest(
         path=path,
@@ -56,8 +57,9 @@ def load_manifest(path: Path | str, folder: Path | str | None = None) -> Manifes
         channels=channels,
         model=model,
         noise=checks.noise(table, model.targets, path),
-        held_out=checks.held_out(table.held_out, len(runs), path),
+        held_out=checks.held_out(table.held_out, None if "power" in channels else len(runs), path),
         fit_rows=checks.ranges(table.fit.rows, f"{path}: fit.rows"),
         columns=checks.columns(table, runs, path),
+        resample=checks.resample(table, path),
         source=checks.source(table.source),
     )

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from insenv.core.errors import InputError
@@ -16,6 +17,7 @@ from insenv.core.manifest import schema
 from insenv.core.manifest.schema import nearest, shown
 from insenv.core.manifest.spec import (
     ACCELEROMETERS,
+    BARE,
     CHANNELS,
     GYROS,
     PSINS_CHANNELS,
@@ -50,7 +52,7 @@ SUFFIXES: Mapping[str, str] = {
     ".mat": "mat",
     ".imu": "psins-imu",
 }
-_EFFECT = re.compile(r"[a-z][a-z0-9_]*(:[1-9][0-9]*)?")
+_EFFECT = re.compile(r"[a-z][a-z0-9_]*(:[1-9][0-9]*)?|[A-Za-z_][\w.]*:[A-Za-z_]\w*")
 _COORDINATES = {
     "R": (1, 0, 0),
     "L": (-1, 0, 0),
@@ -126,7 +128,9 @@ def _mounting(run: schema.MountingTable, shared: schema.MountingTable, where: st
     table_axis = run.table_axis or shared.table_axis
     if table_axis is not None and tilt is not None:
         raise InputError(f"{where} has tilt and table_axis; wanted tilt of a single gyro, or table_axis of a triad")
-    return Mounting(Mounting.tilt if tilt is None else elevation, axes, table_axis or Mounting.table_axis)
+    turned = run.base_turned or shared.base_turned
+    base_turned = 0.0 if turned is None else quantity(turned, "angle", f"{where}.base_turned")
+    return Mounting(Mounting.tilt if tilt is None else elevation, axes, table_axis or Mounting.table_axis, base_turned)
 
 
 def _triple_product(a: tuple[int, ...], b: tuple[int, ...], c: tuple[int, ...]) -> int:
@@ -155,7 +159,9 @@ def _within(value: float, limits: tuple[float, float], what: str, wanted: str) -
         raise InputError(f"{what}; wanted {wanted}")
 
 
-def channels(table: schema.ManifestTable, runs: tuple[RunSpec, ...], path: Path) -> dict[str, ChannelSpec]:
+def channels(
+    table: schema.ManifestTable, runs: tuple[RunSpec, ...], path: Path, folder: Path = Path()
+) -> dict[str, ChannelSpec]:
     """Channels in the manifest's order; a PSINS log has its own where none are listed."""
     psins = all(run.format == "psins-imu" for run in runs)
     tables = table.channels
@@ -166,7 +172,14 @@ def channels(table: schema.ManifestTable, runs: tuple[RunSpec, ...], path: Path)
             raise InputError(f"{path}: unknown channel {name!r} in [channels]; {nearest(name, CHANNELS)}")
     if "time" not in tables and not psins:
         raise InputError(f'{path}: channels.time is missing; wanted its column, or its rate as in "100 Hz"')
-    return {name: _channel(name, spec, f"{path}: channels.{name}") for name, spec in tables.items()}
+    found = {name: _channel(name, spec, f"{path}: channels.{name}") for name, spec in tables.items()}
+    own = {name: spec.file for name, spec in tables.items() if spec.file is not None}
+    if own and len(runs) > 1:
+        raise InputError(f"{path}: channels.{next(iter(own))}.file is for one run; there are {len(runs)}")
+    return found | {
+        name: replace(found[name], file=folder / file, format=_format(file, table.format, path))
+        for name, file in own.items()
+    }
 
 
 def _channel(name: str, table: schema.ChannelTable, where: str) -> ChannelSpec:
@@ -181,7 +194,10 @@ def _channel(name: str, table: schema.ChannelTable, where: str) -> ChannelSpec:
         raise InputError(f"{where} has a rate and a column or unit; wanted either rate or column with unit")
     delay = 0.0 if table.delay is None else quantity(table.delay, "time", f"{where}.delay")
     rate = None if table.rate is None else _positive(table.rate, "frequency", f"{where}.rate")
-    return ChannelSpec(column, table.unit, table.quantity, table.covers, delay, table.wrapped, rate)
+    offset = table.offset or 0.0
+    if not math.isfinite(offset):
+        raise InputError(f"{where}.offset = {offset}; wanted what the file shows at zero input")
+    return ChannelSpec(column, table.unit, table.quantity, table.covers, delay, table.wrapped, rate, offset)
 
 
 def _refuse_keys(name: str, table: schema.ChannelTable, where: str) -> None:
@@ -191,8 +207,10 @@ def _refuse_keys(name: str, table: schema.ChannelTable, where: str) -> None:
         "wrapped": ("table_angle",),
         "quantity": rate_type,
         "covers": rate_type,
-        "delay": tuple(n for n in CHANNELS if n not in ("time", "segment")),
-        "unit": tuple(n for n in CHANNELS if n != "segment"),
+        "offset": rate_type,
+        "file": tuple(n for n in CHANNELS if n not in ("time", *BARE)),
+        "delay": tuple(n for n in CHANNELS if n not in ("time", *BARE)),
+        "unit": tuple(n for n in CHANNELS if n not in BARE),
     }
     for key, names in meant_for.items():
         if getattr(table, key) not in (None, False) and name not in names:
@@ -218,7 +236,7 @@ def model(table: schema.ModelTable, channels: Mapping[str, ChannelSpec], path: P
         raise InputError(f"{path}: model.target = []; wanted at least one channel")
     for effect in table.declared:
         if not _EFFECT.fullmatch(effect):
-            raise InputError(f"{path}: model.declared has {shown(effect)}; wanted an effect's name or name:order")
+            raise InputError(f"{path}: model.declared has {shown(effect)}; wanted a name, name:order or module:Name")
     for key, names in (("target", targets), ("declared", tuple(table.declared))):
         if len(set(names)) < len(names):
             raise InputError(f"{path}: model.{key} = {shown(list(names))}; wanted each name once")
@@ -269,15 +287,16 @@ def _not_negative(text: str, dimension: str, where: str) -> float:
     return value
 
 
-def held_out(table: schema.HeldOutTable, n_runs: int, path: Path) -> HeldOut:
-    """Held-out data; at most one way to name them."""
+def held_out(table: schema.HeldOutTable, n_runs: int | None, path: Path) -> HeldOut:
+    """Held-out data; at most one way to name them. ``n_runs`` is None where the data tell how many runs there are."""
     given = [k for k in ("runs", "start", "rows", "positions") if getattr(table, k) is not None]
     if len(given) > 1:
         raise InputError(f"{path}: [held_out] has {' and '.join(given)}; wanted one of them")
     runs = tuple(table.runs or ())
     for run in runs:
-        if not 1 <= run <= n_runs:
-            raise InputError(f"{path}: held_out.runs has {run}; wanted runs from 1 to {n_runs}")
+        if not 1 <= run <= (n_runs or run):
+            wanted = f"runs from 1 to {n_runs}" if n_runs else "runs, counted from 1"
+            raise InputError(f"{path}: held_out.runs has {run}; wanted {wanted}")
     for name in ("runs", "rows"):
         if getattr(table, name) == []:
             raise InputError(f"{path}: held_out.{name} = []; wanted at least one, or no such key")
@@ -286,9 +305,28 @@ def held_out(table: schema.HeldOutTable, n_runs: int, path: Path) -> HeldOut:
         runs=runs,
         start=None if table.start is None else _not_negative(table.start, "time", f"{where}.start"),
         rows=ranges(table.rows, f"{where}.rows"),
-        positions=table.positions,
+        positions=_positions(table.positions, f"{where}.positions"),
         averaging=None if table.averaging is None else _positive(table.averaging, "time", f"{where}.averaging"),
     )
+
+
+def _positions(given: str | list[int] | None, where: str) -> str | tuple[int, ...] | None:
+    """Rests by "even" or "odd", or by their numbers."""
+    if given is None or isinstance(given, str):
+        return given
+    if not given or min(given) < 1:
+        raise InputError(f"{where} = {given}; wanted 'even', 'odd' or rests, counted from 1")
+    return tuple(given)
+
+
+def resample(table: schema.ManifestTable, path: Path) -> float | None:
+    """Rate of the means that stand for uneven rows [Hz]."""
+    if table.fit.resample is None:
+        return None
+    for key, rows in (("held_out", table.held_out.rows), ("fit", table.fit.rows)):
+        if rows is not None:
+            raise InputError(f"{path}: {key}.rows beside fit.resample, which makes other rows; wanted held_out.start")
+    return _positive(table.fit.resample, "frequency", f"{path}: fit.resample")
 
 
 def ranges(rows: list[tuple[int, int]] | None, where: str) -> RowRanges:

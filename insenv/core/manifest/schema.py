@@ -48,6 +48,8 @@ class ChannelTable(Table):
     delay: str | None = None
     wrapped: bool = False
     rate: str | None = None
+    offset: float | None = None
+    file: str | None = None
 
 
 class SiteTable(Table):
@@ -64,6 +66,7 @@ class MountingTable(Table):
     tilt: str | None = None
     axes: str | None = None
     table_axis: Literal["U", "D"] | None = None
+    base_turned: str | None = None
 
 
 class RunTable(Table):
@@ -91,7 +94,7 @@ class HeldOutTable(Table):
     runs: list[int] | None = None
     start: str | None = None
     rows: list[tuple[int, int]] | None = None
-    positions: Literal["even"] | None = None
+    positions: Literal["even", "odd"] | list[int] | None = None
     averaging: str | None = None
 
 
@@ -99,6 +102,7 @@ class FitTable(Table):
     """``[fit]``."""
 
     rows: list[tuple[int, int]] | None = None
+    resample: str | None = None
 
 
 class ManifestTable(Table):

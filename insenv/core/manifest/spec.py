@@ -25,8 +25,11 @@ CHANNELS: Mapping[str, str] = {
     "table_angle": "angle",
     "table_rate": "rate",
     "temperature": "temperature",
+    "power": "number",
     "segment": "label",
 }
+#: Channels without a unit.
+BARE = ("power", "segment")
 #: Dimension of the integral of a rate-type channel over a sampling period.
 INCREMENTS: Mapping[str, str] = {"rate": "angle", "acceleration": "velocity"}
 
@@ -74,6 +77,12 @@ class ChannelSpec:
         Whether a table angle jumps at a full turn.
     rate : float or None
         Of the time channel without a column: sampling rate [Hz].
+    offset : float
+        What the file shows at zero input, in its own numbers: taken off before the unit.
+    file : Path or None
+        The channel's own data file, row by row beside the run's; None: the run's.
+    format : str
+        Format of that file.
     """
 
     column: str | int
@@ -83,6 +92,9 @@ class ChannelSpec:
     delay: float = 0.0
     wrapped: bool = False
     rate: float | None = None
+    offset: float = 0.0
+    file: Path | None = None
+    format: str = ""
 
 
 @dataclass(frozen=True)
@@ -108,8 +120,8 @@ class HeldOut:
         From so many seconds after each run's first row.
     rows : tuple of (int, int)
         Half-open ranges, 0-based, counted through all runs in order.
-    positions : str or None
-        "even": every second rest of a multi-position recording.
+    positions : str, tuple of int or None
+        "even" or "odd": every second rest of a multi-position recording; or rests, counted from 1 through all runs.
     averaging : float or None
         Length of the means that are scored [s].
     """
@@ -117,13 +129,17 @@ class HeldOut:
     runs: tuple[int, ...] = ()
     start: float | None = None
     rows: RowRanges = ()
-    positions: str | None = None
+    positions: str | tuple[int, ...] | None = None
     averaging: float | None = None
 
 
 @dataclass(frozen=True)
 class Manifest:
-    """A manifest, checked, in SI units. ``noise`` maps each target to its declared noise parameters."""
+    """A manifest, checked, in SI units.
+
+    ``noise`` maps each target to its declared noise parameters; ``resample`` is the rate at which means of uneven rows
+    are wanted [Hz], or None.
+    """
 
     path: Path
     title: str
@@ -134,6 +150,7 @@ class Manifest:
     held_out: HeldOut = HeldOut()
     fit_rows: RowRanges = ()
     columns: int | None = None
+    resample: float | None = None
     source: Source | None = None
 
     @property

@@ -17,7 +17,7 @@ from insenv.core.manifest.spec import RunSpec
 from insenv.core.readers import arrays, binary, parquet, psins, text
 from insenv.core.readers.table import Column, Table
 
-__all__ = ["Column", "Table", "read_table"]
+__all__ = ["Column", "Table", "check_table", "read_table"]
 
 _READERS: Mapping[str, Callable[[Path, Sequence[Column]], Table]] = {
     "csv": text.read_csv,
@@ -50,12 +50,12 @@ def read_table(run: RunSpec, columns: Sequence[Column], width: int | None = None
             table = _READERS[run.format](path, columns)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
-    _check(path, columns, table)
+    check_table(path, columns, table)
     return table
 
 
-def _check(path: Path, columns: Sequence[Column], table: Table) -> None:
-    """Columns are of one length, not empty, and finite."""
+def check_table(path: Path, columns: Sequence[Column], table: Table) -> None:
+    """Refuse columns that are of different lengths, empty or not finite."""
     lengths = {c: len(table.labels[c.channel] if c.label else table.values[c.channel]) for c in columns}
     if not lengths or not max(lengths.values()):
         raise InputError(f"{path}: has no rows of data; wanted at least one")

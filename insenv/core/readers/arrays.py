@@ -82,10 +82,15 @@ def _array_name(path: Path, column: Column, names: Sequence[str]) -> str:
         return names[0]
     if column.key in names:
         return column.key
-    indexed = _INDEXED.fullmatch(column.key)
-    if indexed and indexed["name"] in names:
-        return indexed["name"]
+    if (matrix := matrix_of(column.key)) in names:
+        return matrix
     raise InputError(f"{path}: no {column}; {nearest(column.key, names)}")
+
+
+def matrix_of(key: str) -> str:
+    """Name of the matrix of which ``key`` is a column, as in ``name[0]``; without an index, ``key`` itself."""
+    indexed = _INDEXED.fullmatch(key)
+    return indexed["name"] if indexed else key
 
 
 def _pick(path: Path, column: Column, arrays: Mapping[str, Any]) -> Any:

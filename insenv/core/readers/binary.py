@@ -9,6 +9,7 @@ import numpy as np
 
 from insenv.core.errors import InputError
 from insenv.core.readers.table import Column, Table, find_column
+from insenv.core.recording import Floats
 
 #: Nothing measures less than this and more than nothing: bytes in another order do.
 _SMALLEST = 1e-100
@@ -32,9 +33,13 @@ def read_float64(path: Path, columns: Sequence[Column], width: int) -> Table:
     names = [str(i) for i in range(width)]
     values = {c.channel: rows[:, find_column(path, names, c)].astype(np.float64) for c in columns}
     for column in columns:
-        tiny = np.abs(values[column.channel])
-        if ((tiny > 0) & (tiny < _SMALLEST)).any():
-            row = int(np.argmax((tiny > 0) & (tiny < _SMALLEST)))
-            found = f"row {row}: {column} is {values[column.channel][row]:.3g}"
-            raise InputError(f"{path}: {found}, which is no measurement; wanted float64 with the low byte first")
+        check_order(path, column, values[column.channel])
     return Table(values)
+
+
+def check_order(path: Path, column: Column, values: Floats, first: int = 0) -> None:
+    """Refuse bytes in another order, which make numbers that nothing measures; ``first`` is the number of row 0."""
+    tiny = (values != 0) & (np.abs(values) < _SMALLEST)
+    if tiny.any():
+        found = f"row {first + int(np.argmax(tiny))}: {column} is {values[tiny][0]:.3g}"
+        raise InputError(f"{path}: {found}, which is no measurement; wanted float64 with the low byte first")

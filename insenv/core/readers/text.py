@@ -8,7 +8,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from insenv.core.errors import InputError
@@ -18,6 +18,7 @@ from insenv.core.readers.table import Column, Table, find_column
 _LINE = re.compile(rb"([^\r\n]*)(\r\n|\r|\n|\Z)")
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 _COMMENTS = ("#", "%")
+_DECIMAL_COMMA = re.compile(rb'(?:^|[;\t])["]?[ +-]*\d+,\d+[ ]*["]?(?:$|[;\t])')
 
 
 @dataclass(frozen=True)
@@ -54,15 +55,51 @@ def read_csv(path: Path, columns: Sequence[Column]) -> Table:
     InputError
         If the header, a row or a number is not what it should be.
     """
-    content = path.read_bytes().removeprefix(_BYTE_ORDER_MARK)
-    header = _next(path, _lines(path, content))
+    return read_rows(_with_decimal_points(below_header(path, path.read_bytes(), columns)), columns)
+
+
+def _with_decimal_points(body: Body) -> Body:
+    """The rows with points for decimal commas: between semicolons or tabs, with no point in the first row."""
+    first = body.content[:4096].lstrip().split(b"\n", 1)[0].split(b"\r", 1)[0]
+    if body.delimiter not in (";", "\t") or b"." in first or not _DECIMAL_COMMA.search(first):
+        return body
+    return replace(body, content=body.content.replace(b",", b"."))
+
+
+def below_header(path: Path, content: bytes, columns: Sequence[Column]) -> Body:
+    """The rows below the header line of ``content``, the first bytes of a file or all of them.
+
+    Raises
+    ------
+    InputError
+        If the first line is no header, or lacks a column.
+    """
+    content = content.removeprefix(_BYTE_ORDER_MARK)
+    header = _header(path, _lines(path, content))
     delimiter = header.delimiter() or ","
     names = header.cells(delimiter)
     for column in columns:
         if is_number(found := names[find_column(path, names, column)]):
             hint = "wanted a header line, or format = 'text' for a file without one"
             raise InputError(f"{path}: line {header.number}: the heading of {column} is {found.strip()}; {hint}")
-    return read_rows(Body(path, content[header.end :], header.number + 1, delimiter, names), columns)
+    return Body(path, content[header.end :], header.number + 1, delimiter, names)
+
+
+def _header(path: Path, lines: Iterator[Line]) -> Line:
+    """The header line: the first that is no comment, or the comment before it where that line is of numbers."""
+    before = None
+    line = _next(path, lines)
+    while line.text.lstrip().startswith(_COMMENTS):
+        before, line = line, next(lines, None) or line
+        if line is before:
+            break
+    if before is None:
+        return line
+    bare = replace(before, text=before.text.lstrip().lstrip("".join(_COMMENTS)))
+    cells = line.cells(line.delimiter() or ",")
+    if line is before or (any(map(is_number, cells)) and len(bare.cells(line.delimiter() or ",")) == len(cells)):
+        return bare
+    return line
 
 
 def read_text(path: Path, columns: Sequence[Column]) -> Table:

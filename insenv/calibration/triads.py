@@ -1,0 +1,85 @@
+"""Taking the errors of a whole triad out: its axes see each other, and what moves it is not known from elsewhere.
+
+    y = x + E x + o,      x = (I + E)^-1 (y - o)
+
+E holds what goes with the input of the axis itself or of its neighbours, o everything else (biases, g-sensitivity).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Protocol
+
+import numpy as np
+
+from insenv.core.errors import InputError
+from insenv.core.exposure import Exposure
+from insenv.core.motion import Motion
+from insenv.core.recording import Channel, Floats, Recording
+from insenv.effects.base import Effect
+
+#: What goes with the input of the axis itself, and what with that of its neighbours.
+OWN, OTHERS = ("accel_scale_factor", "scale_factor"), ("non_orthogonality", "misalignment", "cross_axis")
+#: What does not go with the input: with the two above all that a triad in several positions shows.
+OFFSETS = ("accel_bias", "bias", "g_sensitivity")
+_TABLE = {"table_angle", "table_rate"}
+
+
+class Held(Protocol):
+    """An effect with its parameters."""
+
+    @property
+    def effect(self) -> Effect:
+        """The effect."""
+
+    @property
+    def theta(self) -> Floats:
+        """Its parameters, shape (p,)."""
+
+    def addition(self, u: Floats, motion: Motion) -> Floats:
+        """What it adds."""
+
+
+def whole_triads(recording: Recording, held: Mapping[str, tuple[Sequence[Held], Exposure]]) -> dict[str, Channel]:
+    """Corrected channels of those triads of ``recording`` that are to be corrected as a whole.
+
+    These have three targets in ``held``, nothing but effects of a triad, at least one that goes with the input, and no
+    table that would show the input.
+
+    Raises
+    ------
+    InputError
+        If the coefficients make the axes of a triad one.
+    """
+    channels: dict[str, Channel] = {}
+    for prefix in ("accel", "gyro"):
+        names = [f"{prefix}_{axis}" for axis in "xyz"]
+        if _TABLE & recording.channels.keys() or not all(name in held for name in names):
+            continue
+        terms = [held[name][0] for name in names]
+        ids = {one.effect.id for row in terms for one in row}
+        if ids <= {*OWN, *OTHERS, *OFFSETS} and ids & {*OWN, *OTHERS}:
+            values = _solved(recording, names, terms, [held[name][1] for name in names])
+            channels |= {name: replace(recording.channels[name], values=values[:, i]) for i, name in enumerate(names)}
+    return channels
+
+
+def _solved(
+    recording: Recording, names: Sequence[str], terms: Sequence[Sequence[Held]], exposures: Sequence[Exposure]
+) -> Floats:
+    """Corrected readings of a triad, shape (rows, 3)."""
+    matrix = np.eye(3)
+    readings = np.stack([recording.channels[name].values for name in names], axis=1)
+    for axis, (row, exposure) in enumerate(zip(terms, exposures, strict=True)):
+        for one in row:
+            if one.effect.id in OWN:
+                matrix[axis, axis] += float(one.theta[0])
+            elif one.effect.id in OTHERS:
+                matrix[axis] += np.where(np.arange(3) == axis, 0.0, one.theta)
+            else:
+                cells = one.addition(exposure.u, exposure.motion)
+                readings[:, axis] -= cells[np.maximum(exposure.cell_of_row, 0)]
+    if not np.linalg.cond(matrix) < 1e6:
+        raise InputError(f"{recording.label}: {', '.join(names)}: the calibration makes these axes one")
+    return np.asarray(np.linalg.solve(matrix, readings.T).T, np.float64)

@@ -1,0 +1,93 @@
+"""The rate of a table behind a reading with errors of its own.
+
+A rate that is differenced from an encoder's angle carries the encoder's jitter, and so does what an instrument reads
+beside it, y - u: any curve of such a rate would "explain" that jitter. The rate that regressors are made of is
+therefore a mean over as many samples as the motion allows: of the windows of 1, 3, 5, 9, 17 ... samples around each
+one, the widest whose mean agrees with those of all narrower ones,
+
+    max_j (m_j - G s_j) <= min_j (m_j + G s_j),        s_j = s_0 / w_j
+
+with w_j samples in the window and s_0 by the third differences of the rate: an angle's jitter falls that fast. At a
+step of the rate the windows end. The noise of a rate that was itself measured falls as the root of w_j.
+
+Source: A. Goldenshluger and A. Nemirovski, Mathematical Methods of Statistics 6 (1997) 135 (intersection of
+confidence intervals).
+
+Where the instrument follows what the windows leave out, it was motion and no jitter: the rate is left as it is.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insenv.core.recording import Floats
+
+#: Half-width of a confidence interval in standard deviations.
+GAMMA = 4.0
+#: Share of what the windows leave out that the instrument must follow for it to be motion.
+FOLLOWED = 0.5
+#: By what was read: variance of the third differences of its jitter, in that of one rate, and the power of the window's
+#: width with which its standard deviation falls. An angle whose rows stand between the edges is first averaged over two
+#: of them, (1, -3, 2, 2, -3, 1)^2 / 2; where they stand at the edges it is (1, -4, 6, -4, 1)^2 / 2 = 35, and the
+#: intervals are wider than need be.
+_LAWS = {"angle": (14.0, 1.0), "rate": (20.0, 0.5)}
+#: Normal deviate of the median magnitude.
+_MEDIAN = 0.6745
+
+
+def followed(rate: Floats, reading: Floats, known: NDArray[np.bool_], of: Literal["angle", "rate"]) -> Floats:
+    """The rate for regressors, shape (n,).
+
+    Parameters
+    ----------
+    rate : ndarray, shape (n,)
+        Mean rate over even intervals.
+    reading : ndarray, shape (n,)
+        What an instrument that turns along reads in the same intervals [same unit].
+    known : ndarray of bool, shape (n,)
+        Where the instrument's reading is known.
+    of : str
+        What the rate was read from.
+    """
+    third, falls = _LAWS[of]
+    jitter = _jitter(rate) / np.sqrt(third)
+    if jitter == 0:
+        return rate
+    calm = _widest(rate, jitter, falls)
+    left = rate - calm
+    used = known & (left != 0)
+    power = float(left[used] @ left[used])
+    if power == 0:
+        return rate
+    share = float(left[used] @ (reading - calm)[used]) / power
+    return rate if share > FOLLOWED else calm
+
+
+def _jitter(rate: Floats) -> float:
+    """Standard deviation of the third differences, by their median: they feel neither smooth motion nor a few steps."""
+    third = np.diff(rate, 3)
+    return float(np.median(np.abs(third)) / _MEDIAN) if len(third) else 0.0
+
+
+def _widest(rate: Floats, jitter: float, falls: float) -> Floats:
+    """Mean over the widest window around each sample that agrees with all narrower ones."""
+    n = len(rate)
+    total = np.concatenate([[0.0], np.cumsum(rate - rate.mean())])
+    index = np.arange(n)
+    best = rate.copy()
+    low, high = rate - GAMMA * jitter, rate + GAMMA * jitter
+    going = np.ones(n, dtype=bool)
+    half = 1
+    while 2 * half + 1 <= n and going.any():
+        reach = np.minimum(half, np.minimum(index, n - 1 - index))  # even about the sample at the ends too
+        width = 2 * reach + 1
+        mean = (total[index + reach + 1] - total[index - reach]) / width + rate.mean()
+        slack = GAMMA * jitter / width**falls
+        low, high = np.maximum(low, mean - slack), np.minimum(high, mean + slack)
+        going &= low <= high
+        best[going] = mean[going]
+        half *= 2
+    return best

@@ -1,0 +1,39 @@
+"""What a command says while it works, and what it looks at before."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import click
+
+from insenv.core.errors import InputError
+
+
+class Progress:
+    """Says on standard error what is being done, once the work has lasted longer than two seconds.
+
+    Nothing is said within ``pause`` seconds of what was said before.
+    """
+
+    def __init__(self, pause: float = 0.0) -> None:
+        self._start = self._said = time.monotonic()
+        self._pause = pause
+
+    def __call__(self, text: str) -> None:
+        """Say ``text``."""
+        now = time.monotonic()
+        elapsed = now - self._start
+        if elapsed > 2 and now - self._said >= self._pause:
+            self._said = now
+            click.echo(f"[{elapsed:5.1f} s] {text}", err=True)
+
+
+def check_folder(path: Path | None) -> None:
+    """Refuse an output path before the work is done, not after."""
+    if path is None:
+        return
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder; wanted the name of a file to write")
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: the folder {str(path.parent)!r} does not exist; wanted one to write into")

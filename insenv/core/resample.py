@@ -1,0 +1,78 @@
+"""Unevenly sampled rows as means on an even grid, where the manifest asks for it.
+
+    y_k = 1/T integral of y over (e_k, e_k + T],      e_k = t_0 + k T
+
+A row that covers its interval counts with the part of its step that lies in the cell, so that the integral of the whole
+is kept; readings at an instant are averaged over the cell that they lie in. Angles and temperatures, which are states,
+are read at the cell's end between the rows on both sides. A cell that a step longer than itself reaches into is left
+out: nothing is known there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from insenv.core.errors import InputError
+from insenv.core.recording import Channel, Floats, Recording, Segment
+
+#: Rows in a cell, in the median, from which a mean is a mean.
+FEWEST = 2.0
+
+
+def resampled(recording: Recording, rate: float, where: str) -> Recording:
+    """The recording at ``rate`` [Hz]; ``where`` names the key in messages.
+
+    Raises
+    ------
+    InputError
+        If a cell would hold fewer than two rows in the median, or no cell is covered by rows.
+    """
+    t, width = recording.t, 1 / rate
+    steps = np.diff(t)
+    middle = float(np.median(steps))
+    if width < FEWEST * middle * (1 - 1e-9):
+        most = f"wanted at most {1 / (FEWEST * middle):.3g} Hz, means over two rows"
+        raise InputError(f"{where} = {rate:g} Hz; the median step of {recording.label} is {middle:.3g} s: {most}")
+    edges: Floats = t[0] + width * np.arange(np.floor((t[-1] - t[0]) / width * (1 + 1e-12)) + 1)
+    kept = _covered(t, steps, edges)
+    if kept.sum() < 2:
+        raise InputError(f"{where} = {rate:g} Hz; fewer than two means of {recording.label} are free of gaps")
+    channels = {name: _channel(channel, t, edges, kept) for name, channel in recording.channels.items()}
+    ends = edges[1:][kept]
+    at = [(s.label, *np.searchsorted(ends, (t[s.start], t[s.stop - 1]), side="right")) for s in recording.segments]
+    segments = tuple(Segment(label, int(a), int(b)) for label, a, b in at if b > a)
+    lost = "" if kept.all() else f"; {int(np.sum(~kept))} are left out for gaps"
+    low, high = np.quantile(steps, (0.05, 0.95))
+    text = f"{len(t)} rows in steps of {low:.3g} to {high:.3g} s resampled to {len(kept)} means over {width:g} s{lost}"
+    return replace(recording, t=ends, channels=channels, segments=segments, notes=(*recording.notes, text))
+
+
+def _covered(t: Floats, steps: Floats, edges: Floats) -> np.ndarray:
+    """Cells into which no step longer than themselves reaches, shape (cells,)."""
+    width = edges[1] - edges[0] if len(edges) > 1 else np.inf
+    change = np.zeros(len(edges) + 1)
+    gap = np.flatnonzero(steps > width * (1 + 1e-9))
+    first = np.clip(np.searchsorted(edges, t[gap], side="right") - 1, 0, len(edges))
+    last = np.clip(np.searchsorted(edges, t[gap + 1], side="left") - 1, 0, len(edges) - 1)
+    np.add.at(change, first, 1)
+    np.add.at(change, last + 1, -1)
+    return np.cumsum(change)[: len(edges) - 1] == 0
+
+
+def _channel(channel: Channel, t: Floats, edges: Floats, kept: np.ndarray) -> Channel:
+    v = channel.values
+    if channel.unit in ("rad", "K"):
+        return replace(channel, values=np.interp(edges[1:], t, v)[kept])
+    if channel.unit == "1":
+        return replace(channel, values=v[np.searchsorted(t, edges[1:], side="right") - 1][kept])
+    if channel.covers == "interval":
+        total = np.concatenate([[0.0], np.cumsum(v[1:] * np.diff(t))])
+        means = np.diff(np.interp(edges, t, total)) / np.diff(edges)
+        return replace(channel, values=means[kept])
+    cell = np.searchsorted(edges, t, side="left") - 1
+    inside = (cell >= 0) & (cell < len(kept))
+    count = np.bincount(cell[inside], minlength=len(kept))
+    total = np.bincount(cell[inside], weights=v[inside], minlength=len(kept))
+    return replace(channel, values=(total / np.maximum(count, 1))[kept], covers="interval")

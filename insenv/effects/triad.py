@@ -1,0 +1,94 @@
+"""Errors of a triad, which show when it is held still in many attitudes.
+
+    accel_bias           c
+    accel_scale_factor   c f                          specific force f along the input axis
+    non_orthogonality    c_x v_x + c_y v_y + c_z v_z  what the other two axes see
+    misalignment         c_x v_x + c_y v_y + c_z v_z
+
+v is the input of the other axes: specific forces of an accelerometer, rates of a gyro. On a single axis the last two
+are one form. On a triad they differ in how the coefficients of two axes belong together (`symmetry`): with c_ij that
+of axis j on axis i,
+
+    non_orthogonality    c_ij = +c_ji = half of the angle by which the axes i and j are short of a right angle
+    misalignment         c_ij = -c_ji : the triad as a whole is turned against its reference
+
+so that scale factors, non-orthogonality and misalignment together are any 3 x 3 matrix. The frame of a triad of which
+the non-orthogonality is known is the one nearest to its axes: no axis is taken for the right one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, final
+
+import numpy as np
+
+from insenv.core.motion import Motion
+from insenv.core.recording import Floats
+from insenv.effects.base import OUTPUT, LinearEffect, Param
+from insenv.effects.forms import along_axes, columns
+
+
+@final
+@dataclass(frozen=True)
+class AccelBias(LinearEffect):
+    """A constant error of an accelerometer: c."""
+
+    id = "accel_bias"
+    linear = (Param("c", OUTPUT, sd=0.1, bound=10.0),)
+    source = "IEEE Std 1293-1998: bias"
+    instruments = ("accelerometer",)
+
+    def basis(self, u: Floats, motion: Motion) -> Floats:
+        """Ones, shape (..., n, 1)."""
+        return columns(u, np.ones(np.shape(u)))
+
+
+@final
+@dataclass(frozen=True)
+class AccelScaleFactor(LinearEffect):
+    """A wrong scale of an accelerometer: c f."""
+
+    id = "accel_scale_factor"
+    linear = (Param("c", "1", sd=0.05, bound=1.0),)
+    source = "IEEE Std 1293-1998: scale factor"
+    instruments = ("accelerometer",)
+    of_rate = True
+
+    def basis(self, u: Floats, motion: Motion) -> Floats:
+        """The specific force along the input axis, shape (..., n, 1)."""
+        return columns(u, u)
+
+
+class _OfOtherAxes(LinearEffect):
+    """What the input of the other axes adds; of a triad's coefficients c_ij = ``symmetry`` c_ji."""
+
+    linear = tuple(Param(f"c_{axis}", "1", sd=0.01, bound=0.2) for axis in "xyz")
+    symmetry: ClassVar[int]
+
+    def basis(self, u: Floats, motion: Motion) -> Floats:
+        """Inputs of the other axes, shape (..., n, 3); zero along the axis itself."""
+        return columns(u, *along_axes(motion.cross_rate))
+
+
+@final
+@dataclass(frozen=True)
+class NonOrthogonality(_OfOtherAxes):
+    """Axes of a triad that are not at right angles."""
+
+    id = "non_orthogonality"
+    needs = ("cross_rate",)
+    symmetry = 1
+    source = "IEEE Std 1293-1998: misalignment; Tedaldi, Pretto and Menegatti, ICRA 2014"
+
+
+@final
+@dataclass(frozen=True)
+class Misalignment(_OfOtherAxes):
+    """A gyro triad that is turned as a whole against the accelerometers' (or the mount's) axes."""
+
+    id = "misalignment"
+    needs = ("cross_rate",)
+    symmetry = -1
+    source = "Tedaldi, Pretto and Menegatti, ICRA 2014: alignment of the gyros to the accelerometers"
+    instruments = ("gyro",)

@@ -1,0 +1,1 @@
+"""Estimators and policies judged over many runs."""

@@ -1,0 +1,127 @@
+r"""The least deviation that an estimator of what a task asks for can have, for the motion that was played.
+
+    north:         M = X' C^-1 X + diag(1 / sd_j^2),   X: Earth's rate, declared effects (`insenv.design.information`)
+    installation:  P_UU(0) of eight states (`insenv.design.alignment`), with the sight's errors
+
+What the datasheet does not tell of is not in it, nor what makes it larger (flicker noise, effects that are not smooth):
+so no unbiased estimator does better, and efficiency, bound^2 / variance, is at most one but for chance. Of the rate
+table no bound is computed.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from insenv.core.earth import EARTH_RATE
+from insenv.core.estimate import Datasheet
+from insenv.core.motion import Motion
+from insenv.core.recording import Recording
+from insenv.design.alignment import Instrument, Stretch
+from insenv.design.alignment import bound as alignment_bound
+from insenv.design.information import IncrementNoise, information, north_bound
+from insenv.design.rate_noise import white_angle
+from insenv.effects.angle import EarthRate
+from insenv.effects.base import CurveEffect, Effect, LinearEffect
+from insenv.effects.catalogue import by_key
+
+#: What stands for "nothing is known" of an angle [rad], a gyro's bias [rad/s] and an accelerometer's [m/s^2].
+_ANY = (1.0, 1e-6, 1e-2)
+#: Smallest walks: without noise there is no bound [rad/sqrt(s)], [m/s/sqrt(s)].
+_QUIET = (1e-12, 1e-9)
+
+
+def bounds(datasheet: Datasheet, run: Recording, quantities: tuple[str, ...]) -> dict[str, float]:
+    """Least standard deviation of each of the ``quantities`` of which there is a bound [SI].
+
+    Parameters
+    ----------
+    datasheet : Datasheet
+    run : Recording
+        One run, of which the motion is taken.
+    quantities : tuple of str
+    """
+    found = {}
+    if "azimuth" in quantities and "table_angle" in run.channels:
+        found["azimuth"] = _north(datasheet, run)
+    if "installation_angle" in quantities and "turning" in run.channels:
+        found["installation_angle"] = _installation(datasheet, run)
+    return {name: value for name, value in found.items() if np.isfinite(value) and value > 0}
+
+
+def _north(sheet: Datasheet, run: Recording) -> float:
+    """Root mean square over all azimuths [rad]."""
+    latitude, tilt = sheet.site.latitude, sheet.mounting.tilt
+    noise = IncrementNoise(sheet.coefficient("gyro", "angle_random_walk"), white_angle(sheet))
+    if latitude is None or not (noise.walk > 0 or noise.angle > 0):
+        return np.inf
+    motion = _turned(sheet, run)
+    effects: list[Effect] = [EarthRate()]
+    theta: list[float] = [0.0, 0.0]
+    prior: dict[str, float] = {}
+    for told in sheet.declared:
+        effect = by_key(told.effect)
+        if told.target != "gyro" or not isinstance(effect, LinearEffect | CurveEffect) or any(_lacks(effect, motion)):
+            continue
+        effects.append(effect)
+        theta += told.mean
+        prior |= {f"{effect.key}.{p.name}": sd for p, sd in zip(effect.params, told.sd, strict=True)}
+    found = information(motion, effects, noise, np.array(theta)).given(prior).bound()
+    return north_bound(found, EARTH_RATE * float(np.cos(latitude) * np.cos(tilt)))
+
+
+def _turned(sheet: Datasheet, run: Recording) -> Motion:
+    """Motion of the gyro on the table, whose recorded angle is taken for the true one."""
+    reading = np.asarray(run.values("table_angle", "rad"), float)
+    angle = np.concatenate([[0.0], reading])
+    t = np.concatenate([[run.t[0] - sheet.dt], run.t])
+    share = float(np.sin(sheet.mounting.tilt))
+    vertical = EARTH_RATE * float(np.sin(sheet.site.latitude or 0.0)) * share
+    rate = np.diff(angle) / sheet.dt * share + vertical
+    edges = np.concatenate([rate[:1], 0.5 * (rate[1:] + rate[:-1]), rate[-1:]])
+    return Motion(t=t, rate=rate, angle=angle, rate_edges=edges, projection=share)
+
+
+def _lacks(effect: Effect, motion: Motion) -> list[str]:
+    return [need for need in effect.needs if getattr(motion, need.partition(".")[0], None) in (None, {})]
+
+
+def _installation(sheet: Datasheet, run: Recording) -> float:
+    """Of the inertial part, of the sight's errors, and of what was known before [rad]."""
+    told, latitude = sheet.sight, sheet.site.latitude
+    if told is None or latitude is None:
+        return np.inf
+    biases = [sheet.told("bias", name) for name in ("gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y")]
+    sd = [_ANY[1 if j < 3 else 2] if d is None else d.sd[0] for j, d in enumerate(biases)]
+    walk, velocity = (sheet.coefficient(name, "angle_random_walk") for name in ("gyro_x", "accel_x"))
+    level = [value if np.isfinite(value) else _ANY[0] for value in sheet.level_sd]
+    instrument = Instrument(
+        latitude,
+        max(walk, _QUIET[0]),
+        max(velocity, _QUIET[1]),
+        (level[0], level[1], _ANY[0]),
+        (sd[0], sd[1], sd[2]),
+        (sd[3], sd[4]),
+        sheet.site.altitude,
+    )
+    inertial = alignment_bound(instrument, _stretches(run), float(_first(run))).installation
+    data = np.hypot(inertial, np.hypot(told.orientation, told.tracking))
+    return float((data**-2 + told.installation**-2.0) ** -0.5)
+
+
+def _first(run: Recording) -> float:
+    """The first sighting [rad]."""
+    seen = run.values("sight_heading", "rad")
+    known = seen[np.isfinite(seen)]
+    return float(known[0]) if len(known) else 0.0
+
+
+def _stretches(run: Recording) -> list[Stretch]:
+    """Rests and turns, whose angle the gyro that points up tells."""
+    turning = run.values("turning", "1") > 0
+    up, dt = run.values("gyro_z", "rad/s"), run.dt
+    edges = [0, *(np.flatnonzero(np.diff(turning)) + 1).tolist(), len(turning)]
+    return [
+        Stretch((b - a) * dt, float(up[a:b].sum() * dt) if turning[a] else 0.0)
+        for a, b in zip(edges[:-1], edges[1:], strict=True)
+        if b > a
+    ]

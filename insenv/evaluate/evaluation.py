@@ -1,0 +1,234 @@
+"""Estimators under policies, on the same runs of one scenario: every pair in a process of its own.
+
+A plug-in that raises, says NaN, ends its process or does not return is a fault of its pair, by name; the others go on.
+The errors are those of the runs' seeds alone: neither the number of processes nor how the runs are shared out changes
+them.
+"""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from insenv.core.errors import InputError
+from insenv.core.plugins import ESTIMATORS, POLICIES, find
+from insenv.evaluate.child import Child, Ended
+from insenv.evaluate.pair import Pair, Played
+from insenv.evaluate.runs import Table, task_of
+from insenv.evaluate.scores import Paired, Scored, nees, paired, quantities, score
+from insenv.scenario import load
+
+#: Environments: the scenario where none is named, and what theirs ask for.
+ENVIRONMENTS: Mapping[str, tuple[str, tuple[str, ...]]] = {
+    "NorthFinder": ("north_finder/published", ("north-finder", "scale-factor-test")),
+    "TwoPosition": ("two_position/published_a", ("two-position",)),
+    "RateTable": ("rate_table/b215", ("rate-table",)),
+}
+#: Longest time of one step of a pair's runs [s].
+LIMIT = 60.0
+#: Runs that are played together, at least, where a pair is shared out to several processes.
+_LEAST = 64
+_LOOK = 0.1
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """What was found.
+
+    Attributes
+    ----------
+    environment, scenario : str
+    first, count : int
+        Seeds of the runs.
+    every : int
+        Steps after which the estimators were asked.
+    scored : tuple of Scored
+        Policy by policy, in the order that was given.
+    paired : tuple of Paired
+        Each pair against the first that worked.
+    errors : mapping of (estimator, policy) to mapping of str to ndarray
+        Errors by quantity [SI], shape (R,); for figures.
+    """
+
+    environment: str
+    scenario: str
+    first: int
+    count: int
+    every: int
+    scored: tuple[Scored, ...]
+    paired: tuple[Paired, ...]
+    errors: Mapping[tuple[str, str], Table]
+
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """Of the pairs that gave nothing."""
+        return tuple(one.fault for one in self.scored if one.fault)
+
+
+def evaluate(  # noqa: PLR0913 -- what is judged, and how the work is done
+    environment: str,
+    estimators: Sequence[str],
+    policies: Sequence[str],
+    seeds: range = range(400),
+    scenario: str | None = None,
+    jobs: int = 1,
+    limit: float = LIMIT,
+    every: int = 1,
+    changes: Mapping[str, Any] | None = None,
+    say: Callable[[str], None] = lambda text: None,
+) -> Evaluation:
+    """Play the runs ``seeds`` with every estimator under every policy.
+
+    Parameters
+    ----------
+    environment : str
+        "NorthFinder", "TwoPosition" or "RateTable".
+    estimators, policies : sequence of str
+        Names of entry points, or "module:Name".
+    seeds : range
+    scenario : str, optional
+        Name of a packaged scenario, or path.
+    jobs : int
+        Processes at a time.
+    limit : float
+        Longest time of one step of all runs that are stepped together [s].
+    every : int
+        Steps after which the estimators are asked; what a policy is told is the last estimate.
+    changes : mapping, optional
+        Other values of the scenario's entries.
+    say : callable
+        Told what is being done.
+
+    Raises
+    ------
+    InputError
+        If something that was named does not exist, the scenario is not one of the environment, or no pair works.
+    """
+    name = _scenario(environment, scenario, changes or {})
+    pairs = _pairs(estimators, policies)
+    if len(seeds) < 2 or seeds.start < 0 or jobs < 1 or every < 1 or not limit > 0:
+        raise InputError(
+            f"{len(seeds)} seeds from {seeds.start}, {jobs} jobs, every = {every} and a limit of {limit:g} s given; "
+            f"wanted two seeds or more, from 0, one job or more, every step or fewer, and a limit above zero"
+        )
+    parts = max(1, min(-(-jobs // len(pairs)) * (2 if jobs > 1 else 1), len(seeds) // _LEAST))
+    text = json.dumps(dict(changes or {}))
+    work = [
+        Pair(name, estimator, policy, int(some[0]), len(some), text, every, k == 0)
+        for estimator, policy in pairs
+        for k, some in enumerate(np.array_split(np.array(seeds), parts))
+    ]
+    ended = _worked(work, jobs, limit, say)
+    found = {
+        pair: _joined([e for p, e in zip(work, ended, strict=True) if (p.estimator, p.policy) == pair])
+        for pair in pairs
+    }
+    scored = tuple(_scored(pair, one) for pair, one in found.items())
+    if all(one.fault for one in scored):
+        raise InputError(scored[0].fault)
+    played = {pair: one for pair, one in found.items() if isinstance(one, Played)}
+    errors = {pair: {q: one.table[f"error.{q}"] for q in quantities(one.table)} for pair, one in played.items()}
+    return Evaluation(environment, name, seeds.start, len(seeds), every, scored, _compared(played), errors)
+
+
+def _scenario(environment: str, scenario: str | None, changes: Mapping[str, Any]) -> str:
+    if environment not in ENVIRONMENTS:
+        raise InputError(f"environment {environment!r} given; wanted one of {', '.join(ENVIRONMENTS)}")
+    usual, kinds = ENVIRONMENTS[environment]
+    name = usual if scenario is None else scenario
+    loaded = load(name, changes)
+    if loaded.task is not None and loaded.task.kind not in kinds:
+        mine = next(each for each, (_, own) in ENVIRONMENTS.items() if loaded.task.kind in own)
+        raise InputError(f"{name}: a scenario of {mine}; wanted one of {environment}")
+    if not task_of(name, changes).quantities:
+        raise InputError(f"{name}: its task asks for nothing that could be wrong; wanted one with a quantity to find")
+    return name
+
+
+def _pairs(estimators: Sequence[str], policies: Sequence[str]) -> list[tuple[str, str]]:
+    for group, kind, some in ((ESTIMATORS, "estimator", estimators), (POLICIES, "policy", policies)):
+        if not some or len(set(some)) < len(some):
+            raise InputError(f"{kind} {', '.join(some) or 'none'} given; wanted one or more, each once")
+        for name in some:
+            find(group, name)
+    return [(estimator, policy) for policy, estimator in product(policies, estimators)]
+
+
+def _worked(work: Sequence[Pair], jobs: int, limit: float, say: Callable[[str], None]) -> list[Ended]:
+    """Every piece of work, some at a time; what is left of a pair is not begun once a part of it failed."""
+    stop, share, failed = threading.Event(), [0.0] * len(work), set[tuple[str, str]]()
+
+    def one(k: int, pair: Pair) -> Ended:
+        def told(child: Child) -> None:
+            share[k] = child.share
+            if stop.is_set():
+                raise KeyboardInterrupt
+
+        if stop.is_set() or (pair.estimator, pair.policy) in failed:
+            return Ended(fault="a part failed")
+        ended = Child("insenv.evaluate.pair:play", pair, limit).wait(told)
+        share[k] = 1.0
+        if ended.fault:
+            failed.add((pair.estimator, pair.policy))
+        return ended
+
+    with ThreadPoolExecutor(jobs) as pool:
+        futures = [pool.submit(one, k, pair) for k, pair in enumerate(work)]
+        try:
+            left = set(futures)
+            while left:
+                _, left = wait(left, _LOOK, FIRST_COMPLETED)
+                say(f"{sum(share) / len(work):4.0%} of {len(work)} parts, {len(work) - len(left)} done")
+        except BaseException:
+            stop.set()
+            raise
+    return [future.result() for future in futures]
+
+
+def _joined(parts: Sequence[Ended]) -> Played | str:
+    """The parts of a pair in the order of their seeds, or what failed first."""
+    faults = [part.fault for part in parts if part.fault]
+    if faults:
+        return next((fault for fault in faults if fault != "a part failed"), faults[0])
+    played: list[Played] = [part.result for part in parts]
+    table = {name: np.concatenate([one.table[name] for one in played]) for name in played[0].table}
+    cpu, own = sum(one.cpu for one in played), sum(one.cpu_estimator for one in played)
+    return replace(played[0], table=table, cpu=cpu, cpu_estimator=own)
+
+
+def _scored(pair: tuple[str, str], one: Played | str) -> Scored:
+    estimator, policy = pair
+    if isinstance(one, str):
+        named = any(repr(name) in one for name in pair)
+        who = "" if named else f"policy {policy!r} with estimator {estimator!r} "
+        return Scored(estimator, policy, fault=f"{who}{one}")
+    table, names = one.table, quantities(one.table)
+    runs = len(table["seed"])
+    return Scored(
+        estimator,
+        policy,
+        runs,
+        tuple(score(table, q, one.units[q], one.bounds.get(q)) for q in names),
+        nees(table, names),
+        float(table["time"].mean()),
+        float(table["stopped"].mean()),
+        one.cpu / runs,
+        one.cpu_estimator / runs,
+    )
+
+
+def _compared(played: Mapping[tuple[str, str], Played]) -> tuple[Paired, ...]:
+    (first, base), *others = played.items()
+    return tuple(
+        paired(q, pair, one.table, first, base.table)
+        for pair, one in others
+        for q in quantities(base.table)
+        if q in quantities(one.table)
+    )

@@ -1,0 +1,104 @@
+"""An evaluation as one HTML page with its figures inside."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+import insenv
+from insenv.core.files import write_whole
+from insenv.evaluate import words
+from insenv.evaluate.evaluation import Evaluation
+from insenv.report import drawing as draw
+from insenv.report.page import rendered
+from insenv.report.svg import inline
+
+#: Colours of the pairs, in their order; they differ in lightness, too.
+COLORS = ("#1f4e8c", "#c8651b", "#4c8c3f", "#8a3d7a", "#2a9d9d", "#8a6d1b", "#a03030", "#5a6470")
+_LEAST = 1e-12
+
+
+def write_html(found: Evaluation, path: str | os.PathLike[str]) -> Path:
+    """Write `to_html` to ``path``, whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    return write_whole(path, to_html(found))
+
+
+def to_html(found: Evaluation) -> str:
+    """The page; nothing is loaded from elsewhere."""
+    from markupsafe import Markup
+
+    parts = []
+    for k, (quantity, unit) in enumerate(words.asked(found)):
+        described = f"errors of {quantity}: deviation of each pair with its interval, and the distribution of errors"
+        parts.append(
+            {
+                "name": quantity,
+                "unit": words.shown(unit)[0],
+                "rows": words.rows(found, quantity),
+                "paired": words.paired_rows(found, quantity),
+                "bound": words.bound(found, quantity),
+                "picture": Markup(inline(figure(found, quantity, unit), f"q{k}", described)),
+            }
+        )
+    return rendered(
+        "evaluation.html.j2",
+        title=f"{found.environment}: {found.scenario}",
+        head=words.head(found),
+        header=words.HEADER,
+        paired_header=words.PAIRED,
+        first=words.first(found),
+        parts=parts,
+        faults=found.faults,
+        version=insenv.__version__,
+    )
+
+
+def figure(found: Evaluation, quantity: str, unit: str) -> Figure:
+    """Root mean square of each pair with its interval and bound; and how the absolute errors are distributed."""
+    name, scale = words.shown(unit)
+    shown = [(one, s) for one in found.scored for s in one.scores if s.quantity == quantity]
+    with draw.style():
+        picture = Figure(figsize=(9.0, max(2.6, 1.3 + 0.42 * len(shown))), layout="constrained")
+        left, right = picture.subplots(1, 2)
+        for k, (one, s) in enumerate(shown):
+            color = COLORS[k % len(COLORS)]
+            mark = {"color": color, "capsize": 3, "lw": 1.4}
+            left.errorbar(s.rms[0] / scale, k, xerr=s.rms[1] / scale, fmt="o", ms=5, **mark)
+            left.plot([s.told / scale] * 2, [k - 0.28, k + 0.28], color=color, lw=1.2, ls=":")
+            if s.bound is not None:
+                left.plot([s.bound / scale] * 2, [k - 0.28, k + 0.28], color="#1c2128", lw=1.4)
+            error = np.sort(np.abs(found.errors[one.estimator, one.policy][quantity])) / scale
+            share = (np.arange(len(error)) + 0.5) / len(error)
+            style = ("-", "--", "-.", ":")[k // len(COLORS) % 4]
+            right.plot(np.maximum(error, _LEAST), share, color=color, lw=1.4, ls=style)
+        left.set_yticks(range(len(shown)), [f"{one.policy}\n{one.estimator}" for one, _ in shown], fontsize=8)
+        left.invert_yaxis()
+        rms = [s.rms[0] for _, s in shown if s.rms[0] > 0]
+        if rms and max(rms) > 8 * min(rms):
+            left.set_xscale("log")
+            left.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
+            left.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+            left.xaxis.set_minor_formatter(NullFormatter())
+        else:
+            left.set_xlim(left=0.0)
+        left.set_xlabel(f"rms of {quantity} [{name}]\n(dotted: as told; black: bound)")
+        right.set_xscale("log")
+        right.set_ylim(0.0, 1.0)
+        right.set_xlabel(f"|error| of {quantity} [{name}]\n(colours as on the left)")
+        right.set_ylabel("share of the runs below")
+        for ax in (left, right):
+            ax.grid(True, color="#d9dee4", lw=0.5)
+            ax.set_axisbelow(True)
+        every = (found.errors[one.estimator, one.policy][quantity] for one, _ in shown)
+        right.set_xlim(left=max(min(float(np.quantile(np.abs(e), 0.02)) / scale for e in every), _LEAST))
+    return picture

@@ -1,0 +1,126 @@
+"""What plug-ins are tried on: a few runs of each environment, as data and nothing else.
+
+The runs are recorded beforehand under commands that every plant takes. So a plug-in is tried in a process that holds no
+simulator, and what it gets there is all that it can know.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from insenv.core.errors import InputError
+from insenv.core.estimate import Datasheet, Estimate
+from insenv.core.recording import Floats, Recording
+
+#: Runs of a trial.
+RUNS = 3
+#: Environments, with a scenario, what is changed so that a trial is short, a plain estimator that gives policies
+#: something to look at, and the first component of the actions with the number of steps for which it is held.
+Commands = Sequence[tuple[float, int]]
+_TRIALS: Mapping[str, tuple[str, Mapping[str, Any], str, Commands]] = {
+    "NorthFinder": (
+        "north_finder/realistic",
+        {"duration": "100 s", "task.step": "5 s", "instrument.sampling": "20 Hz", "table.max_rate": "100 deg/s"},
+        "correlation",
+        [(0.35, 10), (-0.35, 10)],
+    ),
+    "TwoPosition": (
+        "two_position/published_a2",
+        {"duration": "120 s", "task.step": "2 s", "instrument.sampling": "20 Hz"},
+        "two_position_tied",
+        [(0.0, 25), (170 / 180, 1), (0.0, 34)],
+    ),
+    "RateTable": (
+        "rate_table/kvh13",
+        {"duration": "150 s", "task.step": "2 s", "instrument.sampling": "20 Hz"},
+        "rate_line",
+        [(0.0, 10), (0.4, 10), (-0.4, 10), (0.2, 10), (-0.2, 10), (0.8, 10), (-0.8, 10), (0.0, 5)],
+    ),
+}
+#: Names of the environments.
+ENVIRONMENTS = tuple(_TRIALS)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Runs of one environment.
+
+    Attributes
+    ----------
+    name : str
+    datasheet : Datasheet
+    chunks : tuple of Recording
+        Step by step, of all runs: channels of shape (R, n).
+    estimates : tuple of Estimate
+        Of a plain estimator, before each step.
+    low, high : ndarray, shape (a,)
+        Bounds of an action.
+    """
+
+    name: str
+    datasheet: Datasheet
+    chunks: tuple[Recording, ...]
+    estimates: tuple[Estimate, ...]
+    low: Floats
+    high: Floats
+
+
+class _Commanded:
+    """A policy that plays a list."""
+
+    def __init__(self, commands: Commands) -> None:
+        self.values = [value for value, steps in commands for _ in range(steps)]
+
+    def reset(self, batch: int | None = None) -> tuple[int, int]:
+        """Runs, and the step."""
+        return batch or 1, 0
+
+    def act(self, state: tuple[int, int], chunk: Recording | None, estimate: Estimate | None) -> tuple[Floats, Any]:
+        """The next of the list."""
+        runs, step = state
+        return np.tile([self.values[min(step, len(self.values) - 1)], 0.0], (runs, 1)), (runs, step + 1)
+
+
+def trial(name: str) -> Trial:
+    """Record the runs of an environment.
+
+    Raises
+    ------
+    InputError
+        If there is none of that name.
+    """
+    from insenv.envs.belief import judge
+    from insenv.envs.rollout import roll_out
+    from insenv.evaluate.runs import task_of
+
+    if name not in _TRIALS:
+        raise InputError(f"environment {name!r} given; wanted one of {', '.join(_TRIALS)}")
+    scenario, changes, estimator, commands = _TRIALS[name]
+    task = task_of(scenario, changes)
+    played = roll_out(task, _Commanded(commands), None, range(RUNS))
+    watched = judge(estimator, task.datasheet, ())
+    state = watched.begin(RUNS)
+    estimates = [watched.estimate(state, RUNS)]
+    for _, chunk in played.chunks:
+        state = watched.update(state, chunk)
+        estimates.append(watched.estimate(state, RUNS))
+    box = task.action_space
+    low, high = np.asarray(box.low, float), np.asarray(box.high, float)
+    return Trial(name, task.datasheet, tuple(chunk for _, chunk in played.chunks), tuple(estimates), low, high)
+
+
+def cut(chunks: Sequence[Recording], n: int) -> list[Recording]:
+    """The same rows in pieces of ``n``."""
+    first = chunks[0]
+    t = np.concatenate([c.t for c in chunks])
+    whole = {name: np.concatenate([c.channels[name].values for c in chunks], axis=-1) for name in first.channels}
+    return [_part(first, t, whole, slice(a, a + n)) for a in range(0, len(t), n)]
+
+
+def _part(like: Recording, t: Floats, values: Mapping[str, Floats], at: slice) -> Recording:
+    channels = {name: replace(c, values=values[name][..., at].copy()) for name, c in like.channels.items()}
+    return replace(like, t=t[at].copy(), channels=channels)

@@ -1,0 +1,60 @@
+"""Waves of the table's angle that no effect foresees, in what is left.
+
+The whitened residual r of bin i at the angle a_i is compared with waves of the angle, in windows of time so that their
+amplitude and phase may change:
+
+    sum_w |sum_i r_i exp(i k a_i)|^2 2 / n_w ~ chi-square with 2 degrees of freedom for each window w
+
+for orders k that need not be whole: gears, belts and pole pairs turn at rates of their own.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.stats import chi2
+
+from insenv.core.recording import Floats
+
+#: Orders that are tried: cycles per turn.
+ORDERS = np.concatenate([np.arange(0.5, 8.0, 0.125), np.arange(8.0, 33.0)])
+#: Numbers of windows that a block is cut into.
+WINDOWS = (1, 3, 9, 27)
+#: Bins in a window, and turns of the table, at least.
+LEAST_BINS, LEAST_TURNS = 16, 1.0
+#: Cycles per bin above which a wave is averaged away.
+MOST_CYCLES = 0.4
+
+
+def orders_p(residual: Floats, angle: Floats, change: Floats) -> float:
+    """Probability that white noise follows any wave of the angle so well.
+
+    Parameters
+    ----------
+    residual : ndarray, shape (n,)
+        White, of unit variance if only noise is left; consecutive bins.
+    angle, change : ndarray, shape (n,)
+        Angle of the table in the middle of each bin, and by how much it turns in a bin [rad].
+    """
+    waves = np.exp(1j * np.outer(ORDERS, angle))
+    seen = np.abs(np.outer(ORDERS, change)) < 2 * np.pi * MOST_CYCLES
+    waves = np.where(seen, waves, 0.0)
+    waves -= waves.mean(axis=1, keepdims=True)  # the level belongs to the bias
+    tails, tried = [1.0], 0
+    for count in WINDOWS:
+        windows = [w for w in np.array_split(np.arange(len(residual)), count) if _turns(w, angle)]
+        if len(windows) < count:
+            break
+        power, freedom = np.zeros(len(ORDERS)), np.zeros(len(ORDERS))
+        for w in windows:
+            size = np.sum(np.abs(waves[:, w]) ** 2, axis=1)
+            told = size > 0.5 * len(w)
+            power += np.where(told, 2 * np.abs(waves[:, w] @ residual[w]) ** 2 / np.maximum(size, 1.0), 0.0)
+            freedom += 2 * told
+        some = freedom > 0
+        tried += int(some.sum())
+        tails.append(float(chi2.sf(power[some], freedom[some]).min(initial=1.0)))
+    return float(min(1.0, min(tails) * max(tried, 1)))
+
+
+def _turns(window: np.ndarray, angle: Floats) -> bool:
+    return len(window) >= LEAST_BINS and float(np.ptp(angle[window])) >= 2 * np.pi * LEAST_TURNS

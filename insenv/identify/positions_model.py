@@ -1,0 +1,157 @@
+"""The model of a triad: effects on three axes as a matrix and an offset.
+
+    m = f + E f + o,        E = sum_j theta_j E_j,    o = sum_j theta_j o_j
+    f = A (m - o),          A = (I + E)^-1,           df / dtheta_j = -A (o_j + E_j f)
+
+m is what is measured, shape (n, 3), f the true input. E_j and o_j are asked of the effects themselves
+(`insenv.effects`): what they add when unit inputs lie along one axis after the other, and when there is none. A
+coefficient is one axis's own, or belongs to two of them: see `insenv.effects.triad`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from insenv.core.motion import Motion
+from insenv.core.recording import Floats
+from insenv.effects.base import OUTPUT, Effect, LinearEffect
+
+AXES = "xyz"
+
+
+@dataclass(frozen=True)
+class Coefficient:
+    """One unknown of a triad: parameter ``name`` of axis ``axis`` (0 to 2), in other axes with a factor.
+
+    ``shares`` has (axis, index of the parameter, factor) of every place where it stands.
+    """
+
+    shares: tuple[tuple[int, int, float], ...]
+
+
+@dataclass(frozen=True)
+class TriadTerm:
+    """An effect on all three axes and its coefficients."""
+
+    effect: LinearEffect
+    coefficients: tuple[Coefficient, ...]
+
+    @property
+    def size(self) -> int:
+        """Number of coefficients."""
+        return len(self.coefficients)
+
+
+def triad_term(effect: Effect) -> TriadTerm:
+    """The effect on three axes: coefficients of each axis its own, or tied where the effect says how."""
+    assert isinstance(effect, LinearEffect)
+    symmetry = getattr(effect, "symmetry", None)
+    if symmetry is None:
+        others = "cross_rate" in effect.needs  # what an axis sees of itself is a scale factor
+        places = [(axis, k) for axis in range(3) for k in range(len(effect.linear)) if not (others and axis == k)]
+        return TriadTerm(effect, tuple(Coefficient(((axis, k, 1.0),)) for axis, k in places))
+    pairs = ((0, 1), (0, 2), (1, 2))
+    return TriadTerm(effect, tuple(Coefficient(((i, j, 1.0), (j, i, float(symmetry)))) for i, j in pairs))
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What else the offsets depend on: mid-times [s] and temperatures [K] of the n readings, each shape (n,)."""
+
+    time: Floats
+    temperature: Floats | None = None
+    reference_temperature: float = 298.15
+
+    def motion(self, inputs: Floats, axis: int) -> Motion:
+        """Exposure of one axis to ``inputs``, shape (n, 3)."""
+        columns: Mapping[str, Floats] = {AXES[k]: inputs[:, k] for k in range(3) if k != axis}
+        return Motion(
+            t=_edges(self.time),
+            rate=inputs[:, axis],
+            temperature=None if self.temperature is None else _edges(self.temperature),
+            cross_rate=columns,
+            reference_temperature=self.reference_temperature,
+            step=1.0,
+        )
+
+
+def _edges(middles: Floats) -> Floats:
+    """Edges between which the means are ``middles``: a motion has edges, and linear effects see the means alone."""
+    signs = (-1.0) ** np.arange(len(middles) + 1)
+    return signs * np.concatenate([[0.0], np.cumsum(-2 * signs[:-1] * middles)])
+
+
+@dataclass(frozen=True)
+class Linear:
+    """Derivatives of E and o to each coefficient, shapes (p, 3, 3) and (p, n, 3)."""
+
+    gain: Floats
+    offset: Floats
+
+    @classmethod
+    def of(cls, terms: Sequence[TriadTerm], around: Surroundings) -> Linear:
+        """Asked of the effects of ``terms``, in their order."""
+        n = len(around.time)
+        blocks = [_derivatives(term, around) for term in terms]
+        if not blocks:
+            return cls(np.zeros((0, 3, 3)), np.zeros((0, n, 3)))
+        return cls(np.concatenate([b[0] for b in blocks]), np.concatenate([b[1] for b in blocks]))
+
+    def matrix(self, theta: Floats) -> Floats:
+        """A = (I + E)^-1, shape (3, 3)."""
+        return np.asarray(np.linalg.inv(np.eye(3) + np.tensordot(theta, self.gain, axes=1)), np.float64)
+
+    def corrected(self, measured: Floats, theta: Floats) -> Floats:
+        """The true input f, shape (n, 3)."""
+        return (measured - np.tensordot(theta, self.offset, axes=1)) @ self.matrix(theta).T
+
+    def slopes(self, true: Floats, theta: Floats) -> Floats:
+        """Derivative of f to each coefficient, shape (p, n, 3)."""
+        added = self.offset + np.einsum("pij,nj->pni", self.gain, true)
+        return -added @ self.matrix(theta).T
+
+
+def _derivatives(term: TriadTerm, around: Surroundings) -> tuple[Floats, Floats]:
+    """Of one term: shapes (k, 3, 3) and (k, n, 3)."""
+    n = len(around.time)
+    none = np.zeros((n, 3))
+    # Three readings of unit inputs, at the time and the temperature of the first: only their difference to none counts.
+    first = np.zeros(3, dtype=int)
+    unit = Surroundings(
+        around.time[first],
+        None if around.temperature is None else around.temperature[first],
+        around.reference_temperature,
+    )
+    gain, offset = np.zeros((term.size, 3, 3)), np.zeros((term.size, n, 3))
+    for axis in range(3):
+        at_rest = term.effect.basis(none[:, axis], around.motion(none, axis))
+        zero = term.effect.basis(np.zeros(3), unit.motion(np.zeros((3, 3)), axis))
+        ones = term.effect.basis(np.eye(3)[axis], unit.motion(np.eye(3), axis)) - zero
+        for j, coefficient in enumerate(term.coefficients):
+            for where, index, factor in coefficient.shares:
+                if where == axis:
+                    gain[j, axis] += factor * ones[:, index]
+                    offset[j, :, axis] += factor * at_rest[:, index]
+    return gain, offset
+
+
+@dataclass(frozen=True)
+class Named:
+    """What one coefficient is called on one axis: the parameter's name and unit, and its factor there."""
+
+    axis: int
+    name: str
+    unit: str
+    factor: float
+
+
+def named(term: TriadTerm, coefficient: Coefficient, output: str) -> tuple[Named, ...]:
+    """Every place of a coefficient; ``output`` is the unit of what the triad measures."""
+    params = term.effect.linear
+    return tuple(
+        Named(axis, params[k].name, params[k].unit.replace(OUTPUT, output), factor)
+        for axis, k, factor in coefficient.shares
+    )

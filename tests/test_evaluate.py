@@ -1,0 +1,249 @@
+"""`insenv evaluate`: the numbers, what is paired, bounds, plug-ins that fail, and what is written."""
+
+from __future__ import annotations
+
+import json
+import threading
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from command import run
+
+from insenv.core.units import ARCSEC
+from insenv.envs.rollout import roll_out
+from insenv.evaluate import words
+from insenv.evaluate.bounds import bounds
+from insenv.evaluate.child import Child
+from insenv.evaluate.evaluation import Evaluation, evaluate
+from insenv.evaluate.page import to_html
+from insenv.evaluate.pair import Pair, play
+from insenv.evaluate.runs import episodes, task_of
+from insenv.evaluate.scores import Paired, Scored, nees, paired, score
+
+SHORT: dict[str, Any] = {"duration": "60 s", "task.step": "5 s"}
+
+
+def table(errors: np.ndarray, sd: float, name: str = "x") -> dict[str, np.ndarray]:
+    """Runs with these errors, of which the estimator tells ``sd``."""
+    variance = np.full(len(errors), sd**2)
+    return {"seed": np.arange(len(errors)), f"error.{name}": errors, f"cov.{name}.{name}": variance}
+
+
+def test_the_numbers_are_those_of_the_errors() -> None:
+    errors = 2.0 + 3.0 * np.random.default_rng(1).standard_normal(100_000)
+    found = score(table(errors, 3.0), "x", "rad", bound=2.4)
+    assert found.bias[0] == pytest.approx(errors.mean()) and found.bias[1] == pytest.approx(1.96 * 3 / 316, rel=0.02)
+    assert found.deviation[0] == pytest.approx(errors.std(ddof=1))
+    # Of a Gaussian the interval of a deviation is z s / sqrt(2 n).
+    assert found.deviation[1] == pytest.approx(1.96 * 3 / np.sqrt(2e5), rel=0.02)
+    assert found.rms[0] == pytest.approx(np.sqrt(13), rel=0.01) and found.told == pytest.approx(3.0)
+    assert found.spread[0] == pytest.approx(np.sqrt(13) / 3, rel=0.01)
+    assert found.efficiency is not None and found.efficiency[0] == pytest.approx(0.64, rel=0.02)
+    assert nees(table(errors, 3.0), ["x"])[0] == pytest.approx(13 / 9, rel=0.02)
+
+
+def test_nees_takes_correlation_into_account() -> None:
+    cov = np.array([[4.0, 1.5], [1.5, 1.0]])
+    errors = np.random.default_rng(2).multivariate_normal([0, 0], cov, 20_000)
+    runs = {"error.a": errors[:, 0], "error.b": errors[:, 1]}
+    runs |= {f"cov.{n}": np.full(20_000, v) for n, v in (("a.a", 4.0), ("a.b", 1.5), ("b.b", 1.0))}
+    value, half = nees(runs, ["a", "b"])
+    assert abs(value - 1.0) < 3 * half  # false alarm 4e-9: half is two standard deviations
+
+
+def test_pairing_takes_out_what_both_have() -> None:
+    common = np.random.default_rng(3).standard_normal(400)
+    found = paired("x", ("a", "p"), table(1.1 * common + 0.01, 1.0), ("b", "p"), table(common, 1.0))
+    assert found.bias[0] == pytest.approx(0.01 + 0.1 * common.mean())
+    assert found.rms[0] == pytest.approx(0.1, abs=0.02)
+    assert found.rms[1] < 0.15 * score(table(common, 1.0), "x", "1", None).rms[1]
+
+
+def test_a_part_plays_the_runs_of_its_seeds() -> None:
+    pair = Pair("north_finder/published", "revolution", "constant_rate", 3, 4, json.dumps(SHORT), bound=True)
+    played = play(pair, lambda doing, share: None)
+    wanted = episodes("north_finder/published", "revolution", "constant_rate", range(3, 7), SHORT)
+    assert played.table.keys() == wanted.keys()
+    for name, values in wanted.items():
+        np.testing.assert_array_equal(played.table[name], values)
+    assert played.units["azimuth"] == "rad" and 0 < played.cpu_estimator < played.cpu
+    assert played.bounds["azimuth"] > 0
+
+
+def test_the_bound_of_north_is_that_of_the_design_page() -> None:
+    """The published instrument for 300 s at 10 deg/s: 30 arcsec within some percent, whoever turns the table."""
+    task = task_of("north_finder/published")
+    least = bounds(task.datasheet, roll_out(task, "constant_rate", None, [0]).recording(0), ("azimuth",))
+    assert 27 * ARCSEC < least["azimuth"] < 34 * ARCSEC
+
+
+def test_the_bound_of_the_installation_angle_knows_the_sight() -> None:
+    task = task_of("two_position/published_a2")
+    assert task.datasheet.sight is not None
+    run_ = roll_out(task, "published_schedule", None, [0]).recording(0)
+    least = bounds(task.datasheet, run_, ("installation_angle",))["installation_angle"]
+    assert least > task.datasheet.sight.orientation
+    assert least < 60 * ARCSEC
+
+
+def test_there_is_no_bound_without_a_model() -> None:
+    task = task_of("rate_table/kvh13", {"duration": "100 s"})
+    assert bounds(task.datasheet, roll_out(task, "van_der_corput", None, [0]).recording(0), ("scale_factor",)) == {}
+
+
+# ------------------------------------------------------------------------------------------------ several processes
+
+
+PLUGINS = """
+import time
+import numpy as np
+from insenv.core.estimate import Estimate
+
+class Sound:
+    def __init__(self, datasheet):
+        self.passed = 0
+    def update(self, block):
+        self.passed += len(block.t)
+    def estimate(self):
+        return Estimate(("azimuth",), ("rad",), np.zeros(1), np.eye(1) * 3.3)
+
+class Raises(Sound):
+    def update(self, block):
+        raise RuntimeError("out of order")
+
+class Hangs(Sound):
+    def update(self, block):
+        while True:
+            time.sleep(0.1)
+
+class SaysNaN(Sound):
+    def estimate(self):
+        mean = np.full(1, np.nan if self.passed else 0.0)
+        return Estimate(("azimuth",), ("rad",), mean, np.eye(1))
+"""
+
+
+@pytest.fixture
+def plugins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A module of plug-ins that other processes can import."""
+    (tmp_path / "evaluated_plugins.py").write_text(PLUGINS)
+    monkeypatch.syspath_prepend(str(tmp_path))
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("plugins")
+def test_what_fails_is_named_and_the_rest_goes_on() -> None:
+    names = [f"evaluated_plugins:{name}" for name in ("Sound", "Raises", "Hangs", "SaysNaN")]
+    found = evaluate(
+        "NorthFinder", [*names, "levelling"], ["constant_rate"], range(4), jobs=2, limit=3.0, changes=SHORT
+    )
+    by_name = {one.estimator: one for one in found.scored}
+    assert by_name[names[0]].scores[0].quantity == "azimuth" and not by_name[names[0]].fault
+    assert by_name[names[1]].fault == f"estimator {names[1]!r} failed in update: RuntimeError: out of order"
+    assert "does not return within 3 s" in by_name[names[2]].fault and repr(names[2]) in by_name[names[2]].fault
+    assert repr(names[3]) in by_name[names[3]].fault and "nan" in by_name[names[3]].fault
+    assert "asks for azimuth" in by_name["levelling"].fault
+    assert all(fault in words.summary(found) for fault in found.faults) and len(found.faults) == 4
+
+
+@pytest.mark.slow
+def test_the_result_does_not_depend_on_how_the_work_is_shared_out() -> None:
+    one, two = (
+        evaluate("NorthFinder", ["revolution"], ["constant_rate"], range(130), jobs=jobs, changes=SHORT)
+        for jobs in (1, 2)
+    )
+    for pair, errors in one.errors.items():
+        np.testing.assert_array_equal(errors["azimuth"], two.errors[pair]["azimuth"])
+    assert threading.active_count() < 20
+
+
+def test_nothing_is_left_of_a_child_that_is_ended() -> None:
+    pair = Pair("north_finder/published", "revolution", "constant_rate", 0, 2)
+    child = Child("insenv.evaluate.pair:play", pair, 60.0)
+
+    def interrupt(_: Child) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        child.wait(interrupt)
+    assert child._process.returncode is not None and not child._result.exists()
+
+
+# -------------------------------------------------------------------------------------------------- what is written
+
+
+def made() -> Evaluation:
+    """An evaluation without runs behind it: two pairs, and one that failed."""
+    rng = np.random.default_rng(4)
+    tables = {
+        (name, "p"): table(s * rng.standard_normal(50), 1e-4, "azimuth") for name, s in (("a", 1e-4), ("b", 3e-4))
+    }
+    scored = tuple(
+        Scored(e, p, 50, (score(t, "azimuth", "rad", 9e-5),), nees(t, ["azimuth"]), 300.0, 0.0, 0.01, 0.004)
+        for (e, p), t in tables.items()
+    )
+    (first, base), (other, more) = tables.items()
+    difference: tuple[Paired, ...] = (paired("azimuth", other, more, first, base),)
+    failed = Scored("<c>", "p", fault="estimator '<c>' failed in update: ValueError: no")
+    errors = {pair: {"azimuth": t["error.azimuth"]} for pair, t in tables.items()}
+    return Evaluation("NorthFinder", "north_finder/published", 0, 50, 1, (*scored, failed), difference, errors)
+
+
+def test_the_json_has_si_units_and_intervals() -> None:
+    found = json.loads(json.dumps(words.to_json(made()), allow_nan=False))
+    assert found["schema"] == "insenv.evaluate/1" and found["seeds"] == [0, 49]
+    first, second, failed = found["pairs"]
+    azimuth = first["quantities"][0]
+    low, high = azimuth["rms"]["interval"]
+    assert azimuth["unit"] == "rad" and low < azimuth["rms"]["value"] < high < 2e-4
+    assert failed == {"estimator": "<c>", "policy": "p", "fault": "estimator '<c>' failed in update: ValueError: no"}
+    assert second["fault"] is None and found["paired"][0]["rms"]["interval"][0] > 0
+
+
+def test_the_text_has_a_row_for_each_pair() -> None:
+    text = words.summary(made())
+    assert "azimuth [arcsec]" in text and "difference from p with a" in text
+    assert "Cramer-Rao bound of the deviation: p 18.56" in text
+    assert "- estimator '<c>' failed" in text
+
+
+def test_the_page_escapes_names_and_loads_nothing() -> None:
+    page = to_html(made())
+    assert "<c>" not in page and "&lt;c&gt;" in page
+    assert page.count("<svg") == 1 and "http" not in page
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({"--env": "Sea"}, "environment 'Sea' given; wanted one of NorthFinder, TwoPosition, RateTable"),
+        ({"--estimator": "north_glls"}, "estimator 'north_glls' is not installed; did you mean 'north_gls'?"),
+        ({"--policy": "constant"}, "policy 'constant"),
+        ({"--estimator": "north_gls,"}, "--estimator 'north_gls,' given; wanted names"),
+        ({"--estimator": "north_gls,north_gls"}, "each once"),
+        ({"--scenario": "rate_table/kvh13"}, "a scenario of RateTable; wanted one of NorthFinder"),
+        ({"--scenario": "north_finder/scale_factor_test"}, "asks for nothing"),
+        ({"--scenario": "nowhere.toml"}, "nowhere.toml"),
+        ({"--seeds": "1"}, "wanted two seeds or more"),
+        ({"--jobs": "0"}, "one job or more"),
+        ({"--json": "nowhere/a.json"}, "'nowhere' does not exist"),
+    ],
+)
+def test_bad_input_ends_in_one_sentence(
+    options: dict[str, str], sentence: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given = {"--env": "NorthFinder", "--estimator": "north_gls", "--policy": "constant_rate", **options}
+    ended = run(capsys, monkeypatch, "evaluate", *(part for pair in given.items() for part in pair))
+    assert ended.status == 2 and sentence in ended.err and ended.err.count("\n") == 1, ended.err
+
+
+@pytest.mark.slow
+def test_a_pairing_that_cannot_work_ends_in_one_sentence(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    options = ("--env", "NorthFinder", "--estimator", "two_position", "--policy", "constant_rate", "--seeds", "4")
+    ended = run(capsys, monkeypatch, "evaluate", *options)
+    assert ended.status == 2 and ended.out == ""
+    assert "estimator 'two_position' tells installation_angle" in ended.err

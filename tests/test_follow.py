@@ -1,0 +1,57 @@
+"""The rate behind an encoder that jitters: nothing of the jitter, all of the motion."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from insenv.core.follow import followed
+from insenv.core.recording import Floats
+
+N, DT, JITTER = 8000, 0.1, 1e-5
+
+
+def read(rate: Floats, rng: np.random.Generator) -> Floats:
+    """Rates differenced from an angle with white errors."""
+    return np.diff(np.concatenate([[0.0], np.cumsum(rate) * DT]) + JITTER * rng.standard_normal(N + 1)) / DT
+
+
+def eased(rate: Floats) -> Floats:
+    return np.convolve(np.pad(rate, 5, mode="edge"), np.full(11, 1 / 11), mode="valid")
+
+
+PROFILES = {
+    "rest": np.zeros(N),
+    "constant": np.full(N, 0.3),
+    "staircase": eased(np.repeat(np.linspace(-1, 1, 20), N // 20)),
+}
+
+
+@pytest.mark.parametrize("name", PROFILES)
+def test_jitter_is_averaged_away_and_steps_stay(name: str) -> None:
+    rate, rng = PROFILES[name], np.random.default_rng(1)
+    seen = followed(read(rate, rng), rate + 1e-4 * rng.standard_normal(N), np.ones(N, bool), "angle")
+    error, raw = np.abs(seen - rate), JITTER * np.sqrt(2) / DT
+    assert np.median(error) < 0.02 * raw
+    assert np.sqrt(np.mean(error**2)) < 0.3 * raw
+
+
+@pytest.mark.parametrize("of", ["angle", "rate"])
+def test_a_rate_without_jitter_is_left_as_it_is(of: str) -> None:
+    rate = PROFILES["staircase"]
+    np.testing.assert_array_equal(followed(rate, rate, np.ones(N, bool), of), rate)  # type: ignore[arg-type]
+
+
+def test_a_slow_sine_is_followed_within_its_jitter() -> None:
+    rate, rng = 0.5 * np.sin(2 * np.pi * np.arange(N) * DT / 60), np.random.default_rng(2)
+    seen = followed(read(rate, rng), rate, np.ones(N, bool), "angle")
+    assert np.abs(seen - rate).max() < 8 * JITTER * np.sqrt(2) / DT
+
+
+def test_motion_that_the_instrument_follows_is_no_jitter() -> None:
+    """A table that shakes at a fifth of the sampling rate, and a gyro that shakes with it."""
+    rate, rng = 0.05 * np.sin(2 * np.pi * np.arange(N) * DT / 0.5), np.random.default_rng(3)
+    angle = read(rate, rng)
+    np.testing.assert_array_equal(followed(angle, rate + 1e-3, np.ones(N, bool), "angle"), angle)
+    still = followed(angle, np.zeros(N), np.ones(N, bool), "angle")
+    assert np.std(still) < 0.2 * np.std(angle)
