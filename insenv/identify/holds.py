@@ -20,6 +20,7 @@ from insenv.core.exposure import Exposure, expose
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats, Recording
 from insenv.effects.timing import SampleHold, TimingSkew
+from insenv.identify.outliers import leaving_out
 from insenv.identify.problem import Model, Problem, regressors
 
 #: Rows that are looked at: those with the most acceleration in a row.
@@ -93,12 +94,18 @@ def find_hold(recordings: tuple[Recording, ...], spans: tuple[slice, ...], probl
 
 
 def without_hold(recording: Recording, problem: Problem, run: int, hold: Hold) -> Recording:
-    """The recording with what the hold adds taken out of the target."""
+    """The recording with what the hold adds taken out of the target.
+
+    Rows that still hold a value from before the recording are left out: nobody knows that value.
+    """
     exposure = _whole(recording, problem, run)
     added = held_addition(exposure.u, exposure.motion, np.array([hold.share, hold.hold]), hold.phase)
     channel, cell = recording.channels[problem.target], exposure.cell_of_row
     values = channel.values - np.where(cell >= 0, added[np.maximum(cell, 0)], 0.0)
-    return replace(recording, channels={**recording.channels, problem.target: replace(channel, values=values)})
+    freed = replace(recording, channels={**recording.channels, problem.target: replace(channel, values=values)})
+    older = (cell < round((hold.hold - hold.phase) / exposure.motion.dt)) & (hold.phase > 0)
+    older |= recording.left_out.get(problem.target, np.zeros(len(recording), dtype=bool))
+    return leaving_out(freed, problem.target, older) if older.any() and not older.all() else freed
 
 
 def held_addition(u: Floats, motion: Motion, theta: Floats, phase: float) -> Floats:

@@ -73,13 +73,13 @@ def without_outliers(
         for one in found:
             mask[one.start : one.stop] = True
         if mask.any():
-            recording = _left_out(recording, target, mask)
+            recording = leaving_out(recording, target, mask)
         cleaned.append(recording)
         rejected += found
     return tuple(cleaned), tuple(rejected)
 
 
-def _left_out(recording: Recording, target: str, mask: Mask) -> Recording:
+def leaving_out(recording: Recording, target: str, mask: Mask) -> Recording:
     """The recording without some rows of ``target``; in its samples their neighbours' line stands for them."""
     channel, row = recording.channels[target], np.arange(len(recording))
     table = table_rate_of_rows(recording, target)
