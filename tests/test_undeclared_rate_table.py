@@ -48,10 +48,11 @@ def coverage() -> Iterator[ModuleType]:
 EXPECTED = {
     "anomaly": ("effects-found", set()),
     "asymmetry": ("effects-found", set()),
-    "ripple-full": ("effects-found", set()),
+    # On the ramps the ripple is passed within a sample: its mean is not the ripple of the mean rate, and that is seen.
+    "ripple-full": ("effects-found-incomplete", set()),
     "warm-up": ("confounded", {"bias_thermal_lag"}),
     "scale-warm-up": ("effects-found", set()),
-    "magnetic": ("confounded", {"earth_rate"}),
+    "magnetic": ("effects-found", set()),  # more than a mount along the table's axis can see of the Earth's rate
     "magnetic-2": ("effects-found", set()),
 }
 
