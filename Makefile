@@ -22,7 +22,7 @@ demo: $(VENV)/.installed-demo
 	@$(BIN)/python scripts/demo.py
 
 test: $(VENV)/.installed-test
-	@$(ONE_THREAD) MPLBACKEND=Agg $(BIN)/python -m pytest -n 2
+	@$(ONE_THREAD) MPLBACKEND=Agg $(BIN)/python -m pytest -n 2 --dist worksteal
 
 check: $(VENV)/.installed-check
 	$(BIN)/ruff format --check .
