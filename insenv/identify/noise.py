@@ -34,6 +34,8 @@ from insenv.identify.bins import Block
 _ABSENT = 1e-9
 #: Share of the data's variance that rounding leaves of it: an accelerometer's level is gravity.
 _ROUNDING = 1e-15
+#: Share by which squares grow, so that rounding of nearly collinear columns leaves the matrix positive.
+_RIDGE = 1e-11
 #: Slope of the log-likelihood in the logarithm of a power that counts as none.
 _FLAT = 0.02
 
@@ -281,6 +283,7 @@ def loglik(pooled: Pooled, power: Floats, prior: Floats, restricted: bool) -> tu
     s = pooled.shapes @ power
     a = pooled.weighted(1 / s)
     axx = a[1:, 1:] + np.diag(prior)
+    axx[np.diag_indices_from(axx)] *= 1 + _RIDGE
     if len(axx):
         factor = cho_factor(axx, check_finite=False)
         beta = cho_solve(factor, a[1:, 0], check_finite=False)
