@@ -24,7 +24,7 @@ import click
 
 from insenv import __version__
 from insenv.core.errors import InputError
-from insenv.core.progress import Progress, check_folder
+from insenv.core.progress import Progress, check_folder, check_reports, tell
 from insenv.evaluate.commands import check_plugin, evaluate
 
 
@@ -70,10 +70,8 @@ def close_loop(
     from insenv.report.json import write_json
     from insenv.report.text import summary
 
-    for path in (json_path, html_path, calibration_path):
-        check_folder(path)
-    if json_path is not None and html_path is not None and json_path.resolve() == html_path.resolve():
-        raise InputError(f"{json_path}: named for the JSON and for the HTML; wanted two files")
+    check_reports(json_path, html_path)
+    check_folder(calibration_path)
     _belong_together({"effects": effects, "calibration": calibration_path}, played)
     if played["in_environment"]:
         _settle(manifest, (json_path, html_path), (alpha, seed), played)
@@ -90,9 +88,7 @@ def close_loop(
         write_json(found, json_path)
     if calibration_path is not None:
         calibration(found, opened(manifest)).save(calibration_path)
-    click.echo(summary(found))
-    if html_path is not None:
-        click.echo(f"\nReport: {html_path.resolve()}")
+    tell(summary(found), html_path)
 
 
 def _belong_together(of_recording: Mapping[str, object], played: Mapping[str, Any]) -> None:
@@ -120,9 +116,7 @@ def _settle(scenario: str, paths: tuple[Path | None, Path | None], search: tuple
         write_html(story, html_path)
     if json_path is not None:
         write_json(story, json_path)
-    click.echo(summary(story))
-    if html_path is not None:
-        click.echo(f"\nReport: {html_path.resolve()}")
+    tell(summary(story), html_path)
 
 
 @insenv.command("apply")
@@ -172,10 +166,7 @@ def rate_test(
     from insenv.rate_test import rate_test as run
     from insenv.report.rate_test import summary, write_html, write_json
 
-    for path in (json_path, html_path):
-        check_folder(path)
-    if json_path is not None and html_path is not None and json_path.resolve() == html_path.resolve():
-        raise InputError(f"{json_path}: named for the JSON and for the HTML; wanted two files")
+    check_reports(json_path, html_path)
     left_out = quantity(warm_up, "time", "--warm-up")
     times = None if averaging is None else tuple(quantity(t, "time", "--averaging") for t in averaging.split(","))
     say = Progress(2.0)
@@ -185,9 +176,7 @@ def rate_test(
         write_html(found, html_path)
     if json_path is not None:
         write_json(found, json_path)
-    click.echo(summary(found))
-    if html_path is not None:
-        click.echo(f"\nReport: {html_path.resolve()}")
+    tell(summary(found), html_path)
 
 
 @insenv.command()

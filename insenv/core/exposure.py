@@ -267,14 +267,13 @@ def _calm(
 
     Between the rows at which a changing rate was logged it is a guess, and its error would look like one of the scale.
     """
-    if reference is None or not projection:
+    both = {"table_angle", "table_rate"} <= set(recording.channels)
+    if reference is None or not projection or (both and recording.channels["table_rate"].covers == "interval"):
         return commanded
     of: Literal["angle", "rate"] = "angle" if "table_angle" in recording.channels else "rate"
     calm = followed(reference, reading / projection, count > 0, of)
-    if not {"table_angle", "table_rate"} <= set(recording.channels) or len(commanded) < 3:
+    if not both or len(commanded) < 3:
         return calm
-    if recording.channels["table_rate"].covers == "interval":
-        return commanded
     changed = np.abs(np.diff(commanded)) > STEADY * np.abs(commanded).max()
     moves = np.concatenate([changed[:1], changed[1:] | changed[:-1], changed[-1:]])
     return np.where(moves, calm, commanded)

@@ -37,3 +37,18 @@ def check_folder(path: Path | None) -> None:
         raise InputError(f"{path}: is a folder; wanted the name of a file to write")
     if not path.parent.is_dir():
         raise InputError(f"{path}: the folder {str(path.parent)!r} does not exist; wanted one to write into")
+
+
+def check_reports(json_path: Path | None, html_path: Path | None) -> None:
+    """Refuse the two files of a report before the work is done: what cannot be written, and one name for both."""
+    for path in (json_path, html_path):
+        check_folder(path)
+    if json_path is not None and html_path is not None and json_path.resolve() == html_path.resolve():
+        raise InputError(f"{json_path}: named for the JSON and for the HTML; wanted two files")
+
+
+def tell(summary: str, html_path: Path | None) -> None:
+    """Print a summary, and where the report is, if there is one."""
+    click.echo(summary)
+    if html_path is not None:
+        click.echo(f"\nReport: {html_path.resolve()}")

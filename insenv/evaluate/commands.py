@@ -10,8 +10,7 @@ from pathlib import Path
 
 import click
 
-from insenv.core.errors import InputError
-from insenv.core.progress import Progress, check_folder
+from insenv.core.progress import Progress, check_reports, tell
 
 #: Time between two sentences of what is being done [s].
 _PAUSE = 2.0
@@ -70,10 +69,7 @@ def evaluate(  # noqa: PLR0913 -- an argument for each option
     from insenv.evaluate import words
     from insenv.evaluate.evaluation import evaluate as run
 
-    for path in (json_path, html_path):
-        check_folder(path)
-    if json_path is not None and html_path is not None and json_path.resolve() == html_path.resolve():
-        raise InputError(f"{json_path}: named for the JSON and for the HTML; wanted two files")
+    check_reports(json_path, html_path)
     found = run(
         env,
         words.named(estimator, "estimator"),
@@ -91,8 +87,6 @@ def evaluate(  # noqa: PLR0913 -- an argument for each option
         write_html(found, html_path)
     if json_path is not None:
         words.write_json(found, json_path)
-    click.echo(words.summary(found))
-    if html_path is not None:
-        click.echo(f"\nReport: {html_path.resolve()}")
+    tell(words.summary(found), html_path)
     if found.faults:
         sys.exit(1)

@@ -21,7 +21,7 @@ import numpy as np
 from insenv.core.recording import Floats
 from insenv.effects.base import CurveEffect, Effect
 from insenv.effects.spline import Spline, SplineRate, SplineTemperature, SplineTime
-from insenv.identify.fit import Fit, spectrum
+from insenv.identify.fit import Fit, spectrum, whitened_rows
 from insenv.identify.noise import transform
 from insenv.identify.problem import Problem, Term
 
@@ -63,11 +63,9 @@ def _columns(problem: Problem, kind: type[Spline], by_rate: bool) -> Floats | No
 
 
 def _one(problem: Problem, fit: Fit, columns: Floats) -> Floats:
-    weight = 1 / np.sqrt(spectrum(problem, fit.noise.power))
-    model = np.vstack([fit.design.transformed * weight[:, None], np.diag(np.sqrt(fit.design.prior))])
-    zeros = np.zeros(len(fit.design.prior))
-    b = np.vstack([columns * weight[:, None], np.zeros((len(zeros), columns.shape[1]))])
-    data = np.concatenate([problem.data() * weight, zeros])
+    model, data = whitened_rows(problem, fit.design, fit.noise.power)
+    white = columns / np.sqrt(spectrum(problem, fit.noise.power))[:, None]
+    b = np.vstack([white, np.zeros((model.shape[1], columns.shape[1]))])
     q, upper = np.linalg.qr(model)
     c = b - q @ (q.T @ b)
     size, vectors = np.linalg.eigh(c.T @ c)
@@ -79,7 +77,7 @@ def _one(problem: Problem, fit: Fit, columns: Floats) -> Floats:
     likelihood = 0.5 * np.sum(powers[:, None] * score**2 / (1 + ratio) - np.log1p(ratio), axis=1)
     power = float(powers[np.argmax(likelihood)])
     if power == 0:
-        return np.zeros(len(zeros))
+        return np.zeros(model.shape[1])
     gain = np.linalg.solve(upper, q.T @ b) @ vectors
     variance = power / (1 + power * size)
     shift = gain @ (variance * score)

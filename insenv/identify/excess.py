@@ -30,6 +30,8 @@ from insenv.identify.orders import orders_p
 from insenv.identify.problem import NOISE_TERMS, Problem
 from insenv.identify.scan import whitened
 
+#: Fitted blocks with their whitened residuals in time.
+Blocks = tuple[tuple[Block, Floats], ...]
 #: Declared coefficients are taken as known to this share.
 TOLERANCE = 0.15
 #: Bins of the shortest window, the share by which noise may be louder there, and what one bin counts at most.
@@ -48,14 +50,16 @@ class Structure:
 
 def structure(problem: Problem, fit: Fit, declared: dict[str, float], alpha: float) -> Structure:
     """Test the residual of a fit against the declared noise (by effect id, SI) and against any noise."""
+    _, q, residual = whitened(problem, fit)
+    blocks = tuple(_in_time(problem, residual))
     tests = [
         (
             "the residual's spectrum has a hump or line that the noise model cannot follow",
-            _shape_p(problem, fit),
-        )
+            _shape_p(problem, q, residual),
+        ),
+        ("the residual is louder at some times than at others", _loudness_p(blocks)),
+        ("the residual follows the table's angle in a way that no effect foresees", _angle_p(problem, blocks)),
     ]
-    tests.append(("the residual is louder at some times than at others", _loudness_p(problem, fit)))
-    tests.append(("the residual follows the table's angle in a way that no effect foresees", _angle_p(problem, fit)))
     tests.append(("held-out data hold slow structure that neither model nor noise foretells", _later_p(problem, fit)))
     if declared:
         tests.append(("the residual holds more noise than was declared", _excess_p(problem, fit, declared)))
@@ -84,9 +88,8 @@ def _most(term: str, declared: dict[str, float]) -> float:
     return np.inf if term == "quantization" else 0.0
 
 
-def _shape_p(problem: Problem, fit: Fit) -> float:
+def _shape_p(problem: Problem, q: Floats, residual: Floats) -> float:
     """Smaller of the two shape tests' p-values, doubled."""
-    _, q, residual = whitened(problem, fit)
     order = np.argsort(problem.modes().lam)
     # What the model took out of the lowest modes is missing there: expectation 1 - leverage.
     expected = (1 - np.sum(q**2, axis=1))[order]
@@ -94,18 +97,17 @@ def _shape_p(problem: Problem, fit: Fit) -> float:
     return float(min(1.0, 2 * min(_group_p(power, expected), _cumulated_p(power, expected))))
 
 
-def _in_time(problem: Problem, fit: Fit) -> Iterator[tuple[Block, Floats]]:
+def _in_time(problem: Problem, residual: Floats) -> Iterator[tuple[Block, Floats]]:
     """The whitened residual of each fitted block transformed back: white in time."""
-    _, _, residual = whitened(problem, fit)
     start = 0
     for block in problem.fitted:
         yield block, idct(residual[start : start + block.n], type=2, norm="ortho")
         start += block.n
 
 
-def _angle_p(problem: Problem, fit: Fit) -> float:
+def _angle_p(problem: Problem, blocks: Blocks) -> float:
     """Waves of the table's angle in the longest fitted block."""
-    block, white = max(_in_time(problem, fit), key=lambda one: one[0].n)
+    block, white = max(blocks, key=lambda one: one[0].n)
     angle = problem.exposures[block.run].motion.angle
     if angle is None or not np.ptp(angle):
         return 1.0
@@ -121,10 +123,10 @@ def _angle_p(problem: Problem, fit: Fit) -> float:
     return orders_p(np.clip(white, -LOUDEST, LOUDEST), middle, change * cells)
 
 
-def _loudness_p(problem: Problem, fit: Fit) -> float:
+def _loudness_p(blocks: Blocks) -> float:
     """Excess power of the whitened residual in windows of time."""
     tails = [1.0]
-    for block, white in _in_time(problem, fit):
+    for block, white in blocks:
         power = np.minimum(white**2, LOUDEST**2)
         total = np.concatenate([[0.0], np.cumsum(power)])
         width = SHORTEST_WINDOW
@@ -132,7 +134,7 @@ def _loudness_p(problem: Problem, fit: Fit) -> float:
             first = np.arange(0, block.n - width + 1, width // 2)
             tails.append(float(chi2.sf((total[first + width] - total[first]).max() / LOUDER, width)))
             width *= 2
-    windows = sum(4 * b.n / SHORTEST_WINDOW for b in problem.fitted)
+    windows = sum(4 * block.n / SHORTEST_WINDOW for block, _ in blocks)
     return float(min(1.0, min(tails) * windows))
 
 

@@ -78,12 +78,17 @@ def coefficients(problem: Problem, columns: Design, power: Floats) -> tuple[Floa
     A QR factorisation of the whitened columns with the priors as further rows, so that nearly collinear columns cost
     digits once, not twice.
     """
-    weight = 1 / np.sqrt(spectrum(problem, power))
-    rows = np.vstack([columns.transformed * weight[:, None], np.diag(np.sqrt(columns.prior))])
-    data = np.concatenate([problem.data() * weight, np.zeros(len(columns.prior))])
+    rows, data = whitened_rows(problem, columns, power)
     q, r = np.linalg.qr(rows)
     inverse = np.linalg.solve(r, np.eye(len(r)))
     return inverse @ (q.T @ data), inverse @ inverse.T
+
+
+def whitened_rows(problem: Problem, columns: Design, power: Floats) -> tuple[Floats, Floats]:
+    """Whitened columns and data with the priors as further rows, shapes (modes + p, p) and (modes + p,)."""
+    weight = 1 / np.sqrt(spectrum(problem, power))
+    rows = np.vstack([columns.transformed * weight[:, None], np.diag(np.sqrt(columns.prior))])
+    return rows, np.concatenate([problem.data() * weight, np.zeros(len(columns.prior))])
 
 
 def noise_freedom(problem: Problem, power: Floats, energy: Floats) -> float:

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
-from insenv.identify.problem import Model, Problem, Term, design
-from insenv.identify.scan import Hit, Reference, likelihood_ratio, log_significance, reference, term_freedom
+from insenv.identify.problem import Model, Problem, Term
+from insenv.identify.scan import Hit, Reference, beside, likelihood_ratio, log_significance, reference, term_freedom
 from insenv.identify.search import refined
 
 #: Gain in likelihood ratio per further parameter from which a richer effect counts as a rival.
@@ -70,10 +70,7 @@ def _same_curve(problem: Problem, base: Reference, rival: Term, term: Term) -> b
     """Whether two terms are one curve on this recording, though neither is the other's limit."""
     if term.effect.id in rival.effect.becomes or len(problem.names(rival)) != len(problem.names(term)):
         return False
-    root = np.sqrt(problem.modes().shapes @ base.noise.power)[:, None]
-    model = np.linalg.qr(design(problem, base.model).transformed / root)[0]
-    own, other = (x - model @ (model.T @ x) for x in (problem.transformed(t) / root for t in (term, rival)))
-    span = np.linalg.qr(own)[0]
+    span, other = np.linalg.qr(beside(problem, base, term))[0], beside(problem, base, rival)
     return float(np.linalg.norm(other - span @ (span.T @ other))) < ALIKE * float(np.linalg.norm(other))
 
 

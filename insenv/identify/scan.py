@@ -183,14 +183,17 @@ def likelihood_ratio(problem: Problem, base: Reference, model: Model) -> tuple[f
     return 2 * (noise.loglik - base.noise.loglik), len(columns.scale) - base.parameters
 
 
+def beside(problem: Problem, base: Reference, term: Term) -> Floats:
+    """Whitened regressors of a term beside those of the model, shape (modes, k)."""
+    root = np.sqrt(problem.modes().shapes @ base.noise.power)[:, None]
+    columns = problem.transformed(term) / root
+    q = np.linalg.qr(design(problem, base.model).transformed / root)[0]
+    return np.asarray(columns - q @ (q.T @ columns))
+
+
 def term_freedom(problem: Problem, base: Reference, term: Term) -> float:
     """Degrees of freedom with which the noise is known where ``term`` differs from the model."""
-    root = np.sqrt(problem.modes().shapes @ base.noise.power)
-    columns = problem.transformed(term) / root[:, None]
-    model = design(problem, base.model).transformed / root[:, None]
-    if model.shape[1]:
-        q = np.linalg.qr(model)[0]
-        columns = columns - q @ (q.T @ columns)
+    columns = beside(problem, base, term)
     energy = np.sum(columns**2 / np.maximum(np.sum(columns**2, axis=0), 1e-300), axis=1)
     return noise_freedom(problem, base.noise.power, energy)
 

@@ -29,8 +29,8 @@ from insenv.identify.scan import (
 
 #: Candidates whose shapes are refined, best first.
 REFINED = 4
-#: What refining shapes and choosing among held-out deviates adds to the looks: without it 9 of 300 simulated recordings
-#: that lacked nothing had something added at a nominal 1 % (scripts/search_study.py).
+#: What refining shapes and choosing among held-out deviates adds to the looks: with it 5 of 300 simulated recordings
+#: that lacked nothing had something added at a nominal 1 % (docs/results/search_study.md).
 CALIBRATION = 2.0
 #: A candidate that fitted data alone would give a larger p-value than this is not put to the held-out data.
 SUGGESTED = 0.3
