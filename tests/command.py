@@ -1,6 +1,9 @@
 """The command as a user runs it, and a small recording for it: a table that reverses every 20 s."""
 
+import signal
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -46,6 +49,16 @@ def write(folder: Path, manifest: str = MANIFEST, lines: list[str] | None = None
     path = folder / "run.toml"
     path.write_text(manifest)
     return path
+
+
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """Programs started within heed Ctrl-C; they would ignore it where these tests run in the background of a shell."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 from click.testing import CliRunner
-from command import ASYMMETRY, MANIFEST, Ended, rows, run, write
+from command import ASYMMETRY, MANIFEST, Ended, interruptible, rows, run, write
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -444,13 +444,14 @@ def test_ctrl_c_leaves_no_file_and_its_own_status(command: str, tmp_path: Path) 
         scenario = Path(cli.__file__).parents[1] / "scenarios" / "sine.toml"
         args = [str(scenario), "--out", str(out)]
     env = {**os.environ, "PYTHONPATH": str(Path(cli.__file__).parents[1])}
-    started = subprocess.Popen(
-        [sys.executable, "-c", TELLING, command, *args],
-        env=env,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    with interruptible():
+        started = subprocess.Popen(
+            [sys.executable, "-c", TELLING, command, *args],
+            env=env,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
     assert started.stderr is not None
     assert started.stderr.readline() == "begun\n"
     started.send_signal(signal.SIGINT)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command import run
+from command import interruptible, run
 from scipy.stats import norm
 
 from insenv.core.errors import InputError
@@ -161,7 +161,8 @@ def test_an_interruption_says_how_to_go_on(tmp_path: Path) -> None:
     store = tmp_path / "store"
     command = [sys.executable, "-m", "insenv.cli", "sweep", PUBLISHED, "--policy", "constant_rate"]
     command += ["--estimator", "revolution", "--seeds", "100000", "--store", str(store)]
-    driver = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    with interruptible():
+        driver = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
     deadline = time.monotonic() + 120
     while not list(store.glob("runs-*.npz")) and time.monotonic() < deadline:
         time.sleep(0.05)
