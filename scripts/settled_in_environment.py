@@ -30,8 +30,17 @@ class Case:
     target: str
     undeclared: Mapping[str, Any] | None = None
     confounded: tuple[str, ...] = ()
+    changes: Mapping[str, Any] | None = None
 
 
+#: A table that leans, with an accelerometer. Elsewhere a lean mixes in the vertical Earth rate, which to a gyro with
+#: sensitivity to g is more of the same: w sin(latitude) cos(tilt) / g.
+_LEANING: Mapping[str, Any] = {
+    "site.latitude": "0 deg",
+    "table.level_error": ["-0.8 deg", "0.5 deg"],
+    "instrument.accel": {"noise": {"velocity_random_walk": "20 ug/sqrt(Hz)"}},
+    "declared.bias": [{"targets": "gyro", "c": "+- 0.005 deg/h"}, {"targets": "accel_x", "c": "+- 50 ug"}],
+}
 CASES: Mapping[str, Case] = {
     "encoder": Case(
         "north_finder/undeclared",
@@ -45,6 +54,14 @@ CASES: Mapping[str, Case] = {
         "gyro",
         {"angle_locked_rate:1": {"c": "0.1 deg/h", "s": "0.05 deg/h"}},
         ("encoder_harmonic:1", "angle_locked_rate:1"),
+    ),
+    "gravity": Case(
+        "north_finder/undeclared",
+        "g_sensitivity",
+        "gyro",
+        {"g_sensitivity": {"targets": "gyro", "c_x": "10 deg/h/g", "c_y": "0 deg/h/g", "c_z": "0 deg/h/g"}},
+        ("encoder_harmonic:1", "angle_locked_rate:1", "g_sensitivity"),
+        _LEANING,
     ),
     "gyro": Case("two_position/undeclared", "bias_warm_up", "gyro_x"),
     "accelerometer": Case(
@@ -98,7 +115,9 @@ def main() -> None:
 def _study(name: str, seeds: Sequence[int]) -> Iterator[str]:
     case, told = CASES[name], []
     for seed in seeds:
-        changes = None if case.undeclared is None else {"undeclared": dict(case.undeclared)}
+        changes = dict(case.changes or {})
+        if case.undeclared is not None:
+            changes["undeclared"] = dict(case.undeclared)
         story = settle(case.scenario, seed=seed, changes=changes)
         told.append(_told(case, story, seed))
         yield f"{name} {told[-1]}"

@@ -13,6 +13,7 @@ from scipy.stats import chi2
 
 from insenv.core.motion import Motion, interval_mean
 from insenv.core.recording import Floats
+from insenv.effects.angle import AngleLockedRate, EarthRate
 from insenv.effects.base import CurveEffect
 from insenv.effects.catalogue import by_key
 from insenv.effects.forms import cosine_of_twice, wave
@@ -20,7 +21,7 @@ from insenv.effects.lock_in import LockIn, LockInWander
 from insenv.effects.scale import ScaleFactorAnomaly
 from insenv.effects.spline import SplineAngle, SplineTemperature
 from insenv.effects.thermal import BiasThermalLag
-from insenv.effects.timing import SampleHold
+from insenv.effects.timing import SampleHold, TimingSkew
 from insenv.sensors.chain import Sensor
 
 every_curve = pytest.mark.parametrize("key", CURVES)
@@ -280,6 +281,37 @@ def test_a_harmonic_is_exact_for_a_table_that_turns_evenly() -> None:
     np.testing.assert_allclose(wave(still, 1, 3.0, 4.0), 3 * np.cos(0.4) + 4 * np.sin(0.4), rtol=1e-8)
 
 
+@pytest.mark.parametrize("effect", [EarthRate(), AngleLockedRate(2)], ids=lambda e: e.key)
+def test_a_harmonic_is_averaged_where_the_rate_changes_within_an_interval(effect: EarthRate | AngleLockedRate) -> None:
+    """A sine of 60 deg at 2 Hz, as a slow logger sees it: against the mean of 400 points within each interval."""
+    fine = np.linspace(0.0, 60.0, 120 * 400 + 1)
+    angle, rate = np.radians(60) * np.sin(0.5 * fine), np.radians(60) * 0.5 * np.cos(0.5 * fine)
+    middle = np.radians(60) * np.sin(0.5 * (fine[:-1] + fine[1:]) / 2)
+    order = getattr(effect, "order", 1)
+    exact = np.cos(order * middle).reshape(120, 400).mean(axis=1)
+    share = 0.5
+    even = Motion(t=fine[::400], rate=np.diff(angle[::400]) * 2 * share, angle=angle[::400], projection=share)
+    motion = replace(even, rate_edges=rate[::400] * share + 1e-5)
+    off = [np.abs(effect.basis(m.rate, m)[:, 0] - exact).max() for m in (even, motion)]
+    assert off[0] > 1e-3 > 20 * off[1]
+
+
 def test_the_cosine_is_a_cosine_at_its_turning_points_too() -> None:
     x = np.concatenate([np.linspace(-300, 300, 100_001), np.pi * np.arange(-9, 10), np.pi / 2 * np.arange(-9, 10)])
     np.testing.assert_allclose(cosine_of_twice(0.5 * x), np.cos(x), atol=5e-16, rtol=0)
+
+
+def test_a_skew_is_exact_where_it_was_found() -> None:
+    dt, late = 0.01, 0.037
+    t = dt * np.arange(2001.0)
+
+    def angle(at: np.ndarray) -> np.ndarray:  # corners of the rate at 5 and 8 s
+        return 0.5 * (np.maximum(at - 5.0, 0) ** 2 - np.maximum(at - 8.0, 0) ** 2)
+
+    u, earlier = np.diff(angle(t)) / dt, np.diff(angle(t - late)) / dt
+    motion = Motion(t=t, rate=u, rate_edges=np.clip(t - 5.0, 0.0, 3.0))
+    skew = TimingSkew().near(np.array([late]))
+    np.testing.assert_allclose(late * skew.basis(u, motion)[:, 0], earlier - u, atol=1e-3 * late)
+    # To first order it is wrong at the corners by half of what the rate changes by in the skew, and more.
+    assert np.abs(late * TimingSkew().basis(u, motion)[:, 0] - (earlier - u)).max() > 0.5 * late
+    assert skew.near(np.array([late * 1.0005])) == skew

@@ -101,7 +101,8 @@ def test_an_effect_of_the_rate_follows_the_input(key: str) -> None:
     effect = on(motion, key)
     theta = typical(effect, motion)
     assert motion.rate_edges is not None
-    faster = replace(motion, rate=1.5 * motion.rate, rate_edges=1.5 * motion.rate_edges)
+    within = 1.0 if "rate_edges" in effect.sharpened_by else 1.5
+    faster = replace(motion, rate=1.5 * motion.rate, rate_edges=within * motion.rate_edges)
     follows = np.any(addition(effect, faster, theta) != addition(effect, motion, theta))
     assert follows == effect.of_rate
     # An accelerometer at rest has no input rate, and a table turns only gyros.
@@ -268,7 +269,8 @@ def test_needs_are_what_the_effect_depends_on(key: str) -> None:
     assert effect.missing(motion) == ()
     for need in effect.needs:
         assert effect.missing(replace(motion, **{need: lacking[need]})) == (need,)  # type: ignore[arg-type]
-    bare = replace(motion, **{k: v for k, v in lacking.items() if k not in effect.needs})  # type: ignore[arg-type]
+    used = effect.needs + effect.sharpened_by
+    bare = replace(motion, **{k: v for k, v in lacking.items() if k not in used})  # type: ignore[arg-type]
     np.testing.assert_array_equal(addition(effect, bare, theta), addition(effect, motion, theta))
     if set(effect.needs) & {"angle", "rate_edges", "temperature", "base_tilt"}:
         with pytest.raises(InputError, match=f"needs {effect.needs[0]}, which the exposure lacks"):

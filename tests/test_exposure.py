@@ -253,3 +253,20 @@ def test_a_gyro_triad_sees_the_forces_and_the_other_rates() -> None:
     # An accelerometer's axes are tilted against the forces along the other two, not against rates.
     assert set(expose(r, "accel_x").motion.cross_rate) == {"y", "z"}
     assert interval_mean(e.motion.t) == pytest.approx(e.motion.middle)
+
+
+def test_the_edges_of_a_noisy_rate_carry_no_noise_of_single_rows() -> None:
+    """A tachometer alone; the noise of its steady rate is averaged away, to a tenth at least."""
+    rng, n, noise = np.random.default_rng(6), 4000, 1e-4
+    rate = np.repeat([0.2, -0.3], n // 2)
+    channels = {
+        "gyro": Channel(rate, "rad/s", "interval"),
+        "table_rate": Channel(rate + noise * rng.standard_normal(n), "rad/s", "interval"),
+    }
+    e = expose(Recording(0.1 * np.arange(1.0, n + 1), channels), "gyro", rows_per_cell=4)
+    assert e.motion.rate_edges is not None
+    edges = e.motion.rate_edges
+    steady = np.abs(np.arange(len(edges)) - len(edges) / 2) > 20
+    steady[[0, 1, -2, -1]] = False
+    inside = np.where(np.arange(len(edges)) < len(edges) / 2, 0.2, -0.3)
+    assert np.std((edges - inside)[steady]) < 0.1 * noise

@@ -202,6 +202,7 @@ def test_a_table_that_leans_sees_the_earth_and_gravity_from_there() -> None:
         level_error=level,
         gravity=9.8,
         carries=("gyro", "accel_x"),
+        felt=True,
     )
     scene = play(table, edges(30, 100))
     motion = scene.motions["gyro"]
@@ -213,8 +214,11 @@ def test_a_table_that_leans_sees_the_earth_and_gravity_from_there() -> None:
     level_part, _ = by_key("earth_rate").apply(motion.rate, motion, theta)
     # The mean of a cosine over 0.003 rad is 4e-7 below its middle.
     np.testing.assert_allclose(motion.rate - 0.3 * np.sin(tilt) + level_part, seen, atol=1e-6 * EARTH_RATE)
-    force = scene.motions["accel_x"].force["x"]
-    np.testing.assert_allclose(force, attitude(azimuth - middle, 0.0, level) @ [0, 0, 9.8], atol=1e-6 * 9.8 * 6e-5)
+    felt, left = scene.motions["gyro"].force, azimuth - middle - 0.5 * np.pi
+    np.testing.assert_array_equal(felt["x"], scene.motions["accel_x"].force["x"])
+    for force, heading in ((felt["x"], azimuth - middle), (felt["y"], left)):
+        np.testing.assert_allclose(force, attitude(heading, 0.0, level) @ [0, 0, 9.8], atol=1e-6 * 9.8 * 6e-5)
+    assert set(felt["z"]) == {9.8}
     assert not scene.motions["accel_x"].rate.any()
     # A lean about north shifts north by its tangent of the latitude.
     c, s = table.horizontal_earth_rate

@@ -85,3 +85,16 @@ def test_g_sensitivity_of_low_cost_gyros_is_not_claimed(low_cost: Findings) -> N
         assert "g_sensitivity" not in added(found)
         assert any(r.effect == "g_sensitivity" and r.p_value > 0.05 for r in found.rejected)
         assert found.held_out.after < 0.8 * found.held_out.before
+
+
+def test_a_short_session_tells_the_gyros_and_says_that_it_cannot_tell_the_accelerometers() -> None:
+    found = close(measured.manifest("imucal"))
+    for name in GYROS:
+        gyro = target(found, name)
+        assert added(gyro) == {"scale_factor", "misalignment"}
+        # 2.16 deg before; the noise of half as many turns leaves 0.59.
+        assert gyro.held_out.after < 0.4 * gyro.held_out.before
+    for name in ACCELS:
+        accel = target(found, name)
+        assert accel.verdict == "nothing-significant" and not accel.added
+        assert {"accel_scale_factor", "non_orthogonality"} <= {n.effect for n in accel.not_testable}

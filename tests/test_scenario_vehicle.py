@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from insenv.close import close
 from insenv.core.earth import EARTH_RATE
 from insenv.core.errors import InputError
 from insenv.core.load import read_recordings
@@ -250,9 +251,19 @@ def test_a_turn_is_written_with_its_angle_for_the_gyro_about_it(tmp_path: Path) 
     assert left == pytest.approx(1e-4 * (5 * DEG + earth), abs=4 * 0.01 * DEG_PER_HOUR * 10)
 
 
-def test_another_target_of_a_vehicle_that_turns_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"model\.target = gyro_x of a vehicle that turns; wanted 'gyro_z'"):
-        simulate(PUBLISHED, tmp_path / "out", changes={"model.target": "gyro_x"} | SOON)
+def test_the_axis_of_a_level_gyro_that_feels_the_turn_is_named(tmp_path: Path) -> None:
+    wrong = {"cross_axis": {"targets": "gyro_x", "c_x": "0", "c_y": "0", "c_z": "100 ppm"}}
+    upright = {"vehicle.level_error": ["0 deg", "0 deg"], "profile.turns": [["20 s", "170 deg"]], "duration": "60 s"}
+    changes = {"undeclared": wrong, "model.target": "gyro_x", "held_out": {"start": "50 s"}} | upright
+    path = simulate("two_position/undeclared", tmp_path, 4, changes=changes)
+    assert load_manifest(path).model.declared == ("bias", "earth_rate")
+    (target,) = close(path).targets
+    assert [added.effect for added in target.added] == ["cross_axis"]
+    found = {p.parameter: p for p in target.added[0].parameters}["c_z"]
+    assert found.value == pytest.approx(1e-4, abs=4 * found.sd) and found.sd < 2e-6
+
+
+def test_a_vehicle_without_a_profile_is_not_simulated(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"\[profile\] is missing"):
         simulate(PUBLISHED, tmp_path / "out", changes={"profile": None})
     assert not (tmp_path / "out" / "manifest.toml").exists()

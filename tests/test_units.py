@@ -9,7 +9,9 @@ from hypothesis import strategies as st
 
 from insenv.core import units
 from insenv.core.errors import InputError
-from insenv.core.units import DIMENSIONS, dimension_of, quantity, scale_to_si, show
+from insenv.core.units import DIMENSIONS, dimension_of, quantity, quantity_in, scale_to_si, show
+from insenv.effects.base import OUTPUT, Effect
+from insenv.effects.catalogue import ALL
 
 G = 9.80665
 KNOWN = [
@@ -56,6 +58,8 @@ KNOWN = [
     (0.25, "fraction", 0.25),
     ("0.25", "fraction", 0.25),
     ("380 m", "length", 380.0),
+    ("5 1/s", "frequency", 5.0),
+    ("5 1 per s", "frequency", 5.0),
 ]
 
 WRONG = [
@@ -84,6 +88,9 @@ WRONG = [
     ("inf deg", "angle"),
     ("1e999 deg", "angle"),
     ("10 000 Hz", "frequency"),
+    ("2 1/3 s", "time"),
+    ("2 1 / .5 s", "time"),
+    ("2 1/", "time"),
     ("3,5 deg", "angle"),
     ("5.0(3) s", "time"),
     ("5 ^2 s", "time"),
@@ -133,6 +140,20 @@ def test_messages_say_what_was_given_and_what_was_wanted() -> None:
 def test_a_number_too_long_to_be_written_is_refused() -> None:
     with pytest.raises(InputError, match='^here "infinity" is not a quantity'):
         quantity(10**5000, "fraction", "here")  # Python refuses to write more than 4300 digits
+
+
+@pytest.mark.parametrize("unit", ["ppm/(deg/s)^2", "ppm (s/deg)^2", "1e-6/(deg/s)^2", "1e-6 1/(deg/s)^2", "ppm/dps**2"])
+def test_ways_to_write_a_cubic_coefficient(unit: str) -> None:
+    number = unit if unit.startswith("1e-6") else f"1 {unit}"
+    assert quantity_in(number, "1/(rad/s)^2", "key") == pytest.approx(1e-6 / math.radians(1) ** 2, rel=1e-14)
+
+
+@pytest.mark.parametrize("effect", ALL, ids=lambda effect: effect.key)
+def test_the_unit_that_a_message_asks_for_is_read(effect: Effect) -> None:
+    for param in effect.params:
+        for output in ("rad/s", "m/s^2"):
+            si = param.unit.replace(OUTPUT, output)
+            assert quantity_in(f"3 {si}" if si != "1" else "3", si, "key") == pytest.approx(3.0)
 
 
 def test_dimension_of_a_unit() -> None:

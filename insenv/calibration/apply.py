@@ -119,7 +119,7 @@ def _sorted(target: Target, run: int | None, exposure: Exposure) -> tuple[list[_
         if reason:
             left.append(Said(target.target, term.effect, reason=reason))
         else:
-            held.append(_Held(term, effect, term.theta(run)))
+            held.append(_Held(term, effect.near(term.theta(run)), term.theta(run)))
     return held, left
 
 

@@ -120,6 +120,9 @@ def expose(
         if "table_rate" not in recording.channels:
             jitter = commanded - calm
             rate_edges = rate_edges - projection * np.interp(np.arange(n + 1.0), np.arange(n) + 0.5, jitter)
+        elif "table_angle" not in recording.channels and not np.array_equal(calm, commanded):
+            # A rate that was measured, not commanded: its noise has no corners to keep sharp.
+            rate_edges = projection * np.interp(np.arange(n + 1.0), np.arange(n) + 0.5, calm) + vertical
         commanded = calm
     still = np.zeros(n)
     motion = Motion(

@@ -63,8 +63,10 @@ def _left_out_error(coefficients: Floats, kept: Floats) -> float:
 def _end_slopes(x: Floats) -> Floats:
     """A parabola with the slopes that ``x`` has at its ends, shape (n,)."""
     n = len(x)
-    m = max(4, n // 20)
-    first = np.polyfit(np.arange(m), x[:m], 1)[0]
-    last = np.polyfit(np.arange(m), x[-m:], 1)[0]
-    t = np.arange(n)
-    return first * t + 0.5 * (last - first) * t**2 / n
+    m = max(8, n // 20)
+    t = np.arange(m) - 0.5
+    # Quadratics: the slope of a curve that bends is not that of its chord, as where a unit begins to warm up.
+    first = np.polyfit(t, x[:m], 2)[1]
+    last = -np.polyfit(t, x[-m:][::-1], 2)[1]
+    whole = np.arange(n)
+    return first * whole + 0.5 * (last - first) * whole**2 / n

@@ -97,6 +97,8 @@ DIMENSIONS: dict[str, Dimension] = dict(
 _PREFIXES = {"": 1.0, "m": 1e-3, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "n": 1e-9}  # both code points of micro
 _ALIASES = {"°": "degree"}
 _LEADING_NUMBER = re.compile(rf"\s*([+-]?{NUMBER})(.*)", re.ASCII | re.DOTALL)
+#: The 1 of a unit that is written as a reciprocal: "5 1/s" is 5/s. "2 1/3 s" is a number written otherwise.
+_RECIPROCAL = re.compile(r"1\s*(?=(/|per\b)\s*[^\d.\s])")
 _MAX_LENGTH = 100
 
 
@@ -149,7 +151,10 @@ def _parse(text: str) -> tuple[float | None, Unit, float | None]:
         raise NotAUnitError
     if re.fullmatch(r"[^\W\d]+|°[CF]", rest) and rest not in ("per", "sqrt"):
         return number, *_named(rest)
-    compound = read(f"1 {rest}" if number is not None else rest, lambda name: _named(name)[0])
+    if number is not None:
+        one = _RECIPROCAL.match(rest)
+        rest = f"1 {rest[one.end() :] if one else rest}"
+    compound = read(rest, lambda name: _named(name)[0])
     return number, compound, None
 
 

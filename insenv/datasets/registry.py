@@ -16,6 +16,7 @@ SIZES: Mapping[str, int] = {
     "imu_tk": 6_652_750,
     "mikoff_imu0": 805_740,
     "mikoff_imu1": 806_745,
+    "imucal": 995_473,
 }
 _MANIFESTS = Path(__file__).parent / "manifests"
 

@@ -6,8 +6,8 @@
 
 All are one wave c cos(n a) + s sin(n a), or its derivative: with theta for c and s it is what is added, with (1, 0)
 and (0, 1) it is the regressors. The mean of a derivative is the difference over the edges, exact for any motion; the
-mean of a harmonic takes an angle that turns evenly over an interval. ``angle_locked_rate`` of order 1 and
-``earth_rate`` are one curve: only their credible size differs.
+mean of a harmonic takes a rate that changes evenly over an interval, to first order in that change.
+``angle_locked_rate`` of order 1 and ``earth_rate`` are one curve: only their credible size differs.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from insenv.core.earth import EARTH_RATE
 from insenv.core.motion import Motion, interval_slope
 from insenv.core.recording import Floats
 from insenv.effects.base import OUTPUT, LinearEffect, Param
-from insenv.effects.forms import checked_order, columns, known, spread, wave
+from insenv.effects.forms import bend, checked_order, columns, known, spread, wave
 
 #: Highest harmonic of a turn that can be asked for; gears and pole pairs stay below.
 HIGHEST_ORDER = 360
@@ -83,13 +83,14 @@ class AngleLockedRate(_Wave):
     linear = (Param("c", OUTPUT, sd=1e-3, bound=0.1), Param("s", OUTPUT, sd=1e-3, bound=0.1))
     source = "IEEE Std 952-1997: magnetic sensitivity; Sensors 13 (2013) 2750: wobble of the table's axis"
     belongs = "place"
+    sharpened_by = ("rate_edges",)
 
     def __post_init__(self) -> None:
         checked_order(self.id, self.order, HIGHEST_ORDER)
 
     def wave(self, motion: Motion, c: float | Floats, s: float | Floats) -> Floats:
         """Mean of the wave over each interval."""
-        return wave(known(motion, "angle", self.id), self.order, c, s)
+        return wave(known(motion, "angle", self.id), self.order, c, s, bend(motion))
 
 
 @final
@@ -110,6 +111,7 @@ class EarthRate(_Wave):
     id = "earth_rate"
     source = "Rate of rotation: WGS 84 (insenv.core.earth)"
     belongs = "input"
+    sharpened_by = ("rate_edges",)
 
     @property
     def linear(self) -> tuple[Param, ...]:
@@ -124,4 +126,4 @@ class EarthRate(_Wave):
     def wave(self, motion: Motion, c: float | Floats, s: float | Floats) -> Floats:
         """Mean of the wave over each interval; it stands with the Earth where the base was turned."""
         angle = known(motion, "angle", self.id)
-        return wave(angle - motion.base_turned if motion.base_turned else angle, 1, c, s)
+        return wave(angle - motion.base_turned if motion.base_turned else angle, 1, c, s, bend(motion))

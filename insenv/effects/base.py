@@ -84,6 +84,8 @@ class Effect(ABC):
         Parameters that bend the curve: time constants, centres, frequencies.
     needs : tuple of str
         Fields of `Motion` that the effect depends on ("force.x" for one axis).
+    sharpened_by : tuple of str
+        Fields that make it more exact where they are there: within an interval.
     source : str
         Paper or standard that describes it.
     instruments : tuple of str
@@ -104,6 +106,7 @@ class Effect(ABC):
     id: ClassVar[str] = ""
     shapes: ClassVar[tuple[Param, ...]] = ()
     needs: ClassVar[tuple[str, ...]] = ()
+    sharpened_by: ClassVar[tuple[str, ...]] = ()
     source: ClassVar[str] = ""
     instruments: ClassVar[tuple[Instrument, ...]] = ("gyro", "accelerometer")
     of_rate: ClassVar[bool] = False
@@ -143,6 +146,15 @@ class Effect(ABC):
     def variants(self, motion: Motion) -> tuple[Self, ...]:
         """The effect in the forms that a search tries beside each other on what ``motion`` covers."""
         return (self.over(motion),)
+
+    def others(self) -> tuple[Self, ...]:
+        """Forms that it may have instead, with the same parameters: what they would change is in a fit's deviations."""
+        return ()
+
+    def near(self, theta: Floats) -> Self:
+        """The effect exact at the parameters ``theta``, where it is linear only for small ones."""
+        del theta
+        return self
 
     def begin(self, motion: Motion, theta: Floats) -> Any:
         """State before the first interval; None where the effect has no memory."""

@@ -218,7 +218,8 @@ def _flags(effect: Effect, motion: Motion, theta: Floats, whole: Floats) -> Iter
     """What it says that it follows, and what it does follow."""
     if motion.rate_edges is None or isinstance(effect, DrivenEffect):
         return
-    faster = replace(motion, rate=1.5 * motion.rate, rate_edges=1.5 * motion.rate_edges)
+    within = 1.0 if "rate_edges" in effect.sharpened_by else 1.5
+    faster = replace(motion, rate=1.5 * motion.rate, rate_edges=within * motion.rate_edges)
     later = replace(motion, t=motion.t + 0.317 * motion.n * motion.dt)
     looks = {"of_rate": ("the input rate", faster), "of_time": ("the time from the start of the run", later)}
     for flag, (what, other) in looks.items():
@@ -230,7 +231,7 @@ def _flags(effect: Effect, motion: Motion, theta: Floats, whole: Floats) -> Iter
 
 def _needs(effect: Effect, motion: Motion, theta: Floats, whole: Floats) -> Iterator[str]:
     """Whether it does with what it says that it needs."""
-    named = {need.partition(".")[0] for need in effect.needs}
+    named = {need.partition(".")[0] for need in effect.needs + effect.sharpened_by}
     bare = replace(motion, **{name: value for name, value in _LACKING.items() if name not in named})
     try:
         same = np.array_equal(_addition(effect, bare, theta), whole)

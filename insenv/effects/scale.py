@@ -13,8 +13,8 @@ What is not linear in u takes the mean rate for the rate: exact where the rate i
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import final
+from dataclasses import dataclass, replace
+from typing import Self, final
 
 import numpy as np
 
@@ -142,7 +142,16 @@ class ScaleFactorCubic(LinearEffect):
 @final
 @dataclass(frozen=True)
 class ScaleFactorAnomaly(CurveEffect):
-    """A local fault around the rate u0, of width s and height c, odd in the rate."""
+    """A local fault around the rate u0, of width s and height c, odd in the rate.
+
+    Attributes
+    ----------
+    wings : bool
+        Whether it falls off as a resonance does, 1 / (1 + (|u| - u0)^2 / s^2). The wings look like a scale factor, so
+        that of a fit has this form in its standard deviation.
+    """
+
+    wings: bool = False
 
     id = "scale_factor_anomaly"
     linear = (Param("c", OUTPUT, sd=0.01, bound=0.02, per_rate=True),)
@@ -155,9 +164,15 @@ class ScaleFactorAnomaly(CurveEffect):
         """The bump, shape (..., n)."""
         c, centre, width = (theta[..., j, None] for j in range(3))
         distance = (np.abs(u) - centre) / width
+        if self.wings:
+            return c * np.sign(u) / (1.0 + distance * distance)
         if np.abs(distance).min(initial=np.inf) > _NOWHERE:
             return np.zeros(np.broadcast_shapes(distance.shape, np.shape(c)))
         return c * np.sign(u) * np.exp(-0.5 * distance * distance)
+
+    def others(self) -> tuple[Self, ...]:
+        """The bump with wings, or without."""
+        return (replace(self, wings=not self.wings),)
 
     def grid(self, motion: Motion) -> Floats:
         """Centres and widths, shape (g, 2): centres only where the recording has rates."""

@@ -1,6 +1,6 @@
 """Errors of timing.
 
-    timing_skew   -c du/dt        the reading is late (c > 0) or early by c seconds
+    timing_skew   -c du/dt        the reading is late (c > 0) or early by c seconds; about c0, c (u(t - c0) - u(t)) / c0
     sample_hold   c (held(u) - u)  the output repeats one value for a hold time
 
 ``held(u)`` is, on every interval, the input of the first interval whose middle lies in the same cell of one
@@ -9,10 +9,11 @@ hold time, counted from the start of the run. A hold time of one interval or les
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, final
+from dataclasses import dataclass, replace
+from typing import Any, Self, final
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
 from insenv.core.motion import Motion, interval_slope
 from insenv.core.recording import Floats
@@ -28,7 +29,16 @@ _ROUNDING = 1e-6
 @final
 @dataclass(frozen=True)
 class TimingSkew(LinearEffect):
-    """A reading and a reference that are not of the same instant, to first order in the skew."""
+    """A reading and a reference that are not of the same instant, to first order in the skew.
+
+    Attributes
+    ----------
+    about : float
+        Skew at which it is exact [s]: there the secant stands for the derivative, which at a corner of the rate is
+        wrong by as much as the rate changes in a skew.
+    """
+
+    about: float = 0.0
 
     id = "timing_skew"
     linear = (Param("c", "s", sd=0.01, bound=1.0),)
@@ -38,9 +48,33 @@ class TimingSkew(LinearEffect):
     belongs = "reference"
     of_rate = True
 
+    def near(self, theta: Floats) -> Self:
+        """The effect exact at the skew ``theta``; as it is where that is so already, to a thousandth of the skew."""
+        skew = float(theta[0])
+        return self if abs(skew - self.about) <= 1e-3 * abs(skew) else replace(self, about=skew)
+
     def basis(self, u: Floats, motion: Motion) -> Floats:
-        """Mean rate derivative, reversed, shape (..., n, 1)."""
-        return columns(u, -interval_slope(known(motion, "rate_edges", self.id), motion.dt))
+        """Mean rate derivative, reversed, or the secant, shape (..., n, 1)."""
+        edges = known(motion, "rate_edges", self.id)
+        if not self.about:
+            return columns(u, -interval_slope(edges, motion.dt))
+        return columns(u, (_earlier(u, edges, motion, self.about) - u) / self.about)
+
+
+def _earlier(u: Floats, edges: Floats, motion: Motion, skew: float) -> Floats:
+    """Mean of the input a skew earlier than each interval, shape (..., n).
+
+    Its integral goes by cubics, with the rates at the edges for slopes; beyond the ends the rate stays as it is there.
+    """
+    rates = np.broadcast_to(edges, (*np.broadcast_shapes(u.shape[:-1], edges.shape[:-1]), edges.shape[-1]))
+    total = np.zeros(rates.shape)
+    np.cumsum(u * motion.dt, axis=-1, out=total[..., 1:])
+    t = motion.t - skew
+    inside = np.clip(t, motion.t[0], motion.t[-1])
+    angle = CubicHermiteSpline(motion.t, total, rates, axis=-1)(inside)
+    beyond = t - inside
+    angle += np.where(beyond < 0, rates[..., :1], rates[..., -1:]) * beyond
+    return interval_slope(angle, motion.dt)
 
 
 @final

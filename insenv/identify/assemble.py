@@ -41,7 +41,7 @@ from insenv.identify.findings import (
     Traces,
 )
 from insenv.identify.fit import Fit, solve
-from insenv.identify.heldout import held_out_score, residual
+from insenv.identify.heldout import Score, held_out_score, residual
 from insenv.identify.line_effects import hold_effect, line_effects
 from insenv.identify.lines import Line
 from insenv.identify.loop import Outcome
@@ -51,6 +51,10 @@ from insenv.identify.problem import NOISE_TERMS, Problem, Term
 from insenv.identify.tracks import Step, Track
 from insenv.identify.two_position import with_vertical_rate
 from insenv.identify.uncertainty import covariance, estimates, noise_estimates
+from insenv.identify.unfinished import unfinished
+
+#: Held-out error in scatters of the fitted noise from which on a word is said.
+WANDER = 2.0
 
 
 def findings(
@@ -103,7 +107,7 @@ def _target(
     before = solve(plain, track.prepared.model)
     declared_noise = dict(manifest.noise.get(problem.target, {}))
     left = structure(problem, track.fit, declared_noise, alpha)
-    left = replace(left, reasons=(*left.reasons, *_curves_that_do_not_last(track)))
+    left = replace(left, reasons=(*left.reasons, *unfinished(track)))
     lines, hold = track.prepared.lines, track.prepared.held.hold
     earth = earth_findings(track, alpha)
     verdict = _verdict(track, lines, left, earth)
@@ -141,8 +145,18 @@ def _target(
         spectra=_spectra(plain, before, problem, track.fit, declared_noise),
         traces=_traces(recordings, plain, before, problem, track.fit),
         derived=derived(plain, before, track, earth),
-        cautions=cautions(earth),
+        cautions=(*cautions(earth), *_wander(scores[1])),
         covariance=covariance(problem, track.fit),
+    )
+
+
+def _wander(score: Score) -> tuple[str, ...]:
+    """A word where held-out data are further off than the scatter of the fitted noise, though it foretells that."""
+    if not score.rms > WANDER * score.floor > 0:
+        return ()
+    return (
+        f"Held-out data are off by {score.rms / score.floor:.2g} times the scatter of the fitted noise: their level "
+        "has wandered since the fit, as flicker and random walk do, and what integrated gyros bring in.",
     )
 
 
@@ -163,15 +177,6 @@ def _own_estimates(track: Track) -> dict[Term, tuple[Estimate, ...]]:
 def _with_lines(track: Track) -> float:
     """Held-out error of the final model on plain means, lines and all."""
     return held_out_score(track.prepared.plain, solve(track.prepared.plain, track.fit.model)).rms
-
-
-def _curves_that_do_not_last(track: Track) -> tuple[str, ...]:
-    """What speaks for structure though it foretells nothing: smooth curves that held-out data refuse."""
-    return tuple(
-        f"{r.hit.candidate.effect.key} follows the fitted data (p = {r.hit.p_value:.1g}) and fails on the held-out ones"
-        for r in track.refusals
-        if r.hit.candidate.generic
-    )
 
 
 def _verdict(track: Track, lines: tuple[Line, ...], left: Structure, earth: EarthFindings) -> str:
@@ -264,17 +269,23 @@ def _traces(recordings: tuple[Recording, ...], plain: Problem, before: Fit, prob
         t=problem.bins.time,
         run=problem.bins.run + 1,
         held_out=problem.bins.held_out,
-        before=residual(plain, before),
+        before=_residual_before(plain, before, problem),
         after=residual(problem, fit),
         covariates=covariates,
     )
+
+
+def _residual_before(plain: Problem, before: Fit, problem: Problem) -> Floats:
+    """Residual of the declared model on the bins that are left: a held output takes rows away at its start."""
+    there = [np.isin(one, other) for one, other in zip(plain.bins.kept, problem.bins.kept, strict=True)]
+    return residual(plain, before)[np.concatenate(there)]
 
 
 def _spectra(plain: Problem, before: Fit, problem: Problem, fit: Fit, declared: dict[str, float]) -> Spectra:
     """Spectrum and Allan deviation of the longest stretch of bins, before and after."""
     start, stop = _longest(problem)
     width = problem.bins.width
-    left = residual(plain, before)[start:stop], residual(problem, fit)[start:stop]
+    left = _residual_before(plain, before, problem)[start:stop], residual(problem, fit)[start:stop]
     segments = int(np.clip((stop - start) // 64, 1, 15))
     spectra = [psd(x, width, segments) for x in left]
     allan = [allan_deviation(x, width) for x in left]

@@ -33,11 +33,6 @@ class Candidate:
         """Whether it explains without naming a cause."""
         return self.effect.generic
 
-    @property
-    def size(self) -> int:
-        """Number of parameters, shapes included."""
-        return self.terms[0].size
-
 
 def candidates(
     problem: Problem, catalogue: tuple[Effect, ...]

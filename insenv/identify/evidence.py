@@ -94,9 +94,9 @@ def _free_of_run(problem: Problem, fit: Fit, anchored: _Anchored) -> Callable[[F
 class _Anchored:
     """Whitening of held-out blocks given the fitted data before them.
 
-    Wandering noise goes on from where the fitted data end. A block is therefore taken relative to the mean of the
-    last bins before it, as many as white noise needs to be averaged down to the wander; what is then left is as good
-    as independent of the fitted data.
+    Wandering noise goes on from where the fitted data end, and from one held-out block to the next. A block is
+    therefore taken relative to the mean of the last bins before it, as many as white noise needs to be averaged down
+    to the wander; what is then left is as good as independent of the data before it. Over a gap noise wanders on.
     """
 
     blocks: tuple[Block, ...]
@@ -116,7 +116,7 @@ class _Anchored:
             if anchor is not None:
                 size = anchor.stop - anchor.start
                 own = modes((replace(block, span=block.n),), NOISE_TERMS, problem.bins.width).shapes[0] @ power
-                variance[offset] = own + block.n * (white / size + walk * size / 3)
+                variance[offset] = own + block.n * (white / size + walk * (size / 3 + _gap(problem, block, anchor)))
             anchors.append(anchor)
             offset += block.n
         return cls(blocks, tuple(anchors), np.sqrt(variance))
@@ -132,15 +132,27 @@ class _Anchored:
 
 
 def _anchor(problem: Problem, block: Block, most: int) -> slice | None:
-    """The last bins of the fitted block before ``block`` in its run, else the first of the one after it."""
-    same = [b for b in problem.fitted if b.run == block.run]
+    """The last bins before ``block`` in its run; the first after it where no fitted bins are before."""
+    same = [b for b in problem.bins.blocks if b.run == block.run]
     before = [b for b in same if b.stop <= block.start]
-    if before:
+    after = [b for b in same if b.start >= block.stop]
+    if before and (any(b.fitted for b in before) or not any(b.fitted for b in after)):
         last = before[-1]
         return slice(max(last.start, last.stop - most), last.stop)
-    if same:
-        return slice(same[0].start, min(same[0].stop, same[0].start + most))
+    if any(b.fitted for b in after):
+        return slice(after[0].start, min(after[0].stop, after[0].start + most))
     return None
+
+
+def _gap(problem: Problem, block: Block, anchor: slice) -> float:
+    """Bins that are missing between a block and its anchor."""
+    time = problem.bins.time
+    apart = (
+        time[block.start] - time[anchor.stop - 1]
+        if anchor.stop <= block.start
+        else time[anchor.start] - time[block.stop - 1]
+    )
+    return float(max(apart / problem.bins.width - 1, 0.0))
 
 
 def held_out_modes(problem: Problem, fit: Fit) -> tuple[Floats, Floats]:

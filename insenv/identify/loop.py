@@ -10,6 +10,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from insenv.core.manifest.spec import Manifest
 from insenv.core.recording import Recording
 from insenv.core.split import RowUse
@@ -26,7 +28,7 @@ from insenv.identify.problem import NOISE_TERMS, Term
 from insenv.identify.scan import Hit, likelihood_ratio, reference
 from insenv.identify.search import at_shape, search, with_term
 from insenv.identify.settle import settled
-from insenv.identify.tracks import Progress, Refusal, Step, Track
+from insenv.identify.tracks import MOST_ADDED, Progress, Refusal, Step, Track
 
 #: Effects of one physical cause on several targets: judged on all of them together.
 SHARED = ("base_tilt", "bias_thermal_lag")
@@ -34,11 +36,11 @@ SHARED = ("base_tilt", "bias_thermal_lag")
 #: Least normal deviate of a target's own evidence for a cause that was found on several targets together.
 LEAST_SUPPORT = 1.0
 
+#: Fits at most in which an effect that is linear only for small parameters comes to those that it has.
+MOST_PASSES = 6
+
 #: P-value below which what is left is suspected to be more than the declared noise.
 SUSPECTED = 0.1
-
-#: Effects added to one target at most.
-MOST_ADDED = 8
 
 
 @dataclass(frozen=True)
@@ -148,7 +150,9 @@ def _searched(track: Track, generic: bool, seed: int, progress: Progress) -> Tra
     if track.hits is not None:
         return track
     progress(f"{track.problem.target}: trying {len(track.candidates)} effects beside {len(track.fit.model)}")
-    tried = tuple(c for c in track.candidates if c.generic == generic)
+    # What is exact at the size found has a remainder there, as the effect near zero sees it.
+    centred = {t.effect.key for t in track.added if t.effect.near(np.zeros(len(t.effect.params))) != t.effect}
+    tried = tuple(c for c in track.candidates if c.generic == generic and c.effect.key not in centred)
     return replace(track, hits=tuple(search(track.problem, track.fit, tried, seed, track.family, track.tones)))
 
 
@@ -249,6 +253,7 @@ def _tried(track: Track, hit: Hit, proposal: _Proposal, names: tuple[str, ...], 
         refusal = Refusal(hit, "found on another target; nothing speaks for it on this one")
         return replace(track, refusals=(*track.refusals, refusal)), False
     problem = track.problem
+    hit = _centred(track, hit)
     model = with_term(track.fit.model, hit.term)
     fit = solve(problem, model, start=track.fit.noise.power)
     score = held_out_score(problem, fit)
@@ -265,6 +270,22 @@ def _tried(track: Track, hit: Hit, proposal: _Proposal, names: tuple[str, ...], 
     steps = (*(s for s in track.steps if s.hit.term in model), step)
     grown = replace(track, fit=fit, score=score, steps=steps, hits=None)
     return _pruned(grown, alpha), True
+
+
+def _centred(track: Track, hit: Hit) -> Hit:
+    """The hit with its effect exact at the size at which it is found, where that explains more."""
+    problem, base = track.problem, reference(track.problem, track.fit.model, track.fit.noise.power)
+    for _ in range(MOST_PASSES):
+        fit = solve(problem, with_term(track.fit.model, hit.term), start=track.fit.noise.power)
+        theta = fit.theta[fit.design.term == len(fit.model) - 1]
+        effect = hit.term.effect.near(theta) if len(theta) == len(hit.term.effect.linear) else hit.term.effect
+        if effect == hit.term.effect:
+            break
+        moved = at_shape(problem, track.fit, base, hit, replace(hit.term, effect=effect))
+        if moved.likelihood_ratio <= hit.likelihood_ratio or moved.remark:
+            break
+        hit = moved
+    return hit
 
 
 def _pruned(track: Track, alpha: float) -> Track:

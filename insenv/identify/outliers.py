@@ -8,6 +8,8 @@ on the same side of the medians of its neighbours before and after, by more than
 A step, a ramp or a slow effect moves one side along; an error of timing, a lock-in, a fault around one rate are bounded
 by how much the rate changes there; a table's disturbance at one angle comes back with every turn and is kept.
 
+**Ramps.** Rows in which a table has not yet the rate that it was told (`insenv.identify.ramps`).
+
 **Sticking.** A value that repeats longer than chance allows, where rows with as fast a table hardly ever repeat.
 
 Single bins of a recording at rest are judged once more by themselves (`outliers`).
@@ -27,6 +29,7 @@ from insenv.core.recording import Floats, Recording
 from insenv.identify.bins import Block
 from insenv.identify.findings import RejectedRows
 from insenv.identify.problem import Problem
+from insenv.identify.ramps import approaching
 
 Mask = NDArray[np.bool_]
 
@@ -97,6 +100,10 @@ def _of_run(recording: Recording, target: str, run: int, longest: int) -> list[R
     u = np.zeros(len(y)) if table is None else table * share
     stuck = _stuck(y, u)
     found = [RejectedRows(target, run, a, b, f"{b - a} equal values") for a, b in _stretches(stuck)]
+    ramps = approaching(recording, target, run)
+    found += ramps
+    for ramp in ramps:
+        stuck[ramp.start : ramp.stop] = True
     spikes, sizes = _spikes(recording, y - u, u, stuck, longest)
     if table is not None:
         spikes |= _reference_spikes(y, u, sizes)

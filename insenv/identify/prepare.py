@@ -168,7 +168,9 @@ def declared_model(manifest: Manifest, recordings: tuple[Recording, ...], target
         if missing:
             raise InputError(f"{where} names {key!r}, which needs the channel {', '.join(missing)}; the file has none")
         if effect.id != "earth_rate" or any(_sees_north(m) for m in motions):
-            terms.append(Term(effect, per_run=effect.id == "bias" and _bias_per_run(manifest, recordings)))
+            # On an accelerometer that turns, that wave is how the table leans: in each run as it was set up then.
+            leans = effect.id == "earth_rate" and target.startswith("accel")
+            terms.append(Term(effect, per_run=leans or effect.id == "bias" and _bias_per_run(manifest, recordings)))
     return tuple(terms)
 
 

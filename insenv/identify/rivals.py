@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
+from insenv.core.recording import Floats
 from insenv.identify.problem import Model, Problem, Term
 from insenv.identify.scan import Hit, Reference, beside, likelihood_ratio, log_significance, reference, term_freedom
 from insenv.identify.search import refined
@@ -51,7 +52,7 @@ def rivalry(
     for hit in hits:
         if hit.term.effect.key == term.effect.key or hit.candidate.generic or hit.p_value > alpha:
             continue
-        extra = _parameters(problem, hit.term) - _parameters(problem, term)
+        extra = _parameters(problem, base, hit.term) - _parameters(problem, base, term)
         if own - hit.likelihood_ratio < NEAR and hit.term.effect.id != "tone":
             hit = refined(problem, base, hit)  # the search refines the best few alone
         richer = extra > 0 and not _same_curve(problem, base, hit.term, term)
@@ -68,15 +69,32 @@ def rivalry(
 
 def _same_curve(problem: Problem, base: Reference, rival: Term, term: Term) -> bool:
     """Whether two terms are one curve on this recording, though neither is the other's limit."""
-    if term.effect.id in rival.effect.becomes or len(problem.names(rival)) != len(problem.names(term)):
+    own, other = _told(problem, base, term), _told(problem, base, rival)
+    if term.effect.id in rival.effect.becomes or own.shape != other.shape:
         return False
-    span, other = np.linalg.qr(beside(problem, base, term))[0], beside(problem, base, rival)
+    span = np.linalg.qr(own)[0]
     return float(np.linalg.norm(other - span @ (span.T @ other))) < ALIKE * float(np.linalg.norm(other))
 
 
-def _parameters(problem: Problem, term: Term) -> int:
+def _told(problem: Problem, base: Reference, term: Term) -> Floats:
+    """Whitened regressors of a term beside the model's, shape (modes, k), without those that show next to nothing.
+
+    Of several parameters in one unit, as the three axes of a force, one that is `ALIKE` times less than the others
+    is what its channel's noise makes of it, or was not measured at all. A wave whose frequency was looked for is no
+    simpler where one phase of it is in the model already.
+    """
+    columns = beside(problem, base, term)
+    if term.shape:
+        return columns
+    size = np.linalg.norm(columns, axis=0)
+    units = np.array([unit for _, unit, _ in problem.names(term)])
+    most = np.array([size[units == unit].max() for unit in units])
+    return columns[:, size > ALIKE * most]
+
+
+def _parameters(problem: Problem, base: Reference, term: Term) -> int:
     """Parameters that a term spends on this problem, those of every run and its shapes."""
-    return len(problem.names(term)) + len(term.effect.shapes)
+    return _told(problem, base, term).shape[1] + len(term.effect.shapes)
 
 
 def _gain_by_itself(term: Term, extra: int, alpha: float, gain: float) -> float:

@@ -82,6 +82,8 @@ class Hit:
         Normal deviate of the evidence, uncorrected for the looks.
     held_out : float
         Normal deviate of the held-out data alone; 0 where they were not asked.
+    size : int
+        Parameters that it spends: those of which the recording tells, and its shapes.
     remark : str
         Why it was taken out, if it was.
     """
@@ -91,6 +93,7 @@ class Hit:
     likelihood_ratio: float
     looks: float
     deviate: float
+    size: int
     held_out: float = 0.0
     remark: str = ""
 
@@ -102,7 +105,7 @@ class Hit:
     @property
     def rank(self) -> float:
         """What orders hits that are significant: the likelihood ratio, less what the spent freedom gains by chance."""
-        return self.likelihood_ratio - 2 * self.candidate.size - 2 * float(np.log(self.looks))
+        return self.likelihood_ratio - 2 * self.size - 2 * float(np.log(self.looks))
 
     @property
     def p_value(self) -> float:

@@ -106,7 +106,8 @@ def _hit(problem: Problem, base: Reference, candidate: Candidate, scores: Scores
         ratio, gained = likelihood_ratio(problem, base, with_term(base.model, term))
         tried.append((ratio, gained, term))
     ratio, gained, term = max(tried, key=lambda row: row[0])
-    return Hit(candidate, term, ratio, scores.trials * count, deviate(problem, base, term, ratio, gained))
+    size = min(term.size, gained + len(term.shape))
+    return Hit(candidate, term, ratio, scores.trials * count, deviate(problem, base, term, ratio, gained), size)
 
 
 def deviate(problem: Problem, base: Reference, term: Term, ratio: float, gained: int) -> float:
@@ -120,7 +121,8 @@ def _tone_hit(problem: Problem, fit: Fit, base: Reference, count: float) -> Hit:
     resolution = 0.25 / max(b.n for b in problem.fitted) / problem.bins.width
     term = Term(Tone(), (frequency,), per_run=len(problem.exposures) > 1)
     term, ratio, gained = _coherent(problem, base, term, resolution)
-    best = Hit(Candidate(Tone(), (term,)), term, ratio, trials * count, deviate(problem, base, term, ratio, gained))
+    found = deviate(problem, base, term, ratio, gained)
+    best = Hit(Candidate(Tone(), (term,)), term, ratio, trials * count, found, term.size)
     return refined(problem, base, best, np.array([min(resolution, 0.25 / _span(problem))]))
 
 
@@ -156,9 +158,10 @@ def refined(problem: Problem, base: Reference, hit: Hit, step: Floats | None = N
     if not len(start):
         return hit
     steps = _grid_steps(hit.candidate, start) if step is None else step
+    least = np.minimum([param.low for param in hit.term.effect.shapes], start)
 
     def loss(x: Floats) -> float:
-        shape = start + steps * np.clip(x, -1, 1)
+        shape = np.maximum(start + steps * np.clip(x, -1, 1), least)
         term = replace(hit.term, shape=tuple(map(float, shape)))
         ratio, _ = likelihood_ratio(problem, base, with_term(base.model, term))
         problem.forget(term)
@@ -171,7 +174,7 @@ def refined(problem: Problem, base: Reference, hit: Hit, step: Floats | None = N
         method="Nelder-Mead",
         options={"initial_simplex": simplex, "maxfev": 15 * len(start) + 5, "xatol": 0.01, "fatol": 0.02},
     )
-    shape = start + steps * np.clip(best.x, -1, 1)
+    shape = np.maximum(start + steps * np.clip(best.x, -1, 1), least)
     term = replace(hit.term, shape=tuple(map(float, shape)))
     ratio, gained = likelihood_ratio(problem, base, with_term(base.model, term))
     if ratio <= hit.likelihood_ratio:

@@ -15,6 +15,9 @@ from insenv.identify.problem import Model, Problem
 from insenv.identify.rivals import Rivalry
 from insenv.identify.scan import Hit
 
+#: Effects added to one target at most.
+MOST_ADDED = 8
+
 #: Told what is being done.
 Progress = Callable[[str], None]
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from insenv.core.recording import Floats
 from insenv.effects.base import OUTPUT, CurveEffect
-from insenv.identify.discrepancy import added_variance
+from insenv.identify import discrepancy, other_forms
 from insenv.identify.findings import Covariance, Estimate
 from insenv.identify.fit import Fit, noise_freedom, spectrum
 from insenv.identify.noise import transform
@@ -50,13 +50,15 @@ class _Slopes:
 def estimates(problem: Problem, fit: Fit, inexact: tuple[Term, ...] = ()) -> dict[Term, tuple[Estimate, ...]]:
     """Estimates of every term of the model: linear parameters, then shapes.
 
-    The shapes of ``inexact`` are taken to be right only nearly (`insenv.identify.discrepancy`).
+    The shapes of ``inexact`` are taken to be right only nearly (`insenv.identify.discrepancy`), and their curves may
+    have other forms (`insenv.identify.other_forms`).
     """
     slopes = _all_slopes(problem, fit)
     sd = np.sqrt(np.diag(_joint(problem, fit, slopes)))
     linear_sd, shape_sd = _standard_deviations(sd, fit, slopes)
     if inexact:
-        linear_sd = np.hypot(linear_sd, np.sqrt(added_variance(problem, fit, inexact)) / fit.design.scale)
+        linear_sd = np.hypot(linear_sd, np.sqrt(discrepancy.added_variance(problem, fit, inexact)) / fit.design.scale)
+        linear_sd = np.hypot(linear_sd, np.sqrt(other_forms.added_variance(problem, fit, inexact)))
     out: dict[Term, tuple[Estimate, ...]] = {}
     for index, term in enumerate(fit.model):
         key = term.effect.key

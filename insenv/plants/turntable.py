@@ -100,6 +100,9 @@ class Turntable:
         [m/s^2]
     carries : tuple of str
         Instruments on the table: "gyro", "accel_x".
+    felt : bool
+        Whether the gyro's exposure has the specific force too, along the accelerometer (x), across it in the table
+        plane (y), and along the table's axis (z): only where an effect asks for it, for it costs two waves a chunk.
     max_rate, max_acceleration : float
         Limits of the servo [rad/s], [rad/s^2].
     ripple : Ripple
@@ -125,6 +128,7 @@ class Turntable:
     level_error: tuple[float | Floats, float | Floats] = (0.0, 0.0)
     gravity: float = 9.80665
     carries: tuple[str, ...] = ("gyro",)
+    felt: bool = False
 
     def __post_init__(self) -> None:
         for name in self.carries:
@@ -226,7 +230,7 @@ class Turntable:
                 rate=np.zeros(len(t) - 1),
                 angle=angle,
                 temperature=temperature,
-                force={"x": self._levelling_force(angle)},
+                force={"x": self._level_force(angle)},
                 reference_temperature=self.reference_temperature,
             )
         at_edges = self._seen(rates[1])
@@ -238,6 +242,7 @@ class Turntable:
             angle=angle,
             rate_edges=at_edges,
             temperature=temperature,
+            force=self._force(angle) if self.felt else {},
             projection=self._share,
             reference_temperature=self.reference_temperature,
         )
@@ -256,8 +261,13 @@ class Turntable:
         """As `vertical_earth_rate`, to stand before time."""
         return _column(self.vertical_earth_rate)
 
-    def _levelling_force(self, angle: Floats) -> Floats:
-        """Mean specific force along the accelerometer [m/s^2], shape (..., n)."""
+    def _force(self, angle: Floats) -> dict[str, Floats]:
+        """Mean specific force along the three axes of `felt` [m/s^2], shape (..., n) each."""
+        x, y = self._level_force(angle), self._level_force(angle + 0.5 * np.pi)
+        return {"x": x, "y": y, "z": np.full(x.shape[-1], self.gravity)}
+
+    def _level_force(self, angle: Floats) -> Floats:
+        """Mean specific force along the accelerometer at a table angle [m/s^2], shape (..., n)."""
         about_east, about_north = self.level_error
         c, s = self._along_axis(-self.gravity * about_north, self.gravity * about_east)
         return wave(angle, 1, _column(c), _column(s))
