@@ -21,7 +21,9 @@ damaged files of the same folder.
 * **Tests**: laser, fibre-optic and MEMS gyros at rest or on a table (one rate, reversals, ladders, ladders with stops,
   sines, sweeps, positions), 5 min to 2 h at 1 to 400 Hz; accelerations are limited. White noise, flicker and random
   walk within the figures of each grade; counts, digital rates and encoders are rounded; the encoder jitters by its own
-  step. Half of the manifests declare the noise.
+  step. Half of the manifests declare the noise. Two in five have two or three runs of one programme, in files of their
+  own or in one file with the number of the power-up; a third of the recordings with a clock has gaps, or rows that the
+  logger dropped one by one.
 * **Strength** of a cause: norm of its whitened samples beside the declared model, with the true noise, on the fitted
   rows (of each of two causes: beside the other too).
 * **Exact**: the contract's formula. **Realistic**: two exponentials, bent temperature curves behind a lag, a Lorentzian
@@ -151,13 +153,22 @@ def _ratio(rows: Sequence[Kept]) -> str:
     return f"median {statistics.median(a / b for b, a in pairs):.2f}, {len(pairs)} cases" if pairs else "-"
 
 
+def _null_rows(nulls: Sequence[Kept]) -> Iterator[tuple[str, str, str]]:
+    yield "null: something added", "<= 2 %", _share(nulls, detected)
+    yield "null: any verdict but nothing-significant", "", _share(nulls, flagged)
+    for label, runs in (("one run", (1,)), ("several runs", (2, 3))):
+        rows = [k for k in nulls if k["case"]["facts"]["runs"] in runs]
+        yield f"null, {label}: something added", "<= 2 %", _share(rows, detected)
+    gaps = [k for k in nulls if k["case"]["facts"]["gaps"] or k["case"]["facts"]["dropped"]]
+    yield "null, gaps or dropped rows: something added", "<= 2 %", _share(gaps, detected)
+
+
 def table_rows(kept: Sequence[Kept]) -> Iterator[tuple[str, str, str]]:
     """What is measured, what was asked, what came out."""
     whole = [k for k in kept if "error" not in k]
     kinds = {kind: [k for k in whole if k["kind"] == kind] for kind in KINDS}
     yield "ended with an error", "0", interval(len(kept) - len(whole), len(kept))
-    yield "null: something added", "<= 2 %", _share(kinds["null"], detected)
-    yield "null: any verdict but nothing-significant", "", _share(kinds["null"], flagged)
+    yield from _null_rows(kinds["null"])
     for kind, asked in (("exact", ">= 95 %"), ("realistic", ">= 90 %")):
         for strength in sorted({round(truths(k)[0]["strength"]) for k in kinds[kind]}):
             rows = [k for k in kinds[kind] if round(truths(k)[0]["strength"]) == strength]

@@ -17,6 +17,7 @@ from typing import Any
 from unittest.mock import patch
 
 import numpy as np
+from numpy.typing import NDArray
 from tqdm import tqdm
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))  # the bench shares nothing with insenv
@@ -29,6 +30,7 @@ from insenv.close import close
 from insenv.identify.findings import Added, Findings, TargetFindings
 
 Kept = dict[str, Any]
+Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -65,10 +67,11 @@ def done(job: Job, store: Path, keep_data: bool = False) -> Kept:
     began = time.process_time()
     try:
         found = close(made.case.manifest)
+        seconds = time.process_time() - began
+        kept |= {"seconds": seconds, **outcome(found, made)}
     except Exception as error:  # whatever ends a case is a result of the bench
         kept |= {"error": f"{type(error).__name__}: {error}", "seconds": time.process_time() - began}
     else:
-        kept |= {"seconds": time.process_time() - began, **outcome(found, made)}
         if job.kind == "confounded":
             kept["settled"] = settled(job, found.targets[0], folder)
     part = path.with_suffix(".part")
@@ -180,19 +183,28 @@ def systematic(target: TargetFindings, made: Made) -> tuple[float, float]:
     The maker knows the noise of every row; its mean over the fitted rows goes into the bias and counts as noise too.
     """
     traces = target.traces
-    w, rows, noise = float(np.median(np.diff(traces.t))), made.rows, made.noise
-    dt = float(rows[1] - rows[0])
-    middle = (np.arange(len(rows)) + (0.5 if made.case.facts["instant"] else -0.5)) * dt
-    # A bin is found by its middle: gaps and bins left out are no trouble.
-    number = np.rint((middle - traces.t[0]) / w).astype(int)
-    bins = np.rint((traces.t - traces.t[0]) / w).astype(int)
-    inside = (number >= 0) & (number <= bins[-1])
-    count = np.bincount(number[inside], minlength=bins[-1] + 1)[bins]
-    mean = np.bincount(number[inside], noise[inside], minlength=bins[-1] + 1)[bins] / np.maximum(count, 1)
-    mean -= mean[~traces.held_out].mean()
+    mean = np.zeros(len(traces.t))
+    for run in np.unique(traces.run):
+        bins = traces.run == run
+        mean[bins] = _noise_of_bins(made, int(run), traces.t[bins])
+        fitted = bins & ~traces.held_out
+        mean[bins] -= mean[fitted].mean() if fitted.any() else 0.0
     held = traces.held_out
 
-    def rms(residual: np.ndarray[Any, np.dtype[np.float64]]) -> float:
+    def rms(residual: Floats) -> float:
         return float(np.sqrt(np.mean((residual - mean)[held] ** 2)))
 
     return rms(traces.before), rms(traces.after)
+
+
+def _noise_of_bins(made: Made, run: int, t: Floats) -> Floats:
+    """Mean of the noise in the bins of a run whose middles are ``t`` [s], shape (bins,)."""
+    rows, noise = made.rows[made.run == run], made.noise[made.run == run]
+    w, dt = float(np.median(np.diff(t))), 1 / float(str(made.case.facts["rate_hz"]))
+    middle = rows - dt + (0.5 if made.case.facts["instant"] else -0.5) * dt
+    # A bin is found by its middle: gaps and bins left out are no trouble.
+    number = np.rint((middle - t[0]) / w).astype(int)
+    bins = np.rint((t - t[0]) / w).astype(int)
+    inside = (number >= 0) & (number <= bins[-1])
+    count = np.bincount(number[inside], minlength=bins[-1] + 1)[bins]
+    return np.asarray(np.bincount(number[inside], noise[inside], minlength=bins[-1] + 1)[bins] / np.maximum(count, 1))

@@ -19,7 +19,10 @@ from blind.world import World
 from command import run
 
 from insenv.close import close
+from insenv.core.load import read_recordings
+from insenv.core.manifest import load_manifest
 from insenv.core.motion import Motion
+from insenv.core.power import by_power_up
 from insenv.effects.catalogue import by_key
 
 N, DT = 3000, 0.1
@@ -125,23 +128,38 @@ def test_noise_has_the_allan_deviation_of_its_coefficient(made: Noise, tau: floa
 
 def test_the_ruler_counts_noise_as_one_per_mode() -> None:
     made = Noise(1e-4, 3e-5, 1e-6)
-    ruler = Ruler(made, DT, N, np.zeros((N, 0)))
+    ruler = Ruler(made, DT, [np.arange(N)], np.zeros((N, 0)))
     rng = np.random.default_rng(5)
     squares = [ruler.beside(noise.rates(made, N, DT, rng)) ** 2 / (N - 1) for _ in range(20)]
     # 60 000 squares of unit normals: a spread of 0.006; flicker is folded at the sampling rate by a few per cent.
     assert np.mean(squares) == pytest.approx(1.0, abs=0.06)
 
 
+@pytest.mark.parametrize("runs", [1, 2])
 @pytest.mark.parametrize("output", ["pulses", "increment", "rate"])
-def test_the_noise_of_a_recording_is_what_its_maker_says(output: str) -> None:
+def test_the_noise_of_a_recording_is_what_its_maker_says(output: str, runs: int) -> None:
     rng = np.random.default_rng(6)
     chosen = plan(rng, ("staircase",), encoder=True)
-    chosen = replace(chosen, output=output, world=replace(chosen.world, n=4000, instant=False))
+    weather = climate.Climate("room", np.repeat(chosen.world.climate.values, runs, axis=0))
+    one = replace(chosen.world, n=4000, instant=False, runs=runs, climate=weather)
+    chosen = replace(chosen, output=output, world=one, biases=(0.0, 1e-5)[:runs])
     part = parts.EXACT["encoder_harmonic:1"](chosen.world, rng)
     noise_of = [record(chosen, [(part, 1e-5)], rng).noise for _ in range(5)]
-    ruler = Ruler(true_noise(chosen), chosen.world.dt, 4000, np.zeros((4000, 0)))
+    pieces = np.split(np.arange(4000), runs)
+    ruler = Ruler(true_noise(chosen), chosen.world.dt, pieces, np.zeros((4000, 0)))
     # 20 000 squares of unit normals: a spread of 0.01.
-    assert np.mean([ruler.beside(z) ** 2 / 3999 for z in noise_of]) == pytest.approx(1.0, abs=0.06)
+    assert np.mean([ruler.beside(z) ** 2 / (4000 - runs) for z in noise_of]) == pytest.approx(1.0, abs=0.06)
+
+
+def test_several_runs_and_lost_rows_stand_in_the_files(tmp_path: Path) -> None:
+    """Power-ups in one file by their number; rows that the logger lost are in no file."""
+    made = draw("null", 3, 77, tmp_path / "case")
+    facts, found = made.case.facts, read_recordings(load_manifest(made.case.manifest))
+    assert len(found) == 1 and facts["runs"] == 3 and facts["gaps"] == 2
+    runs = by_power_up(found)
+    assert [len(r.t) for r in runs] == [int(np.sum(made.run == k)) for k in (1, 2, 3)]
+    assert len(made.rows) < int(str(facts["rows"]))
+    assert np.allclose(runs[1].t - runs[1].t[0], made.rows[made.run == 2] - made.rows[made.run == 2][0], atol=1e-3)
 
 
 def test_a_case_is_the_same_each_time_it_is_drawn(tmp_path: Path) -> None:
@@ -166,16 +184,21 @@ def found_in(made: Made) -> list[str]:
     return [a.effect if a.order is None else f"{a.effect}:{a.order}" for a in target.added]
 
 
-#: Kind, number and strength of cases that are small and beyond doubt; what must be named.
+#: Kind, number and strength of cases that are small and beyond doubt; what must be named. Of the first three, one is a
+#: run with gaps and rows dropped one by one, the others have two and three runs with gaps in each.
 CLEAR = (
-    ("null", 1, None, None),
-    ("exact", 5, 40.0, "bias_step"),
-    ("exact", 13, 40.0, "encoder_harmonic:3"),
+    ("null", 7, None, None),
+    ("exact", 3, 40.0, "angle_locked_rate:4"),
+    ("exact", 10, 40.0, "bias_warm_up"),
 )
 MORE = (
-    ("null", 8, None, None),
+    ("null", 3, None, None),
+    ("null", 9, None, None),
     ("null", 10, None, None),
     ("exact", 2, 40.0, "angle_locked_rate:3"),
+    ("exact", 5, 40.0, "bias_step"),
+    ("exact", 11, 40.0, "encoder_harmonic:1"),
+    ("exact", 13, 40.0, "encoder_harmonic:3"),
     ("exact", 24, 40.0, "tone"),
     ("realistic", 6, 40.0, "bias_thermal_lag"),
 )

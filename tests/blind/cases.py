@@ -8,18 +8,19 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from blind import confounded, parts, realistic, strangers, triad
 from blind.climate import KINDS as CLIMATES
-from blind.files import Column, channel_lines, decimals, manifest_text, write_table
-from blind.noise import DEG_H, ROOT_H
+from blind.files import channel_lines, manifest_text, write_table
 from blind.parts import Part
 from blind.plan import Plan, plan
-from blind.record import Recorded, record, ruler, scaled, true_noise
+from blind.record import kept, record, ruler, scaled
 from blind.rivals import rivals
 from blind.special import SPECIAL
 from blind.table import Floats, follow
 from blind.world import GRAVITY
+from blind.write import written
 
 KINDS = ("null", "exact", "realistic", "pair", "unknown", "confounded", "triad")
 
@@ -58,6 +59,7 @@ class Made:
     noise: Floats
     systematic: Floats
     rows: Floats
+    run: NDArray[np.int64]
 
 
 def draw(kind: str, number: int, seed: int, folder: Path, strength: float | None = None) -> Made:
@@ -89,7 +91,7 @@ class _Job:
 
 
 def _null(job: _Job, rng: np.random.Generator) -> Made:
-    chosen = plan(rng, large=rng.uniform() < 0.05)
+    chosen = plan(rng, large=rng.uniform() < 0.05, several=True)
     return _made(job, chosen, chosen.declared, [], rng)
 
 
@@ -103,7 +105,7 @@ def _single(job: _Job, rng: np.random.Generator) -> Made:
         return _made(job, chosen, declared, [(part, size)], rng)
     while True:
         chosen = plan(rng, parts.PROCEDURES[key], CLIMATES, parts.needs_encoder(key), key in parts.THERMAL,
-                      grades=parts.grades(key))  # fmt: skip
+                      grades=parts.grades(key), several=True)  # fmt: skip
         declared = tuple(d for d in chosen.declared if d != key)
         part = makers[key](chosen.world, rng)
         size = scaled(part, strength, ruler(chosen, declared))
@@ -121,7 +123,7 @@ def _pair(job: _Job, rng: np.random.Generator) -> Made:
             continue
         encoder = parts.needs_encoder(one) or parts.needs_encoder(other)
         chosen = plan(rng, common, ("chamber", "heater"), encoder, one in parts.THERMAL or other in parts.THERMAL,
-                      grades=parts.grades(one, other))  # fmt: skip
+                      grades=parts.grades(one, other), several=True)  # fmt: skip
         measure = ruler(chosen, chosen.declared)
         two = [parts.EXACT[key](chosen.world, rng) for key in (one, other)]
         curves = [part.addition(part.size) for part in two]
@@ -137,7 +139,7 @@ def _unknown(job: _Job, rng: np.random.Generator) -> Made:
     names = sorted(strangers.STRANGERS)
     name = names[job.number % len(names)]
     maker, profiles = strangers.STRANGERS[name]
-    chosen = plan(rng, profiles, encoder=name == "loose encoder", thermometer=name == "hot ripple")
+    chosen = plan(rng, profiles, encoder=name == "loose encoder", thermometer=name == "hot ripple", several=True)
     part = maker(chosen.world, rng)
     strength = job.strength or float(rng.choice([12.0, 20.0, 40.0]))
     size = scaled(part, strength, ruler(chosen, chosen.declared))
@@ -186,16 +188,14 @@ def further_run(kind: str, number: int, seed: int, folder: Path, rates: list[tup
     """The test of a confounded case again, the table now at ``rates`` [(rad/s, s)]; manifest of both runs."""
     rng = _generator(kind, number, seed)
     setup = _setup(_Job(kind, number, folder, strength), rng)
-    first = _written(
-        folder, setup.plan, setup.declared, record(setup.plan, [(setup.part(setup.plan), setup.size)], rng)
-    )
+    first = written(folder, setup.plan, setup.declared, record(setup.plan, [(setup.part(setup.plan), setup.size)], rng))
     old = setup.plan.world
     way = follow(rates, old.trajectory)
     world = replace(old, n=int(sum(dwell for _, dwell in rates) / old.dt), profile="staircase", trajectory=way)
     extra = confounded.accelerometers(world, rng) if setup.plan.extra else ()
     plan = replace(setup.plan, world=world, extra=extra)
     recorded = record(plan, [(setup.part(plan), setup.size)], rng)
-    second = _written(folder / "further", plan, tuple(dict.fromkeys((*setup.declared, "scale_factor"))), recorded)
+    second = written(folder / "further", plan, tuple(dict.fromkeys((*setup.declared, "scale_factor"))), recorded)
     text = second.read_text(encoding="utf-8")
     name = text.split('"')[1]
     before = first.read_text(encoding="utf-8").split('"')[1]
@@ -226,12 +226,12 @@ def _triad(job: _Job, rng: np.random.Generator) -> Made:
     write_table(job.folder / "imu.csv", columns, rig.layout)
     tables = {"mounting": {"axes": '"RFU"'}, "model": {"target": f'"{target}"', "declared": '["bias"]'}}
     path = job.folder / "manifest.toml"
-    path.write_text(manifest_text("imu.csv", channels, tables), encoding="utf-8")
+    path.write_text(manifest_text(["imu.csv"], channels, tables), encoding="utf-8")
     truths = (Truth(what, (what,), (), measure.beside(addition)),) if what else ()
     facts: dict[str, object] = {"rows": w.n, "rate_hz": 1 / w.dt, "target": target, "climate": w.climate.kind}
     case = Case(job.kind, job.number, str(path), truths, (), None, facts | {"instant": False})
     _keep(job.folder, case)
-    return Made(case, noise, addition, w.rows)
+    return Made(case, noise, addition, w.rows, np.ones(w.n, np.int64))
 
 
 def _believable(chosen: Plan, part: Part, size: float) -> bool:
@@ -253,7 +253,7 @@ def _made(
     required: tuple[str, ...] = (),
 ) -> Made:
     recorded = record(chosen, wrong, rng)
-    manifest = _written(job.folder, chosen, declared, recorded)
+    manifest = written(job.folder, chosen, declared, recorded)
     measure = ruler(chosen, declared)
     truths = []
     for index, (part, size) in enumerate(wrong):
@@ -273,13 +273,17 @@ def _made(
     )
     _keep(job.folder, case)
     w = chosen.world
-    return Made(case, recorded.noise, recorded.systematic, w.rows)
+    there, run = kept(chosen), np.repeat(np.arange(1, w.runs + 1), w.each)
+    return Made(case, recorded.noise[there], recorded.systematic[there], w.rows[there], run[there])
 
 
 def _facts(chosen: Plan) -> dict[str, object]:
     w = chosen.world
     return {
         "rows": w.n,
+        "runs": w.runs,
+        "gaps": len(chosen.gaps),
+        "dropped": chosen.scattered,
         "rate_hz": 1 / w.dt,
         "duration_s": w.duration,
         "profile": w.profile,
@@ -296,54 +300,9 @@ def _facts(chosen: Plan) -> dict[str, object]:
     }
 
 
-def _written(folder: Path, chosen: Plan, declared: tuple[str, ...], recorded: Recorded) -> Path:
-    folder.mkdir(parents=True, exist_ok=True)
-    w, layout, rng = chosen.world, chosen.layout, np.random.default_rng(chosen.words)
-    columns = list(recorded.columns)
-    channels = []
-    if chosen.clock:
-        began = float(rng.choice([0.0, 0.0, 12.5, 36000.0]))
-        columns.insert(0, Column("time", str(rng.choice(["t", "time", "seconds"])), began + w.rows, 4, "s"))
-    else:
-        channels.append(f'time = {{ rate = "{1 / w.dt:g} Hz" }}')
-    name = f"{rng.choice(['run', 'log', 'test_7', 'gyro data'])}{layout.suffix}"
-    write_table(folder / name, columns, layout)
-    tables: dict[str, dict[str, str]] = {"site": {}, "mounting": {}}
-    if chosen.site:
-        tables["site"] = {"latitude": f'"{np.rad2deg(w.latitude):.6f} deg"'}
-    if w.turning:
-        tables["mounting"] = {"tilt": f'"{np.rad2deg(w.tilt):g} deg"'}
-    if chosen.target != "gyro":
-        tables["mounting"] = {"axes": '"RFU"', "table_axis": '"U"'}
-    tables["model"] = {"target": f'"{chosen.target}"', "declared": json.dumps(list(declared))}
-    if w.reference != 25.0:
-        tables["model"]["reference_temperature"] = f'"{w.reference:g} degC"'
-    if chosen.declares_noise:
-        tables["noise"] = _declared_noise(chosen, rng)
-    if rng.uniform() < 0.2:  # the same share of the time as where nothing is said
-        tables["held_out"] = {"start": f'"{0.6 * (w.n - 1) * w.dt:.6f} s"'}
-    path = folder / "manifest.toml"
-    path.write_text(manifest_text(name, channels + channel_lines(columns, layout), tables), encoding="utf-8")
-    return path
-
-
-def _declared_noise(chosen: Plan, rng: np.random.Generator) -> dict[str, str]:
-    """A maker's figures: the truth, or up to a tenth more."""
-    noise = true_noise(chosen)
-    more = 1 + 0.1 * rng.uniform(size=4)
-    said = {
-        "angle_random_walk": f'"{noise.n / ROOT_H * more[0]:.3g} deg/sqrt(h)"',
-        "bias_instability": f'"{noise.b / DEG_H * more[1]:.3g} deg/h"',
-        "rate_random_walk": f'"{noise.k / DEG_H * 60 * more[2]:.3g} deg/h/sqrt(h)"',
-    }
-    if noise.angle:
-        said["quantization"] = f'"{np.rad2deg(noise.angle) * 3600 * more[3]:.3g} arcsec"'
-    return said
-
-
 def _keep(folder: Path, case: Case) -> None:
     """The truth stands beside the folder, not in it."""
     folder.with_suffix(".truth.json").write_text(json.dumps(asdict(case), indent=1), encoding="utf-8")
 
 
-__all__ = ["KINDS", "Case", "Made", "Truth", "decimals", "draw"]
+__all__ = ["KINDS", "Case", "Made", "Truth", "draw"]

@@ -26,25 +26,33 @@ def lagged(values: NDArray[Any], tau: float, step: float = STEP) -> Floats:
 
 @dataclass(frozen=True)
 class Climate:
-    """Temperature [degC] every `STEP` seconds from time 0."""
+    """Temperature [degC] every `STEP` seconds from time 0, shape (m,), or (runs, m) where each run has its own.
+
+    Times of several runs stand one run behind the other, each from its own beginning.
+    """
 
     kind: str
     values: Floats
 
     @property
-    def grid(self) -> Floats:
-        return STEP * np.arange(float(len(self.values)))
+    def _runs(self) -> Floats:
+        return np.atleast_2d(self.values)
+
+    def _read(self, t: Floats, values: Floats) -> Floats:
+        grid = STEP * np.arange(float(values.shape[1]))
+        by_run = t.reshape(len(values), -1)
+        return np.concatenate([np.interp(at, grid, row) for at, row in zip(by_run, values, strict=True)])
 
     def at(self, t: Floats) -> Floats:
-        return np.interp(t, self.grid, self.values)
+        return self._read(t, self._runs)
 
     def slope(self, t: Floats) -> Floats:
         """Kelvin per second."""
-        return np.interp(t, self.grid, np.gradient(self.values, STEP))
+        return self._read(t, np.gradient(self._runs, STEP, axis=1))
 
     def behind(self, tau: float) -> Climate:
         """The same seen through a first-order lag."""
-        return Climate(self.kind, lagged(self.values, tau))
+        return Climate(self.kind, np.array([lagged(row, tau) for row in self._runs]))
 
 
 KINDS = ("room", "chamber", "heater")
@@ -82,5 +90,6 @@ def thermometer(climate: Climate, t: Floats, rng: np.random.Generator) -> Floats
     noise, resolution = rng.uniform(0.005, 0.04), rng.choice([0.001, 0.01, 0.0625])
     z = rng.standard_normal(len(t))
     if every:
-        z = z[np.searchsorted(t, at - 1e-9).clip(0, len(t) - 1)]
+        first = np.flatnonzero(np.diff(at, prepend=-1.0))  # where a reading is new
+        z = np.repeat(z[first], np.diff(np.append(first, len(t))))
     return np.round((climate.at(at) + noise * z) / resolution) * resolution

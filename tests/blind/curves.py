@@ -76,7 +76,7 @@ def lock_in(w: World, width: float | Floats) -> Floats:
     steady = w.mean(beat(w.u, widths[:, None]) - w.u)
     if w.instant:
         return steady
-    first, last = w.rate_at_edges[:-1], w.rate_at_edges[1:]
+    first, last = w.rate_at_ends
     changes = np.abs(last - first) > 1e-3 * widths
     span = np.where(changes, last - first, 1.0)
     exact = (integral_of_beat(last, widths) - integral_of_beat(first, widths)) / span - 0.5 * (first + last)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -78,7 +79,7 @@ def write_table(path: Path, columns: list[Column], layout: Layout) -> None:
         named: dict[str, Any] = {c.heading: c.values for c in columns}
         np.savez(path, **named)
         return
-    heads = [f"{c.heading} ({c.unit})" if layout.unit_in_heading else c.heading for c in columns]
+    heads = [f"{c.heading} ({c.unit})" if layout.unit_in_heading and c.unit else c.heading for c in columns]
     np.savetxt(
         path,
         np.column_stack([c.values for c in columns]),
@@ -94,15 +95,16 @@ def channel_lines(columns: list[Column], layout: Layout) -> list[str]:
     lines = []
     for index, c in enumerate(columns):
         where = f'"{c.heading}"' if layout.heading else str(index)
-        unit = "" if layout.unit_in_heading and not c.more.get("quantity") else f', unit = "{c.unit}"'
+        unit = "" if not c.unit or layout.unit_in_heading and not c.more.get("quantity") else f', unit = "{c.unit}"'
         more = "".join(f", {k} = {v}" for k, v in c.more.items())
         lines.append(f"{c.channel} = {{ column = {where}{unit}{more} }}")
     return lines
 
 
-def manifest_text(name: str, channels: list[str], tables: dict[str, dict[str, str]]) -> str:
+def manifest_text(names: list[str], channels: list[str], tables: dict[str, dict[str, str]]) -> str:
     """``tables`` hold values as TOML already."""
-    text = [f'data = "{name}"', "", "[channels]", *channels]
+    data = f'"{names[0]}"' if len(names) == 1 else json.dumps(names)
+    text = [f"data = {data}", "", "[channels]", *channels]
     for table, entries in tables.items():
         if entries:
             text += ["", f"[{table}]", *(f"{k} = {v}" for k, v in entries.items())]

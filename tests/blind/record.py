@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from blind import climate, noise
 from blind.curves import held
@@ -30,14 +31,28 @@ def true_noise(plan: Plan) -> Noise:
     parts = [(JITTER["pulse"] ** 2 + 1 / 12) * plan.pulse**2 if plan.output == "pulses" else 0.0]
     if plan.reference in ("angle", "both"):
         parts.append((JITTER["encoder"] ** 2 + 1 / 12) * (plan.encoder_step * np.sin(w.tilt)) ** 2)
-    kept = plan.hold * w.dt if plan.hold > 1 else 0.0
-    return replace(plan.noise, angle=float(np.sqrt(sum(parts))), held=kept)
+    angle, n = float(np.sqrt(sum(parts))), plan.noise.n
+    # A count that is lost leaves the errors of the two angles about it for good.
+    n = float(np.sqrt(n**2 + 2 * angle**2 * plan.scattered / w.dt))
+    return replace(plan.noise, n=n, angle=angle, held=plan.hold * w.dt if plan.hold > 1 else 0.0)
 
 
-def fitted_rows(plan: Plan) -> int:
-    """Rows of the first 60 % of the time, which is what is fitted where a manifest says nothing else."""
-    t = plan.world.rows
-    return int(np.sum(t - t[0] <= (1 - HELD_OUT) * (t[-1] - t[0])))
+def kept(plan: Plan) -> NDArray[np.bool_]:
+    """Rows that the logger wrote, shape (n,); the first and the last of a run are among them."""
+    w = plan.world
+    share = (w.rows - w.dt) / (w.duration - w.dt)
+    there = np.random.default_rng(plan.words).uniform(size=w.n) >= plan.scattered
+    for first, last in plan.gaps:
+        there &= (share < first) | (share > last)
+    return there | (share <= 0) | (share >= 1)
+
+
+def fitted_rows(plan: Plan) -> list[NDArray[np.int64]]:
+    """Of each run, rows of the first 60 % of the time: what is fitted where a manifest says nothing else."""
+    w = plan.world
+    t = w.rows
+    fitted = (kept(plan) & (t - w.dt <= (1 - HELD_OUT) * (w.duration - w.dt))).reshape(w.runs, -1)
+    return [np.flatnonzero(row) + index * w.each for index, row in enumerate(fitted)]
 
 
 def declared_columns(plan: Plan, declared: tuple[str, ...]) -> Floats:
@@ -64,7 +79,10 @@ def scaled(part: Part, demanded: float, measure: Ruler, *beside: Floats) -> floa
 
 @dataclass(frozen=True)
 class Recorded:
-    """Columns for the file; ``noise`` is measured minus reference minus all that is systematic, shape (n,)."""
+    """Columns for the files, of all runs and rows; ``noise`` is measured minus reference minus all that is systematic.
+
+    Both arrays have shape (n,): rows that the logger lost are among them.
+    """
 
     columns: list[Column]
     noise: Floats
@@ -74,13 +92,14 @@ class Recorded:
 def clean_rate(plan: Plan) -> Floats:
     """What a gyro without the undeclared would say, noise apart, shape (n,) [rad/s]."""
     w = plan.world
+    bias = plan.bias + np.repeat(plan.biases, w.each)
     if not w.turning:
-        return np.full(w.n, plan.bias)
+        return bias
     level = w.horizontal_earth(AZIMUTH) if w.tilt < 1.5 and plan.level_earth else 0.0
     upright = EARTH * np.sin(w.latitude) * np.sin(w.tilt)
     # The scale factor acts on the exact mean rate: a quadrature of it would miss the corners of a ramp.
     seen = w.turned * np.sin(w.tilt) + upright
-    return seen + level + plan.scale_error * seen + plan.bias
+    return seen + level + plan.scale_error * seen + bias
 
 
 def record(plan: Plan, parts: list[tuple[Part, float]], rng: np.random.Generator) -> Recorded:
@@ -90,7 +109,7 @@ def record(plan: Plan, parts: list[tuple[Part, float]], rng: np.random.Generator
     inside = [part.addition(c) for part, c in parts if part.reading is None and part.key != "sample_hold"]
     outside = [part.reading(c) for part, c in parts if part.reading is not None]
     shown = clean + np.sum(inside, axis=0) if inside else clean
-    noisy = shown + noise.rates(plan.noise, w.n, w.dt, rng)
+    noisy = shown + np.concatenate([noise.rates(plan.noise, w.each, w.dt, rng) for _ in range(w.runs)])
     column, read = gyro_column(plan, held(noisy, hold), rng)
     columns = [column]
     error = np.zeros(w.n)
@@ -152,7 +171,7 @@ def rate_column(plan: Plan) -> Column:
     """What the table was told: the mean over each sample."""
     rng = _words(plan, "rate")
     w, unit = plan.world, str(rng.choice(["deg/s", "rad/s"]))
-    told = np.diff(w.trajectory.angle(w.dt * np.arange(w.n + 1.0))) / w.dt
+    told = np.tile(np.diff(w.trajectory.angle(w.dt * np.arange(w.each + 1.0))) / w.dt, w.runs)
     return Column("table_rate", str(rng.choice(["cmd", "rate_cmd", "table rate"])), told / UNITS[unit], 9, unit,
                   {"covers": '"interval"'})  # fmt: skip
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from blind import curves
 from blind.plan import Plan
-from blind.record import declared_columns, fitted_rows, true_noise
+from blind.record import HELD_OUT, declared_columns, true_noise
 from blind.strength import Ruler
 from blind.table import Floats
 from blind.world import World
@@ -77,12 +77,15 @@ def rivals(plan: Plan, declared: tuple[str, ...], addition: Floats, untold: floa
     if _fastest(w) * step * w.dt > 0.7:
         step = max(1, int(0.7 / _fastest(w) / w.dt))
 
-    def thin(columns: Floats) -> Floats:
-        count = w.n // step
-        shape = (count, step, *columns.shape[1:])
-        return columns[: count * step].reshape(shape).mean(axis=1)
+    count = w.each // step
 
-    measure = Ruler(true_noise(plan), w.dt * step, fitted_rows(plan) // step, thin(declared_columns(plan, declared)))
+    def thin(columns: Floats) -> Floats:
+        by_run = columns.reshape(w.runs, w.each, *columns.shape[1:])[:, : count * step]
+        return by_run.reshape(w.runs * count, step, *columns.shape[1:]).mean(axis=1)
+
+    # Gaps are left aside: what a few lost rows tell makes no rival.
+    fitted = [np.arange(int((1 - HELD_OUT) * count)) + run * count for run in range(w.runs)]
+    measure = Ruler(true_noise(plan), w.dt * step, fitted, thin(declared_columns(plan, declared)))
     a = thin(addition)
     best: dict[str, float] = {}
     for key, curve in _curves(plan):

@@ -2,13 +2,16 @@
 
     s^2 = min_b || S^(-1/2) C (a - X b) ||^2
 
-C is the cosine transform of the fitted rows without its constant (the bias takes that), S the true density of the noise
-over the sampling period.
+C is the cosine transform of each run's fitted rows without its constant (the bias of the run takes that), S the true
+density of the noise over the sampling period. Rows that are lost are passed over as if time stood still.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import NDArray
 from scipy.fft import dct
 
 from blind.noise import Noise
@@ -16,17 +19,18 @@ from blind.table import Floats
 
 
 class Ruler:
-    """Measures additions on the first ``fitted`` rows, beside the columns ``declared`` (n, k)."""
+    """Measures additions on the rows ``fitted``, one set of indices for each run, beside the columns ``declared``."""
 
-    def __init__(self, noise: Noise, dt: float, fitted: int, declared: Floats) -> None:
+    def __init__(self, noise: Noise, dt: float, fitted: Sequence[NDArray[np.int64]], declared: Floats) -> None:
         self.fitted = fitted
-        k = np.arange(1.0, fitted)
-        self.root = np.sqrt(noise.density(k / (2 * fitted * dt), dt) / dt)
-        self.x = self.whitened(declared) if declared.shape[1] else np.zeros((fitted - 1, 0))
+        counts = [len(rows) for rows in fitted]
+        self.roots = [np.sqrt(noise.density(np.arange(1.0, n) / (2 * n * dt), dt) / dt) for n in counts]
+        self.x = self.whitened(declared) if declared.shape[1] else np.zeros((sum(counts) - len(counts), 0))
 
     def whitened(self, columns: Floats) -> Floats:
         """Shape (modes, k) for columns (n, k)."""
-        return np.asarray(dct(columns[: self.fitted], axis=0, norm="ortho")[1:]) / self.root[:, None]
+        pieces = zip(self.fitted, self.roots, strict=True)
+        return np.concatenate([dct(columns[rows], axis=0, norm="ortho")[1:] / root[:, None] for rows, root in pieces])
 
     def beside(self, addition: Floats, *others: Floats) -> float:
         """Strength of ``addition`` (n,) beside the declared model and further curves, each (n,) or (n, k)."""

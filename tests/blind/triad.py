@@ -78,7 +78,7 @@ def columns(rig: Bench, addition: Floats, rng: Rng) -> tuple[list[Column], Float
 
 
 def measure(rig: Bench, fitted: int) -> Ruler:
-    return Ruler(rig.own, rig.world.dt, fitted, np.zeros((rig.world.n, 0)))
+    return Ruler(rig.own, rig.world.dt, [np.arange(fitted)], np.zeros((rig.world.n, 0)))
 
 
 #: Causes on one channel of a unit at rest.

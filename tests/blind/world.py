@@ -2,6 +2,9 @@
 
 A sample that covers an interval is the Gauss-Legendre mean over it; one that is taken at an instant has one instant,
 the row's time. Rows end their intervals: row k covers (k dt, (k + 1) dt].
+
+Several runs of one test stand one behind the other: each begins at time zero, with the same programme of the table and
+a climate of its own.
 """
 
 from __future__ import annotations
@@ -22,7 +25,8 @@ GRAVITY = 9.81
 class World:
     """Exposure of a single gyro.
 
-    ``tilt`` is the elevation of its axis above the table [rad]; ``turning`` says whether there is a table at all.
+    ``n`` counts the rows of all runs. ``tilt`` is the elevation of its axis above the table [rad]; ``turning`` says
+    whether there is a table at all.
     """
 
     n: int
@@ -34,19 +38,26 @@ class World:
     latitude: float
     instant: bool = False
     reference: float = 25.0  # temperature at which bias and scale factor are defined [degC]
+    runs: int = 1
 
     @property
     def turning(self) -> bool:
         return self.profile != "rest"
 
     @property
+    def each(self) -> int:
+        """Rows of a run."""
+        return self.n // self.runs
+
+    @property
     def duration(self) -> float:
-        return self.n * self.dt
+        """Of a run [s]."""
+        return self.each * self.dt
 
     @property
     def rows(self) -> Floats:
-        """Time of each row [s]."""
-        return self.dt * np.arange(1.0, self.n + 1)
+        """Time of each row since its run began [s]."""
+        return self.dt * np.tile(np.arange(1.0, self.each + 1), self.runs)
 
     @cached_property
     def _nodes(self) -> tuple[Floats, Floats]:
@@ -62,7 +73,7 @@ class World:
 
     @cached_property
     def t(self) -> Floats:
-        return self.dt * (np.arange(float(self.n))[:, None] + self._nodes[0])
+        return self.dt * (np.tile(np.arange(float(self.each)), self.runs)[:, None] + self._nodes[0])
 
     @cached_property
     def table(self) -> Floats:
@@ -79,10 +90,11 @@ class World:
         return np.sin(self.tilt) * (self.table + EARTH * np.sin(self.latitude))
 
     @cached_property
-    def rate_at_edges(self) -> Floats:
-        """The same at the ends of the samples, shape (n + 1,)."""
-        rate = self.trajectory.rate(self.dt * np.arange(self.n + 1.0))
-        return np.sin(self.tilt) * (rate + EARTH * np.sin(self.latitude))
+    def rate_at_ends(self) -> tuple[Floats, Floats]:
+        """The same where each sample begins and where it ends."""
+        first, last = (self.trajectory.rate(self.rows - back) for back in (self.dt, 0.0))
+        upright = EARTH * np.sin(self.latitude)
+        return np.sin(self.tilt) * (first + upright), np.sin(self.tilt) * (last + upright)
 
     @cached_property
     def kelvins(self) -> Floats:
@@ -97,8 +109,8 @@ class World:
         """Mean rate of the table in each sample: exact, from the angle."""
         if self.instant:
             return self.table[:, 0]
-        edges = self.trajectory.angle(self.dt * np.arange(self.n + 1.0))
-        return np.diff(edges) / self.dt
+        edges = self.trajectory.angle(self.dt * np.arange(self.each + 1.0))
+        return np.tile(np.diff(edges) / self.dt, self.runs)
 
     def horizontal_earth(self, azimuth: float = 0.0) -> Floats:
         """The Earth's horizontal rate as the axis turns through north."""
@@ -107,7 +119,8 @@ class World:
 
     def encoder_shift(self, error: Floats) -> Floats:
         """What an encoder that reads ``error`` (n,) [rad] too much adds to measured minus reference."""
+        by_run = error.reshape(self.runs, -1)
         if self.instant:
-            return -np.sin(self.tilt) * np.gradient(error, self.dt)
-        first = 2 * error[:1] - error[1:2] if self.n > 1 else error[:1]
-        return -np.sin(self.tilt) * np.diff(np.concatenate([first, error])) / self.dt
+            return -np.sin(self.tilt) * np.concatenate([np.gradient(row, self.dt) for row in by_run])
+        first = 2 * by_run[:, :1] - by_run[:, 1:2] if self.each > 1 else by_run[:, :1]
+        return -np.sin(self.tilt) * np.diff(np.concatenate([first, by_run], axis=1), axis=1).ravel() / self.dt
