@@ -149,29 +149,62 @@ def after(
     """Knowledge after each step of a stretch; steps of at most a second."""
     if not stretch.duration >= 0:
         raise InputError(f"a stretch of {stretch.duration:g} s given; wanted zero or more")
-    longest = _TURNING_STEP if stretch.turn else _STEP
-    steps = int(np.ceil(stretch.duration / longest - 1e-9))
-    rate = earth_rate_enu(instrument.latitude)
-    g = float(gravity(instrument.latitude, instrument.altitude))
     cov, heading, time = known.cov, known.heading, known.time
-    left = stretch.duration
-    for k in range(steps):
-        dt = longest if k < steps - 1 else left
-        left -= dt
-        share = stretch.turn * dt / stretch.duration
-        F, H, Q, R, cross = _step(instrument, heading - 0.5 * share, dt, rate, g)
-        if stretch.turn and not turning_data:
-            cov = F @ cov @ F.T + Q
-        else:
-            S = H @ cov @ H.T + R
-            lean = F @ cov @ H.T + cross
-            cov = F @ cov @ F.T + Q - lean @ np.linalg.solve(S, lean.T)
-        cov = 0.5 * (cov + cov.T)
+    for dt, share in parts(stretch):
+        seen = turning_data or not stretch.turn
+        cov = advance(instrument, cov, heading - 0.5 * share, dt, seen).cov
         heading, time = heading - share, time + dt
         yield Knowledge(cov, heading, time)
 
 
-def _step(
+def parts(stretch: Stretch) -> Iterator[tuple[float, float]]:
+    """Steps of the filter in a stretch: their lengths [s] and the angles that they turn by [rad]."""
+    longest = _TURNING_STEP if stretch.turn else _STEP
+    steps = int(np.ceil(stretch.duration / longest - 1e-9))
+    left = stretch.duration
+    for k in range(steps):
+        dt = longest if k < steps - 1 else left
+        left -= dt
+        yield dt, stretch.turn * dt / stretch.duration
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of the filter of eleven states: phi now, biases, phi at the start.
+
+    Attributes
+    ----------
+    cov : ndarray, shape (11, 11)
+        After it.
+    transition : ndarray, shape (11, 11)
+    regressor : ndarray, shape (2, 11)
+        Of the velocity's increment east and north.
+    gain : ndarray, shape (11, 2)
+        Zero where the velocity is not seen.
+    """
+
+    cov: Floats
+    transition: Floats
+    regressor: Floats
+    gain: Floats
+
+
+def advance(instrument: Instrument, cov: Floats, heading: float, dt: float, seen: bool) -> Step:
+    """What a step of ``dt`` seconds about ``heading`` [rad] does to the covariance of the states."""
+    rate = earth_rate_enu(instrument.latitude)
+    g = float(gravity(instrument.latitude, instrument.altitude))
+    F, H, Q, R, cross = step_model(instrument, heading, dt, rate, g)
+    gain: Floats = np.zeros((11, 2))
+    onward: Floats = F @ cov @ F.T + Q
+    if seen:
+        S = H @ cov @ H.T + R
+        lean = F @ cov @ H.T + cross
+        gain = np.asarray(np.linalg.solve(S, lean.T).T)
+        onward = onward - gain @ lean.T
+    return Step(0.5 * (onward + onward.T), F, H, gain)
+
+
+def step_model(
     instrument: Instrument, heading: float, dt: float, rate: Floats, g: float
 ) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Transition, regressor of the velocity's increment, and the noise of both with its covariance.

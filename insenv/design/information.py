@@ -119,6 +119,22 @@ class Information:
         free = [j for j, name in enumerate(self.names) if sd.get(name, np.inf) > 0]
         return Information(tuple(self.names[j] for j in free), matrix[np.ix_(free, free)])
 
+    def anew(self, sd: Mapping[str, float]) -> Information:
+        """On values that differ from those it is on by independent deviations ``sd``, as from power-up to power-up.
+
+        M (I + A M)^-1 with A = diag(sd^2): what one power-up tells of the next, or of the mean over all of them.
+        """
+        size = np.sqrt(np.diag(self.matrix))
+        scale = np.where(size > 0, size, 1.0)
+        matrix = self.matrix / np.outer(scale, scale)
+        spread = (np.array([sd.get(name, 0.0) for name in self.names]) * scale) ** 2
+        told = np.linalg.solve((np.eye(len(scale)) + spread[:, None] * matrix).T, matrix.T).T * np.outer(scale, scale)
+        return replace(self, matrix=0.5 * (told + told.T))
+
+    def instead(self, names: Sequence[str], jacobian: Floats) -> Information:
+        """On other parameters that make these: theta = ``jacobian`` times the others, shape (p, q)."""
+        return Information(tuple(names), jacobian.T @ self.matrix @ jacobian)
+
     def bound(self) -> Bound:
         """Its inverse, where it has one."""
         p = len(self.names)
@@ -162,20 +178,31 @@ def information(
         If an effect needs what the motion lacks, or has shapes and no ``theta`` was given.
     """
     sensor = instrument if isinstance(instrument, Sensor) else Sensor("gyro", tuple(instrument))
+    total = Information(sensor.names, np.zeros((len(sensor.names),) * 2))
+    dt = motion.dt
+    columns = regressors(motion, sensor, theta) * dt
+    for stretch in (slice(0, motion.n),) if stretches is None else stretches:
+        part = columns[stretch]
+        if len(part):
+            total = total + Information(sensor.names, _quadratic(part, noise, dt))
+    return total
+
+
+def regressors(motion: Motion, sensor: Sensor, theta: Floats | None = None) -> Floats:
+    """Derivative of the expected output to each parameter, shape (n, p); parameters as of `information`.
+
+    Raises
+    ------
+    InputError
+        If an effect needs what the motion lacks, or has shapes and no ``theta`` was given.
+    """
     if missing := sensor.missing(motion):
         raise InputError(f"the motion does not give {', '.join(missing)}, which an effect needs")
     if theta is None:
         if shaped := [e.key for e in sensor.effects if isinstance(e, CurveEffect) and e.shapes]:
             raise InputError(f"effect {shaped[0]!r} has shapes; wanted theta, the place where it is linearised")
         theta = np.zeros(len(sensor.names))
-    total = Information(sensor.names, np.zeros((len(sensor.names),) * 2))
-    dt = motion.dt
-    columns = sensor.regressors(motion, theta) * dt
-    for stretch in (slice(0, motion.n),) if stretches is None else stretches:
-        part = columns[stretch]
-        if len(part):
-            total = total + Information(sensor.names, _quadratic(part, noise, dt))
-    return total
+    return sensor.regressors(motion, theta)
 
 
 def north_bound(

@@ -2,13 +2,15 @@ r"""The least deviation that an estimator of what a task asks for can have, for 
 
     north:         M = X' C^-1 X + diag(1 / sd_j^2),   X: Earth's rate, declared effects (`insenv.design.information`)
     installation:  P_UU(0) of eight states (`insenv.design.alignment`), with the sight's errors
+    scale factor:  slope of the line, all noises of the datasheet, power-ups (`insenv.evaluate.rate_bound`)
 
-What the datasheet does not tell of is not in it, nor what makes it larger (flicker noise, effects that are not smooth):
-so no unbiased estimator does better, and efficiency, bound^2 / variance, is at most one but for chance. Of the rate
-table no bound is computed.
+What the datasheet does not tell of is not in it, nor, of north, what makes it larger (flicker noise, effects that are
+not smooth): so no unbiased estimator does better, and efficiency, bound^2 / variance, is at most one but for chance.
 """
 
 from __future__ import annotations
+
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -23,6 +25,8 @@ from insenv.design.rate_noise import white_angle
 from insenv.effects.angle import EarthRate
 from insenv.effects.base import CurveEffect, Effect, LinearEffect
 from insenv.effects.catalogue import by_key
+from insenv.evaluate.rate_bound import scale_factor_bound
+from insenv.scenario import Scenario
 
 #: What stands for "nothing is known" of an angle [rad], a gyro's bias [rad/s] and an accelerometer's [m/s^2].
 _ANY = (1.0, 1e-6, 1e-2)
@@ -30,7 +34,9 @@ _ANY = (1.0, 1e-6, 1e-2)
 _QUIET = (1e-12, 1e-9)
 
 
-def bounds(datasheet: Datasheet, run: Recording, quantities: tuple[str, ...]) -> dict[str, float]:
+def bounds(
+    datasheet: Datasheet, run: Recording, quantities: tuple[str, ...], scenario: Scenario | None = None
+) -> dict[str, float]:
     """Least standard deviation of each of the ``quantities`` of which there is a bound [SI].
 
     Parameters
@@ -39,13 +45,22 @@ def bounds(datasheet: Datasheet, run: Recording, quantities: tuple[str, ...]) ->
     run : Recording
         One run, of which the motion is taken.
     quantities : tuple of str
+    scenario : Scenario, optional
+        Which a bound of the rate table needs, for what changes from power-up to power-up.
     """
     found = {}
     if "azimuth" in quantities and "table_angle" in run.channels:
         found["azimuth"] = _north(datasheet, run)
     if "installation_angle" in quantities and "turning" in run.channels:
         found["installation_angle"] = _installation(datasheet, run)
+    # Another task's scale factor is that of the moment, and no slope.
+    if "scale_factor" in quantities and scenario is not None and _is_rate_table(scenario):
+        found["scale_factor"] = scale_factor_bound(datasheet, run, scenario)
     return {name: value for name, value in found.items() if np.isfinite(value) and value > 0}
+
+
+def _is_rate_table(scenario: Scenario) -> bool:
+    return scenario.task is not None and scenario.task.kind == "rate-table"
 
 
 def _north(sheet: Datasheet, run: Recording) -> float:
@@ -82,7 +97,8 @@ def _turned(sheet: Datasheet, run: Recording) -> Motion:
 
 
 def _lacks(effect: Effect, motion: Motion) -> list[str]:
-    return [need for need in effect.needs if getattr(motion, need.partition(".")[0], None) in (None, {})]
+    there = {need: getattr(motion, need.partition(".")[0], None) for need in effect.needs}
+    return [need for need, value in there.items() if value is None or (isinstance(value, Mapping) and not value)]
 
 
 def _installation(sheet: Datasheet, run: Recording) -> float:
