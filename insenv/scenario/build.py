@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from insenv.core.recording import Floats
 from insenv.effects.base import DrivenEffect, Effect, NoiseEffect
 from insenv.effects.catalogue import ALL, by_key
 from insenv.plants.base import Plant, Scene
+from insenv.plants.turntable import Turntable
 from insenv.plants.vehicle import Vehicle
 from insenv.rig import Fitted, Rig
 from insenv.scenario import cast
@@ -165,6 +166,8 @@ def build(table: ScenarioTable, path: Path) -> Scenario:
     targets = Targets(outputs, _targets(table, outputs, path))
     planted = (*_noise(table, outputs, path), *changing(table, _effects(table, plant, targets, path), path))
     _complete(plant, planted, path)
+    if isinstance(plant, Turntable) and any("force" in p.effect.needs for p in planted):
+        plant = replace(plant, felt=True)
     rig = Rig(plant, tuple(_instrument(output, planted) for output in outputs), rate)
     _exposed(rig, planted, path)
     return Scenario(

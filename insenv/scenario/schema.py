@@ -211,6 +211,39 @@ class TaskTable(Table):
     cost: float = 0.0
 
 
+class FaultTable(Table):
+    """``design.fault``: a local fault, how plainly it must show in two dwells, and at which share of its places."""
+
+    height: str
+    width: str
+    sigma: float = 7.0
+    share: float = 0.99
+
+
+class DesignTable(Table):
+    """``[design]``: what `insenv design` may choose, as [low, high], and what its procedures are told to face.
+
+    ``rates``, ``reversals`` and ``tilt`` of a table, ``turns``, ``angles`` and ``rest`` of a vehicle, ``spacing``,
+    ``dwell`` and ``visits`` of a rate test with the local ``fault`` that it must not miss. ``possible`` lists effects
+    with their parameters; ``quantity`` is what is sought where a task has more than one.
+    """
+
+    rates: tuple[str, str] | None = None
+    tilt: tuple[str, str] | None = None
+    reversals: tuple[int, int] | None = None
+    turns: tuple[int, int] | None = None
+    angles: tuple[str, str] | None = None
+    rest: tuple[str, str] | None = None
+    spacing: tuple[str, str] | None = None
+    dwell: tuple[str, str] | None = None
+    visits: tuple[int, int] | None = None
+    fault: FaultTable | None = None
+    time: tuple[str, str] | None = None
+    demanded: str | None = None
+    quantity: str | None = None
+    possible: list[dict[str, Any]] | None = None
+
+
 class ModelTable(Table):
     """``[model]``: the channels that the manifest wants explained."""
 
@@ -239,6 +272,7 @@ class ScenarioTable(Table):
     sight: SightTable | None = None
     temperature: TemperatureTable | None = None
     task: TaskTable | None = None
+    design: DesignTable | None = None
     model: ModelTable = field(default_factory=ModelTable)
     declared: dict[str, Any] = field(default_factory=dict)
     undeclared: dict[str, Any] = field(default_factory=dict)

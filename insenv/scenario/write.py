@@ -125,7 +125,7 @@ def manifest(scenario: Scenario, data: str, seed: int) -> str:
         ("", {"title": table.output.title or f"Simulated recording, seed {seed}", "data": data}),
         *((f"[channels.{column.name}]", _channel(column, table.output.format)) for column in columns(scenario)),
         ("[site]", _told(table.site)),
-        ("[mounting]", {"axes": "RFU"} if table.table is None else {"tilt": table.table.tilt or "90 deg"}),
+        ("[mounting]", _mounting(scenario)),
         ("[model]", _model(scenario)),
         *((f"[noise.{target}]", family(table, target).noise) for target in targets),
         ("[held_out]", _told(table.held_out)),
@@ -134,23 +134,8 @@ def manifest(scenario: Scenario, data: str, seed: int) -> str:
 
 
 def explained(scenario: Scenario) -> tuple[str, ...]:
-    """Channels that the manifest wants explained: of a vehicle that turns, the gyro along the pivot axis.
-
-    A manifest has one angle of a table, about which every gyro would turn alike.
-
-    Raises
-    ------
-    InputError
-        If others are named for a vehicle that turns.
-    """
-    if not _turns(scenario):
-        return scenario.targets
-    if scenario.table.model.target is not None and scenario.targets != (_TURNED,):
-        raise InputError(
-            f"{scenario.path}: model.target = {', '.join(scenario.targets)} of a vehicle that turns; "
-            f"wanted {_TURNED!r}, for a manifest knows a turn about one axis alone, or a [profile] without turns"
-        )
-    return (_TURNED,)
+    """Channels that the manifest wants explained: those named; else of a vehicle that turns, the upright gyro."""
+    return (_TURNED,) if _turns(scenario) and scenario.table.model.target is None else scenario.targets
 
 
 #: Gyro of a vehicle that stands along its pivot axis.
@@ -174,11 +159,21 @@ def _channel(column: Column, form: str) -> dict[str, object]:
     return entry | ({"covers": "interval"} if column.over_interval else {})
 
 
+def _mounting(scenario: Scenario) -> Mapping[str, object]:
+    """How the instruments stand: a gyro on a table, or a triad, which a vehicle turns about its upright axis."""
+    if scenario.table.table is not None:
+        return {"tilt": scenario.table.table.tilt or "90 deg"}
+    return {"axes": "RFU"} | ({"table_axis": "U"} if _turns(scenario) else {})
+
+
 def _model(scenario: Scenario) -> dict[str, object]:
-    """Targets and declared effects; nothing of the undeclared."""
+    """Targets and declared effects; nothing of the undeclared. What turns sees the Earth rate from all sides."""
     targets = explained(scenario)
     entry: dict[str, object] = {"target": targets[0] if len(targets) == 1 else list(targets)}
-    entry["declared"] = list(scenario.declared_of(targets))
+    declared = scenario.declared_of(targets)
+    if _turns(scenario) and scenario.table.site.latitude is not None and "earth_rate" not in declared:
+        declared = (*declared, "earth_rate")
+    entry["declared"] = list(declared)
     reference = scenario.table.instrument.reference_temperature
     return entry | ({"reference_temperature": reference} if reference else {})
 
