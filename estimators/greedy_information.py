@@ -16,13 +16,14 @@ al., IJCAI (2013).
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from estimators import rate_ladder_tally as tallies
 from estimators.rate_ladder import (
     EMPTY,
+    GO,
     STOP,
     Place,
     Queue,
@@ -55,7 +56,6 @@ class Learnt:
     tally: Tally
 
 
-@final
 class GreedyInformation:
     """A greedy choice, one dwell after the other.
 
@@ -120,22 +120,30 @@ class GreedyInformation:
         ended = over(state.place, state.queue, t)
         ended &= (state.place.entry >= 1) & (state.place.entry < self.settings - 1)
         if np.any(ended):
-            rate = state.queue.rate.copy()
-            if ended.ndim:
-                some = np.flatnonzero(ended)
-                rate[some, state.place.entry[some] + 1] = self.choice(rows(state, some))
-            else:
-                rate[state.place.entry + 1] = self.choice(state)
-            state = replace(state, queue=replace(state.queue, rate=rate))
+            state = replace(state, queue=self._extended(state, ended))
         place = moved(state.place, state.queue, t, self.acceleration)
         return action(place, state.queue, t), replace(state, place=place)
+
+    def _extended(self, state: Learnt, ended: NDArray[np.bool_]) -> Queue:
+        """With the next entry of the runs whose entry has ``ended``."""
+        parts = [a.copy() for a in (state.queue.rate, state.queue.hold, state.queue.signal)]
+        at = (np.flatnonzero(ended),) if ended.ndim else ()
+        chosen = self.entry(rows(state, at[0]) if at else state)
+        for part, value in zip(parts, chosen, strict=True):
+            part[(*at, state.place.entry[at] + 1)] = value
+        return Queue(*parts)
+
+    def entry(self, state: Learnt) -> tuple[Floats, Floats, Floats]:
+        """Rate [rad/s], time [s] and signal of the next entry, shape (...) each."""
+        rate = self.choice(state)
+        return rate, np.full(rate.shape, self.dwell), np.full(rate.shape, GO)
 
     def choice(self, state: Learnt) -> Floats:
         """The candidate [rad/s] of the most expected information per second, shape (...)."""
         mean, variance, told = self.process(state, self.candidates)
         now = np.take_along_axis(state.queue.rate, np.asarray(state.place.entry)[..., None], axis=-1)
         seconds = self.dwell + np.abs(self.candidates - now) / self.acceleration
-        gain = self._information(mean, variance, told) / seconds
+        gain = self.information(mean, variance, told) / seconds
         return np.asarray(self.candidates[gain.argmax(axis=-1)])
 
     def process(self, state: Learnt, rate: Floats) -> tuple[Floats, Floats, Floats]:
@@ -172,7 +180,7 @@ class GreedyInformation:
         kernel: Floats = self.amplitude**2 * np.sign(a) * np.sign(b) * np.exp(-0.5 * distance**2)
         return kernel
 
-    def _information(self, mean: Floats, variance: Floats, told: Floats) -> Floats:
+    def information(self, mean: Floats, variance: Floats, told: Floats) -> Floats:
         """Of one dwell at each candidate, about whether it is out of its limits [nat]."""
         nodes, weights = np.polynomial.hermite_e.hermegauss(_NODES)
         shifted = mean[..., None] + np.sqrt(told)[..., None] * nodes

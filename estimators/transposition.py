@@ -79,7 +79,7 @@ class Transposition:
 
     def act(self, state: Going, chunk: Recording | None, estimate: Estimate | None = None) -> tuple[Floats, Going]:
         """Turn and stop of every run, shape (..., 2)."""
-        state, t = _seen(state, chunk, self.datasheet.dt)
+        state, t = seen(state, chunk, self.datasheet.dt)
         rest = np.where(state.asked, -1.0, t - state.began + self.slack)
         final = state.rests >= len(self.turns) - 1
         turn = ~state.asked & ~final & (rest >= self.rest(state.rests))
@@ -286,7 +286,7 @@ def _until(known_by: Instrument, known: Knowledge, demanded: float, left: float)
     return np.inf
 
 
-def _seen(state: Going, chunk: Recording | None, dt: float) -> tuple[Going, float]:
+def seen(state: Going, chunk: Recording | None, dt: float) -> tuple[Going, float]:
     """State after a chunk, and the time."""
     if chunk is None or not len(chunk):
         return state, 0.0

@@ -26,6 +26,7 @@ from insenv import __version__
 from insenv.core.errors import InputError
 from insenv.core.progress import Progress, check_folder, check_reports, tell
 from insenv.evaluate.commands import check_plugin, evaluate
+from insenv.procedure.commands import design
 
 
 @click.group(invoke_without_command=True)
@@ -265,6 +266,7 @@ def _kept(store: Path | None) -> str:
 
 insenv.add_command(check_plugin)
 insenv.add_command(evaluate)
+insenv.add_command(design)
 
 
 def main() -> None:

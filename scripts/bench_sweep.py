@@ -1,4 +1,7 @@
-"""The bench's lines for sweeps: means of dwells beside samples, many north-finder episodes, Dask beside processes."""
+"""The bench's lines for sweeps and evaluation.
+
+Means of dwells beside samples, many north-finder episodes, estimators judged together, Dask beside processes.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from statistics import median
 
@@ -19,6 +22,7 @@ from bench_line import Line, cpu
 from insenv.effects.bias import Bias
 from insenv.effects.noise import AngleRandomWalk, RateRandomWalk
 from insenv.effects.scale import ScaleFactor
+from insenv.evaluate.play import Work, play
 from insenv.evaluate.runs import Episodes
 from insenv.plants.turntable import Turntable
 from insenv.rig import Fitted, Normals, Rig
@@ -28,6 +32,8 @@ from insenv.sweep import Backend, Cluster, Processes, Table, sweep
 
 RATE, DWELL, DWELLS, RUNS = 100.0, 60.0, 5, 64
 EPISODES, SAMPLED = 2000, 64
+#: Estimators that are judged together, runs that are timed, and runs of which the time is told.
+ESTIMATORS, JUDGED, WANTED = ("correlation", "revolution", "north_gls"), 64, 400
 #: CPU time of a chunk [s], chunks, and repetitions, for the overhead of a back end.
 WORK, CHUNKS, REPEATS = 0.25, 24, 3
 
@@ -69,6 +75,29 @@ def north() -> Iterator[Line]:
             f"{theirs:.0f} s",
             theirs / ours,
         )
+
+
+def judging() -> Iterator[Line]:
+    """Three estimators under a policy that looks at no estimate: on runs that are simulated once, and on their own.
+
+    The start of a process is left out; `insenv evaluate` with two has two of them.
+    """
+
+    def played(*names: str) -> Callable[[], object]:
+        work = Work("north_finder/published", names, "constant_rate", 0, JUDGED)
+        return lambda: play(work, lambda doing, share: None)
+
+    each = WANTED / JUDGED
+    ours = cpu(played(*ESTIMATORS), 3) * each
+    theirs = sum(cpu(played(name), 3) for name in ESTIMATORS) * each
+    yield Line(
+        f"evaluate {WANTED} north finders x {len(ESTIMATORS)} estimators, 1 core",
+        f"{ours:.1f} s",
+        "<= 60 s",
+        "each on runs of its own",
+        f"{theirs:.1f} s",
+        theirs / ours,
+    )
 
 
 def busy(seeds: Sequence[int]) -> Table:
@@ -152,4 +181,4 @@ def _both(address: str) -> None:
         client.wait_for_workers(2, timeout=300)
 
 
-ALL = (dwells, north, overhead)
+ALL = (dwells, north, judging, overhead)

@@ -124,9 +124,9 @@ def scale_factors(name: str, maker: Maker, played: Played) -> tuple[Floats, Floa
     return (gain * y).sum(axis=-1), np.sqrt((gain**2 * variance[:, :-1]).sum(axis=-1))
 
 
-def study(name: str, faulty: Runs, clean: Runs, **settings: Any) -> Row:
-    """One policy on runs with and without a fault."""
-    maker = POLICIES[name]
+def study(name: str, faulty: Runs, clean: Runs, maker: Maker | None = None, **settings: Any) -> Row:
+    """One policy on runs with and without a fault; one that is no documented policy is given with its ``maker``."""
+    maker = maker or POLICIES[name]
     played, control = play(maker, faulty, **settings), play(maker, clean, **settings)
     hit, false = found(name, maker, played, faulty), found(name, maker, control, clean)
     growing = name in ("van_der_corput", "greedy_information")

@@ -125,7 +125,7 @@ def _bound(scenario: str) -> float:
 def time_needed(seeds: Sequence[int]) -> Section:
     """Time until 3 sigma < 1 arcmin of the inertial part, noise A2."""
     scenario = READINGS["A2"]
-    rest = _published_rest(scenario)
+    rest = published_rest(scenario)
     long = (("duration", f"{LONGEST} s"),)
     cases = {
         f"published schedule, rests of {rest:.0f} s": (
@@ -154,7 +154,7 @@ def time_needed(seeds: Sequence[int]) -> Section:
     )
 
 
-def _published_rest(scenario: str) -> float:
+def published_rest(scenario: str) -> float:
     """Shortest rests, within 5 s, with which the published procedure's estimator tells what is demanded."""
     low, high = 200.0, 800.0
     while high - low > 5:

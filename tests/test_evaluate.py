@@ -11,14 +11,18 @@ import numpy as np
 import pytest
 from command import run
 
+from estimators.revolution import Revolution
+from insenv.core.estimate import Datasheet, Estimate
+from insenv.core.recording import Recording
 from insenv.core.units import ARCSEC
 from insenv.envs.rollout import roll_out
+from insenv.evaluate import play as runs_played
 from insenv.evaluate import words
 from insenv.evaluate.bounds import bounds
-from insenv.evaluate.child import Child
-from insenv.evaluate.evaluation import Evaluation, evaluate
+from insenv.evaluate.child import Child, Ended
+from insenv.evaluate.evaluation import Evaluation, _blamed, evaluate
 from insenv.evaluate.page import to_html
-from insenv.evaluate.pair import Pair, play
+from insenv.evaluate.play import Played, Work, play
 from insenv.evaluate.runs import episodes, task_of
 from insenv.evaluate.scores import Paired, Scored, nees, paired, score
 
@@ -62,8 +66,9 @@ def test_pairing_takes_out_what_both_have() -> None:
 
 
 def test_a_part_plays_the_runs_of_its_seeds() -> None:
-    pair = Pair("north_finder/published", "revolution", "constant_rate", 3, 4, json.dumps(SHORT), bound=True)
-    played = play(pair, lambda doing, share: None)
+    work = Work("north_finder/published", ("revolution",), "constant_rate", 3, 4, json.dumps(SHORT), bound=True)
+    played = play(work, lambda doing, share: None)["revolution"]
+    assert isinstance(played, Played)
     wanted = episodes("north_finder/published", "revolution", "constant_rate", range(3, 7), SHORT)
     assert played.table.keys() == wanted.keys()
     for name, values in wanted.items():
@@ -72,11 +77,90 @@ def test_a_part_plays_the_runs_of_its_seeds() -> None:
     assert played.bounds["azimuth"] > 0
 
 
+class Rushed:
+    """A policy that turns at a rate of its own for each estimator: it looks at what is believed."""
+
+    def __init__(self, datasheet: Datasheet) -> None:
+        self.looks = 0
+
+    def reset(self, batch: int | None = None) -> Any:
+        return np.zeros(batch or 1)
+
+    def act(self, state: Any, chunk: Recording | None, estimate: Estimate | None) -> Any:
+        rate = 0.2 if estimate is not None and estimate.sd[0, 0] > 1e-3 else 0.1
+        return np.stack([np.full_like(state, rate), np.zeros_like(state)], axis=-1), state
+
+
+class Spoils:
+    """A sound estimator, but for what it leaves of the data."""
+
+    def __init__(self, datasheet: Datasheet) -> None:
+        own = Revolution(datasheet)
+        self.inner, self.reset, self.estimate = own, own.reset, own.estimate
+
+    def update(self, state: Any, chunk: Recording) -> Any:
+        found = self.inner.update(state, chunk)
+        chunk.channels["gyro"].values[:] = 1e3
+        return found
+
+
+def together(monkeypatch: pytest.MonkeyPatch, policy: str, *names: str) -> tuple[dict[str, Any], int]:
+    """What four short runs give, and how often the runs were simulated."""
+    rolled = []
+
+    def counted(*given: Any, **how: Any) -> Any:
+        rolled.append(how)
+        return roll_out(*given, **how)
+
+    monkeypatch.setattr(runs_played, "roll_out", counted)
+    found = play(Work("north_finder/published", names, policy, 3, 4, json.dumps(SHORT)), lambda doing, share: None)
+    return found, sum("progress" in how for how in rolled)
+
+
+@pytest.mark.parametrize(("policy", "simulated"), [("constant_rate", 1), ("test_evaluate:Rushed", 2)])
+def test_estimators_together_say_what_each_says_alone(
+    policy: str, simulated: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Runs are shared only where the policy looks at no estimate."""
+    found, times = together(monkeypatch, policy, "correlation", "north_gls")
+    # Where it is told of the first look the runs of both were begun and given up.
+    assert times == simulated + (simulated > 1)
+    for name, played in found.items():
+        alone = episodes("north_finder/published", name, policy, range(3, 7), SHORT)
+        assert played.table.keys() == alone.keys()
+        for column, values in alone.items():
+            np.testing.assert_array_equal(played.table[column], values)
+
+
+def test_what_one_does_to_the_data_the_others_do_not_see(monkeypatch: pytest.MonkeyPatch) -> None:
+    found, times = together(monkeypatch, "constant_rate", "test_evaluate:Spoils", "revolution")
+    first, second = (found[name].table["error.azimuth"] for name in found)
+    assert times == 1
+    np.testing.assert_array_equal(first, second)
+
+
+def test_who_is_to_blame_for_a_lost_process() -> None:
+    for doing, blamed, again in (
+        ("step 2 of policy 'p', estimator 'b'", {"b"}, [("a", "c")]),
+        ("step 2 of policy 'p'", {"a", "b", "c"}, []),
+        ("its import", set(), [("a",), ("b",), ("c",)]),
+    ):
+        faults, rest = _blamed(Ended(fault=f"hangs in {doing}", doing=doing), ("a", "b", "c"), "p")
+        assert set(faults) == blamed and rest == again
+
+
 def test_the_bound_of_north_is_that_of_the_design_page() -> None:
     """The published instrument for 300 s at 10 deg/s: 30 arcsec within some percent, whoever turns the table."""
     task = task_of("north_finder/published")
     least = bounds(task.datasheet, roll_out(task, "constant_rate", None, [0]).recording(0), ("azimuth",))
     assert 27 * ARCSEC < least["azimuth"] < 34 * ARCSEC
+
+
+@pytest.mark.parametrize("name", ["realistic", "undeclared"])
+def test_there_is_a_bound_of_north_whatever_is_declared(name: str) -> None:
+    task = task_of(f"north_finder/{name}", SHORT)
+    least = bounds(task.datasheet, roll_out(task, "bidirectional", None, [0]).recording(0), ("azimuth",))
+    assert 60 * ARCSEC < least["azimuth"] < 90 * ARCSEC  # in 60 s
 
 
 def test_the_bound_of_the_installation_angle_knows_the_sight() -> None:
@@ -150,18 +234,17 @@ def test_what_fails_is_named_and_the_rest_goes_on() -> None:
 
 @pytest.mark.slow
 def test_the_result_does_not_depend_on_how_the_work_is_shared_out() -> None:
-    one, two = (
-        evaluate("NorthFinder", ["revolution"], ["constant_rate"], range(130), jobs=jobs, changes=SHORT)
-        for jobs in (1, 2)
-    )
+    """In this process in one piece, and in two processes in two."""
+    asked = ("NorthFinder", ["revolution"], ["constant_rate"], range(130))
+    one, two = evaluate(*asked, limit=None, changes=SHORT), evaluate(*asked, jobs=2, changes=SHORT)
     for pair, errors in one.errors.items():
         np.testing.assert_array_equal(errors["azimuth"], two.errors[pair]["azimuth"])
     assert threading.active_count() < 20
 
 
 def test_nothing_is_left_of_a_child_that_is_ended() -> None:
-    pair = Pair("north_finder/published", "revolution", "constant_rate", 0, 2)
-    child = Child("insenv.evaluate.pair:play", pair, 60.0)
+    work = Work("north_finder/published", ("revolution",), "constant_rate", 0, 2)
+    child = Child("insenv.evaluate.play:play", work, 60.0)
 
     def interrupt(_: Child) -> None:
         raise KeyboardInterrupt

@@ -25,6 +25,7 @@ from gymnasium.vector import AutoresetMode
 from insenv.core.estimate import Datasheet
 from insenv.core.motion import Motion
 from insenv.core.recording import Channel, Floats
+from insenv.design.scale_factor import OF_RATE, RATES
 from insenv.envs.asked import System, scenario_task
 from insenv.envs.belief import Quantity
 from insenv.envs.group import Blocks, Film, Flags
@@ -48,13 +49,6 @@ SIGNAL = 0.5
 ANY_ERROR, MOST_ERROR = 0.05, 1.0
 #: Bounds of the observation: noise in standard deviations, and what undeclared errors may add [rad/s].
 _DEVIATIONS, _ROOM = 40.0, 0.1
-#: Rates of the line that the true scale factor is the slope of.
-_RATES = 1401
-#: Effects that a warm gyro at a steady rate has in proportion to, or as a curve of, the rate.
-_OF_RATE = (
-    *("scale_factor", "scale_factor_temperature", "scale_factor_asymmetry", "scale_factor_cubic", "lock_in"),
-    *("sine_response", "compensation_ripple"),
-)
 
 
 @dataclass(frozen=True)
@@ -191,11 +185,11 @@ def line_slope(fitted: Fitted, plant: Turntable, largest: float) -> Floats:
     Per table rate, so that a gyro that leans has the cosine of it: sin(tilt) (1 + e) - 1.
     """
     share = float(np.sin(plant.tilt))
-    table = np.linspace(-largest, largest, _RATES)
+    table = np.linspace(-largest, largest, RATES)
     u = table * share
-    settled = plant.temperature.at(np.full(_RATES + 1, np.inf))
+    settled = plant.temperature.at(np.full(RATES + 1, np.inf))
     motion = Motion(
-        t=np.arange(_RATES + 1.0),
+        t=np.arange(RATES + 1.0),
         rate=u,
         temperature=settled,
         reference_temperature=plant.reference_temperature,
@@ -205,7 +199,7 @@ def line_slope(fitted: Fitted, plant: Turntable, largest: float) -> Floats:
     for effect in fitted.sensor.effects:
         theta = fitted.theta[..., first : first + len(effect.params)]
         first += len(effect.params)
-        if effect.id in _OF_RATE:
+        if effect.id in OF_RATE:
             added = effect.apply(u, motion, theta)[0]
             slope = slope + np.sum(added * table, axis=-1) / np.sum(table * table)
     return slope

@@ -10,7 +10,7 @@ import gymnasium
 import numpy as np
 
 from insenv.core.errors import InputError
-from insenv.core.estimate import Estimate, Policy
+from insenv.core.estimate import Datasheet, Estimate, Policy
 from insenv.core.plugins import POLICIES, find
 from insenv.core.recording import Floats, Recording
 from insenv.core.rows import row_of, rows
@@ -143,6 +143,12 @@ class _Player:
             raise InputError(f"policy {self.name!r} returned a {type(answer).__name__}; wanted an action and a state")
         return answer
 
+    def usable(self, task: Task, action: Any, batch: int) -> Floats:
+        try:
+            return checked(task, action, batch)
+        except InputError as error:
+            raise InputError(f"policy {self.name!r}: {error}") from None
+
     def _asked(self, method: str, call: Callable[..., Any], *given: Any) -> Any:
         try:
             return call(*given)
@@ -216,7 +222,7 @@ def _play(task: Task, player: _Player, seeds: tuple[int, ...], keep: bool, progr
     while len(index):
         action, state = player.act(state, chunk, estimate)
         actions = np.zeros((len(seeds), *task.action_space.shape))
-        actions[index] = checked(task, action, len(index))
+        actions[index] = player.usable(task, action, len(index))
         parts = batch.step(actions)
         for part in parts:
             log.add(part)
@@ -290,16 +296,29 @@ def _asked(task: Task, estimator: str | None) -> Task:
     return replace(task, quantities=quantities, judge=replace(watched, quantities=quantities))
 
 
-def _player(policy: str | Policy, task: Task) -> _Player:
-    if not isinstance(policy, str):
-        if not (callable(getattr(policy, "reset", None)) and callable(getattr(policy, "act", None))):
-            given = type(policy).__name__
-            raise InputError(f"a policy of type {given} given to roll_out; wanted a name, or an object with reset, act")
-        return _Player(type(policy).__name__, policy)
-    made = find(POLICIES, policy)
+def made(policy: str, datasheet: Datasheet) -> Policy:
+    """The policy of that name, told what the datasheet says.
+
+    Raises
+    ------
+    InputError
+        If it is not installed or cannot be made.
+    """
+    plugin = find(POLICIES, policy)
     try:
-        return _Player(policy, made(task.datasheet))
+        found: Policy = plugin(datasheet)
     except InputError:
         raise
     except Exception as error:
         raise InputError(f"policy {policy!r} failed when it was made: {type(error).__name__}: {error}") from error
+    return found
+
+
+def _player(policy: str | Policy, task: Task) -> _Player:
+    if isinstance(policy, str):
+        return _Player(policy, made(policy, task.datasheet))
+    if not (callable(getattr(policy, "reset", None)) and callable(getattr(policy, "act", None))):
+        given = type(policy).__name__
+        raise InputError(f"a policy of type {given} given to roll_out; wanted a name, or an object with reset, act")
+    # One that stands before another's is called by that one's name.
+    return _Player(str(getattr(policy, "name", type(policy).__name__)), policy)

@@ -112,7 +112,11 @@ def _found(name: str) -> tuple[str, Any]:
                 return group, find(group, name)
         known = ", ".join(n for group in groups for n in names(group))
         raise InputError(f"plug-in {name!r} is not installed; wanted one of {known}, or module:Name")
-    found = find(EFFECTS, name)  # as it is written, not adapted
+    try:
+        found = find(EFFECTS, name)  # as it is written, not adapted
+    except InputError as error:
+        # What it is meant to be nobody knows yet.
+        raise InputError(str(error).replace("effect", "plug-in", 1)) from None
     for group, method in _METHODS.items():
         if callable(getattr(found, method, None)):
             return group, find(group, name)

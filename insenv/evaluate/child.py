@@ -35,10 +35,11 @@ _LOOK = 0.2
 
 @dataclass(frozen=True)
 class Ended:
-    """How a child ended: its result, or why there is none, in words."""
+    """How a child ended: its result, or why there is none, in words, and what it was doing."""
 
     result: Any = None
     fault: str = ""
+    doing: str = ""
 
 
 class Child:
@@ -91,7 +92,7 @@ class Child:
                 except queue.Empty:
                     silent += _LOOK
                     if silent > self.limit + (START if self.doing in _STARTING else 0.0):
-                        return Ended(fault=f"does not return within {self.limit:g} s{self._where()}")
+                        return Ended(fault=f"does not return within {self.limit:g} s{self._where()}", doing=self.doing)
                     told(self)
                     continue
                 if line is None:
@@ -121,7 +122,7 @@ class Child:
         data = self._result.read_bytes()
         if status or not data:
             by = f"signal {-status}" if status < 0 else f"exit status {status}"
-            return Ended(fault=f"ended the process ({by}){self._where()}")
+            return Ended(fault=f"ended the process ({by}){self._where()}", doing=self.doing)
         ended: Ended = pickle.loads(data)
         return ended
 

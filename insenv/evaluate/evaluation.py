@@ -1,8 +1,9 @@
-"""Estimators under policies, on the same runs of one scenario: every pair in a process of its own.
+"""Estimators under policies, on the same runs of one scenario, in processes of their own.
 
-A plug-in that raises, says NaN, ends its process or does not return is a fault of its pair, by name; the others go on.
-The errors are those of the runs' seeds alone: neither the number of processes nor how the runs are shared out changes
-them.
+Runs under a policy that looks at no estimate are simulated once for all estimators (`insenv.evaluate.panel`). A plug-in
+that raises, says NaN, ends its process or does not return is a fault, by name; the others go on: where a process is
+lost, the estimators that are not to blame are played again. The errors are those of the runs' seeds alone: neither the
+number of processes nor how the runs are shared out changes them.
 """
 
 from __future__ import annotations
@@ -19,8 +20,8 @@ import numpy as np
 
 from insenv.core.errors import InputError
 from insenv.core.plugins import ESTIMATORS, POLICIES, find
-from insenv.evaluate.child import Child, Ended
-from insenv.evaluate.pair import Pair, Played
+from insenv.evaluate.child import Child, Ended, Say
+from insenv.evaluate.play import Answers, Played, Work, play
 from insenv.evaluate.runs import Table, task_of
 from insenv.evaluate.scores import Paired, Scored, nees, paired, quantities, score
 from insenv.scenario import load
@@ -33,8 +34,10 @@ ENVIRONMENTS: Mapping[str, tuple[str, tuple[str, ...]]] = {
 }
 #: Longest time of one step of a pair's runs [s].
 LIMIT = 60.0
-#: Runs that are played together, at least, where a pair is shared out to several processes.
+#: Runs that are played together, at least, where those of a policy are shared out to several processes.
 _LEAST = 64
+#: So many pieces for each process are as good as a number that divides evenly.
+_FAIR = 4
 _LOOK = 0.1
 
 
@@ -79,7 +82,7 @@ def evaluate(  # noqa: PLR0913 -- what is judged, and how the work is done
     seeds: range = range(400),
     scenario: str | None = None,
     jobs: int = 1,
-    limit: float = LIMIT,
+    limit: float | None = LIMIT,
     every: int = 1,
     changes: Mapping[str, Any] | None = None,
     say: Callable[[str], None] = lambda text: None,
@@ -97,8 +100,9 @@ def evaluate(  # noqa: PLR0913 -- what is judged, and how the work is done
         Name of a packaged scenario, or path.
     jobs : int
         Processes at a time.
-    limit : float
-        Longest time of one step of all runs that are stepped together [s].
+    limit : float, optional
+        Longest time of one step of all runs that are stepped together [s]. None: the plug-ins are trusted, and played
+        in this process, one piece after the other.
     every : int
         Steps after which the estimators are asked; what a policy is told is the last estimate.
     changes : mapping, optional
@@ -113,23 +117,20 @@ def evaluate(  # noqa: PLR0913 -- what is judged, and how the work is done
     """
     name = _scenario(environment, scenario, changes or {})
     pairs = _pairs(estimators, policies)
-    if len(seeds) < 2 or seeds.start < 0 or jobs < 1 or every < 1 or not limit > 0:
+    if len(seeds) < 2 or seeds.start < 0 or jobs < 1 or every < 1 or not (limit is None or limit > 0):
         raise InputError(
-            f"{len(seeds)} seeds from {seeds.start}, {jobs} jobs, every = {every} and a limit of {limit:g} s given; "
+            f"{len(seeds)} seeds from {seeds.start}, {jobs} jobs, every = {every} and a limit of {limit} s given; "
             f"wanted two seeds or more, from 0, one job or more, every step or fewer, and a limit above zero"
         )
-    parts = max(1, min(-(-jobs // len(pairs)) * (2 if jobs > 1 else 1), len(seeds) // _LEAST))
+    jobs = jobs if limit is not None else 1
     text = json.dumps(dict(changes or {}))
     work = [
-        Pair(name, estimator, policy, int(some[0]), len(some), text, every, k == 0)
-        for estimator, policy in pairs
-        for k, some in enumerate(np.array_split(np.array(seeds), parts))
+        Work(name, tuple(estimators), policy, int(some[0]), len(some), text, every, k == 0)
+        for policy in policies
+        for k, some in enumerate(np.array_split(np.array(seeds), _parts(len(policies), len(seeds), jobs)))
     ]
-    ended = _worked(work, jobs, limit, say)
-    found = {
-        pair: _joined([e for p, e in zip(work, ended, strict=True) if (p.estimator, p.policy) == pair])
-        for pair in pairs
-    }
+    answers = _worked(work, jobs, limit, say)
+    found = {pair: _joined([each[pair] for each in answers if pair in each]) for pair in pairs}
     scored = tuple(_scored(pair, one) for pair, one in found.items())
     if all(one.fault for one in scored):
         raise InputError(scored[0].fault)
@@ -161,26 +162,42 @@ def _pairs(estimators: Sequence[str], policies: Sequence[str]) -> list[tuple[str
     return [(estimator, policy) for policy, estimator in product(policies, estimators)]
 
 
-def _worked(work: Sequence[Pair], jobs: int, limit: float, say: Callable[[str], None]) -> list[Ended]:
-    """Every piece of work, some at a time; what is left of a pair is not begun once a part of it failed."""
-    stop, share, failed = threading.Event(), [0.0] * len(work), set[tuple[str, str]]()
+def _parts(policies: int, seeds: int, jobs: int) -> int:
+    """How often the runs of a policy are divided: no process shall wait long, and each has some to play."""
+    most = max(1, seeds // _LEAST)
+    fair = (n for n in range(1, most + 1) if n * policies % jobs == 0 or n * policies >= _FAIR * jobs)
+    return next(fair, most)
 
-    def one(k: int, pair: Pair) -> Ended:
-        def told(child: Child) -> None:
-            share[k] = child.share
+
+#: What was found, or a fault, by estimator and policy.
+_Found = dict[tuple[str, str], Played | str]
+
+
+def _worked(work: Sequence[Work], jobs: int, limit: float | None, say: Callable[[str], None]) -> list[_Found]:
+    """Every piece of work, some at a time; what failed in one is not begun in another."""
+    stop, share, failed = threading.Event(), [0.0] * len(work), dict[tuple[str, str], str]()
+
+    def one(k: int, piece: Work) -> _Found:
+        def told(doing: str, done: float) -> None:
+            share[k] = done
             if stop.is_set():
                 raise KeyboardInterrupt
 
-        if stop.is_set() or (pair.estimator, pair.policy) in failed:
-            return Ended(fault="a part failed")
-        ended = Child("insenv.evaluate.pair:play", pair, limit).wait(told)
+        found: _Found = {}
+        waiting = [piece.estimators]
+        while waiting and not stop.is_set():
+            left = tuple(name for name in waiting.pop(0) if (name, piece.policy) not in failed)
+            answers, again = _answered(replace(piece, estimators=left), limit, told) if left else ({}, [])
+            waiting += again
+            for name, answer in answers.items():
+                found[name, piece.policy] = answer
+                if isinstance(answer, str):
+                    failed.setdefault((name, piece.policy), answer)
         share[k] = 1.0
-        if ended.fault:
-            failed.add((pair.estimator, pair.policy))
-        return ended
+        return found
 
     with ThreadPoolExecutor(jobs) as pool:
-        futures = [pool.submit(one, k, pair) for k, pair in enumerate(work)]
+        futures = [pool.submit(one, k, piece) for k, piece in enumerate(work)]
         try:
             left = set(futures)
             while left:
@@ -192,12 +209,38 @@ def _worked(work: Sequence[Pair], jobs: int, limit: float, say: Callable[[str], 
     return [future.result() for future in futures]
 
 
-def _joined(parts: Sequence[Ended]) -> Played | str:
+def _answered(piece: Work, limit: float | None, told: Say) -> tuple[Answers, list[tuple[str, ...]]]:
+    """What the runs of a piece gave, and estimators that are to be played again."""
+    if limit is None:
+        return play(piece, told), []
+    ended = Child("insenv.evaluate.play:play", piece, limit).wait(lambda child: told(child.doing, child.share))
+    return _blamed(ended, piece.estimators, piece.policy) if ended.fault else (ended.result, [])
+
+
+def _blamed(ended: Ended, estimators: tuple[str, ...], policy: str) -> tuple[Answers, list[tuple[str, ...]]]:
+    """Whose fault it is that a process came to no end of its own, and who is to be played again."""
+    if not ended.doing:  # a sentence that names what it is about
+        return dict.fromkeys(estimators, ended.fault), []
+    named = next((name for name in estimators if f"estimator {name!r}" in ended.doing), None)
+    if named is not None:
+        rest = tuple(name for name in estimators if name != named)
+        text = ended.fault.replace(f", estimator {named!r}", "")
+        return {named: f"estimator {named!r} {text}"}, [rest] if rest else []
+    if f"policy {policy!r}" in ended.doing:
+        text = ended.fault.replace(f" of policy {policy!r}", "")
+        return dict.fromkeys(estimators, f"policy {policy!r} {text}"), []
+    if len(estimators) > 1:
+        return {}, [(name,) for name in estimators]
+    return {estimators[0]: f"policy {policy!r} with estimator {estimators[0]!r} {ended.fault}"}, []
+
+
+def _joined(parts: Sequence[Played | str]) -> Played | str:
     """The parts of a pair in the order of their seeds, or what failed first."""
-    faults = [part.fault for part in parts if part.fault]
-    if faults:
-        return next((fault for fault in faults if fault != "a part failed"), faults[0])
-    played: list[Played] = [part.result for part in parts]
+    played = []
+    for part in parts:
+        if isinstance(part, str):
+            return part
+        played.append(part)
     table = {name: np.concatenate([one.table[name] for one in played]) for name in played[0].table}
     cpu, own = sum(one.cpu for one in played), sum(one.cpu_estimator for one in played)
     return replace(played[0], table=table, cpu=cpu, cpu_estimator=own)
@@ -206,9 +249,7 @@ def _joined(parts: Sequence[Ended]) -> Played | str:
 def _scored(pair: tuple[str, str], one: Played | str) -> Scored:
     estimator, policy = pair
     if isinstance(one, str):
-        named = any(repr(name) in one for name in pair)
-        who = "" if named else f"policy {policy!r} with estimator {estimator!r} "
-        return Scored(estimator, policy, fault=f"{who}{one}")
+        return Scored(estimator, policy, fault=one)
     table, names = one.table, quantities(one.table)
     runs = len(table["seed"])
     return Scored(

@@ -19,12 +19,11 @@ from numpy.typing import NDArray
 
 from insenv.core.errors import InputError
 from insenv.core.estimate import Estimate
-from insenv.core.plugins import POLICIES, find
 from insenv.core.recording import Floats, Recording
 from insenv.envs.belief import Judge, judge
 from insenv.envs.north_finder import north_finder
 from insenv.envs.rate_table import rate_table
-from insenv.envs.rollout import roll_out
+from insenv.envs.rollout import made, roll_out
 from insenv.envs.task import Task, checked
 from insenv.envs.two_position import two_position
 from insenv.plants.turntable import Turntable
@@ -223,7 +222,7 @@ def _plan(job: Episodes) -> _Plan:
 
 def _actions(name: str, task: Task) -> tuple[Floats, bool]:
     """Actions of a policy that goes by the clock, shape (steps, a), and whether it stopped before time was up."""
-    policy = find(POLICIES, name)(task.datasheet)
+    policy = made(name, task.datasheet)
     found: list[Floats] = []
     state, chunk = policy.reset(1), None
     for step in range(task.steps):
@@ -234,7 +233,10 @@ def _actions(name: str, task: Task) -> tuple[Floats, bool]:
                 f"policy {name!r} looks at what is measured ({' '.join(str(error).split())}); "
                 f"wanted one that goes by the clock, or the path 'samples'"
             ) from None
-        action = checked(task, action, 1)
+        try:
+            action = checked(task, action, 1)
+        except InputError as error:
+            raise InputError(f"policy {name!r}: {error}") from None
         if task.world.command(action)[1][0]:
             return _some(found, task), True
         found.append(action[0])

@@ -33,6 +33,8 @@ HEADER = (
     "estimator [ms]",
 )
 PAIRED = ("policy", "estimator", "bias", "rms")
+#: Digits behind the point, at most.
+_MOST = 6
 
 
 def shown(unit: str) -> tuple[str, float]:
@@ -85,12 +87,12 @@ def summary(found: Evaluation) -> str:
     lines = [head(found), "Intervals hold with 95 %."]
     for quantity, unit in asked(found):
         name = shown(unit)[0]
-        lines += ["", f"{quantity} [{name}]", *_columns(HEADER, rows(found, quantity))]
+        lines += ["", f"{quantity} [{name}]", *columns(HEADER, rows(found, quantity))]
         if least := bound(found, quantity):
             lines.append(f"Cramer-Rao bound of the deviation: {least}")
         if others := paired_rows(found, quantity):
             lines += ["", f"{quantity} [{name}], difference from {first(found)} on the same runs"]
-            lines += _columns(PAIRED, others)
+            lines += columns(PAIRED, others)
     if found.faults:
         lines += ["", "Without a result:", *(f"- {fault}" for fault in found.faults)]
     return "\n".join(lines)
@@ -130,6 +132,8 @@ def number(value: Value | None, scale: float = 1.0) -> str:
     if not (isfinite(half) and half > 0):
         return f"{middle:.4g}"
     digits = max(0, 1 - int(log10(half) // 1))
+    if digits > _MOST:
+        return f"{middle:.2g} +- {half:.1g}"
     return f"{middle:.{digits}f} +- {half:.{digits}f}"
 
 
@@ -216,7 +220,7 @@ def _number(value: float) -> float | None:
     return value if isfinite(value) else None
 
 
-def _columns(header: tuple[str, ...], body: list[tuple[str, ...]]) -> Iterator[str]:
+def columns(header: tuple[str, ...], body: list[tuple[str, ...]]) -> Iterator[str]:
     """A table in columns; those that are empty in every row are left out."""
     kept = [j for j in range(len(header)) if any(row[j] for row in body)]
     table = [tuple(row[j] for j in kept) for row in (header, *body)]
