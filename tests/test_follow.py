@@ -48,6 +48,19 @@ def test_a_slow_sine_is_followed_within_its_jitter() -> None:
     assert np.abs(seen - rate).max() < 8 * JITTER * np.sqrt(2) / DT
 
 
+@pytest.mark.parametrize("stop", [3, 8])
+def test_a_table_that_stops_for_a_few_samples_stands_there(stop: int) -> None:
+    """Ramps that last longer than the stops between them: their third differences are motion, and hide no jitter."""
+    rng = np.random.default_rng(4)
+    ramp = np.linspace(0.0, 1.0, 8)[1:-1]
+    piece = np.concatenate([np.zeros(stop), ramp, np.full(12, 1.0), ramp[::-1]])
+    rate = np.resize(piece, N)
+    seen = followed(read(rate, rng), rate + 1e-4 * rng.standard_normal(N), np.ones(N, bool), "angle")
+    standing = (rate == 0) & (np.arange(N) > 40) & (np.arange(N) < N - 40)
+    assert np.mean(seen[standing] == 0) > 0.9
+    assert np.abs(seen - rate).max() < 8 * JITTER * np.sqrt(2) / DT
+
+
 def test_motion_that_the_instrument_follows_is_no_jitter() -> None:
     """A table that shakes at a fifth of the sampling rate, and a gyro that shakes with it."""
     rate, rng = 0.05 * np.sin(2 * np.pi * np.arange(N) * DT / 0.5), np.random.default_rng(3)

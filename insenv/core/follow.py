@@ -13,7 +13,10 @@ step of the rate the windows end. The noise of a rate that was itself measured f
 Source: A. Goldenshluger and A. Nemirovski, Mathematical Methods of Statistics 6 (1997) 135 (intersection of
 confidence intervals).
 
-Where the instrument follows what the windows leave out, it was motion and no jitter: the rate is left as it is.
+Where the instrument follows the smaller half of the third differences, or what the windows leave out, that was motion
+and no jitter: the rate is left as it is. At the corners of a motion, where the windows are narrow, this is asked apart
+from all the rest, and only where more is left out than jitter makes: what is less is too small a part of such a rate to
+bend a curve of it. A rate whose interval holds zero is zero.
 """
 
 from __future__ import annotations
@@ -29,6 +32,9 @@ from insenv.core.recording import Floats
 GAMMA = 4.0
 #: Share of what the windows leave out that the instrument must follow for it to be motion.
 FOLLOWED = 0.5
+#: Width of a window up to which a sample stands at a corner of the motion, and what jitter makes at most there, in its
+#: standard deviations.
+NARROW, LARGEST = 5, 2.5
 #: By what was read: variance of the third differences of its jitter, in that of one rate, and the power of the window's
 #: width with which its standard deviation falls. An angle whose rows stand between the edges is first averaged over two
 #: of them, (1, -3, 2, 2, -3, 1)^2 / 2; where they stand at the edges it is (1, -4, 6, -4, 1)^2 / 2 = 35, and the
@@ -54,16 +60,28 @@ def followed(rate: Floats, reading: Floats, known: NDArray[np.bool_], of: Litera
     """
     third, falls = _LAWS[of]
     jitter = _jitter(rate) / np.sqrt(third)
-    if jitter == 0:
+    if jitter == 0 or _shakes(rate, reading, known, _MEDIAN * jitter * np.sqrt(third)):
         return rate
-    calm = _widest(rate, jitter, falls)
-    left = rate - calm
-    used = known & (left != 0)
+    calm, width = _widest(rate, jitter, falls)
+    found, narrow = calm.copy(), width <= NARROW
+    for part in (narrow & (np.abs(rate - calm) > LARGEST * jitter), ~narrow):
+        if _follows(reading - calm, rate - calm, known & part):
+            found[part] = rate[part]
+    # A table that cannot be told from one that stands is taken to stand: curves bend most at small rates.
+    return np.where(np.abs(calm) <= GAMMA * jitter / width**falls, 0.0, found)
+
+
+def _shakes(rate: Floats, reading: Floats, known: NDArray[np.bool_], most: float) -> bool:
+    """Whether the smaller half of the third differences of a rate is motion that the instrument reads, too."""
+    change = np.diff(rate, 3)
+    used = known[3:] & known[2:-1] & known[1:-2] & known[:-3] & (np.abs(change) <= most)
+    return _follows(np.diff(reading, 3), change, used)
+
+
+def _follows(read: Floats, left: Floats, used: NDArray[np.bool_]) -> bool:
+    """Whether an instrument reads what the windows left out, too."""
     power = float(left[used] @ left[used])
-    if power == 0:
-        return rate
-    share = float(left[used] @ (reading - calm)[used]) / power
-    return rate if share > FOLLOWED else calm
+    return power > 0 and float(left[used] @ read[used]) > FOLLOWED * power
 
 
 def _jitter(rate: Floats) -> float:
@@ -72,12 +90,12 @@ def _jitter(rate: Floats) -> float:
     return float(np.median(np.abs(third)) / _MEDIAN) if len(third) else 0.0
 
 
-def _widest(rate: Floats, jitter: float, falls: float) -> Floats:
-    """Mean over the widest window around each sample that agrees with all narrower ones."""
+def _widest(rate: Floats, jitter: float, falls: float) -> tuple[Floats, NDArray[np.int64]]:
+    """Mean over the widest window around each sample that agrees with all narrower ones, and its width [samples]."""
     n = len(rate)
     total = np.concatenate([[0.0], np.cumsum(rate - rate.mean())])
     index = np.arange(n)
-    best = rate.copy()
+    best, widest = rate.copy(), np.ones(n, np.int64)
     low, high = rate - GAMMA * jitter, rate + GAMMA * jitter
     going = np.ones(n, dtype=bool)
     half = 1
@@ -88,6 +106,6 @@ def _widest(rate: Floats, jitter: float, falls: float) -> Floats:
         slack = GAMMA * jitter / width**falls
         low, high = np.maximum(low, mean - slack), np.minimum(high, mean + slack)
         going &= low <= high
-        best[going] = mean[going]
+        best[going], widest[going] = mean[going], width[going]
         half *= 2
-    return best
+    return best, widest

@@ -23,6 +23,8 @@ from insenv.identify.scan import whitened
 FALSE_ALARM = 1e-4
 #: At most so many lines are looked for.
 MOST_LINES = 8
+#: Widths of a line, 1 / duration, that it must be away from half the sampling rate.
+EDGE = 4.0
 #: Two peaks closer than this are one line, whose frequency wanders [Hz].
 SAME_LINE = 0.3
 #: A line is steady if one sinusoid takes out more than this share of its power.
@@ -113,7 +115,8 @@ def find_lines(t: Floats, dt: float, values: Floats, quantum: float, run: int, l
         return ()
     found = _periodogram(values, dt)
     f = found.f
-    ratio = np.where(f > lowest, found.power / found.background, 0)
+    # At half the sampling rate cosine and sine are one column: readings that alternate are no line with an amplitude.
+    ratio = np.where((f > lowest) & (f < 0.5 / dt - EDGE / (n * dt)), found.power / found.background, 0)
     threshold = np.log(n / 2 / FALSE_ALARM)
     lines: list[Line] = []
     left = values - values.mean()
