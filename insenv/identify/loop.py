@@ -265,7 +265,7 @@ def _tried(track: Track, hit: Hit, proposal: _Proposal, names: tuple[str, ...], 
     if not confirmed and not (elsewhere and hit.held_out > 0):
         growth = score.rms / track.score.rms - 1
         reason = f"significant, but it makes held-out data worse, by {growth:.0%}"
-        return replace(track, refusals=(*track.refusals, Refusal(hit, reason))), False
+        return replace(track, refusals=(*track.refusals, Refusal(hit, reason, not together))), False
     step = Step(hit, track.score, score, proposal.p_value, together)
     steps = (*(s for s in track.steps if s.hit.term in model), step)
     grown = replace(track, fit=fit, score=score, steps=steps, hits=None)

@@ -46,10 +46,14 @@ class Step:
 
 @dataclass(frozen=True)
 class Refusal:
-    """A hit that was significant, by itself or on other targets, and was not added; ``reason`` in words."""
+    """A hit that was significant, by itself or on other targets, and was not added; ``reason`` in words.
+
+    ``fails`` says that it was so by itself, and that held-out data speak against it.
+    """
 
     hit: Hit
     reason: str
+    fails: bool = False
 
 
 @dataclass(frozen=True)

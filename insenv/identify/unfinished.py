@@ -1,6 +1,7 @@
 """What the search itself says against its being complete, though what is left may look like noise.
 
-* A smooth curve that is significant on the fitted data and fails on the held-out ones.
+* An effect or a smooth curve that is significant on the fitted data and fails on the held-out ones: something is there
+  that is not this.
 * Tones at multiples of one frequency: one wave that is no sine, and has a cause that no tone names.
 * A curve without a cause beside effects that have one.
 * As many effects as are added at most.
@@ -23,15 +24,15 @@ LEAST_WAVES, OFF = 10.0, 0.3
 
 def unfinished(track: Track) -> tuple[str, ...]:
     """Reasons to take the search for incomplete."""
-    return (*_curves_that_do_not_last(track), *_waves(track), *_curves(track), *_as_many_as_may_be(track))
+    return (*_what_does_not_last(track), *_waves(track), *_curves(track), *_as_many_as_may_be(track))
 
 
-def _curves_that_do_not_last(track: Track) -> tuple[str, ...]:
-    """Smooth curves that foretell nothing."""
+def _what_does_not_last(track: Track) -> tuple[str, ...]:
+    """What foretells nothing though it was significant."""
     return tuple(
         f"{r.hit.candidate.effect.key} follows the fitted data (p = {r.hit.p_value:.1g}) and fails on the held-out ones"
         for r in track.refusals
-        if r.hit.candidate.generic
+        if r.fails or r.hit.candidate.generic
     )
 
 
