@@ -20,10 +20,17 @@ import numpy as np
 
 from insenv.core.earth import earth_rate_enu, gravity
 from insenv.core.errors import InputError
+from insenv.core.estimate import Datasheet
 from insenv.core.recording import Floats
 
 #: Longest step of the filter: at rest and while the body turns [s].
 _STEP, _TURNING_STEP = 1.0, 0.25
+
+
+#: What stands for "nothing is known" of an angle [rad], a gyro's bias [rad/s] and an accelerometer's [m/s^2].
+_ANY = (1.0, 1e-6, 1e-2)
+#: Smallest walks: without noise there is no bound [rad/sqrt(s)], [m/s/sqrt(s)].
+_QUIET = (1e-12, 1e-9)
 
 
 @dataclass(frozen=True)
@@ -54,6 +61,31 @@ class Instrument:
     def prior(self) -> Floats:
         """Covariance before any data, shape (8, 8)."""
         return np.diag(np.square([*self.phi_sd, *self.gyro_sd, *self.accel_sd]))
+
+
+def told(sheet: Datasheet) -> Instrument:
+    """The instrument that a datasheet tells of; what it does not tell is free.
+
+    Raises
+    ------
+    InputError
+        If it tells no latitude.
+    """
+    if sheet.site.latitude is None:
+        raise InputError("the datasheet tells no latitude; wanted it, for heading comes from the Earth's rate")
+    biases = [sheet.told("bias", name) for name in ("gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y")]
+    sd = [_ANY[1 if j < 3 else 2] if d is None else d.sd[0] for j, d in enumerate(biases)]
+    walk, velocity = (sheet.coefficient(name, "angle_random_walk") for name in ("gyro_x", "accel_x"))
+    level = [value if np.isfinite(value) else _ANY[0] for value in sheet.level_sd]
+    return Instrument(
+        sheet.site.latitude,
+        max(walk, _QUIET[0]),
+        max(velocity, _QUIET[1]),
+        (level[0], level[1], _ANY[0]),
+        (sd[0], sd[1], sd[2]),
+        (sd[3], sd[4]),
+        sheet.site.altitude,
+    )
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,9 @@ from insenv.core.earth import EARTH_RATE
 from insenv.core.estimate import Datasheet
 from insenv.core.motion import Motion
 from insenv.core.recording import Recording
-from insenv.design.alignment import Instrument, Stretch
+from insenv.design.alignment import Stretch
 from insenv.design.alignment import bound as alignment_bound
+from insenv.design.alignment import told as instrument
 from insenv.design.information import IncrementNoise, information, north_bound
 from insenv.design.rate_noise import white_angle
 from insenv.effects.angle import EarthRate
@@ -27,11 +28,6 @@ from insenv.effects.base import CurveEffect, Effect, LinearEffect
 from insenv.effects.catalogue import by_key
 from insenv.evaluate.rate_bound import scale_factor_bound
 from insenv.scenario import Scenario
-
-#: What stands for "nothing is known" of an angle [rad], a gyro's bias [rad/s] and an accelerometer's [m/s^2].
-_ANY = (1.0, 1e-6, 1e-2)
-#: Smallest walks: without noise there is no bound [rad/sqrt(s)], [m/s/sqrt(s)].
-_QUIET = (1e-12, 1e-9)
 
 
 def bounds(
@@ -103,23 +99,10 @@ def _lacks(effect: Effect, motion: Motion) -> list[str]:
 
 def _installation(sheet: Datasheet, run: Recording) -> float:
     """Of the inertial part, of the sight's errors, and of what was known before [rad]."""
-    told, latitude = sheet.sight, sheet.site.latitude
-    if told is None or latitude is None:
+    told = sheet.sight
+    if told is None or sheet.site.latitude is None:
         return np.inf
-    biases = [sheet.told("bias", name) for name in ("gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y")]
-    sd = [_ANY[1 if j < 3 else 2] if d is None else d.sd[0] for j, d in enumerate(biases)]
-    walk, velocity = (sheet.coefficient(name, "angle_random_walk") for name in ("gyro_x", "accel_x"))
-    level = [value if np.isfinite(value) else _ANY[0] for value in sheet.level_sd]
-    instrument = Instrument(
-        latitude,
-        max(walk, _QUIET[0]),
-        max(velocity, _QUIET[1]),
-        (level[0], level[1], _ANY[0]),
-        (sd[0], sd[1], sd[2]),
-        (sd[3], sd[4]),
-        sheet.site.altitude,
-    )
-    inertial = alignment_bound(instrument, _stretches(run), float(_first(run))).installation
+    inertial = alignment_bound(instrument(sheet), _stretches(run), float(_first(run))).installation
     data = np.hypot(inertial, np.hypot(told.orientation, told.tracking))
     return float((data**-2 + told.installation**-2.0) ** -0.5)
 

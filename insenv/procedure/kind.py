@@ -7,9 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, ClassVar, Protocol
 
+from insenv.core.estimate import Datasheet
 from insenv.procedure.free import Free
+from insenv.scenario import Scenario, datasheet
 
 #: Rates [rad/s] or turn angles [rad], each with the time [s] for which, or after which, it is commanded.
 Course = tuple[tuple[float, float], ...]
@@ -98,6 +101,24 @@ class Quantity:
     unit: str
     demanded: float
     circular: bool = False
+
+
+@dataclass(frozen=True)
+class OfScenario:
+    """What every kind here is made of."""
+
+    scenario: Scenario
+    free: Free
+
+    @cached_property
+    def sheet(self) -> Datasheet:
+        """What is told of the instruments."""
+        return datasheet(self.scenario)
+
+    @property
+    def step(self) -> float:
+        """Of the task [s]."""
+        return self.free.step
 
 
 class Kind(Protocol):

@@ -8,22 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
 
-from insenv.core.estimate import Datasheet
 from insenv.core.recording import Mounting
 from insenv.core.units import DEG
 from insenv.design.north import north_sd
 from insenv.design.rate_noise import lock_in
 from insenv.design.table_motion import back_and_forth
 from insenv.procedure import table
-from insenv.procedure.free import Free
-from insenv.procedure.kind import Course, Family, Plan, Quantity, Variable
+from insenv.procedure.kind import Course, Family, OfScenario, Plan, Quantity, Variable
 from insenv.procedure.texts import rounded, text
-from insenv.scenario import Scenario, datasheet
 
 #: What is free where nobody says [rad/s], [rad].
 RATES, TILTS, REVERSALS = (2 * DEG, np.inf), (5 * DEG, 60 * DEG), (1, 4)
@@ -36,24 +32,11 @@ _AWAY_FROM_LOCK = 4.0
 
 
 @dataclass(frozen=True)
-class NorthFinder:
+class NorthFinder(OfScenario):
     """Free: rate, reversals, tilt."""
-
-    scenario: Scenario
-    free: Free
 
     estimators: ClassVar[tuple[str, str]] = ("north_gls", "revolution")
     axis: ClassVar[tuple[str, str]] = ("table rate", "deg/s")
-
-    @cached_property
-    def sheet(self) -> Datasheet:
-        """As the scenario mounts it."""
-        return datasheet(self.scenario)
-
-    @property
-    def step(self) -> float:
-        """Of the task [s]."""
-        return self.free.step
 
     @property
     def quantity(self) -> Quantity:

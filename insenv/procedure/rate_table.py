@@ -23,7 +23,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.errors import InputError
-from insenv.core.estimate import Datasheet
 from insenv.core.recording import Floats
 from insenv.core.units import DEG, quantity_in
 from insenv.design.ladder_time import published
@@ -34,10 +33,8 @@ from insenv.effects.base import DrivenEffect
 from insenv.effects.catalogue import by_key
 from insenv.effects.scale import ScaleFactor
 from insenv.procedure import table
-from insenv.procedure.free import Free
-from insenv.procedure.kind import Course, Family, Plan, Quantity, Variable
+from insenv.procedure.kind import Course, Family, OfScenario, Plan, Quantity, Variable
 from insenv.procedure.texts import text
-from insenv.scenario import Scenario, datasheet
 
 #: What is free where nobody says: spacing of magnitudes as a share of the range, time at each [s], visits of the ends.
 SPACINGS, DWELLS, VISITS = (1 / 150, 1 / 8), (2.0, 5.0), (1, 8)
@@ -60,24 +57,11 @@ class Fault:
 
 
 @dataclass(frozen=True)
-class RateTable:
+class RateTable(OfScenario):
     """Free: spacing of the magnitudes, time at each, visits of the ends."""
-
-    scenario: Scenario
-    free: Free
 
     estimators: ClassVar[tuple[str, str]] = ("rate_line", "")
     axis: ClassVar[tuple[str, str]] = ("table rate", "deg/s")
-
-    @cached_property
-    def sheet(self) -> Datasheet:
-        """What is told of the gyro and the table."""
-        return datasheet(self.scenario)
-
-    @property
-    def step(self) -> float:
-        """Of the task [s]."""
-        return self.free.step
 
     @property
     def quantity(self) -> Quantity:

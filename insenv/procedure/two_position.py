@@ -18,15 +18,12 @@ from typing import Any, ClassVar
 import numpy as np
 
 from insenv.core.errors import InputError
-from insenv.core.estimate import Datasheet
 from insenv.core.units import ARCMIN, DEG
-from insenv.design.alignment import Instrument, Stretch
+from insenv.design.alignment import Instrument, Stretch, told
 from insenv.design.alignment_quick import installation_sd
 from insenv.plants.vehicle import Vehicle
-from insenv.procedure.free import Free
-from insenv.procedure.kind import Course, Family, Plan, Quantity, Variable
+from insenv.procedure.kind import Course, Family, OfScenario, Plan, Quantity, Variable
 from insenv.procedure.texts import rounded, text
-from insenv.scenario import Scenario, datasheet
 
 #: What is free where nobody says: turns, angles [rad], shortest and longest rest [s].
 TURNS, ANGLES, REST = (1, 3), (30 * DEG, 180 * DEG), (5.0, np.inf)
@@ -35,28 +32,16 @@ PUBLISHED = ((300.0, 170 * DEG),)
 #: Quantities: of the whole angle, or of its inertial part, whose demand is the paper's, 3 sigma below 1 arcmin.
 INSTALLATION, HEADING = "installation_angle", "heading"
 DEMANDED_OF_HEADING = ARCMIN / 3
-#: What stands for "nothing is known" of an angle [rad], a gyro's bias [rad/s] and an accelerometer's [m/s^2].
-_ANY = (1.0, 1e-6, 1e-2)
-#: Smallest walks: without noise there is no bound [rad/sqrt(s)], [m/s/sqrt(s)].
-_QUIET = (1e-12, 1e-9)
 #: Angles are told to this step [deg].
 _ANGLE_STEP = 5.0
 
 
 @dataclass(frozen=True)
-class TwoPosition:
+class TwoPosition(OfScenario):
     """Free: number, angles and senses of the turns, and how the time is shared by the rests."""
-
-    scenario: Scenario
-    free: Free
 
     estimators: ClassVar[tuple[str, str]] = ("two_position_joint", "two_position")
     axis: ClassVar[tuple[str, str]] = ("heading turned", "deg")
-
-    @cached_property
-    def sheet(self) -> Datasheet:
-        """What is told of the instruments."""
-        return datasheet(self.scenario)
 
     @property
     def vehicle(self) -> Vehicle:
@@ -64,11 +49,6 @@ class TwoPosition:
         plant = self.scenario.rig.plant
         assert isinstance(plant, Vehicle)
         return plant
-
-    @property
-    def step(self) -> float:
-        """Of the task [s]."""
-        return self.free.step
 
     @property
     def quantity(self) -> Quantity:
@@ -156,21 +136,7 @@ class TwoPosition:
     @cached_property
     def instrument(self) -> Instrument:
         """As the bound takes it, of what the datasheet tells."""
-        sheet = self.sheet
-        assert sheet.site.latitude is not None
-        biases = [sheet.told("bias", name) for name in ("gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y")]
-        sd = [_ANY[1 if j < 3 else 2] if d is None else d.sd[0] for j, d in enumerate(biases)]
-        walk, velocity = (sheet.coefficient(name, "angle_random_walk") for name in ("gyro_x", "accel_x"))
-        level = [value if np.isfinite(value) else _ANY[0] for value in sheet.level_sd]
-        return Instrument(
-            sheet.site.latitude,
-            max(walk, _QUIET[0]),
-            max(velocity, _QUIET[1]),
-            (level[0], level[1], _ANY[0]),
-            (sd[0], sd[1], sd[2]),
-            (sd[3], sd[4]),
-            sheet.site.altitude,
-        )
+        return told(self.sheet)
 
     def _stretches(self, plan: Plan) -> list[Stretch]:
         found, passed = [], 0.0
