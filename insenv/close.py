@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from insenv import datasets
@@ -16,6 +17,7 @@ from insenv.core.split import split
 from insenv.effects.base import DrivenEffect, Effect, NoiseEffect
 from insenv.effects.catalogue import by_key, catalogue
 from insenv.identify.assemble import findings
+from insenv.identify.clean.plausibility import implausible
 from insenv.identify.findings import Findings
 from insenv.identify.loop import trace
 from insenv.identify.positions_findings import position_findings
@@ -60,11 +62,20 @@ def close(
     read = opened(manifest, progress)
     progress("reading the recording")
     recordings = by_power_up(read_recordings(read))
+    doubts = implausible(read, recordings)
     if read.procedure == "multi-position":
-        found = trace_positions(read, recordings, None if effects is None else tried, alpha, progress)
-        return position_findings(read, recordings, found, remarks(recordings), alpha, seed)
-    outcome = trace(read, recordings, split(read, recordings), tried, alpha, seed, progress)
-    return findings(read, recordings, outcome, remarks(recordings), limits)
+        traced = trace_positions(read, recordings, None if effects is None else tried, alpha, progress)
+        found = position_findings(read, recordings, traced, remarks(recordings), alpha, seed)
+    else:
+        outcome = trace(read, recordings, split(read, recordings), tried, alpha, seed, progress)
+        found = findings(read, recordings, outcome, remarks(recordings), limits)
+    return _with_doubts(found, doubts)
+
+
+def _with_doubts(found: Findings, doubts: Mapping[str, tuple[str, ...]]) -> Findings:
+    """The findings, with what is doubtful about the declarations first among the cautions."""
+    targets = tuple(replace(t, cautions=(*doubts.get(t.target, ()), *t.cautions)) for t in found.targets)
+    return replace(found, targets=targets)
 
 
 def opened(manifest: str | Path, progress: Callable[[str], None] = lambda text: None) -> Manifest:

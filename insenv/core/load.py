@@ -25,6 +25,8 @@ from insenv.core.units import DIMENSIONS, scale_to_si
 SI_UNITS = {"rate": "rad/s", "acceleration": "m/s^2", "angle": "rad", "temperature": "K", "number": "1"}
 #: No instrument reads, and no clock shows, as much as this in SI units: bytes misread as numbers do.
 LARGEST = 1e12
+#: No clock shows as many seconds: the year 5138.
+LAST_SECOND = 1e11
 #: More than this share of steps off by more than half a period is no even sampling.
 UNEVEN_SHARE = 0.05
 #: A share of equal rows beyond which they are how the recording is.
@@ -206,13 +208,22 @@ def _scaled(manifest: Manifest, run: RunSpec, table: Table, name: str, dimension
     with np.errstate(over="ignore"):
         values = factor * (table.values[name] - spec.offset) + offset
     low = 0.0 if name == "temperature" else -LARGEST
-    sound = (values >= low) & (values <= LARGEST)
+    high = LAST_SECOND if name == "time" else LARGEST
+    sound = (values >= low) & (values <= high)
     if not sound.all():
         row = int(np.argmin(sound))
         found = f"{values[row]:.6g} in SI units"
-        wanted = f"wanted a number from {low:g} to {LARGEST:g}"
+        wanted = f"wanted a number from {low:g} to {high:g}"
+        if name == "time" and (finer := _finer(float(np.abs(values).max() / factor))):
+            wanted += f', as with channels.time.unit = "{finer}"'
         raise InputError(f"{run.file}: {table.place(row)}: column {spec.column!r} is {found}; {wanted}")
     return values
+
+
+def _finer(stamp: float) -> str:
+    """The unit in which a stamp is one of our time, if it is one of those that clocks count."""
+    counts = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+    return next((unit for unit, size in counts.items() if stamp * size < LAST_SECOND), "")
 
 
 def _unit(

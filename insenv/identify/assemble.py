@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -55,6 +56,8 @@ from insenv.identify.unfinished import unfinished
 
 #: Held-out error in scatters of the fitted noise from which on a word is said.
 WANDER = 2.0
+#: Standard deviations by which a parameter must be beyond what is credible to be said so.
+SURE = 3.0
 
 
 def findings(
@@ -145,9 +148,29 @@ def _target(
         spectra=_spectra(plain, before, problem, track.fit, declared_noise),
         traces=_traces(recordings, plain, before, problem, track.fit),
         derived=derived(plain, before, track, earth),
-        cautions=(*cautions(earth), *_wander(scores[1])),
+        cautions=(*_incredible(problem, own), *cautions(earth), *_wander(scores[1])),
         covariance=covariance(problem, track.fit),
     )
+
+
+def _incredible(problem: Problem, own: Mapping[Term, tuple[Estimate, ...]]) -> tuple[str, ...]:
+    """A word on every parameter that is beyond what is credible of its effect, whatever the fit says.
+
+    A scale factor on a table is left to the check of the gain before the search, which knows a reversed axis.
+    """
+    said = []
+    turning = any(np.ptp(e.u) for e in problem.exposures)
+    for term, rows in own.items():
+        limits = {p.name: problem.limits(p) for p in term.effect.linear}
+        for row in rows:
+            low, high = limits.get(row.parameter.partition("[")[0], (-np.inf, np.inf))
+            beyond = row.value - SURE * row.sd > high or row.value + SURE * row.sd < low
+            if beyond and not (turning and term.effect.id == "scale_factor"):
+                said.append(
+                    f"{row.effect} {row.parameter} = {row.value:.4g} {row.unit} is further out than any instrument of "
+                    f"this kind has it ({low:.3g} to {high:.3g}): check unit, sign and column of {problem.target}."
+                )
+    return tuple(said)
 
 
 def _wander(score: Score) -> tuple[str, ...]:

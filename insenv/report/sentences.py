@@ -49,6 +49,16 @@ def overall(findings: Findings) -> str:
     return " ".join(headline(group[0], listing(t.target for t in group)) for group in alike.values())
 
 
+def cautions(findings: Findings) -> list[str]:
+    """What stands in doubt, each once, with the targets where it is not of all."""
+    of: dict[str, list[str]] = {}
+    for target in findings.targets:
+        for caution in target.cautions:
+            of.setdefault(caution, []).append(target.target)
+    every = len(findings.targets)
+    return [text if len(names) == every else f"{listing(names)}: {text}" for text, names in of.items()]
+
+
 def sureness(target: TargetFindings, alpha: float) -> list[str]:
     """How sure the verdict is: sentences with the figures that stand behind it, and what would settle it."""
     said = [*chances(target.added), *map(_sentence, target.reasons), _outcome(target)]

@@ -16,6 +16,8 @@ _REFUSED_SHOWN = 4
 def summary(findings: Findings, width: int = 100) -> str:
     """``findings`` as text of at most ``width`` columns where no table needs more; no final line break."""
     lines = list(_paragraph(sentences.overall(findings), width))
+    for caution in sentences.cautions(findings):
+        lines += ["", *_hang(f"Caution: {caution}", width, "")]
     if findings.title:
         about = f"{findings.title}: {findings.rows} rows, {span(findings.duration)}"
         lines += ["", *_paragraph(about, width)]
@@ -108,7 +110,7 @@ def _estimates(target: TargetFindings, width: int) -> Iterator[str]:
     yield from _table(rows, "lrrr"[: len(rows[0])])
     if changed and any(estimates.NONE in (pair.before, pair.after) for pair in pairs):
         yield from _hang(estimates.NONE_MEANS, width)
-    for line in (*estimates.derived(target), *target.cautions):
+    for line in estimates.derived(target):
         yield from _hang(line, width)
 
 

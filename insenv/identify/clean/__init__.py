@@ -1,0 +1,1 @@
+"""Before any search: what of the declarations and of the samples cannot be taken as it stands."""
