@@ -114,12 +114,13 @@ class Alignment:
         if "turning" in chunk.channels:
             turning[:] = chunk.values("turning", "1")
         seen = np.asarray(np.isfinite(sight.reshape(-1, n)).any(axis=0))
-        first = 0
+        first, used = 0, -1  # the sighting that began the alignment has been used; in later chunks none has
         if state.navigation is None:
             state, first = self._begun(state, chunk, sight, seen)
-        for a, b in _parts(seen, first, n):
+            used = first
+        for a, b in _parts(seen, first, used, n):
             state = self._onward(state, gyro[..., a:b, :], accel[..., a:b, :], turning[..., a:b])
-            if seen[b - 1] and b - 1 > first:
+            if seen[b - 1] and b - 1 > used:
                 state = self._sighted(state, sight[..., b - 1])
         return state
 
@@ -276,9 +277,9 @@ def _increments(chunk: Recording, names: tuple[str, ...], shape: tuple[int, ...]
     return found
 
 
-def _parts(seen: NDArray[np.bool_], first: int, n: int) -> Iterator[tuple[int, int]]:
-    """Ranges of rows that end at a sighting, or are long enough."""
-    cuts = [*(np.flatnonzero(seen[first + 1 :]) + first + 2).tolist(), n]
+def _parts(seen: NDArray[np.bool_], first: int, used: int, n: int) -> Iterator[tuple[int, int]]:
+    """Ranges of rows from ``first`` on that end at a sighting after row ``used``, or are long enough."""
+    cuts = [*(np.flatnonzero(seen[used + 1 :]) + used + 2).tolist(), n]
     for cut in cuts:
         while first < cut:
             stop = min(first + _AT_ONCE, cut)

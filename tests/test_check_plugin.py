@@ -7,6 +7,7 @@ import sys
 import sysconfig
 import tomllib
 import venv
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
@@ -16,6 +17,7 @@ import numpy as np
 import pytest
 from command import Ended, run
 
+from estimators.two_position_joint import TwoPositionJoint
 from insenv.core.estimate import Datasheet, Estimate
 from insenv.core.plugins import ESTIMATORS, POLICIES, find, names
 from insenv.core.recording import Recording
@@ -25,7 +27,7 @@ from insenv.evaluate.check import check_plugin
 from insenv.evaluate.check_estimator import check_estimator
 from insenv.evaluate.check_policy import check_policy
 from insenv.evaluate.check_rules import DeclinedError
-from insenv.evaluate.trials import ENVIRONMENTS, RUNS, Trial, cut, trial
+from insenv.evaluate.trials import ENVIRONMENTS, RUNS, Trial, cut, events, trial
 
 ROOT = Path(__file__).parents[1]
 EXAMPLE = ROOT / "docs/example_plugin"
@@ -188,6 +190,31 @@ def test_a_sound_estimator_has_no_fault() -> None:
 def test_what_is_wrong_with_an_estimator_is_told(plugin: type) -> None:
     faults = check_estimator(plugin, recorded("NorthFinder"))
     assert any(BROKEN[plugin] in fault for fault in faults), faults
+
+
+class LosesFirstRow(TwoPositionJoint):
+    """Does not see a sighting that is the first row of a chunk, unless the run begins with it."""
+
+    def update(self, state: Any, chunk: Recording) -> Any:
+        if state.navigation is None or not len(chunk.t):
+            return super().update(state, chunk)
+        sight = chunk.channels["sight_heading"]
+        values = sight.values.copy()
+        values[..., 0] = np.nan
+        return super().update(
+            state, replace(chunk, channels={**chunk.channels, "sight_heading": replace(sight, values=values)})
+        )
+
+
+def test_a_chunk_that_begins_with_an_event_is_tried() -> None:
+    """The sighting after a turn begins a step, so that all steps and long chunks lose it alike."""
+    chunks = recorded("TwoPosition").chunks
+    whole = {name: np.concatenate([c.channels[name].values for c in chunks], axis=-1) for name in chunks[0].channels}
+    sighted = np.flatnonzero(np.isfinite(whole["sight_heading"]).any(axis=0))
+    assert set(sighted[1:].tolist()) <= set(events(whole))
+    assert check_estimator(TwoPositionJoint, recorded("TwoPosition")) == []
+    faults = check_estimator(LosesFirstRow, recorded("TwoPosition"))
+    assert any("where something happens" in fault or "chunks of" in fault for fault in faults), faults
 
 
 # -------------------------------------------------------------------------------------------- policies that break it

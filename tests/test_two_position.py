@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -200,10 +201,14 @@ def test_chunks_and_rows_of_a_batch_make_no_difference(kind: type[Alignment]) ->
     whole = recording(case, drawn(case, 4, 2), 3)
     turning = Channel(np.tile(whole.channels["turning"].values, (4, 1)), "1")
     whole = replace(whole, channels={**whole.channels, "turning": turning})
+    seen, later = whole.channels["sight_heading"].values.copy(), 1200  # a sighting in the first row of a chunk
+    seen[..., later] = seen[..., 0] + np.pi
+    whole = replace(whole, channels={**whole.channels, "sight_heading": Channel(seen, "rad")})
     estimator = kind(case.datasheet())
     wanted = estimator.estimate(estimator.update(estimator.reset(4), whole))
     state = estimator.reset(4)
-    for a, b in ((0, 0), (0, 1), (1, 7), (7, 811), (811, 1500), (1500, case.n)):
+    edges = sorted({0, 1, 7, 811, later, 1500, case.n})
+    for a, b in ((0, 0), *pairwise(edges)):
         before = state
         state = estimator.update(state, piece(whole, a, b))
         if a == 811:  # what went in is as it was

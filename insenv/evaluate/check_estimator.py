@@ -11,7 +11,7 @@ from insenv.core.estimate import Estimate
 from insenv.core.recording import Recording
 from insenv.core.rows import row_of, rows
 from insenv.evaluate.check_rules import Asked, DeclinedError, FaultError, Say, alike, made, row, rows_of, sound
-from insenv.evaluate.trials import RUNS, Trial, cut
+from insenv.evaluate.trials import RUNS, Trial, cut, cut_at_events
 
 #: Rows of a chunk, which no step of an environment has; the last: all at once.
 _CUTS = (7, 333, 10**9)
@@ -91,6 +91,14 @@ class _Check:
                     f"chunks of {n if n < 10**6 else 'all'} rows give {_shown(found)}, others {_shown(wanted)}; "
                     f"wanted the same: carry in the state what an interval that is cut needs"
                 )
+
+        given = cut_at_events(self.trial.chunks)
+        if not alike(found := self._updated(given), self.final):
+            raise FaultError(
+                f"chunks that begin or end where something happens (a reading appears, a turn begins) give "
+                f"{_shown(found)}, others {_shown(self.final)}; wanted the same: the first and the last row of a chunk "
+                f"count like any other"
+            )
 
     def _updated(self, chunks: Sequence[Recording]) -> Estimate:
         state = self.asked("reset", self.one.reset, RUNS)

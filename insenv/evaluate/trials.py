@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,10 @@ from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Estimate
 from insenv.core.recording import Floats, Recording
 
+#: Events of a channel at most at which a record is cut.
+MOST_EVENTS = 60
+#: Share of rows in which a channel that holds its value may change it.
+HOLDING = 0.05
 #: Runs of a trial.
 RUNS = 3
 #: Environments, with a scenario, what is changed so that a trial is short, a plain estimator that gives policies
@@ -30,7 +35,7 @@ _TRIALS: Mapping[str, tuple[str, Mapping[str, Any], str, Commands]] = {
     ),
     "TwoPosition": (
         "two_position/published_a2",
-        {"duration": "120 s", "task.step": "2 s", "instrument.sampling": "20 Hz"},
+        {"duration": "120 s", "task.step": "2 s", "instrument.sampling": "20 Hz", "sight.readings": "turns"},
         "two_position_tied",
         [(0.0, 25), (170 / 180, 1), (0.0, 34)],
     ),
@@ -119,6 +124,33 @@ def cut(chunks: Sequence[Recording], n: int) -> list[Recording]:
     t = np.concatenate([c.t for c in chunks])
     whole = {name: np.concatenate([c.channels[name].values for c in chunks], axis=-1) for name in first.channels}
     return [_part(first, t, whole, slice(a, a + n)) for a in range(0, len(t), n)]
+
+
+def cut_at_events(chunks: Sequence[Recording]) -> list[Recording]:
+    """The same rows, cut before and after each row at which something happens; see `events`."""
+    first = chunks[0]
+    t = np.concatenate([c.t for c in chunks])
+    whole = {name: np.concatenate([c.channels[name].values for c in chunks], axis=-1) for name in first.channels}
+    edges = sorted({0, len(t), *(e for row in events(whole) for e in (row, row + 1))})
+    return [_part(first, t, whole, slice(a, b)) for a, b in pairwise(edges)]
+
+
+def events(values: Mapping[str, Floats]) -> list[int]:
+    """Rows at which a reading that is not always there appears, or one that holds its value changes it.
+
+    ``values`` maps channels to samples, shape (..., n). At most `MOST_EVENTS` of each channel, evenly chosen.
+    """
+    found: set[int] = set()
+    for samples in values.values():
+        known = np.isfinite(samples).reshape(-1, samples.shape[-1])
+        appears = known[:, 1:] & ~known[:, :-1]
+        changes = known[:, 1:] & known[:, :-1] & (np.diff(samples.reshape(known.shape), axis=-1) != 0)
+        if changes.mean() > HOLDING:  # a reading that changes all the time
+            changes[:] = False
+        rows = np.flatnonzero((appears | changes).any(axis=0)) + 1
+        some = np.linspace(0, len(rows) - 1, min(len(rows), MOST_EVENTS)).round().astype(int)
+        found |= set(rows[some].tolist())
+    return sorted(found)
 
 
 def _part(like: Recording, t: Floats, values: Mapping[str, Floats], at: slice) -> Recording:
