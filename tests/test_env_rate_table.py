@@ -15,12 +15,16 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 from insenv.core.errors import InputError
+from insenv.core.motion import Motion
 from insenv.core.recording import Floats
 from insenv.core.units import ARCSEC, DEG, DEG_PER_HOUR, PPM
-from insenv.envs.rate_table import RateTableEnv, RateTableVectorEnv, rate_table
+from insenv.effects.base import LinearEffect, Param
+from insenv.envs.rate_table import RateTableEnv, RateTableVectorEnv, line_slope, rate_table
 from insenv.envs.recorder import Recorder
 from insenv.envs.rollout import roll_out
+from insenv.rig import Fitted
 from insenv.scenario import load, names
+from insenv.sensors.chain import Sensor
 
 ID = "insenv/RateTable-v0"
 #: Eight steps at a rate that keeps the tests fast; no [profile], which is for the whole test.
@@ -411,6 +415,26 @@ def test_the_scale_factor_is_the_slope_of_the_line_without_local_faults() -> Non
     ripple = 0.09 * DEG * np.sin(15 * np.arcsin(rate / (375 * DEG)))
     slope = np.polyfit(rate, left + ripple, 1)[0]
     assert truth["scale_factor"] - truth["gyro.scale_factor.c"] == pytest.approx(slope, rel=2e-3)
+
+
+class ScaleFactorFifth(LinearEffect):
+    """An effect of another package: c u^5 / U^4."""
+
+    id = "scale_factor_fifth"
+    linear = (Param("c", "1", sd=1e-3),)
+    of_rate = True
+
+    def basis(self, u: Floats, motion: Motion) -> Floats:
+        """Shape (..., n, 1)."""
+        return (u**5 / np.max(np.abs(u)) ** 4)[..., None]
+
+
+def test_an_effect_of_another_package_is_part_of_the_true_scale_factor() -> None:
+    """A line through the origin has the slope c (integral u^6 / integral u^2) / U^4 of c u^5 / U^4, u from -U to U."""
+    env = made(scenario=PLAYED[0])
+    env.reset(seed=7)
+    found = line_slope(Fitted(Sensor("gyro", (ScaleFactorFifth(),)), np.array([2e-3])), env.group.rig.plant, 1.0)
+    assert found == pytest.approx(2e-3 * 3 / 7, rel=1e-2)
 
 
 def test_a_cold_gyro_and_a_narrow_range_are_told_of_as_they_are() -> None:

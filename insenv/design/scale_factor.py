@@ -27,11 +27,6 @@ from insenv.effects.catalogue import by_key
 from insenv.effects.scale import ScaleFactor
 from insenv.sensors.chain import Sensor
 
-#: Effects that a warm gyro at a steady rate has in proportion to, or as a curve of, the rate.
-OF_RATE = (
-    *("scale_factor", "scale_factor_temperature", "scale_factor_asymmetry", "scale_factor_cubic", "lock_in"),
-    *("sine_response", "compensation_ripple"),
-)
 #: Rates of the line whose slope is the scale factor.
 RATES = 1401
 #: Interval of the motion [s]; cells are made of these.
@@ -154,7 +149,7 @@ def slope(told: Declared, datasheet: Datasheet, largest: float) -> tuple[dict[st
     weights, first = dict.fromkeys(told.sensor.names, 0.0), 0
     for effect in told.sensor.effects:
         last = first + len(effect.params)
-        if effect.id in OF_RATE:
+        if effect.steady(line) and not effect.local:
             columns = effect.jacobian(line.rate, line, told.mean[first:last])
             of_rate = table @ columns / np.sum(table * table)
             weights |= dict(zip(told.sensor.names[first:last], of_rate.tolist(), strict=True))

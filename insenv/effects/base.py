@@ -94,6 +94,8 @@ class Effect(ABC):
         Whether it follows the input rate: where that never changes nothing tells it from a bias.
     of_time : bool
         Whether it follows the time from the start of the run: on another run's clock it is another curve.
+    local : bool
+        Whether it is a fault near one rate, which the line through all rates leaves to the residual.
     belongs : str
         Whose error it is: that of the "instrument"; that of the "reference", whose readings it tells how to correct;
         that of the "place" where the recording was made; or no error but a true "input".
@@ -111,6 +113,7 @@ class Effect(ABC):
     instruments: ClassVar[tuple[Instrument, ...]] = ("gyro", "accelerometer")
     of_rate: ClassVar[bool] = False
     of_time: ClassVar[bool] = False
+    local: ClassVar[bool] = False
     belongs: ClassVar[Belongs] = "instrument"
     becomes: ClassVar[tuple[str, ...]] = ()
     generic: ClassVar[bool] = False
@@ -137,6 +140,11 @@ class Effect(ABC):
     def missing(self, motion: Motion) -> tuple[str, ...]:
         """Fields of the exposure that the effect needs and ``motion`` lacks."""
         return tuple(need for need in self.needs if not motion.has(need))
+
+    def steady(self, motion: Motion) -> bool:
+        """Whether what it adds at a rate that holds is a function of that rate, known on ``motion``."""
+        fitted = isinstance(self, LinearEffect | CurveEffect)
+        return self.of_rate and not self.of_time and fitted and not self.missing(motion)
 
     def over(self, motion: Motion) -> Self:
         """The effect with its own range set to what ``motion`` covers, where it has one."""

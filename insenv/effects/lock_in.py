@@ -91,6 +91,7 @@ class RateLock(CurveEffect):
     source = "H. C. Lefevre, The Fiber-Optic Gyroscope (2014), closed loop: cross-coupling; Adler's equation"
     instruments = ("gyro",)
     of_rate = True
+    local = True
 
     def curve(self, u: Floats, motion: Motion, theta: Floats) -> Floats:
         """Departure from the true rate, shape (..., n)."""

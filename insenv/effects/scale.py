@@ -159,6 +159,7 @@ class ScaleFactorAnomaly(CurveEffect):
     source = "IEEE Std 647-2006: scale factor error at single rates; a Gaussian stands for its unknown form"
     instruments = ("gyro",)
     of_rate = True
+    local = True
 
     def curve(self, u: Floats, motion: Motion, theta: Floats) -> Floats:
         """The bump, shape (..., n)."""

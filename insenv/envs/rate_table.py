@@ -25,7 +25,7 @@ from gymnasium.vector import AutoresetMode
 from insenv.core.estimate import Datasheet
 from insenv.core.motion import Motion
 from insenv.core.recording import Channel, Floats
-from insenv.design.scale_factor import OF_RATE, RATES
+from insenv.design.scale_factor import RATES
 from insenv.envs.asked import System, scenario_task
 from insenv.envs.belief import Quantity
 from insenv.envs.group import Blocks, Film, Flags
@@ -199,7 +199,7 @@ def line_slope(fitted: Fitted, plant: Turntable, largest: float) -> Floats:
     for effect in fitted.sensor.effects:
         theta = fitted.theta[..., first : first + len(effect.params)]
         first += len(effect.params)
-        if effect.id in OF_RATE:
+        if effect.steady(motion) and not effect.local:
             added = effect.apply(u, motion, theta)[0]
             slope = slope + np.sum(added * table, axis=-1) / np.sum(table * table)
     return slope

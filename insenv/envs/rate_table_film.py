@@ -6,7 +6,6 @@ import numpy as np
 
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats, Recording
-from insenv.effects.base import CurveEffect, LinearEffect
 from insenv.envs.group import Group
 from insenv.envs.rate_table_frame import History, View
 from insenv.envs.rate_table_view import Renderer
@@ -89,7 +88,6 @@ def _true_curve(group: Group, plant: Turntable) -> tuple[Floats, Floats]:
     for effect in fitted.sensor.effects:
         theta = fitted.theta[0, first : first + len(effect.params)]
         first += len(effect.params)
-        steady = isinstance(effect, LinearEffect | CurveEffect) and not effect.missing(motion)
-        if steady and effect.of_rate and effect.id not in ("scale_factor_drift", "scale_factor_warm_up", "sample_hold"):
+        if effect.steady(motion):
             total = total + effect.apply(rate, motion, theta)[0]
     return rate, total
