@@ -7,18 +7,27 @@ where rows were lost. Steps that are themselves uneven make it wander like a ran
 rows cannot be told to be means over it. That is told apart by the spread of the phase's changes over 1 and over 16
 windows of rows: equal in the first case, four times as large in the second.
 
+A stamp may be wrong by itself: written late by a busy logger, written twice, rounded. It departs from the clock that
+its neighbours keep, and they go on as if nothing had been; where all that follow depart, a clock was set.
+
+    k_i = round((t_i - phase) / T),     phase: circular mean of t modulo T,     k_i - i never falls
+
+Rows that are lost raise k_i - i for good; of the stamps that would make it fall as few as can be are wrong.
+
 Where stamps jitter the instrument may have sampled evenly (the stamps are wrong: a rounding, a busy logger) or at the
 times stamped (the sampler is uneven, a little). A turning table tells: its angle is smooth in the true time.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from bisect import bisect_right
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
-from insenv.core.recording import Floats
+from insenv.core.recording import GAP, Floats
 
 #: A step is clear if it departs by less than this share of a period from a whole number of them.
 CLEAR = 0.35
@@ -44,8 +53,28 @@ LONG = 10.0
 UNEVEN, SHARED = 1.5, 0.3
 #: Jitter below this share of the period is of no consequence.
 NEGLIGIBLE = 0.02
+#: Jitter below this share of the period leaves no doubt which tick a stamp belongs to.
+LITTLE = 0.1
 #: Jitter below this share does not even matter to the rate of a table that turns fast.
 ROUNDING = 1e-7
+#: A stamp is off the clock by more than so many robust deviations, and more than this share of a period.
+OFF, LEAST_OFF = 8.0, 2e-3
+#: Stamps rounded to more than this share of a period are no longer told from a clock that leaps.
+COARSEST = 0.25
+#: Share of stamps beyond which those off the clock are how the stamps are.
+MOST_OFF = 0.25
+#: A stamp within this share of a period of a tick is counted at that tick.
+ON_TICK = 0.25
+#: Windows over which a phase is taken, so that one window of stamps that are wrong does not lead it astray.
+PHASES = 5
+#: A phase that changes by more than this share of a period, and deviations of a stamp, from one row to the next leaps.
+LEAP, LEAP_SD = 0.05, 6.0
+#: Share of rows at which a clock may be set.
+MOST_LEAPS = 0.01
+
+
+def _none() -> NDArray[np.bool_]:
+    return np.zeros(0, dtype=bool)
 
 
 @dataclass(frozen=True)
@@ -64,6 +93,14 @@ class Clock:
         Standard deviation of a single step [s], of stamps that follow no clock; 0 where they follow one.
     straight : bool
         Whether each stretch between long gaps has one phase throughout, no row lost.
+    off : ndarray of bool, shape (n,)
+        Stamps that are wrong by themselves; empty where they are not told from the others.
+    leaps : ndarray of bool, shape (n,)
+        First rows at another phase of the clock, without a gap before them; empty as ``off``.
+    unsure : ndarray of bool, shape (n,)
+        Stamps that are wrong beside rows that were lost: nobody can tell which tick is theirs; empty as ``off``.
+    quantum : float
+        What the stamps are rounded to [s], as far as it shows.
     """
 
     period: float
@@ -71,6 +108,10 @@ class Clock:
     jitter: float
     wander: float = 0.0
     straight: bool = False
+    off: NDArray[np.bool_] = field(default_factory=_none)
+    leaps: NDArray[np.bool_] = field(default_factory=_none)
+    unsure: NDArray[np.bool_] = field(default_factory=_none)
+    quantum: float = 0.0
 
     @property
     def steady(self) -> bool:
@@ -84,19 +125,29 @@ def clock_of(t: Floats) -> Clock:
     period = _usual(steps)
     ticks = np.maximum(np.rint(steps / period), 1.0)
     unclear = np.abs(steps / period - ticks) > CLEAR
-    if unclear.mean() > FEW:
-        return _jittering(t, steps)
+    other = None
     if _rounded(t, ticks, period) or len(t) < SPARSE * ticks.sum():
         other = _jittering(t, steps)
         if other.steady:
             return other
-    good = ~unclear
-    rough = float(steps[good].sum() / ticks[good].sum())
-    jitter = float(np.std(steps[good] - ticks[good] * rough)) / np.sqrt(2)
-    if jitter < NEGLIGIBLE * period:
-        return Clock(rough, t if jitter < ROUNDING * period else _counted(t, steps, ticks).even, jitter)
-    other = _jittering(t, steps)
-    return other if other.steady and other.straight else _counted(t, steps, ticks)
+    counted = _counted(t, _plain(t, steps, ticks, unclear))
+    kept = counted.leaps.mean() <= MOST_LEAPS and bool((np.diff(counted.even) > 0).all())
+    if counted.jitter < NEGLIGIBLE * period and kept:
+        return counted
+    other = other or _jittering(t, steps)
+    if unclear.mean() <= FEW:
+        return other if other.steady and other.straight else counted
+    return counted if kept and not other.steady and counted.jitter < LITTLE * period else other
+
+
+def _plain(t: Floats, steps: Floats, ticks: Floats, unclear: NDArray[np.bool_]) -> float:
+    """The period [s] whose phase the stamps keep better: mean of the clear steps, or of those like the median."""
+    middle = float(np.median(steps))
+    like = steps[np.abs(steps - middle) <= 0.05 * middle]
+    tried = [float(like.mean())] if middle > 0 else []
+    if not unclear.all():
+        tried.append(float(steps[~unclear].sum() / ticks[~unclear].sum()))
+    return max(tried or [_usual(steps)], key=lambda period: float(np.mean(np.abs(_turns(t, period)))))
 
 
 def _usual(steps: Floats) -> float:
@@ -114,23 +165,139 @@ def _rounded(t: Floats, ticks: Floats, period: float) -> bool:
     return bool(np.abs(t - slope * index - level).max() < 0.6 * period)
 
 
-def _counted(t: Floats, steps: Floats, ticks: Floats) -> Clock:
-    """Stamps near the clock, rows lost or not: ticks are counted step by step."""
-    short = ticks <= LONG
-    period = float(steps[short].sum() / ticks[short].sum())
-    window = max(1, min(WINDOW, len(t) // 8))
-    phase = t - period * np.concatenate([[0.0], np.cumsum(ticks)])
-    # A step that jitter has made longer than one and a half periods counts for two: the phase then leaps back.
-    level = np.median(phase[: len(t) // window * window].reshape(-1, window), axis=1)
-    for j in np.flatnonzero(np.abs(np.rint(np.diff(level) / period)) == 1):
-        near = slice(j * window, min((j + 2) * window, len(ticks)))
-        worst = near.start + int(np.argmax(np.abs(steps[near] / period - ticks[near])))
-        ticks[worst] = max(ticks[worst] + np.rint((level[j + 1] - level[j]) / period), 1.0)
-    short = ticks <= LONG
-    period = float(steps[short].sum() / ticks[short].sum())
-    clock = period * np.concatenate([[0.0], np.cumsum(ticks)])
-    even = clock + _running_median(t - clock, FOLLOWED)
-    return Clock(period, even, float(np.std(t - even)))
+def _counted(t: Floats, period: float) -> Clock:
+    """Stamps near the clock, rows lost or not, some of them wrong."""
+    lost, unsure = _lost((t - _phase(t, period)) / period)
+    ticks = np.arange(len(t)) + lost
+    long = np.flatnonzero(np.diff(lost) > LONG) + 1
+    even, leaps = np.empty(len(t)), np.zeros(len(t), dtype=bool)
+    quantum = _quantum(t, period)
+    periods = []
+    for a, b in pairwise((0, *long.tolist(), len(t))):
+        even[a:b], leaps[a:b], own = _levelled(t[a:b], ticks[a:b], period, quantum)
+        periods.append((b - a, own))
+    left = t - even
+    sd = _spread(left)
+    off = np.abs(left) > max(OFF * sd, LEAST_OFF * period, 1.5 * quantum)
+    if off.mean() > MOST_OFF:
+        off[:] = False
+    jitter = float(np.std(left[~off]))
+    fewer = np.diff(lost) > 0
+    unsure |= off & (np.append(False, fewer) | np.append(fewer, False))
+    if jitter < ROUNDING * period:
+        even = np.where(off, even, t)
+    return Clock(max(periods)[1], even, jitter, off=off, leaps=leaps & ~off, unsure=unsure, quantum=quantum)
+
+
+def _phase(t: Floats, period: float) -> Floats:
+    """Phase of the clock at each row [s], shape (n,): circular means over windows, followed from one to the next."""
+    level = np.unwrap(np.angle(_turns(t, period)))
+    if len(level) > PHASES:
+        level = _running_median(level, PHASES)
+    level *= period / (2 * np.pi)
+    window = _window(t)
+    return np.interp(np.arange(len(t)), np.arange(len(level)) * window + 0.5 * (window - 1), level)
+
+
+def _lost(ticks: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+    """Rows lost before each row, shape (n,), of stamps in ``ticks``; and where they may as well be lost after it."""
+    index = np.arange(len(ticks))
+    lost: Floats = np.rint(ticks) - index
+    sound = np.flatnonzero(np.abs(ticks - np.rint(ticks)) <= ON_TICK)
+    if not len(sound):
+        return np.maximum.accumulate(lost), np.zeros(len(ticks), dtype=bool)
+    if (np.diff(lost[sound]) < 0).any():
+        sound = sound[_never_falling(lost[sound])]
+    at = np.searchsorted(sound, index, side="right")
+    below = lost[sound[np.maximum(at - 1, 0)]]
+    above = lost[sound[np.minimum(np.searchsorted(sound, index), len(sound) - 1)]]
+    return np.maximum.accumulate(np.clip(lost, below, np.maximum(below, above))), below < above
+
+
+def _never_falling(values: Floats) -> NDArray[np.int64]:
+    """Indices of the longest part of ``values`` that never falls, by patience sorting."""
+    ends: list[float] = []
+    at: list[int] = []
+    before = np.full(len(values), -1)
+    for i, value in enumerate(values.tolist()):
+        place = bisect_right(ends, value)
+        before[i] = at[place - 1] if place else -1
+        ends[place : place + 1] = [value]
+        at[place : place + 1] = [i]
+    chain = [at[-1]]
+    while before[chain[-1]] >= 0:
+        chain.append(int(before[chain[-1]]))
+    return np.array(chain[::-1])
+
+
+def _turns(t: Floats, period: float) -> NDArray[np.complex128]:
+    """Mean of exp(2 pi i t / T) over each window of rows: its size is 1 where they keep one phase."""
+    window = _window(t)
+    whole = len(t) // window * window
+    turns = np.exp(2j * np.pi * np.mod(t[:whole], period) / period).reshape(-1, window).mean(axis=1)
+    return np.asarray(turns, dtype=np.complex128)
+
+
+def _window(t: Floats) -> int:
+    """Rows of a window."""
+    return max(1, min(WINDOW, len(t) // 8))
+
+
+def _levelled(t: Floats, ticks: Floats, period: float, quantum: float) -> tuple[Floats, NDArray[np.bool_], float]:
+    """Times by the clock of a stretch without long gaps, where its phase leaps, and its period [s].
+
+    One line where the phase keeps to one; else the running median of the phase, which keeps its leaps.
+    """
+    leaps = np.zeros(len(t), dtype=bool)
+    slope, level, straight = _line(ticks, t - period * ticks, quantum)
+    if straight:
+        return (period + slope) * ticks + level, leaps, period + slope
+    phase = t - (period + slope) * ticks - level
+    followed = _running_median(phase, FOLLOWED)
+    sd = _spread(phase - followed)
+    jumps = np.append(0.0, np.diff(followed))
+    leaps = np.abs(jumps) > max(LEAP_SD * sd, LEAP * period, 2 * quantum)
+    edges = (0, *np.flatnonzero(leaps).tolist(), len(t))
+    for a, b in pairwise(edges):
+        if b - a > FOLLOWED:
+            own, base, straight = _line(ticks[a:b], phase[a:b], quantum)
+            followed[a:b] = own * ticks[a:b] + base if straight else followed[a:b]
+    # After rows that were lost there is a gap, and nobody takes what lies in it for a step.
+    leaps &= np.append(0.0, np.diff(t)) <= GAP * period
+    return (period + slope) * ticks + level + followed, leaps, period + slope
+
+
+def _line(x: Floats, y: Floats, quantum: float) -> tuple[float, float, bool]:
+    """Slope and level of a robust line, and whether the means over windows keep to it."""
+    window = _window(x)
+    whole = len(x) // window * window
+    middle = np.median(y[:whole].reshape(-1, window), axis=1)
+    centre = np.median(x[:whole].reshape(-1, window), axis=1)
+    if len(middle) < 2:
+        return 0.0, float(np.median(y)), True
+    slope, level = np.polyfit(centre, middle, 1)
+    for _ in range(3):
+        left = y - slope * x - level
+        near = np.abs(left - np.median(left)) <= max(4 * _spread(left), 0.51 * quantum)
+        slope, level = np.polyfit(x[near], y[near], 1) if near.sum() > 2 else (slope, level)
+    left = y - slope * x - level
+    bent = middle - slope * centre - level
+    if len(bent) > PHASES:
+        bent = _running_median(bent, PHASES)  # a window that a rush of late rows fills bends nothing
+    noise = _spread(left) / np.sqrt(window)
+    return float(slope), float(level), bool(np.abs(bent).max() <= max(6 * noise, 0.6 * quantum))
+
+
+def _quantum(t: Floats, period: float) -> float:
+    """What stamps are rounded to, by how steps of theirs differ; else what their numbers can tell apart [s]."""
+    grain = 4 * float(np.spacing(np.abs(t).max()))
+    kinds = np.diff(np.unique(np.diff(t)))
+    kinds = kinds[(kinds > grain) & (kinds < COARSEST * period)]
+    if not len(kinds):
+        return grain
+    count = (t - t[0]) / kinds.min()
+    whole = np.abs(count - np.rint(count)) < 0.02
+    return float(kinds.min()) if whole.mean() > 1 - FEW else grain
 
 
 def _jittering(t: Floats, steps: Floats) -> Clock:
@@ -148,7 +315,9 @@ def _jittering(t: Floats, steps: Floats) -> Clock:
     jitter = float(np.std(np.concatenate(left)))
     apart = jitter > UNEVEN * period and float(np.mean(steps == 0)) < SHARED
     wander = most.wander or (jitter if apart or (np.diff(even) <= 0).any() else 0.0)
-    return Clock(most.period if most.straight else period, even, jitter, wander, all(p.straight for p in pieces))
+    quantum = _quantum(t, period)
+    straight = all(p.straight for p in pieces)
+    return Clock(most.period if most.straight else period, even, jitter, wander, straight, quantum=quantum)
 
 
 def _mean_step(steps: Floats) -> tuple[float, float]:

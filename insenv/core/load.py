@@ -14,7 +14,7 @@ import numpy as np
 
 from insenv.core.errors import InputError
 from insenv.core.manifest import ChannelSpec, Manifest, RunSpec
-from insenv.core.manifest.spec import CHANNELS, INCREMENTS, Quantity
+from insenv.core.manifest.spec import ACCELEROMETERS, CHANNELS, GYROS, INCREMENTS, Quantity
 from insenv.core.readers import Column, Table, read_table
 from insenv.core.recording import GAP, Channel, Covers, Floats, Recording, Segment, Site
 from insenv.core.resample import resampled
@@ -86,7 +86,12 @@ def _read_run(manifest: Manifest, run: RunSpec) -> Recording:
         uneven = replace(recording(manifest, run, table, t, own), notes=notes)
         return resampled(uneven, manifest.resample, f"{manifest.path}: fit.resample")
     taken = sampling(run.file, t, table.place, table.values.get("table_angle"))
-    return replace(recording(manifest, run, table, taken.t, taken.covered), notes=(*notes, *taken.notes))
+    if taken.angle is not None:
+        table = replace(table, values={**table.values, "table_angle": taken.angle})
+    read = recording(manifest, run, table, taken.t, taken.covered)
+    instruments = [name for name in read.channels if name in (*GYROS, *ACCELEROMETERS)]
+    left_out = dict.fromkeys(instruments, taken.doubtful) if taken.doubtful.any() else {}
+    return replace(read, notes=(*notes, *taken.notes), left_out=left_out)
 
 
 def _without_copies(manifest: Manifest, run: RunSpec, table: Table, t: Floats) -> tuple[Table, Floats, tuple[str, ...]]:

@@ -42,4 +42,6 @@ def _parts(recording: Recording) -> Iterator[Recording]:
         channels = {n: replace(c, values=c.values[start:stop]) for n, c in recording.channels.items()}
         cut = (Segment(s.label, max(s.start, start) - start, min(s.stop, stop) - start) for s in recording.segments)
         segments = tuple(segment for segment in cut if segment.start < segment.stop)
-        yield replace(recording, t=recording.t[start:stop], channels=channels, segments=segments, label=label)
+        left_out = {name: mask[start:stop] for name, mask in recording.left_out.items()}
+        part = replace(recording, t=recording.t[start:stop], channels=channels, segments=segments, label=label)
+        yield replace(part, left_out=left_out)

@@ -90,7 +90,8 @@ def leaving_out(recording: Recording, target: str, mask: Mask) -> Recording:
     level = np.interp(row, row[~mask], (channel.values - follows)[~mask])
     values = np.where(mask, level + np.interp(row, row[~mask], follows[~mask]), channel.values)
     channels = {**recording.channels, target: replace(channel, values=values)}
-    return replace(recording, channels=channels, left_out={**recording.left_out, target: mask})
+    left_out = {**recording.left_out, target: mask | recording.left_out.get(target, False)}
+    return replace(recording, channels=channels, left_out=left_out)
 
 
 def _of_run(recording: Recording, target: str, run: int, longest: int) -> list[RejectedRows]:

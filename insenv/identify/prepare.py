@@ -192,7 +192,8 @@ def _sees_north(motion: Motion) -> bool:
 def _head(recording: Recording) -> Recording:
     """The first rows of a recording: enough to see which references there are."""
     channels = {n: replace(c, values=c.values[:16]) for n, c in recording.channels.items()}
-    return replace(recording, t=recording.t[:16], channels=channels, segments=())
+    left_out = {name: mask[:16] for name, mask in recording.left_out.items()}
+    return replace(recording, t=recording.t[:16], channels=channels, segments=(), left_out=left_out)
 
 
 def _wants_latitude(recordings: tuple[Recording, ...], where: str) -> None:
