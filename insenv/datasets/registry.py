@@ -17,6 +17,8 @@ SIZES: Mapping[str, int] = {
     "mikoff_imu0": 805_740,
     "mikoff_imu1": 806_745,
     "imucal": 995_473,
+    "mahmood": 28_620,
+    "xio_fusion": 1_410_960,
 }
 _MANIFESTS = Path(__file__).parent / "manifests"
 
