@@ -46,8 +46,12 @@ def pieces(manifest: Path, length: float, most: int, folder: Path) -> Iterator[P
     rows = int(length * rate)
     for k in range(min(recording.t.size // rows, most)):
         stem = folder / f"piece{k:02d}"
-        np.savez(stem.with_suffix(".npz"), **{t: values[t][k * rows : (k + 1) * rows] for t in targets})
-        channels = [f'{t} = {{ column = "{t}", unit = "{GYRO if t.startswith("gyro") else ACCEL}" }}' for t in targets]
+        rows_of = slice(k * rows, (k + 1) * rows)
+        np.savez(stem.with_suffix(".npz"), rows=np.column_stack([values[t][rows_of] for t in targets]))
+        channels = [
+            f'{t} = {{ column = "rows[{j}]", unit = "{GYRO if t.startswith("gyro") else ACCEL}" }}'
+            for j, t in enumerate(targets)
+        ]
         text = [
             f'data = "{stem.name}.npz"',
             "[channels]",
