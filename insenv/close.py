@@ -17,6 +17,7 @@ from insenv.core.split import split
 from insenv.effects.base import DrivenEffect, Effect, NoiseEffect
 from insenv.effects.catalogue import by_key, catalogue
 from insenv.identify.assemble import findings
+from insenv.identify.clean.motion import motion_cautions
 from insenv.identify.clean.plausibility import implausible
 from insenv.identify.findings import Findings
 from insenv.identify.loop import trace
@@ -69,11 +70,11 @@ def close(
     else:
         outcome = trace(read, recordings, split(read, recordings), tried, alpha, seed, progress)
         found = findings(read, recordings, outcome, remarks(recordings), limits)
-    return _with_doubts(found, doubts)
+    return _with_doubts(_with_doubts(found, motion_cautions(recordings, found.rows_rejected)), doubts)
 
 
 def _with_doubts(found: Findings, doubts: Mapping[str, tuple[str, ...]]) -> Findings:
-    """The findings, with what is doubtful about the declarations first among the cautions."""
+    """The findings, with doubts about each target first among its cautions."""
     targets = tuple(replace(t, cautions=(*doubts.get(t.target, ()), *t.cautions)) for t in found.targets)
     return replace(found, targets=targets)
 

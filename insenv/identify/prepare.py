@@ -15,6 +15,7 @@ from insenv.core.split import RowUse
 from insenv.effects.base import CurveEffect, DrivenEffect, Effect, NoiseEffect
 from insenv.effects.catalogue import by_key
 from insenv.identify.bins import gather
+from insenv.identify.clean.motion import at_rest
 from insenv.identify.findings import RejectedRows
 from insenv.identify.fit import solve
 from insenv.identify.holds import Look, find_hold, without_hold
@@ -84,8 +85,10 @@ def prepare(
             f"{manifest.path}: model.procedure = 'multi-position' has rests, not a series in time; wanted another here"
         )
     model = declared_model(manifest, recordings, target)
+    uses, moving = at_rest(manifest, recordings, uses, target)
     rows = _rows_per_bin(manifest, recordings, uses)
-    recordings, rejected = without_outliers(recordings, target, rows)
+    recordings, outlying = without_outliers(recordings, target, rows)
+    rejected = (*moving, *outlying)
     plain = _problem(manifest, recordings, uses, target, rows, reject_lines=False)
     kept = without_turns(recordings, uses, plain, model)
     if kept is not uses:

@@ -1,0 +1,119 @@
+"""A unit that is declared at rest and moves: rows in which it was turned, driven or tipped are no rest.
+
+A gyro at rest reads its bias and the Earth's rate, an accelerometer its share of gravity. Means over a second that
+leave the median of the recording by more than `TURNING` or `TIPPED`, which no bias and no sway does, are motion that
+the declared procedure knows nothing of: taken for the instrument's error it would be named a step, a warm-up or a
+cross-coupling. Such rows are left out and said; a recording that has little else is refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_propagation
+
+from insenv.core.errors import InputError
+from insenv.core.manifest.spec import Manifest
+from insenv.core.recording import Recording
+from insenv.core.split import RowUse
+from insenv.core.units import DEG
+from insenv.identify.findings import RejectedRows
+
+#: Departure of a second's mean from the median that is a turn [rad/s], and that is another attitude [m/s^2].
+TURNING, TIPPED = 5 * DEG, 1.5
+#: Robust deviations of the means at rest from which the beginning and the end of a turn are seen.
+SEEN = 4.5
+#: Length of the means [s], and of what is left out beside them.
+SECOND, BESIDE = 1.0, 2.0
+#: Fewest rows of a mean, so that noise is no motion.
+FEWEST = 4
+#: Why such rows are left out.
+REASON = "motion"
+#: Least share of the fitted rows, and of those held out, that must be at rest.
+LEAST_REST = 0.3
+
+
+def at_rest(
+    manifest: Manifest, recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], target: str
+) -> tuple[tuple[RowUse, ...], tuple[RejectedRows, ...]]:
+    """The uses of the rows of ``target`` without those in which it moves, and these rows.
+
+    As they are where the procedure knows of motion: a table, a triad that turns about a known axis. A gyro is judged by
+    itself, for it may stand still about its own axis while the unit turns about another, which shows its cross-
+    coupling; an accelerometer feels every turn.
+
+    Raises
+    ------
+    InputError
+        If the target is at rest in less than `LEAST_REST` of the rows that may be fitted, or of those held out.
+    """
+    if manifest.procedure != "static" or any(r.mounting.table_axis for r in recordings):
+        return uses, ()
+    moving = [_moving(r, target) for r in recordings]
+    share = sum(int(m.sum()) for m in moving) / sum(map(len, moving))
+    if not share:
+        return uses, ()
+    kept = tuple(
+        replace(u, fit=u.fit & ~mask, held_out=u.held_out & ~mask) for u, mask in zip(uses, moving, strict=True)
+    )
+    rested = sum(int(u.fit.sum()) for u in kept), sum(int(u.held_out.sum()) for u in kept)
+    wanted = sum(int(u.fit.sum()) for u in uses), sum(int(u.held_out.sum()) for u in uses)
+    if any(rows < LEAST_REST * of for rows, of in zip(rested, wanted, strict=True)):
+        raise InputError(_restless(manifest, recordings, target, share))
+    found = [
+        RejectedRows(target, run, a, b, REASON)
+        for run, mask in enumerate(moving)
+        for a, b in np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]]))).reshape(-1, 2).tolist()
+    ]
+    return kept, tuple(found)
+
+
+def motion_cautions(recordings: Sequence[Recording], rejected: Sequence[RejectedRows]) -> dict[str, tuple[str, ...]]:
+    """For each target that moved, how long, and what to declare instead."""
+    said: dict[str, tuple[str, ...]] = {}
+    moved = [one for one in rejected if one.reason == REASON]
+    for target in dict.fromkeys(one.target for one in moved):
+        seconds = sum(one.stop - one.start for one in moved if one.target == target) * recordings[0].dt
+        said[target] = (
+            f"Declared at rest, but the unit moves for {seconds:.3g} s: these rows are left out. State the motion (a "
+            'table\'s channels, or model.procedure = "multi-position"), or name the rests in fit.rows.',
+        )
+    return said
+
+
+def _moving(recording: Recording, target: str) -> NDArray[np.bool_]:
+    """Rows in which ``target`` moves, those within `BESIDE` seconds of them included, shape (rows,)."""
+    names = [target]
+    if target.startswith("accel"):
+        names += [n for n in recording.channels if n.startswith(("gyro", "accel")) and n != target]
+    return np.any([_departs(recording, name) for name in names], axis=0)
+
+
+def _departs(recording: Recording, name: str) -> NDArray[np.bool_]:
+    values = recording.channels[name].values
+    rows = max(FEWEST, int(round(SECOND / recording.dt)))
+    limit = TIPPED if name.startswith("accel") else TURNING
+    if len(values) < 3 * rows:
+        return np.zeros(len(values), bool)
+    starts = np.arange(0, len(values), rows)
+    means = np.add.reduceat(values, starts) / np.diff(np.append(starts, len(values)))
+    away = np.abs(means - np.median(values))
+    # What has begun as a turn goes on until nothing of it is seen any more.
+    moves = binary_propagation(away > limit, mask=away > SEEN * np.median(away))
+    beside = int(np.ceil(BESIDE / recording.dt / rows))
+    wide = np.convolve(moves, np.ones(2 * beside + 1), "same") > 0.5
+    return np.repeat(wide, rows)[: len(values)]
+
+
+def _restless(manifest: Manifest, recordings: Sequence[Recording], target: str, share: float) -> str:
+    values = np.concatenate([r.channel(target).values for r in recordings])
+    most = float(np.abs(values - np.median(values)).max())
+    size = f"{most:.3g} m/s^2" if target.startswith("accel") else f"{most / DEG:.3g} deg/s"
+    return (
+        f"{manifest.path}: {target} is declared at rest and moves in {100 * share:.0f} % of its rows, by up to {size}; "
+        "wanted a unit at rest (fit.rows can name the rests), the channels of a table, or "
+        'model.procedure = "multi-position"'
+    )
