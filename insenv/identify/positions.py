@@ -10,13 +10,21 @@ where q and s_max are the quiet level and the largest value of s: half-way, in o
 motion. No figure of the instrument is needed, not even its unit. A rest is a stretch of still windows that is long
 enough, less half a window at either end, for there the hand is still near.
 
+That is still enough for the magnitude of gravity, whatever a hand's tremor. What gyros are judged by, the direction of
+gravity and the bias, wants more: the longest stretch of each rest in which s(t) stays below a few times the noise of the
+quietest windows themselves (`CALM`). Of those few levels the one is taken whose rests tell most: m turns between
+rests with a scatter of c quiet levels tell the nine figures of a triad by (m - 4.5) / c^2.
+
 Rests are counted from 1, through all runs. Where the recording has labels (`segment`), each labelled stretch is a rest.
+
+Where the manifest holds nothing out, and rests are few, each is held out in turn; where there are hardly more of them
+than unknowns, as in the six positions of an ordinary test, each rest is cut into parts, and every second part is.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +49,12 @@ THRESHOLDS = (4.0, 20.0)
 MOVES = 8.0
 #: Of a labelled stretch this share may move: a knock does not make it a turn.
 MOVING_SHARE = 0.5
+#: Scatter, in quiet levels, below which a part of a rest may serve the gyros; white noise reaches 1.5 of them.
+CALM = (2.0, 4.0, 8.0, 16.0)
+#: Rests below which the manifest's silence means that each is held out in turn; from here on it means the last 40 %.
+MANY = 24
+#: Parts of a rest where rests are too few to be held out themselves, and the least length of a part in windows.
+PARTS, SHORTEST_PART = 8, 1
 
 
 @dataclass(frozen=True)
@@ -61,14 +75,34 @@ class Rest:
 
 @dataclass(frozen=True)
 class Rests:
-    """The rests that were found, in order, and in sentences what is to be said of them."""
+    """The rests that were found, in order, and in sentences what is to be said of them.
+
+    Attributes
+    ----------
+    rests : tuple of Rest
+        Of several with one number each is a part of that rest.
+    calm : tuple of Rest
+        What of them is calm enough for gyros, one stretch at most of each number.
+    in_turn : bool
+        Whether each is fitted, and held out in its turn.
+    """
 
     rests: tuple[Rest, ...]
     remarks: tuple[str, ...] = ()
+    calm: tuple[Rest, ...] = ()
+    in_turn: bool = False
+
+    @property
+    def in_parts(self) -> bool:
+        """Whether the rests were cut into parts."""
+        return len({rest.number for rest in self.rests}) < len(self.rests)
 
 
-def find_rests(manifest: Manifest, recordings: Sequence[Recording], channels: Sequence[str]) -> Rests:
+def find_rests(manifest: Manifest, recordings: Sequence[Recording], channels: Sequence[str], least: int = 2) -> Rests:
     """Rests of all runs by the scatter of ``channels``, or by the labels where there are some.
+
+    ``least`` is the number of rests that a fit of the declared model wants: fewer are cut into parts where the manifest
+    does not say what is held out.
 
     Raises
     ------
@@ -86,14 +120,70 @@ def find_rests(manifest: Manifest, recordings: Sequence[Recording], channels: Se
         wanted = f"wanted several attitudes, each held still for {(SHORTEST + 2) * WINDOW:g} s or longer"
         raise InputError(f"{manifest.path}: {count} found in {', '.join(r.label for r in recordings)}; {wanted}")
     rests = tuple(Rest(number, *where) for number, where in enumerate(found, start=1))
+    calm = _calm(recordings, rests, channels)
+    if _in_turn(manifest, rests):
+        in_turn = Rests(rests, (_counted(recordings, rests, "each held out in its turn"), *remarks), calm, True)
+        if len(rests) >= least:
+            return in_turn
+        parts = tuple(part for rest in rests for part in _parts(recordings[rest.run], rest))
+        if len(parts) == PARTS * len(rests) and manifest.held_out.positions is None:
+            how = f"each cut into {PARTS} parts, every second one held out"
+            return replace(in_turn, rests=parts, remarks=(_counted(recordings, rests, how), *remarks))
+        return in_turn
     held_out = _held_out(manifest, recordings, rests)
     if held_out.all() or not held_out.any():
         which = "every one" if held_out.all() else "none"
         raise InputError(
             f"{manifest.path}: of {len(rests)} rests {which} is held out; wanted some to fit, some to score"
         )
-    used = tuple(Rest(r.number, r.run, r.start, r.stop, bool(h)) for r, h in zip(rests, held_out, strict=True))
-    return Rests(used, (_counted(recordings, used), *remarks))
+    used = tuple(replace(r, held_out=bool(h)) for r, h in zip(rests, held_out, strict=True))
+    calm = tuple(replace(r, held_out=bool(held_out[r.number - 1])) for r in calm)
+    fitted = sum(not r.held_out for r in used)
+    return Rests(used, (_counted(recordings, used, f"{fitted} fitted, {len(used) - fitted} held out"), *remarks), calm)
+
+
+def _in_turn(manifest: Manifest, rests: Sequence[Rest]) -> bool:
+    """Whether each rest is held out in its turn: as the manifest says, or where it says nothing and rests are few."""
+    told = manifest.held_out
+    if told.positions is not None or told.runs or told.rows or told.start is not None:
+        return told.positions == "leave-one-out"
+    return len(rests) < MANY and not manifest.fit_rows
+
+
+def _parts(recording: Recording, rest: Rest) -> list[Rest]:
+    """The rest in parts of equal length, every second one held out; as a whole where it is too short."""
+    length = (rest.stop - rest.start) // PARTS
+    if length < max(WINDOW_ROWS, round(SHORTEST_PART * WINDOW / recording.dt)):
+        return [rest]
+    starts = [rest.start + k * length for k in range(PARTS)]
+    return [replace(rest, start=a, stop=a + length, held_out=bool(k % 2)) for k, a in enumerate(starts)]
+
+
+def _calm(recordings: Sequence[Recording], rests: Sequence[Rest], channels: Sequence[str]) -> tuple[Rest, ...]:
+    """The longest calm stretch of each rest, at the level of calm that tells most."""
+    scatters = [scatter(recording, channels) for recording in recordings]
+    best, most = tuple(rests), -np.inf
+    for level in CALM:
+        found = [_calmest(rest, *scatters[rest.run], level) for rest in rests]
+        kept = tuple(rest for rest in found if rest is not None)
+        told = (len(kept) - 1 - 4.5) / level**2
+        if told > max(most, 0.0):
+            best, most = kept, told
+    return best
+
+
+def _calmest(rest: Rest, s: Floats, width: int, level: float) -> Rest | None:
+    """The longest stretch of a rest in which the scatter stays below ``level``, less half a window where it ends."""
+    stretches = []
+    for a, b in _runs(s[rest.rows] < level):
+        start = a + (width // 2 if a else 0)
+        stop = b - (width // 2 if b < rest.stop - rest.start else 0)
+        if stop - start >= SHORTEST * width:
+            stretches.append((stop - start, rest.start + start, rest.start + stop))
+    if not stretches:
+        return None
+    _, start, stop = max(stretches)
+    return replace(rest, start=start, stop=stop)
 
 
 def scatter(recording: Recording, channels: Sequence[str]) -> tuple[Floats, int]:
@@ -189,11 +279,10 @@ def _held_out(manifest: Manifest, recordings: Sequence[Recording], rests: Sequen
     return np.array([bool(uses[r.run].held_out[(r.start + r.stop) // 2]) for r in rests])
 
 
-def _counted(recordings: Sequence[Recording], rests: Sequence[Rest]) -> str:
+def _counted(recordings: Sequence[Recording], rests: Sequence[Rest], used: str) -> str:
     lengths = [(r.stop - r.start) * recordings[r.run].dt for r in rests]
-    fitted = sum(not r.held_out for r in rests)
     span = f"{min(lengths):.3g} to {max(lengths):.3g} s long"
-    return f"{len(rests)} rests, {span}: {fitted} fitted, {len(rests) - fitted} held out"
+    return f"{len(rests)} rests, {span}: {used}"
 
 
 def means(recordings: Sequence[Recording], rests: Sequence[Rest], prefix: str) -> Floats:

@@ -14,7 +14,7 @@ Menegatti, A robust and easy to implement method for IMU calibration without ext
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ from insenv.core.units import STANDARD_GRAVITY
 from insenv.identify.evidence import HELD_OUT_SPREAD
 from insenv.identify.positions import Rest
 from insenv.identify.positions_model import Linear, Surroundings, TriadTerm
+from insenv.identify.positions_walk import ALLOWED, walking
 
 #: Standard deviation of gravity over the places where instruments are tested, as a share of it.
 GRAVITY_SPREAD = 1.5e-3
@@ -42,6 +43,8 @@ class Magnitudes:
         False: held out, or left out.
     free_gravity : bool
         Whether gamma is an unknown.
+    noise : ndarray, shape (n, n), optional
+        L of the noise's covariance s^2 L L' where it is not white.
     """
 
     measured: Floats
@@ -50,8 +53,14 @@ class Magnitudes:
     fitted: NDArray[np.bool_]
     held_out: NDArray[np.bool_]
     free_gravity: bool = False
+    noise: Floats | None = None
     rank: int = 1
     spread: float = HELD_OUT_SPREAD
+
+    @property
+    def root(self) -> Floats:
+        """L of the noise's covariance s^2 L L', shape (n, n)."""
+        return np.eye(len(self.measured)) if self.noise is None else self.noise
 
     @property
     def nuisance(self) -> Floats:
@@ -59,7 +68,15 @@ class Magnitudes:
         return np.full(int(self.free_gravity), GRAVITY_SPREAD)
 
     def evaluate(self, terms: Sequence[TriadTerm], theta: Floats) -> tuple[Floats, Floats]:
-        """Residuals, shape (n, 1), and their derivatives, shape (n, 1, p)."""
+        """Whitened residuals, shape (n, 1), and their derivatives, shape (n, 1, p)."""
+        residual, slopes = self.errors(terms, theta)
+        if self.noise is None:
+            return residual[:, None], slopes[:, None, :]
+        both = np.asarray(np.linalg.solve(self.noise, np.column_stack([residual, slopes])), np.float64)
+        return both[:, :1], both[:, None, 1:]
+
+    def errors(self, terms: Sequence[TriadTerm], theta: Floats) -> tuple[Floats, Floats]:
+        """Residuals, shape (n,), and their derivatives, shape (n, p)."""
         linear = Linear.of(terms, self.around)
         p = len(linear.gain)
         force = linear.corrected(self.measured, theta[:p])
@@ -69,16 +86,32 @@ class Magnitudes:
         if self.free_gravity:
             residual = residual - self.gravity * theta[p]
             slopes = np.column_stack([slopes, -self.gravity])
-        return residual[:, None], slopes[:, None, :]
+        return residual, slopes
 
     def plain(self, residual: Floats) -> Floats:
-        """The residuals themselves: they are not whitened."""
-        return residual
+        """The residuals before they were whitened, shape (n, 1)."""
+        return self.root @ residual
 
-    def directions(self, terms: Sequence[TriadTerm], theta: Floats) -> Floats:
-        """Specific forces, corrected, shape (n, 3) [m/s^2]."""
-        linear = Linear.of(terms, self.around)
-        return linear.corrected(self.measured, theta[: len(linear.gain)])
+
+def directions(measured: Floats, around: Surroundings, terms: Sequence[TriadTerm], theta: Floats) -> Floats:
+    """Specific forces of readings of n rests, corrected, shape (n, 3) [m/s^2]."""
+    linear = Linear.of(terms, around)
+    return linear.corrected(measured, theta[: len(linear.gain)])
+
+
+def with_walk(problem: Magnitudes, terms: Sequence[TriadTerm], runs: NDArray[np.int64]) -> Magnitudes:
+    """The problem with biases that walk at random, as far as the fitted rests allow beside ``terms``.
+
+    Parts of one rest are no independent readings of an attitude: what wanders from part to part wanders on until the
+    next rest, and from one run to the next. Of rests k and l the walk is felt by the cosine between their directions.
+    ``runs``, shape (n,).
+    """
+    errors, slopes = problem.errors(terms, np.zeros(sum(t.size for t in terms) + len(problem.nuisance)))
+    unit = problem.measured / np.linalg.norm(problem.measured, axis=1)[:, None]
+    before = np.array([sum(float(problem.around.time[runs == r].max()) for r in range(run)) for run in runs])
+    time, one = problem.around.time + before, np.zeros_like(runs)
+    root = walking(errors, slopes, time, one, problem.fitted, unit @ unit.T, ALLOWED)
+    return problem if root is None else replace(problem, noise=root)
 
 
 def site_gravity(site: Site) -> float | None:

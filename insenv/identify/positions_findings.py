@@ -28,7 +28,7 @@ from insenv.identify.positions_accel import Magnitudes
 from insenv.identify.positions_gyro import Rotations
 from insenv.identify.positions_model import AXES, TriadTerm, named
 from insenv.identify.positions_rest import RestMeans
-from insenv.identify.positions_search import Fit, Step, held_out_error, noise_floor
+from insenv.identify.positions_search import Fit, Step, held_out_error, held_out_errors, noise_floor
 from insenv.identify.positions_trace import Part, Positions
 from insenv.identify.uncertainty import NOISE_UNITS
 
@@ -67,7 +67,7 @@ def position_findings(
 
 def _reference(found: Positions, manifest: Manifest) -> tuple[str, ...]:
     """What stood for the attitude where accelerometers are no target."""
-    if found.gyro is None or any(t.startswith("accel") for t in manifest.model.targets):
+    if not found.at_rest or any(t.startswith("accel") for t in manifest.model.targets):
         return ()
     after = found.accel.outcome.after
     model = ", ".join(term.effect.key for term in after.terms)
@@ -77,14 +77,14 @@ def _reference(found: Positions, manifest: Manifest) -> tuple[str, ...]:
 
 def _target(manifest: Manifest, recordings: tuple[Recording, ...], found: Positions, target: str) -> TargetFindings:
     axis, gyro = AXES.index(target[-1]), target.startswith("gyro")
-    triad = found.gyro if gyro and found.gyro is not None else found.accel
+    triads = ((found.gyro,) if found.gyro else ()) if gyro else (found.accel,)
     alone = found.at_rest[axis : axis + 1] if gyro else ()
     unit = "rad/s" if gyro else "m/s^2"
-    parts = (triad, *alone)
-    shown = alone[0] if gyro and alone[0].outcome.steps and not triad.outcome.steps else triad
+    parts = (*triads, *alone)
+    shown = next((part for part in parts if part.outcome.steps), parts[0])
     steps = [(part, step) for part in parts for step in part.outcome.steps]
     added = tuple(_added(part, step, axis, unit, shown) for part, step in steps)
-    reasons = triad.reasons + tuple(f"at rest: {r}" for part in alone for r in part.reasons)
+    reasons = tuple(r for part in triads for r in part.reasons) + tuple(f"at rest: {r}" for part in alone for r in part.reasons)
     return TargetFindings(
         target=target,
         unit=unit,
@@ -194,7 +194,7 @@ def _held_out(recordings: Sequence[Recording], found: Positions, part: Part) -> 
         RestMeans: "means at rest",
     }[type(part.problem)]
     floor = noise_floor(part.problem, outcome.after)
-    before, after = (held_out_error(part.problem, fit) for fit in (outcome.before, outcome.after))
+    before, after = held_out_errors(part.problem, outcome.before, outcome.after)
     return HeldOut(before, after, floor, _unit(part), length, of)
 
 
@@ -217,8 +217,12 @@ def _traces(found: Positions, part: Part, axis: int) -> Traces:
     used = problem.fitted | problem.held_out
     if isinstance(problem, Rotations):
         turned = np.array([float(np.sum(turn.rates[:, axis] * turn.dt)) for turn in problem.turns])
-        runs = np.array([found.rests[turn.before - 1].run for turn in problem.turns])
+        run_of = {rest.number: rest.run for rest in found.calm}
+        runs = np.array([run_of[turn.before] for turn in problem.turns])
         time, covariates = problem.time, {"turned": turned}
+    elif isinstance(problem, RestMeans):
+        time, covariates = problem.around.time, {"force": problem.forces[:, axis]}
+        runs = np.array([rest.run for rest in found.calm])
     else:
         time, covariates = problem.around.time, {"force": found.forces[:, axis]}
         runs = np.array([rest.run for rest in found.rests])

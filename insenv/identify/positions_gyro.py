@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 from insenv.core.recording import Floats, Recording
 from insenv.identify.positions import Rest, means, middle_times
 from insenv.identify.positions_model import AXES, Linear, Surroundings, TriadTerm
-from insenv.identify.positions_rest import restricted_likelihood
 from insenv.identify.positions_turn import turned
+from insenv.identify.positions_walk import restricted_likelihood
 
 #: Spread of the held-out deviate: all turns have the errors of the accelerometers' calibration in common.
 CALIBRATION_SPREAD = 1.5
@@ -174,12 +174,11 @@ def _shared(problem: Rotations, direction: float, bias: float) -> Floats:
 
 
 def rotations(
-    recordings: Sequence[Recording], rests: Sequence[Rest], forces: Floats, dropped: NDArray[np.bool_]
+    recordings: Sequence[Recording], rests: Sequence[Rest], forces: Floats, in_turn: bool = False
 ) -> Rotations:
     """Turns between neighbouring rests of a run; a turn belongs to the use of the rest in which it starts.
 
-    ``forces``, shape (rests, 3), are the calibrated specific forces; ``dropped``, shape (rests,), marks rests that are
-    left out.
+    ``forces``, shape (rests, 3), are the calibrated specific forces; ``in_turn``: each is held out in its turn.
     """
     bias = means(recordings, rests, "gyro")
     middle = middle_times(recordings, rests)
@@ -187,14 +186,14 @@ def rotations(
     pairs = [
         (a, b)
         for a, b in pairwise(range(len(rests)))
-        if rests[a].run == rests[b].run and not dropped[a] and not dropped[b] and _whole(recordings, rests, a, b)
+        if rests[a].run == rests[b].run and _whole(recordings, rests, a, b)
     ]
     turns = tuple(_turn(recordings[rests[a].run], rests[a], rests[b], bias[a], bias[b]) for a, b in pairs)
     first, last = [a for a, _ in pairs], [b for _, b in pairs]
     held = np.array([rests[a].held_out for a in first], dtype=bool)
     time = 0.5 * (middle[first] + middle[last])
     root = np.eye(2 * len(turns))
-    return Rotations(turns, unit[first], unit[last], time, ~held, held, _across(unit[last]), root)
+    return Rotations(turns, unit[first], unit[last], time, ~held, held | in_turn, _across(unit[last]), root)
 
 
 def _whole(recordings: Sequence[Recording], rests: Sequence[Rest], a: int, b: int) -> bool:

@@ -11,7 +11,7 @@ the held-out rests come last: they are then what the fitted ones do not foretell
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,11 +21,7 @@ from insenv.core.recording import Floats
 from insenv.effects.base import LinearEffect
 from insenv.identify.evidence import HELD_OUT_SPREAD
 from insenv.identify.positions_model import AXES, Surroundings
-
-#: Walks that are tried, as variance from rest to rest per variance of a mean.
-WALKS = (0.0, *np.geomspace(0.01, 100.0, 17).tolist())
-#: Least freedom with which a walk is looked for.
-LEAST_FREEDOM = 4
+from insenv.identify.positions_walk import walking
 
 
 @dataclass(frozen=True)
@@ -94,31 +90,12 @@ class RestMeans:
         return self.root @ residual
 
 
-def with_walk(problem: RestMeans, terms: Sequence[RestTerm], runs: NDArray[np.int64]) -> RestMeans:
-    """The problem with the walk that its fitted rests show beside ``terms``; ``runs``, shape (n,)."""
-    time, used = problem.around.time, problem.fitted
-    design = problem.design(terms)[used]
-    if int(used.sum()) - design.shape[1] < LEAST_FREEDOM:
-        return problem
-    walk = np.minimum(time[:, None], time[None, :]) * (runs[:, None] == runs[None, :])
-    walk = walk / max(float(np.median(np.abs(np.diff(time)))), 1e-9)
+def with_walk(
+    problem: RestMeans, terms: Sequence[RestTerm], runs: NDArray[np.int64], allowed: float = 0.0
+) -> RestMeans:
+    """The problem with the walk that its fitted rests show beside ``terms``; ``runs``, shape (n,).
 
-    def covariance(kappa: float) -> Floats:
-        return np.eye(len(time)) + kappa * walk
-
-    best = max(WALKS, key=lambda k: restricted_likelihood(problem.y[used], design, covariance(k)[np.ix_(used, used)]))
-    order = np.concatenate([np.flatnonzero(used), np.flatnonzero(~used)])
-    root = np.zeros_like(walk)
-    root[np.ix_(order, order)] = np.linalg.cholesky(covariance(best)[np.ix_(order, order)])
-    return RestMeans(problem.y, problem.forces, problem.around, used, problem.held_out, root)
-
-
-def restricted_likelihood(y: Floats, design: Floats, covariance: Floats) -> float:
-    """Restricted likelihood of the shape of a covariance, its scale estimated."""
-    root = np.linalg.cholesky(covariance)
-    x, z = np.linalg.solve(root, design), np.linalg.solve(root, y)
-    q, r = np.linalg.qr(x / np.linalg.norm(design, axis=0))
-    left = z - q @ (q.T @ z)
-    freedom = len(y) - design.shape[1]
-    logs = np.log(np.diag(root)).sum() + np.log(np.maximum(np.abs(np.diag(r)), 1e-12)).sum()
-    return float(-logs - 0.5 * freedom * np.log(max(float(left @ left), 1e-300)))
+    ``allowed`` is the log likelihood below the best that the walk may have.
+    """
+    root = walking(problem.y, problem.design(terms), problem.around.time, runs, problem.fitted, allowed=allowed)
+    return problem if root is None else replace(problem, root=root)

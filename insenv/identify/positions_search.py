@@ -10,6 +10,9 @@ second test without free parameters, and both are joined, as in `insenv.identify
 
 The probability is multiplied by the number of effects that were tried. An effect with which the error on held-out
 rests grows is refused, however significant.
+
+Where each unit is held out in its turn (`insenv.identify.positions_leave_out`), all are fitted: Fisher's F of all of
+them is the whole evidence, and the error of the units that were left out may not grow either.
 """
 
 from __future__ import annotations
@@ -28,6 +31,7 @@ from scipy.stats import t as student
 from insenv.core.recording import Floats
 from insenv.identify.evidence import joint_deviate, log_tail
 from insenv.identify.findings import NotTestable, Rejected
+from insenv.identify.positions_leave_out import left_out
 
 #: Most steps of a fit.
 STEPS = 60
@@ -49,7 +53,8 @@ class Problem(Protocol):
     """Residuals of m units (rests, turns), d components each, of which ``rank`` are independent.
 
     ``nuisance`` are prior standard deviations of unknowns that are no effects. Residuals are whitened, held-out units
-    last: theirs have no noise in common with those of the fitted ones.
+    last: theirs have no noise in common with those of the fitted ones. A unit that is fitted and held out as well is
+    held out in its turn.
     """
 
     @property
@@ -75,8 +80,17 @@ class Problem(Protocol):
     def evaluate(self, terms: Sequence[Any], theta: Floats) -> tuple[Floats, Floats]:
         """Residuals, shape (m, d), and their derivatives, shape (m, d, p)."""
 
+    @property
+    def root(self) -> Floats:
+        """L of the noise's covariance s^2 L L', shape (m d, m d)."""
+
     def plain(self, residual: Floats) -> Floats:
         """Residuals before they were whitened, shape (m, d)."""
+
+
+def in_turn(problem: Problem) -> bool:
+    """Whether each unit is fitted, and held out in its turn."""
+    return bool((problem.fitted & problem.held_out).any())
 
 
 @dataclass(frozen=True)
@@ -182,10 +196,22 @@ def _normal(problem: Problem, residual: Floats, slopes: Floats, theta: Floats, s
     return np.vstack([rows, prior]), np.concatenate([residual[fitted].ravel(), prior @ theta])
 
 
+def held_out_errors(problem: Problem, *fits: Fit) -> tuple[float, ...]:
+    """Of each fit, the root mean square of the lengths of the residuals of the held-out units.
+
+    Where each is held out in its turn, of those that every one of the fits foretells without it.
+    """
+    if in_turn(problem):
+        each = [left_out(problem.root, fit.residual, fit.slopes, fit.inverse, problem.fitted) for fit in fits]
+        known = problem.fitted & np.all([np.isfinite(left).all(axis=1) for left in each], axis=0)
+    else:
+        each, known = [problem.plain(fit.residual) for fit in fits], problem.held_out
+    return tuple(float(np.sqrt(np.mean(np.sum(left[known] ** 2, axis=1)))) if known.any() else np.nan for left in each)
+
+
 def held_out_error(problem: Problem, fit: Fit) -> float:
-    """Root mean square of the lengths of the residuals of the held-out units."""
-    left = problem.plain(fit.residual)[problem.held_out]
-    return float(np.sqrt(np.mean(np.sum(left**2, axis=1)))) if len(left) else float("nan")
+    """`held_out_errors` of one fit."""
+    return held_out_errors(problem, fit)[0]
 
 
 def noise_floor(problem: Problem, fit: Fit) -> float:
@@ -195,7 +221,13 @@ def noise_floor(problem: Problem, fit: Fit) -> float:
     fitted = np.repeat(problem.fitted, d)
     # Whitened residuals are (1 - J C J_f') times unit normals.
     spread = np.eye(m * d)
-    spread[:, fitted] -= slopes @ fit.inverse @ slopes[fitted].T
+    known = np.all(np.isfinite(fit.inverse), axis=0)[:, None]
+    inverse = np.where(known & known.T, fit.inverse, 0.0)
+    spread[:, fitted] -= slopes @ inverse @ slopes[fitted].T
+    if in_turn(problem):
+        each = left_out(problem.root, spread.reshape(m, d, -1), fit.slopes, fit.inverse, problem.fitted)
+        known = problem.fitted & np.isfinite(each).all(axis=(1, 2))
+        return float(np.sqrt(fit.variance * np.sum(each[known] ** 2) / max(int(known.sum()), 1)))
     power = [np.sum(problem.plain(column.reshape(m, d))[problem.held_out] ** 2) for column in spread.T]
     return float(np.sqrt(fit.variance * sum(power) / max(int(problem.held_out.sum()), 1)))
 
@@ -220,7 +252,7 @@ def evidence(problem: Problem, small: Fit, large: Fit) -> Evidence:
     change = max(small.rss - large.rss, 0.0)
     log_p = float(fisher.logsf(change / gained / large.variance, gained, nu))
     ratio = float(problem.rank * problem.fitted.sum() * np.log(max(small.rss / large.rss, 1.0)))
-    z, information = _held_out_deviate(problem, small, large)
+    z, information = (0.0, 0.0) if in_turn(problem) else _held_out_deviate(problem, small, large)
     return Evidence(joint_deviate(log_p, change / large.variance, z, information), ratio)
 
 
@@ -270,8 +302,31 @@ class Outcome:
     rivals: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
 
-def search(problem: Problem, declared: Sequence[Any], tried: Sequence[Any], alpha: float) -> Outcome:
-    """Add to the declared model, one after the other, what fitted and held-out units call for."""
+@dataclass(frozen=True)
+class Doubt:
+    """What else may be true that this recording cannot tell: ``problem`` with its noise, effects ``beside`` the model.
+
+    What is only significant without it is not added; ``reason`` ends the sentence "not significant ...". Where attitudes
+    follow the clock, a drift is whatever follows the attitude.
+    """
+
+    problem: Problem
+    beside: tuple[Any, ...]
+    reason: str
+
+
+def search(
+    problem: Problem,
+    declared: Sequence[Any],
+    tried: Sequence[Any],
+    alpha: float,
+    doubts: Sequence[Doubt] = (),
+    untold: Sequence[Any] = (),
+) -> Outcome:
+    """Add to the declared model, one after the other, what fitted and held-out units call for, whatever the doubts.
+
+    ``untold`` are effects that these units cannot tell from noise: they are not added, and are rivals all the same.
+    """
     before = solve(problem, declared)
     testable, blind = _testable(problem, before, tried)
     looks = max(len(testable), 1)
@@ -280,7 +335,7 @@ def search(problem: Problem, declared: Sequence[Any], tried: Sequence[Any], alph
     alone: dict[str, Rejected] = {}
     while True:
         left = [term for term in testable if term not in now.terms]
-        found = _round(problem, now, left, looks, alpha, refused)
+        found = _round(problem, now, left, looks, alpha, refused, doubts)
         alone = alone or dict(refused)
         if not found:
             break
@@ -289,12 +344,24 @@ def search(problem: Problem, declared: Sequence[Any], tried: Sequence[Any], alph
         now, steps = _pruned(problem, declared, now, steps, looks, alpha, refused)
         if len(steps) > 3 * len(testable):  # added and dropped in turn: enough
             break
-    rivals = {s.term.effect.key: _rivals(problem, now, s.term, testable, looks, alpha) for s in steps}
+    while steps and not _no_worse(problem, before, now):
+        last = steps.pop()
+        key = last.term.effect.key
+        reason = "with it the held-out error is larger than that of the declared model"
+        refused[key] = Rejected(key, last.p_value, last.likelihood_ratio, reason)
+        now = solve(problem, [term for term in now.terms if term is not last.term])
+    rivals = {s.term.effect.key: _rivals(problem, now, s.term, [*testable, *untold], looks, alpha) for s in steps}
     for key in refused.keys() & {step.term.effect.key for step in steps}:
         del refused[key]
     refused |= {key: r for step in steps if (r := _alone(alone.get(key := step.term.effect.key)))}
     rejected = tuple(sorted(map(_plain, refused.values()), key=lambda r: r.p_value))
     return Outcome(before, now, tuple(steps), rejected, blind, rivals)
+
+
+def _no_worse(problem: Problem, before: Fit, now: Fit) -> bool:
+    """Whether what was added, and has outlived the rest, leaves no larger held-out error than the declared model."""
+    errors = held_out_errors(problem, before, now)
+    return bool(errors[1] <= errors[0])
 
 
 def _testable(problem: Problem, before: Fit, tried: Sequence[Any]) -> tuple[list[Any], tuple[NotTestable, ...]]:
@@ -333,7 +400,13 @@ def _distinct(problem: Problem, fit: Fit, term: Any) -> float:
 
 
 def _round(
-    problem: Problem, now: Fit, left: Sequence[Any], looks: int, alpha: float, refused: dict[str, Rejected]
+    problem: Problem,
+    now: Fit,
+    left: Sequence[Any],
+    looks: int,
+    alpha: float,
+    refused: dict[str, Rejected],
+    doubts: Sequence[Doubt] = (),
 ) -> tuple[Fit, list[Step]] | None:
     """The best single effect; where none is accepted, the best of several at once; None where nothing is."""
     best: tuple[float, Fit, tuple[Any, ...], Evidence, float] | None = None
@@ -349,6 +422,8 @@ def _round(
         found = evidence(problem, now, fit)
         p = found.p_value(count)
         reason = _refusal(problem, now, fit, terms, p, alpha)
+        if not reason and (other := _doubted(now, terms, doubts, count, alpha)):
+            p, reason = other
         if reason and len(terms) == 1:
             key = terms[0].effect.key
             refused[key] = Rejected(key, p, found.likelihood_ratio, reason)
@@ -357,10 +432,10 @@ def _round(
     if best is None:
         return None
     _, fit, terms, found, p = best
-    errors = held_out_error(problem, now), held_out_error(problem, fit)
+    without, with_it = held_out_errors(problem, now, fit)
     keys = [term.effect.key for term in terms]
     together = tuple(keys) if len(keys) > 1 else ()
-    return fit, [Step(term, p, found.likelihood_ratio, *errors, together) for term in terms]
+    return fit, [Step(term, p, found.likelihood_ratio, without, with_it, together) for term in terms]
 
 
 def _alone(refused: Rejected | None) -> Rejected | None:
@@ -372,7 +447,7 @@ def _alone(refused: Rejected | None) -> Rejected | None:
 
 def _plain(refused: Rejected) -> Rejected:
     """Of what is not significant the held-out error does not matter."""
-    insignificant = refused.reason.startswith("not significant")
+    insignificant = refused.reason.startswith("not significant,")
     return replace(refused, reason="not significant") if insignificant else refused
 
 
@@ -383,7 +458,9 @@ def _sets(left: Sequence[Any]) -> Iterator[tuple[Any, ...]]:
 
 def _refusal(problem: Problem, now: Fit, fit: Fit, terms: tuple[Any, ...], p: float, alpha: float) -> str:
     """Why the effects are not added; empty if they are."""
-    errors = held_out_error(problem, now), held_out_error(problem, fit)
+    errors = held_out_errors(problem, now, fit)
+    if not np.isfinite(errors).all():
+        return "no rest foretells another"
     worse = f"held-out error {errors[1] / errors[0]:.3g} times as large" if errors[1] > errors[0] else ""
     if not p < alpha:
         return f"not significant, {worse}" if worse else "not significant"
@@ -392,6 +469,18 @@ def _refusal(problem: Problem, now: Fit, fit: Fit, terms: tuple[Any, ...], p: fl
     if any(_beyond(fit, term) for term in terms):
         return "larger than is credible"
     return ""
+
+
+def _doubted(
+    now: Fit, terms: tuple[Any, ...], doubts: Sequence[Doubt], count: float, alpha: float
+) -> tuple[float, str] | None:
+    """P-value under the first doubt under which the effects are not significant, and the reason to refuse them."""
+    for doubt in doubts:
+        small, large = (solve(doubt.problem, (*now.terms, *doubt.beside, *more)) for more in ((), terms))
+        p = evidence(doubt.problem, small, large).p_value(count)
+        if not p < alpha:
+            return p, f"not significant {doubt.reason}"
+    return None
 
 
 def _beyond(fit: Fit, term: Any) -> bool:
@@ -436,8 +525,8 @@ def _rivals(
             continue
         without = solve(problem, [*others, rival])
         both = solve(problem, [*others, rival, term])
-        if both.freedom < 1 or evidence(problem, base, without).p_value(looks) >= alpha:
+        if evidence(problem, base, without).p_value(looks) >= alpha:
             continue
-        if evidence(problem, without, both).p_value(looks) >= alpha:
+        if both.freedom < 1 or evidence(problem, without, both).p_value(looks) >= alpha:
             found.append(rival.effect.key)
     return tuple(found)

@@ -20,12 +20,14 @@ from insenv.core.recording import Floats, Recording
 from insenv.effects.base import Effect
 from insenv.effects.catalogue import by_key
 from insenv.identify.findings import NotTestable
-from insenv.identify.positions import Rest, find_rests, means, middle_times
-from insenv.identify.positions_accel import Magnitudes, gravities
+from insenv.identify.positions import Rest, Rests, find_rests, means, middle_times
+from insenv.identify.positions_accel import Magnitudes, directions, gravities
+from insenv.identify.positions_accel import with_walk as with_bias_walk
 from insenv.identify.positions_gyro import Rotations, rotations, with_noise
 from insenv.identify.positions_model import AXES, Surroundings, triad_term
 from insenv.identify.positions_rest import RestMeans, RestTerm, with_walk
-from insenv.identify.positions_search import LEAST_FREEDOM, Fit, Outcome, search, solve
+from insenv.identify.positions_search import LEAST_FREEDOM, Doubt, Fit, Outcome, in_turn, search, solve
+from insenv.identify.positions_walk import ALLOWED
 
 #: Effects of each part that may be declared. Those that are not are tried, but for what is slow on gyros at rest: a
 #: bias that walks there looks like a drift.
@@ -52,9 +54,14 @@ class Part:
 
 @dataclass(frozen=True)
 class Positions:
-    """Everything that was found: ``gyro`` and ``at_rest`` (one of each axis) where gyros are targets."""
+    """Everything that was found: ``gyro`` (None without turns) and ``at_rest`` (one of each axis) of gyros as targets.
+
+    ``forces``, shape (rests, 3), are the calibrated specific forces of ``rests``; ``calm`` are the stretches of them by
+    which gyros are judged.
+    """
 
     rests: tuple[Rest, ...]
+    calm: tuple[Rest, ...]
     remarks: tuple[str, ...]
     forces: Floats
     gravity_known: bool
@@ -80,25 +87,30 @@ def trace_positions(
     gyros = any(target.startswith("gyro") for target in manifest.model.targets)
     prefixes = _check(manifest, recordings, gyros)
     progress("finding rests")
-    found = find_rests(manifest, recordings, [f"{prefix}_{axis}" for prefix in prefixes for axis in AXES])
-    around = _surroundings(manifest, recordings, found.rests)
+    channels = [f"{prefix}_{axis}" for prefix in prefixes for axis in AXES]
+    found = find_rests(manifest, recordings, channels, _wanted(manifest))
     keys = None if tried is None else tuple(effect.key for effect in tried)
     progress("accelerometers")
-    accel, left_out, known = _accelerometers(manifest, recordings, found.rests, around, keys, alpha)
+    accel, left_out, known = _accelerometers(manifest, recordings, found, keys, alpha)
     assert isinstance(accel.problem, Magnitudes)
-    forces = accel.problem.directions(accel.outcome.after.terms, accel.outcome.after.theta)
+    after = accel.outcome.after
+    forces = directions(accel.problem.measured, accel.problem.around, after.terms, after.theta)
+    dropped = {rest.number for rest, left in zip(found.rests, left_out, strict=True) if left}
+    calm = tuple(rest for rest in found.calm if rest.number not in dropped)
     remarks = (*found.remarks, *_named(found.rests, recordings, left_out))
-    whole = Positions(found.rests, remarks, forces, known, accel)
+    whole = Positions(found.rests, calm, remarks, forces, known, accel)
     if not gyros:
         return whole
     progress("gyros")
-    turns = rotations(recordings, found.rests, forces, left_out)
-    if not turns.fitted.any() or not turns.held_out.any():
+    around = _surroundings(manifest, recordings, calm)
+    directed = directions(means(recordings, calm, "accel"), around, after.terms, after.theta)
+    turns = rotations(recordings, calm, directed, found.in_turn)
+    if turns.turns and not (turns.fitted.any() and turns.held_out.any()):
         raise InputError(
             f"{manifest.path}: no turns between rests to fit and to score; wanted rests one after the other"
         )
-    at_rest = _gyros_at_rest(manifest, recordings, whole, around, keys, alpha)
-    gyro = _gyros_between(manifest, turns, whole, at_rest, keys, alpha)
+    at_rest, bias = _gyros_at_rest(manifest, recordings, calm, directed, around, found.in_turn, keys, alpha)
+    gyro = _gyros_between(manifest, turns, whole, bias, keys, alpha) if turns.turns else None
     return replace(whole, gyro=gyro, at_rest=at_rest)
 
 
@@ -128,27 +140,53 @@ def _surroundings(manifest: Manifest, recordings: Sequence[Recording], rests: Se
     return Surroundings(middle_times(recordings, rests), temperature, manifest.model.reference_temperature)
 
 
+def _wanted(manifest: Manifest) -> int:
+    """Rests that the declared model of the accelerometers wants fitted."""
+    return sum(triad_term(effect).size for effect in _of_accelerometers(manifest)) + LEAST_FREEDOM
+
+
+def _of_accelerometers(manifest: Manifest) -> list[Effect]:
+    """Declared effects of the accelerometers; where they are no target, what makes them an attitude reference."""
+    if any(target.startswith("accel") for target in manifest.model.targets):
+        return _declared(manifest, "accel")
+    return [by_key("accel_bias"), by_key("accel_scale_factor")]
+
+
 def _accelerometers(
     manifest: Manifest,
     recordings: Sequence[Recording],
-    rests: Sequence[Rest],
-    around: Surroundings,
+    found: Rests,
     keys: tuple[str, ...] | None,
     alpha: float,
 ) -> tuple[Part, NDArray[np.bool_], bool]:
     """The accelerometers' part, rests that were left out, and whether gravity is known."""
+    rests, around = found.rests, _surroundings(manifest, recordings, found.rests)
     targets = any(target.startswith("accel") for target in manifest.model.targets)
-    declared = _declared(manifest, "accel") if targets else [by_key("accel_bias"), by_key("accel_scale_factor")]
+    declared = _of_accelerometers(manifest)
     gravity, known = gravities(recordings, rests)
     held_out = np.array([rest.held_out for rest in rests])
     free = not known and "accel_scale_factor" not in {effect.id for effect in declared}
-    problem = Magnitudes(means(recordings, rests, "accel"), gravity, around, ~held_out, held_out, free)
+    in_turn = found.in_turn and not found.in_parts
+    measured = means(recordings, rests, "accel")
+    problem = Magnitudes(measured, gravity, around, ~held_out, held_out | in_turn, free)
     terms = [triad_term(effect) for effect in declared]
-    _enough(manifest, problem, sum(term.size for term in terms), "rests")
+    _enough(manifest, problem, sum(term.size for term in terms), "rests", len({rest.number for rest in rests}))
     tried, blind = _candidates(OF_ACCELEROMETERS, declared, around, keys if targets else None)
-    left_out = _outliers(problem, [*terms, *(triad_term(e) for e in tried)])
-    problem = replace(problem, fitted=problem.fitted & ~left_out)
-    outcome = search(problem, terms, [triad_term(effect) for effect in tried], alpha)
+    more = [triad_term(effect) for effect in tried]
+    runs = np.array([rest.run for rest in rests])
+    left_out = np.zeros(len(rests), dtype=bool)
+    if not found.in_parts:
+        left_out = _outliers(problem, [*terms, *more])
+        problem = replace(problem, fitted=problem.fitted & ~left_out, held_out=problem.held_out & ~left_out)
+    walking = with_bias_walk(problem, [*terms, *more], runs)
+    doubts = [Doubt(walking, (), "beside biases that walk as far as these rests allow")]
+    slow = [term for term in more if term.effect.id in SLOW]
+    if walking is not problem:
+        slow = []  # the rests tell a walk
+    blind += tuple(NotTestable(t.effect.key, ("more positions",), "so few rests do not tell it from noise") for t in slow)
+    if found.in_parts:
+        problem = walking
+    outcome = search(problem, terms, [term for term in more if term not in slow], alpha, doubts, slow)
     outcome = replace(outcome, not_testable=(*outcome.not_testable, *blind))
     return Part(problem, outcome, _structure(problem, outcome.after, alpha, "rests")), left_out, known
 
@@ -157,11 +195,11 @@ def _gyros_between(
     manifest: Manifest,
     problem: Rotations,
     found: Positions,
-    at_rest: tuple[Part, ...],
+    bias: float,
     keys: tuple[str, ...] | None,
     alpha: float,
 ) -> Part:
-    """The part of the rotations from rest to rest."""
+    """The part of the rotations from rest to rest; ``bias`` is the variance of a gyro's mean in a rest [rad^2/s^2]."""
     declared = [triad_term(e) for e in _declared(manifest, "gyro") if e.id in (*OF_ROTATIONS, WHOLE)]
     _enough(manifest, problem, sum(term.size for term in declared), "turns")
     effects = [term.effect for term in declared]
@@ -173,7 +211,6 @@ def _gyros_between(
     ]
     most = whole if problem.rank * problem.fitted.sum() > sum(t.size for t in whole) + LEAST_FREEDOM else declared
     direction = found.accel.outcome.after.variance / float(np.mean(np.sum(found.forces**2, axis=1)))
-    bias = float(np.median([part.outcome.after.variance for part in at_rest]))
     problem = with_noise(problem, most, solve(problem, most).theta, direction, bias)
     outcome = search(problem, declared, tried, alpha)
     return Part(problem, outcome, _structure(problem, outcome.after, alpha, "turns"))
@@ -182,30 +219,37 @@ def _gyros_between(
 def _gyros_at_rest(
     manifest: Manifest,
     recordings: Sequence[Recording],
-    found: Positions,
+    rests: Sequence[Rest],
+    forces: Floats,
     around: Surroundings,
+    in_turn: bool,
     keys: tuple[str, ...] | None,
     alpha: float,
-) -> tuple[Part, ...]:
-    """The means at rest of each gyro."""
+) -> tuple[tuple[Part, ...], float]:
+    """The means at rest of each gyro, and the variance of one about what is found, beside its likeliest walk."""
     declared = [e for e in _declared(manifest, "gyro") if e.id in OF_RESTS]
-    y = means(recordings, found.rests, "gyro")
-    held_out = np.array([rest.held_out for rest in found.rests])
-    fitted = found.accel.problem.fitted
-    parts = []
+    y = means(recordings, rests, "gyro")
+    held_out = np.array([rest.held_out for rest in rests])
+    parts, scatter = [], []
     tried, _ = _candidates(tuple(key for key in OF_RESTS if key not in SLOW), declared, around, keys)
     reason = "in the means at rest it looks like a bias that walks at random"
     there = {effect.id for effect in declared}
     blind = tuple(NotTestable(key, (), reason) for key in SLOW if key not in there)
+    slow = [key for key in SLOW if key not in there and (key != "bias_temperature" or around.temperature is not None)]
+    untold = [RestTerm(by_key(key)) for key in slow]  # type: ignore[arg-type]
     terms, more = [RestTerm(e) for e in (by_key("bias"), *declared)], [RestTerm(e) for e in tried]  # type: ignore[arg-type]
-    runs = np.array([rest.run for rest in found.rests])
+    runs = np.array([rest.run for rest in rests])
     for axis in range(3):
-        problem = RestMeans(y[:, axis], found.forces, around, fitted, held_out, np.eye(len(y)))
+        problem = RestMeans(y[:, axis], forces, around, ~held_out, held_out | in_turn, np.eye(len(y)))
+        further = with_walk(problem, [*terms, *more], runs, ALLOWED)
         problem = with_walk(problem, [*terms, *more], runs)
-        outcome = search(problem, terms, more, alpha)
+        scatter.append(solve(problem, [*terms, *more]).variance)
+        doubts = [Doubt(further, (), "beside a bias that walks as far as these rests allow")]
+        doubts += [Doubt(problem, (t,), f"beside {t.effect.key}, which these rests do not tell from it") for t in untold]
+        outcome = search(problem, terms, more, alpha, doubts)
         outcome = replace(outcome, not_testable=(*outcome.not_testable, *blind))
         parts.append(Part(problem, outcome, _structure(problem, outcome.after, alpha, "rests")))
-    return tuple(parts)
+    return tuple(parts), float(np.median(scatter))
 
 
 def _declared(manifest: Manifest, prefix: str) -> list[Effect]:
@@ -251,13 +295,19 @@ def _candidates(
     return tried, tuple(blind)
 
 
-def _enough(manifest: Manifest, problem: Magnitudes | Rotations, size: int, units: str) -> None:
-    """Refuse fewer rests than the declared model can be fitted to."""
+def _enough(
+    manifest: Manifest, problem: Magnitudes | Rotations, size: int, units: str, distinct: int | None = None
+) -> None:
+    """Refuse fewer rests than the declared model can be fitted to; of ``distinct`` attitudes, where it was parts."""
     count = int(problem.fitted.sum())
     least = -(-(size + LEAST_FREEDOM) // problem.rank)
+    silent = "" if in_turn(problem) else ", or no [held_out] at all: each is then held out in its turn"
+    if distinct is not None and distinct * problem.rank < size:
+        found = f"{distinct} {units} for {size} declared parameters"
+        raise InputError(f"{manifest.path}: {found}; wanted at least {-(-size // problem.rank)} attitudes")
     if count < least:
         found = f"{count} {units} to fit for {size} declared parameters"
-        raise InputError(f"{manifest.path}: {found}; wanted at least {least} that are not held out")
+        raise InputError(f"{manifest.path}: {found}; wanted at least {least} that are not held out{silent}")
 
 
 def _outliers(problem: Magnitudes, terms: Sequence[object]) -> NDArray[np.bool_]:
@@ -294,6 +344,8 @@ def _named(rests: Sequence[Rest], recordings: Sequence[Recording], left_out: NDA
 
 def _structure(problem: Magnitudes | Rotations | RestMeans, fit: Fit, alpha: float, units: str) -> tuple[str, ...]:
     """Whether the held-out units scatter as the fitted ones foretell; a sentence where they do not."""
+    if in_turn(problem):
+        return ()  # all are fitted, and each is foretold by all others
     held = problem.held_out
     r = fit.residual[held].ravel()
     slopes = fit.slopes[held].reshape(len(r), -1)

@@ -94,7 +94,7 @@ class HeldOutTable(Table):
     runs: list[int] | None = None
     start: str | None = None
     rows: list[tuple[int, int]] | None = None
-    positions: Literal["even", "odd"] | list[int] | None = None
+    positions: Literal["even", "odd", "leave-one-out"] | list[int] | None = None
     averaging: str | None = None
 
 
