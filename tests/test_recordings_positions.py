@@ -58,8 +58,9 @@ def test_gyros_need_the_whole_matrix(xsens: Findings) -> None:
     for name in GYROS:
         found = target(xsens, name)
         assert {"non_orthogonality", "misalignment", "scale_factor"} <= added(found)
-        assert degrees(found.held_out.before) > 2.9
-        assert degrees(found.held_out.after) < 0.7
+        assert degrees(found.held_out.before) > 2.8
+        # An independent fit of nine parameters on clean rests leaves 0.35 deg, each turn by the others.
+        assert degrees(found.held_out.after) < 1.3 * 0.352
         (alone,) = [r for r in found.rejected if r.effect == "scale_factor"]
         assert alone.reason.startswith("alone: ")
 
@@ -84,7 +85,14 @@ def test_g_sensitivity_of_low_cost_gyros_is_not_claimed(low_cost: Findings) -> N
         found = target(low_cost, name)
         assert "g_sensitivity" not in added(found)
         assert any(r.effect == "g_sensitivity" and r.p_value > 0.05 for r in found.rejected)
-        assert found.held_out.after < 0.8 * found.held_out.before
+
+
+def test_low_cost_gyros_need_the_whole_matrix(low_cost: Findings) -> None:
+    """An independent fit of nine parameters on clean rests leaves 0.103 and 0.106 deg, each turn by the others."""
+    for name in GYROS:
+        found = target(low_cost, name)
+        assert {"non_orthogonality", "misalignment", "scale_factor"} <= added(found)
+        assert degrees(found.held_out.after) < 1.3 * 0.103
 
 
 def test_a_short_session_tells_the_gyros_and_says_that_it_cannot_tell_the_accelerometers() -> None:

@@ -84,7 +84,9 @@ def _target(manifest: Manifest, recordings: tuple[Recording, ...], found: Positi
     shown = next((part for part in parts if part.outcome.steps), parts[0])
     steps = [(part, step) for part in parts for step in part.outcome.steps]
     added = tuple(_added(part, step, axis, unit, shown) for part, step in steps)
-    reasons = tuple(r for part in triads for r in part.reasons) + tuple(f"at rest: {r}" for part in alone for r in part.reasons)
+    reasons = tuple(r for part in triads for r in part.reasons) + tuple(
+        f"at rest: {r}" for part in alone for r in part.reasons
+    )
     return TargetFindings(
         target=target,
         unit=unit,

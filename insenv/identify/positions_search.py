@@ -75,7 +75,7 @@ class Problem(Protocol):
 
     @property
     def spread(self) -> float:
-        """Spread that the deviate of the held-out units is taken to have: more than 1 where noise is common to all."""
+        """Spread that the deviate of units is taken to have: more than 1 where noise is common to all."""
 
     def evaluate(self, terms: Sequence[Any], theta: Floats) -> tuple[Floats, Floats]:
         """Residuals, shape (m, d), and their derivatives, shape (m, d, p)."""
@@ -250,7 +250,9 @@ def evidence(problem: Problem, small: Fit, large: Fit) -> Evidence:
     if large.rss <= 0 or nu < 1:
         return Evidence(-np.inf, 0.0)
     change = max(small.rss - large.rss, 0.0)
-    log_p = float(fisher.logsf(change / gained / large.variance, gained, nu))
+    # What all units have in common shows in no scatter: held-out units are judged with a spread for it, or else these.
+    common = problem.spread**2 if in_turn(problem) else 1.0
+    log_p = float(fisher.logsf(change / gained / large.variance / common, gained, nu))
     ratio = float(problem.rank * problem.fitted.sum() * np.log(max(small.rss / large.rss, 1.0)))
     z, information = (0.0, 0.0) if in_turn(problem) else _held_out_deviate(problem, small, large)
     return Evidence(joint_deviate(log_p, change / large.variance, z, information), ratio)

@@ -183,7 +183,9 @@ def _accelerometers(
     slow = [term for term in more if term.effect.id in SLOW]
     if walking is not problem:
         slow = []  # the rests tell a walk
-    blind += tuple(NotTestable(t.effect.key, ("more positions",), "so few rests do not tell it from noise") for t in slow)
+    blind += tuple(
+        NotTestable(t.effect.key, ("more positions",), "so few rests do not tell it from noise") for t in slow
+    )
     if found.in_parts:
         problem = walking
     outcome = search(problem, terms, [term for term in more if term not in slow], alpha, doubts, slow)
@@ -245,7 +247,9 @@ def _gyros_at_rest(
         problem = with_walk(problem, [*terms, *more], runs)
         scatter.append(solve(problem, [*terms, *more]).variance)
         doubts = [Doubt(further, (), "beside a bias that walks as far as these rests allow")]
-        doubts += [Doubt(problem, (t,), f"beside {t.effect.key}, which these rests do not tell from it") for t in untold]
+        doubts += [
+            Doubt(problem, (t,), f"beside {t.effect.key}, which these rests do not tell from it") for t in untold
+        ]
         outcome = search(problem, terms, more, alpha, doubts)
         outcome = replace(outcome, not_testable=(*outcome.not_testable, *blind))
         parts.append(Part(problem, outcome, _structure(problem, outcome.after, alpha, "rests")))

@@ -4,14 +4,14 @@
     gyros            C(K_g (w - b))' u_k = u_k+1       K_g any 3 x 3 matrix, 9 parameters, from rest to rest
 
 u_k is the direction of K_a (m_k - o), b goes straight from its mean in one rest to that in the next. Rests are the
-stretches whose scatter over half a second stays below 1.5 times that of the calmest stretches of the recording and
-whose mean does not move; each is cut by a further quarter of a second at either end. Levenberg and Marquardt with
-derivatives by differences.
+stretches whose scatter over half a second, as root mean square over the channels, stays below 1.7 times that of the
+calmest stretches; of several in one attitude the longest; a quarter of a second is cut off at either end. Levenberg and
+Marquardt with derivatives by differences.
 
     python scripts/studies/measured/many_attitudes.py RECORDING FOLDER
 
-prints the root mean square error of the rotations: of all turns, with and without the matrix, and of every second turn
-by the matrix of the others.
+prints the root mean square error of the rotations: of all turns without the matrix and with it, and of each turn by the
+matrix of all others.
 
 Source: Tedaldi, Pretto and Menegatti, ICRA (2014).
 """
@@ -48,24 +48,21 @@ def rests(a: np.ndarray, w: np.ndarray, dt: float) -> list[tuple[int, int]]:
     width = 2 * half + 1
     x = np.column_stack([a, w])
     view = np.lib.stride_tricks.sliding_window_view(x, width, axis=0)
-    scatter, level = view.std(axis=-1), view.mean(axis=-1)
-    quiet = np.quantile(scatter, 0.1, axis=0)
-    moved = np.abs(level[width:] - level[:-width])
-    moved = np.vstack([np.zeros((half, 6)), moved, np.zeros((width - half, 6))])
-    still = (scatter < 2.0 * quiet + 1e-12).all(axis=1) & (moved < 2.0 * quiet).all(axis=1)
+    scatter = view.std(axis=-1)
+    still = np.sqrt(np.mean((scatter / np.quantile(scatter, 0.1, axis=0)) ** 2, axis=1)) < 1.7
     edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(int), [0]])))
     found = [(i + half, j + half) for i, j in zip(edges[::2], edges[1::2])]
     joined: list[tuple[int, int]] = []
-    for i, j in found:  # a knock shorter than the turn of an attitude parts no rest
+    for i, j in (x for x in found if x[1] - x[0] > 4 * half):  # a knock parts no rest
         if joined:
             p, q = joined[-1]
             u, v = a[p:q].mean(axis=0), a[i:j].mean(axis=0)
             angle = np.linalg.norm(np.cross(u, v)) / np.linalg.norm(u) / np.linalg.norm(v)
-            if angle < 0.02:
+            if angle < 0.05 and (i - q) * dt < 0.6:
                 joined[-1] = (p, q) if q - p > j - i else (i, j)
                 continue
         joined.append((i, j))
-    return [(i + half, j - half) for i, j in joined if j - i > 4 * half]
+    return [(i + half, j - half) for i, j in joined]
 
 
 def least_squares(function, start: np.ndarray) -> np.ndarray:
@@ -91,13 +88,18 @@ def least_squares(function, start: np.ndarray) -> np.ndarray:
     return theta
 
 
-def accelerometers(m: np.ndarray) -> np.ndarray:
-    """K_a and o from the means at rest, shape (n, 3), as 9 numbers."""
+def accelerometers(m: np.ndarray, faces: bool) -> np.ndarray:
+    """K_a and o from the means at rest, shape (n, 3), as 9 numbers; ``faces`` alone tell nothing off the diagonal."""
+    start = np.array([1.0, 0, 0, 1, 0, 1, 0, 0, 0])
+    free = np.array([0, 3, 5, 6, 7, 8]) if faces else np.arange(9)
 
-    def error(t: np.ndarray) -> np.ndarray:
-        return np.linalg.norm(calibrated(m, t), axis=1) - G
+    def whole(x: np.ndarray) -> np.ndarray:
+        t = start.copy()
+        t[free] = x
+        return t
 
-    return least_squares(error, np.array([1.0, 0, 0, 1, 0, 1, 0, 0, 0]))
+    error = lambda x: np.linalg.norm(calibrated(m, whole(x)), axis=1) - G  # noqa: E731
+    return whole(least_squares(error, start[free]))
 
 
 def calibrated(m: np.ndarray, t: np.ndarray) -> np.ndarray:
@@ -142,7 +144,7 @@ def main(name: str, folder: Path) -> dict[str, float]:
     found = rests(a, w, dt)
     m = np.array([a[i:j].mean(axis=0) for i, j in found])
     b = np.array([w[i:j].mean(axis=0) for i, j in found])
-    t = accelerometers(m)
+    t = accelerometers(m, name == "imucal")
     f = calibrated(m, t)
     left = np.linalg.norm(f, axis=1) - G
     u = f / np.linalg.norm(f, axis=1)[:, None]
@@ -159,17 +161,26 @@ def main(name: str, folder: Path) -> dict[str, float]:
         return np.eye(3) + least_squares(error, np.zeros(9)).reshape(3, 3)
 
     whole = matrix(turns)
-    halves = [(turns[0::2], turns[1::2]), (turns[1::2], turns[0::2])]
-    crossed = np.concatenate([rotation_errors(score, u, dt, matrix(fit)) for fit, score in halves])
+    # Each by the others, from the derivatives of all: the residual of a turn over what it does not explain itself.
+    error = lambda x: rotation_errors(turns, u, dt, whole + x.reshape(3, 3)).ravel()  # noqa: E731
+    r, step = error(np.zeros(9)), 1e-6
+    j = np.column_stack([(error(step * e) - r) / step for e in np.eye(9)])
+    hat = j @ np.linalg.solve(j.T @ j, j.T)
+    blocks = [slice(3 * k, 3 * k + 3) for k in range(len(turns))]
+    each = np.array([np.linalg.solve(np.eye(3) - hat[b, b], r[b]) for b in blocks])
     out = {
         "rests": len(found),
-        "accel_rms": float(np.sqrt(left @ left / max(len(left) - 9, 1))),
+        "accel_rms": float(np.sqrt(left @ left / max(len(left) - (6 if name == "imucal" else 9), 1))),
         "before": rms(rotation_errors(turns, u, dt, np.eye(3))),
         "all": rms(rotation_errors(turns, u, dt, whole)),
-        "crossed": rms(crossed),
+        "each by the others": rms(each),
     }
-    print(f"{name}: {out['rests']} rests; accelerometers leave {1e3 * out['accel_rms']:.3g} mm/s^2 (9 parameters);")
-    print(f"  rotations {out['before']:.3g} deg without a matrix, {out['all']:.3g} deg with it, {out['crossed']:.3g} deg crossed")
+    print(
+        f"{name}: {out['rests']} rests; accelerometers leave {1e3 * out['accel_rms']:.3g} mm/s^2 ({6 if name == 'imucal' else 9} parameters);"
+    )
+    print(
+        f"  rotations {out['before']:.3g} deg without a matrix, {out['all']:.3g} deg with it, {out['each by the others']:.3g} deg each by the others"
+    )
     print(np.array2string(1e2 * (whole - np.eye(3)), precision=3, suppress_small=True), "% beside the identity")
     return out
 
