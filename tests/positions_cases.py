@@ -2,9 +2,9 @@
 
 accelerometers   M_a f + b_a + noise,    gyros   M_g w + b_g + G f + noise
 
-Rests are as hands and jigs make them where a case says so: the unit settles after it was set down (an exponential of its
-attitude), a hand trembles (some hertz, about all axes), one cause is common to all channels. `faces` is the six-position
-test of a laboratory, on a table that is level within `table`, and `least_squares` what a textbook makes of it.
+Rests are as hands and jigs make them where a case says so: the unit settles after it was set down (an exponential of
+its attitude), a hand trembles (some hertz, about all axes). `faces` is the six-position test of a laboratory, on a
+table that is nearly level, and `least_squares` what a textbook makes of it.
 """
 
 from __future__ import annotations

@@ -10,9 +10,9 @@ where q and s_max are the quiet level and the largest value of s: half-way, in o
 motion. No figure of the instrument is needed, not even its unit. A rest is a stretch of still windows that is long
 enough, less half a window at either end, for there the hand is still near.
 
-That is still enough for the magnitude of gravity, whatever a hand's tremor. What gyros are judged by, the direction of
-gravity and the bias, wants more: the longest stretch of each rest in which s(t) stays below a few times the noise of the
-quietest windows themselves (`CALM`). Of those few levels the one is taken whose rests tell most: m turns between
+That is still enough for the magnitude of gravity, whatever a hand's tremor. What gyros are judged by, the direction
+of gravity and the bias, wants more: the longest stretch of each rest in which s(t) stays below a few times the noise of
+the quietest windows themselves (`CALM`). Of those few levels the one is taken whose rests tell most: m turns between
 rests with a scatter of c quiet levels tell the nine figures of a triad by (m - 4.5) / c^2.
 
 Rests are counted from 1, through all runs. Where the recording has labels (`segment`), each labelled stretch is a rest.

@@ -308,8 +308,8 @@ class Outcome:
 class Doubt:
     """What else may be true that this recording cannot tell: ``problem`` with its noise, effects ``beside`` the model.
 
-    What is only significant without it is not added; ``reason`` ends the sentence "not significant ...". Where attitudes
-    follow the clock, a drift is whatever follows the attitude.
+    What is only significant without it is not added; ``reason`` ends the sentence "not significant ...". Where
+    attitudes follow the clock, a drift is whatever follows the attitude.
     """
 
     problem: Problem

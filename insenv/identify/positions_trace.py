@@ -109,7 +109,7 @@ def trace_positions(
         raise InputError(
             f"{manifest.path}: no turns between rests to fit and to score; wanted rests one after the other"
         )
-    at_rest, bias = _gyros_at_rest(manifest, recordings, calm, directed, around, found.in_turn, keys, alpha)
+    at_rest, bias = _gyros_at_rest(manifest, recordings, calm, (directed, around), keys, alpha)
     gyro = _gyros_between(manifest, turns, whole, bias, keys, alpha) if turns.turns else None
     return replace(whole, gyro=gyro, at_rest=at_rest)
 
@@ -222,13 +222,12 @@ def _gyros_at_rest(
     manifest: Manifest,
     recordings: Sequence[Recording],
     rests: Sequence[Rest],
-    forces: Floats,
-    around: Surroundings,
-    in_turn: bool,
+    reference: tuple[Floats, Surroundings],
     keys: tuple[str, ...] | None,
     alpha: float,
 ) -> tuple[tuple[Part, ...], float]:
     """The means at rest of each gyro, and the variance of one about what is found, beside its likeliest walk."""
+    (forces, around), in_turn = reference, not any(rest.held_out for rest in rests)
     declared = [e for e in _declared(manifest, "gyro") if e.id in OF_RESTS]
     y = means(recordings, rests, "gyro")
     held_out = np.array([rest.held_out for rest in rests])

@@ -2,10 +2,10 @@
 
     cov = s^2 (I + kappa W),    W_kl = min(t_k, t_l) a_kl  within a run
 
-with t the middle of a rest and a_kl how much of the walk that rest k feels rest l feels too (1 for one channel). Such a
-walk looks like a drift, and by chance like anything that changes slowly: kappa is estimated from the fitted rests, beside
-everything that is to be tried. Few rests do not tell it well, and one that is taken too small makes an effect of every
-walk: what is found must stand against the largest that is within `ALLOWED` of the best likelihood as well.
+with t the middle of a rest and a_kl how much of the walk that rest k feels rest l feels too (1 for one channel). Such
+a walk looks like a drift, and by chance like anything that changes slowly: kappa is estimated from the fitted rests,
+beside everything that is to be tried. Few rests do not tell it well, and one that is taken too small makes an effect of
+every walk: what is found must stand against the largest that is within `ALLOWED` of the best likelihood as well.
 """
 
 from __future__ import annotations

@@ -19,6 +19,7 @@ Source: Tedaldi, Pretto and Menegatti, ICRA (2014).
 from __future__ import annotations
 
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -51,7 +52,7 @@ def rests(a: np.ndarray, w: np.ndarray, dt: float) -> list[tuple[int, int]]:
     scatter = view.std(axis=-1)
     still = np.sqrt(np.mean((scatter / np.quantile(scatter, 0.1, axis=0)) ** 2, axis=1)) < 1.7
     edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(int), [0]])))
-    found = [(i + half, j + half) for i, j in zip(edges[::2], edges[1::2])]
+    found = [(i + half, j + half) for i, j in zip(edges[::2], edges[1::2], strict=True)]
     joined: list[tuple[int, int]] = []
     for i, j in (x for x in found if x[1] - x[0] > 4 * half):  # a knock parts no rest
         if joined:
@@ -71,7 +72,7 @@ def least_squares(function, start: np.ndarray) -> np.ndarray:
     r = function(theta)
     for _ in range(100):
         steps = np.maximum(1e-6, 1e-6 * np.abs(theta))
-        j = np.column_stack([(function(theta + s * e) - r) / s for s, e in zip(steps, np.eye(len(theta)))])
+        j = np.column_stack([(function(theta + s * e) - r) / s for s, e in zip(steps, np.eye(len(theta)), strict=True)])
         normal, right = j.T @ j, j.T @ r
         while damping < 1e9:
             tried = theta - np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-300), right)
@@ -149,7 +150,7 @@ def main(name: str, folder: Path) -> dict[str, float]:
     left = np.linalg.norm(f, axis=1) - G
     u = f / np.linalg.norm(f, axis=1)[:, None]
     turns = []
-    for k, ((_, j), (i, _)) in enumerate(zip(found[:-1], found[1:])):
+    for k, ((_, j), (i, _)) in enumerate(pairwise(found)):
         share = np.linspace(0, 1, i - j + 2)[:, None]
         turns.append((k, w[j - 1 : i + 1] - (b[k] + share * (b[k + 1] - b[k]))))
 
@@ -175,12 +176,11 @@ def main(name: str, folder: Path) -> dict[str, float]:
         "all": rms(rotation_errors(turns, u, dt, whole)),
         "each by the others": rms(each),
     }
-    print(
-        f"{name}: {out['rests']} rests; accelerometers leave {1e3 * out['accel_rms']:.3g} mm/s^2 ({6 if name == 'imucal' else 9} parameters);"
-    )
-    print(
-        f"  rotations {out['before']:.3g} deg without a matrix, {out['all']:.3g} deg with it, {out['each by the others']:.3g} deg each by the others"
-    )
+    parameters = 6 if name == "imucal" else 9
+    left_mm = 1e3 * out["accel_rms"]
+    print(f"{name}: {out['rests']} rests; accelerometers leave {left_mm:.3g} mm/s^2 ({parameters} parameters)")
+    print(f"  rotations: {out['before']:.3g} deg without a matrix, {out['all']:.3g} deg with it,")
+    print(f"  {out['each by the others']:.3g} deg each by the others")
     print(np.array2string(1e2 * (whole - np.eye(3)), precision=3, suppress_small=True), "% beside the identity")
     return out
 
