@@ -533,12 +533,12 @@ def test_each_left_out_is_what_a_fit_without_it_says() -> None:
     x, y = rng.standard_normal((m * d, p)), rng.standard_normal(m * d)
     half = rng.standard_normal((m * d, m * d))
     covariance = half @ half.T + np.eye(m * d)
-    root = np.linalg.cholesky(covariance)
+    root = np.asarray(np.linalg.cholesky(covariance), np.float64)
     white = np.linalg.solve(root, np.column_stack([y, x]))
-    inverse = np.linalg.inv(white[:, 1:].T @ white[:, 1:])
+    inverse = np.asarray(np.linalg.inv(white[:, 1:].T @ white[:, 1:]), np.float64)
     fit = inverse @ white[:, 1:].T @ white[:, 0]
-    residual = (white[:, 0] - white[:, 1:] @ fit).reshape(m, d)
-    slopes = -white[:, 1:].reshape(m, d, p)
+    residual = np.asarray((white[:, 0] - white[:, 1:] @ fit).reshape(m, d), np.float64)
+    slopes = np.asarray(-white[:, 1:].reshape(m, d, p), np.float64)
     each = left_out(root, residual, slopes, inverse, np.ones(m, dtype=bool))
     for i in range(m):
         keep = np.arange(m * d) // d != i

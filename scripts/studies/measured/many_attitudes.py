@@ -16,6 +16,8 @@ matrix of all others.
 Source: Tedaldi, Pretto and Menegatti, ICRA (2014).
 """
 
+# mypy: disable-error-code="no-untyped-def,call-overload"
+
 from __future__ import annotations
 
 import sys
@@ -165,8 +167,8 @@ def main(name: str, folder: Path) -> dict[str, float]:
     # Each by the others, from the derivatives of all: the residual of a turn over what it does not explain itself.
     error = lambda x: rotation_errors(turns, u, dt, whole + x.reshape(3, 3)).ravel()  # noqa: E731
     r, step = error(np.zeros(9)), 1e-6
-    j = np.column_stack([(error(step * e) - r) / step for e in np.eye(9)])
-    hat = j @ np.linalg.solve(j.T @ j, j.T)
+    slopes = np.column_stack([(error(step * e) - r) / step for e in np.eye(9)])
+    hat = slopes @ np.linalg.solve(slopes.T @ slopes, slopes.T)
     blocks = [slice(3 * k, 3 * k + 3) for k in range(len(turns))]
     each = np.array([np.linalg.solve(np.eye(3) - hat[b, b], r[b]) for b in blocks])
     out = {
