@@ -231,3 +231,17 @@ def test_at_rest_positions_are_what_can_be_changed() -> None:
     )
     alone = procedures((up,))
     assert [one.control for one in alone] == [False, True] and alone[0].plan.duration == 1800.0
+
+
+def test_an_effect_of_each_run_has_its_mean_in_a_further_one() -> None:
+    """Once its parameters in the recorded runs had no place for those of the further run: a traceback."""
+    runs = [table_run(TWO_RATES, seed, ("encoder_harmonic:1", np.array([3e-7, 0.0]))) for seed in (1, 2)]
+    problem, known = problem_of(*runs)
+    alike = fitted(problem, known, "encoder_harmonic:1")
+    term = Term(by_key("encoder_harmonic:1"), per_run=True)
+    fit = solve(problem, (*known.model, term))
+    each = Rival(term.effect.key, (term,), fit.theta[fit.design.term == len(known.model)])
+    other = rival(problem, "angle_locked_rate:1")
+    procedure = procedures(tuple(runs), LIMITS)[0]
+    more = further(procedure.plan, Recorded.of(runs[0]), problem, False)
+    assert delta(known, more, each, other) == pytest.approx(delta(known, more, alike, other), rel=0.2)

@@ -155,7 +155,14 @@ def delta(known: Known, further: Problem | None, a: Rival, b: Rival) -> float:
     """Delta(a, b) alone: what ``b`` leaves of ``a``, which has its parameters and its shape as the first term."""
     assert a.theta is not None
     stage = known.stage(further)
-    return _distance(stage, stage.model(known.model), stage.columns(a.terms[0]) @ a.theta, b)
+    columns = stage.columns(a.terms[0])
+    return _distance(stage, stage.model(known.model), columns @ _with_further(a.theta, columns.shape[1]), b)
+
+
+def _with_further(theta: Floats, size: int) -> Floats:
+    """Parameters for ``size`` columns: those of a further run, where each run has its own, are the mean of the others'."""
+    more = size - len(theta)
+    return np.concatenate([theta, theta.reshape(more, -1).mean(axis=1)]) if more else theta
 
 
 def sized(known: Known, a: Rival, b: Rival) -> tuple[Term, Floats]:

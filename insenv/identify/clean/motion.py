@@ -50,7 +50,8 @@ def at_rest(
     InputError
         If the target is at rest in less than `LEAST_REST` of the rows that may be fitted, or of those held out.
     """
-    if manifest.procedure != "static" or any(r.mounting.table_axis for r in recordings):
+    table = any({"table_angle", "table_rate"} & r.channels.keys() or r.mounting.table_axis for r in recordings)
+    if table or manifest.procedure != "static":
         return uses, ()
     moving = [_moving(r, target) for r in recordings]
     share = sum(int(m.sum()) for m in moving) / sum(map(len, moving))
