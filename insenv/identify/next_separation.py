@@ -160,7 +160,7 @@ def delta(known: Known, further: Problem | None, a: Rival, b: Rival) -> float:
 
 
 def _with_further(theta: Floats, size: int) -> Floats:
-    """Parameters for ``size`` columns: those of a further run, where each run has its own, are the mean of the others'."""
+    """Parameters for ``size`` columns: those of a further run, where each has its own, are the mean of the others."""
     more = size - len(theta)
     return np.concatenate([theta, theta.reshape(more, -1).mean(axis=1)]) if more else theta
 
