@@ -7,6 +7,12 @@ given between two bounds: plain regression, which noise in u pulls to zero, and 
 Delay by the least squares over shifts of u, its parabola at the smallest; standard deviations by blocks that are left
 out in turn (a jackknife), because what is left is correlated. Repeated values say the hold, equal extremes a rail.
 
+Second, with the hold and the lag apart, on the longest stretch without a gap:
+
+    gyro(t) = b + k (u + tau du/dt)(last row at which the output changed its value)
+
+tau: the encoder's rate is late by it (a first-order lag). u and its slope come from a local cubic.
+
     python bench_fit.py FILE.csv ... [--gyro-unit 1] [--rate-unit 0.10472]
 """
 
@@ -25,8 +31,8 @@ Array = NDArray[np.float64]
 BLOCKS = 20
 #: Shifts that are tried, in seconds; positive: the gyro follows the rate.
 SHIFTS = np.arange(-0.12, 0.1201, 0.0025)
-#: Equal extreme values from which a rail is named.
-RAIL = 5
+#: Equal extreme values in a row from which a rail is named: more than a hold gives.
+RAIL = 15
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +88,59 @@ def fit(time: Array, gyro: Array, rate: Array) -> Bench:
     )
 
 
+@dataclass(frozen=True, slots=True)
+class Held:
+    """Gain, lag of the encoder and rms by the second model; `rows` between new values, `phase` and its share."""
+
+    gain: float
+    lag: float
+    before: float
+    after: float
+    rows: int
+    phase: int
+    share: float
+
+
+def held(time: Array, gyro: Array, rate: Array, half: int = 5) -> Held | None:
+    """Fit of the hold and of the lag apart; None where no stretch is long enough or nothing is held."""
+    step = float(np.median(np.diff(time)))
+    ends = np.concatenate([[0], np.flatnonzero(np.diff(time) > 1.5 * step) + 1, [time.size]])
+    spans = [(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True) if np.ptp(gyro[a:b]) > 0.1 * np.ptp(gyro)]
+    a, b = max(spans, key=lambda span: span[1] - span[0])
+    if b - a < 200:
+        return None
+    y, u = gyro[a:b], rate[a:b]
+    smooth, slope = _cubic(u, step, half)
+    change = np.flatnonzero(np.diff(y) != 0.0) + 1
+    gaps = np.diff(change)
+    every = int(np.bincount(gaps[gaps < 9]).argmax()) if gaps.size > 9 else 1
+    count = np.bincount(change % every, minlength=every)
+    phase = int(count.argmax())
+    index = np.arange(b - a)
+    last = np.maximum((index - phase) // every * every + phase, 0)
+    inner = (index > half + every) & (index < b - a - half - 1) & (np.abs(y) < np.abs(gyro).max())
+    ones = np.ones(b - a)
+    plain, left = _least(np.column_stack([ones, smooth])[inner], y[inner])
+    found, least = _least(np.column_stack([ones, smooth[last], slope[last]])[inner], y[inner])
+    del plain
+    return Held(
+        float(found[1]), float(found[2] / found[1]), left, least, every, phase, float(count.max() / count.sum())
+    )
+
+
+def _least(design: Array, y: Array) -> tuple[Array, float]:
+    found = np.linalg.lstsq(design, y, rcond=None)[0]
+    return np.asarray(found, dtype=np.float64), float(np.std(y - design @ found))
+
+
+def _cubic(x: Array, step: float, half: int) -> tuple[Array, Array]:
+    """Value and slope of a cubic through the rows about each row."""
+    t = np.arange(-half, half + 1) * step
+    weights = np.linalg.pinv(np.vander(t, 4, increasing=True))
+    wide = np.pad(x, half, mode="edge")
+    return np.convolve(wide, weights[0][::-1], "valid"), np.convolve(wide, weights[1][::-1], "valid")
+
+
 def _trial(time: Array, gyro: Array, rate: Array, keep: NDArray[np.bool_], out: NDArray[np.int64]) -> Array:
     rest = keep.copy()
     rest[out] = False
@@ -119,9 +178,9 @@ def _hold(time: Array, gyro: Array) -> float:
 def _rail(gyro: Array) -> tuple[float, int]:
     top = float(np.abs(gyro).max())
     count = int((np.abs(gyro) >= top).sum())
-    runs = np.flatnonzero(np.abs(gyro) >= top)
-    together = int((np.diff(runs) == 1).sum())
-    return top, count if count >= RAIL and together > 2 * RAIL and count > 12 else 0
+    runs = np.flatnonzero(np.diff(np.concatenate([[0], (np.abs(gyro) >= top).astype(int), [0]])))
+    longest = int((runs[1::2] - runs[::2]).max())
+    return top, count if longest >= RAIL else 0
 
 
 def main() -> None:
@@ -143,6 +202,12 @@ def main() -> None:
             f"{1e3 * b.delay:.1f} +- {1e3 * b.delay_sd:.1f} | {b.before:.4f} -> {b.after:.4f} | {1e3 * b.hold:.0f} | "
             f"{f'{b.rail:.2f} ({b.railed} rows)' if b.railed else '-'}"
         )
+        h = held(time[order], gyro[order] * given.gyro_unit, rate[order] * given.rate_unit)
+        if h is not None:
+            print(
+                f"    held {h.rows} rows ({100 * h.share:.0f} % of the changes at row {h.phase}), gain {h.gain:.4f},"
+                f" encoder late by {1e3 * h.lag:.1f} ms: {h.before:.4f} -> {h.after:.4f}"
+            )
 
 
 if __name__ == "__main__":

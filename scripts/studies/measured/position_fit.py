@@ -39,7 +39,9 @@ def rests(signals: Array, rate: float, quiet: float = QUIET, window: float = 0.4
     total, square = (np.vstack([np.zeros(width), np.cumsum(x, axis=0)]) for x in (signals, signals**2))
     mean = (total[n:] - total[:-n]) / n
     spread = np.sqrt(np.maximum((square[n:] - square[:-n]) / n - mean**2, 0.0))
-    floor = np.maximum(np.quantile(spread, 0.1, axis=0), 1e-12)
+    steps = [np.diff(np.unique(np.round(x, 9))) for x in signals.T]
+    quanta = np.array([x.min() / 2 if x.size else 1e-12 for x in steps])
+    floor = np.maximum(np.quantile(spread, 0.1, axis=0), quanta)
     ratio = spread / floor
     ratio[:, 3:] /= TREMOR
     loud = ratio.max(axis=1)
