@@ -1,0 +1,125 @@
+"""The page of recordings that this project did not choose: what they are, independent fits, answers, judgements.
+
+    python reality_page.py --half dev BEFORE AFTER --half sealed AFTER --nulls FILE.json ... [--out docs/results]
+
+Each half has a facts file beside this script and folders of answers (see `judge.py`), the oldest first: the last one is
+shown, and the others are counted. Nulls are what `real_nulls.py` wrote, the oldest first.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import tomllib
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from judge import Judgement, all_of
+from real_nulls import summary
+
+HERE = Path(__file__).resolve().parent
+FOLDER = HERE.parents[2] / "docs" / "results"
+WORDS = ("right", "honest", "missed", "wrong, flagged", "wrong, stated", "refused", "crashed")
+KINDS = {
+    "a": "rate table",
+    "b": "faces",
+    "c": "many attitudes",
+    "d": "long rest",
+    "e": "temperature",
+    "f": "vehicle",
+}
+HEAD = """\
+# Recordings that nobody here chose
+
+Measured inertial recordings by other people, found in public repositories: benches of students with an encoder, units
+held by hand in many attitudes, long rests, a car with its engine on. Each was fitted first with NumPy alone (the scripts
+in `scripts/studies/measured`: `bench_fit.py`, `position_fit.py`, `rest_fit.py`); what that says is written down as facts
+(`facts_dev.toml`, `facts_sealed.toml`); then `insenv close-loop` was run with a modest declared model (a bias, a bias
+and a scale factor) and `judge.py` compares. The sources were split by lot into a half to develop on and a half that
+was kept closed: its facts were written before the loop had seen it, and it was run once, after the last change.
+
+Judgements: **right** names what is there, nothing that the data exclude, values within tolerance or three standard
+deviations; **honest** falls short and says so; **missed** is silent; **wrong, flagged** names what is not there under
+a verdict that says that something is left; **wrong, stated** under one that holds no doubt; **refused** is an ordinary
+test that was not taken; **crashed** a traceback.
+
+No public recording of a fibre-optic or ring-laser gyro on a rate table, and no further thermal soak, was found: a rest
+from switch-on stands for temperature here.
+"""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--half", nargs="+", action="append", metavar=("NAME", "ANSWERS"), required=True)
+    parser.add_argument("--nulls", nargs="*", type=Path, default=[])
+    parser.add_argument("--out", type=Path, default=FOLDER)
+    given = parser.parse_args()
+    halves = [(name, [Path(f) for f in folders]) for name, *folders in given.half]
+    text = [HEAD, *_counts(halves), *_nulls(given.nulls)]
+    for name, folders in halves:
+        text += _half(name, folders[-1])
+    (given.out / "reality.md").write_text("\n".join(text).rstrip() + "\n", encoding="utf-8")
+    print(given.out / "reality.md")
+
+
+def _facts(half: str) -> Path:
+    return HERE / f"facts_{half}.toml"
+
+
+def _counts(halves: Sequence[tuple[str, Sequence[Path]]]) -> Iterator[str]:
+    yield "| half | recordings | " + " | ".join(WORDS) + " | right or honest |"
+    yield "|" + " --- |" * (len(WORDS) + 3)
+    for name, folders in halves:
+        for k, folder in enumerate(folders):
+            count = Counter(found.word for _, found in all_of(_facts(name), folder))
+            total = sum(count.values())
+            good = count["right"] + count["honest"]
+            when = "" if len(folders) == 1 else ", before" if k < len(folders) - 1 else ", now"
+            cells = [str(count[w]) for w in WORDS]
+            yield f"| {name}{when} | {total} | " + " | ".join(cells) + f" | {good} ({100 * good / total:.0f} %) |"
+    yield ""
+
+
+def _nulls(files: Sequence[Path]) -> Iterator[str]:
+    if not files:
+        return
+    yield "## Real nulls"
+    yield ""
+    yield "Long rests cut into disjoint pieces of 1000 s, a bias declared. A name that does not recur in the other"
+    yield "pieces of its channel is false, and so is one that needs motion (`real_nulls.py`)."
+    yield ""
+    for k, path in enumerate(files):
+        when = "" if len(files) == 1 else "Before: " if k < len(files) - 1 else "Now: "
+        yield f"* {when}" + "; ".join(line.replace("{}", "none") for line in summary(json.loads(path.read_text())))
+    yield ""
+
+
+def _half(name: str, folder: Path) -> Iterator[str]:
+    told = tomllib.loads(_facts(name).read_text(encoding="utf-8"))
+    rows = all_of(_facts(name), folder)
+    yield f"## Half `{name}`"
+    yield ""
+    yield "| recording | what | independent fit | insenv | judgement |"
+    yield "| --- | --- | --- | --- | --- |"
+    for fact, found in rows:
+        yield _row(fact, found)
+    yield ""
+    yield "| source | kind | repository and commit | licence |"
+    yield "| --- | --- | --- | --- |"
+    for key, source in told["sources"].items():
+        kinds = ", ".join(KINDS[k] for k in source["kind"].split("/"))
+        where = f"[{source['repository']}](https://github.com/{source['repository']}/tree/{source['commit']})"
+        yield f"| `{key}` | {kinds} | {where}, `{source['path']}` | {source['licence']} |"
+    yield ""
+
+
+def _row(fact: Mapping[str, Any], found: Judgement) -> str:
+    why = f": {found.why}" if found.why else ""
+    cells = (f"`{found.manifest.removesuffix('.toml')}`", fact["what"], fact["fit"], found.said or "no answer")
+    return "| " + " | ".join(str(c).replace("|", "/") for c in (*cells, f"**{found.word}**{why}")) + " |"
+
+
+if __name__ == "__main__":
+    main()
