@@ -33,9 +33,9 @@ KINDS = {
 HEAD = """\
 # Recordings that nobody here chose
 
-Measured inertial recordings by other people, found in public repositories: benches of students with an encoder, units
-held by hand in many attitudes, long rests, a car with its engine on. Each was fitted first with NumPy alone (the scripts
-in `scripts/studies/measured`: `bench_fit.py`, `position_fit.py`, `rest_fit.py`); what that says is written down as facts
+Measured inertial recordings by other people, found in public repositories: benches of students with an encoder,
+units held by hand in many attitudes, long rests, a car with its engine on. Each was fitted first with NumPy alone (in
+`scripts/studies/measured`: `bench_fit.py`, `position_fit.py`, `rest_fit.py`); what that says is written down as facts
 (`facts_dev.toml`, `facts_sealed.toml`); then `insenv close-loop` was run with a modest declared model (a bias, a bias
 and a scale factor) and `judge.py` compares. The sources were split by lot into a half to develop on and a half that
 was kept closed: its facts were written before the loop had seen it, and it was run once, after the last change.
