@@ -90,6 +90,8 @@ def test_each_word_has_its_case(report: dict[str, Any], word: str, tmp_path: Pat
 def test_no_answer_is_a_refusal_or_a_crash(tmp_path: Path) -> None:
     (tmp_path / "a__b.err").write_text("insenv: b.toml: too few rows", encoding="utf-8")
     assert judge.judge(FACT, {}, tmp_path).word == "refused"
+    assert judge.judge({**FACT, "refusal": "no rests"}, {}, tmp_path).word == "refused"
+    (tmp_path / "a__b.err").write_text("insenv: b.toml: 3 rests to fit", encoding="utf-8")
     assert judge.judge({**FACT, "refusal": "no rests"}, {}, tmp_path).word == "honest"
     (tmp_path / "a__b.err").write_text("Traceback (most recent call last)\nValueError", encoding="utf-8")
     assert judge.judge(FACT, {}, tmp_path).word == "crashed"

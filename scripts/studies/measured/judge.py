@@ -25,6 +25,12 @@ from typing import Any
 SURE = ("effects-found", "nothing-significant")
 #: Their sign is a matter of convention.
 UNSIGNED = ("sample_hold", "timing_skew")
+WORDS = {
+    "the unit moves": ("moves", "moved", "motion", "not at rest"),
+    "no rests": ("no rest", "never at rest", "not at rest", "rests are", "rests to fit"),
+    "factor": ("factor of", "times", "check the unit", "range"),
+    "rests": ("rest",),
+}
 GENERIC = ("spline_time", "spline_rate", "spline_angle", "spline_temperature")
 
 
@@ -73,7 +79,14 @@ def _without(name: str, fact: Mapping[str, Any], told: str) -> Judgement:
     if "Traceback" in told:
         return Judgement(name, "crashed", "", last[:160])
     fair = str(fact.get("refusal", ""))
-    return Judgement(name, "honest" if fair else "refused", "", last[last.find("insenv:") :][:240])
+    said = last[max(last.find("insenv:"), 0) :]
+    word = "honest" if fair and any(w in said.lower() for w in _words(fair)) else "refused"
+    return Judgement(name, word, "", said[:240])
+
+
+def _words(refusal: str) -> tuple[str, ...]:
+    """Words by which a sentence is known to give the reason of a fair refusal."""
+    return WORDS.get(refusal, (refusal,))
 
 
 def _target(report: Mapping[str, Any]) -> str:
@@ -166,13 +179,8 @@ def _told(fact: Mapping[str, Any], report: Mapping[str, Any]) -> str:
     texts = [*report.get("remarks", ()), *report.get("reasons", ())]
     cautions = report.get("cautions") or []
     texts += [c for each in (cautions.values() if isinstance(cautions, dict) else [cautions]) for c in each]
-    word = {
-        "the unit moves": ("moves", "moved", "motion", "not at rest"),
-        "no rests": ("no rest", "never at rest", "not at rest", "rests are"),
-        "factor": ("factor of", "unit"),
-    }
     for text in texts:
-        if any(w in str(text).lower() for w in word.get(wanted, (wanted,))):
+        if any(w in str(text).lower() for w in _words(wanted)):
             return str(text)[:120]
     return ""
 
