@@ -45,6 +45,7 @@ def table_run(
     place: tuple[float, float] = (LATITUDE, TILT),
     azimuth: float = AZIMUTH,
     bias: float = 0.05 * DEG_PER_HOUR,
+    base_turned: float = 0.0,
 ) -> Recording:
     """A table at each of ``rates`` [deg/s] for the same time; the site and the mount are as told up to ``place``."""
     rng = np.random.default_rng(seed)
@@ -55,7 +56,8 @@ def table_run(
     t = edges(n, dt)
     latitude, tilt = place
     vertical = EARTH_RATE * np.sin(latitude) * np.sin(tilt)
-    motion = Motion(t=t, rate=rate * np.sin(tilt) + vertical, angle=angle, projection=float(np.sin(tilt)))
+    u, share = rate * np.sin(tilt) + vertical, float(np.sin(tilt))
+    motion = Motion(t=t, rate=u, angle=angle, projection=share, base_turned=base_turned)
     level = EARTH_RATE * np.cos(latitude) * np.cos(tilt)
     earth = ("earth_rate", (level * np.cos(azimuth), level * np.sin(azimuth)))
     y = motion.rate + bias + WHITE / np.sqrt(dt) * rng.standard_normal(n)
@@ -66,7 +68,8 @@ def table_run(
         "table_angle": Channel(angle[1:], "rad"),
         "table_rate": Channel(rate, "rad/s", "interval"),
     }
-    return Recording(t[1:], channels, site=Site(LATITUDE), mounting=Mounting(TILT), label=f"run {seed}")
+    mounting = Mounting(TILT, base_turned=base_turned)
+    return Recording(t[1:], channels, site=Site(LATITUDE), mounting=mounting, label=f"run {seed}")
 
 
 def fitted(recording: Recording, declared: tuple[str, ...] = DECLARED) -> tuple[Problem, Fit]:
@@ -187,6 +190,31 @@ def test_a_rate_locked_to_the_table_that_both_ways_leave_has_the_earth_for_its_r
     assert (added.effect, added.confounded_with) == ("angle_locked_rate", ("earth_rate",))
     first = found.next_experiment[0]
     assert (first.changes or {})["base_turned"] == "180 deg" and (first.expected_separation_sigma or 0) > 10
+
+
+BOTH_BASES = (0.0, np.pi)
+
+
+def on_both_bases(*added: Added) -> TargetFindings:
+    """Both ways on a base, and again after it was turned."""
+    rates = (10.0, -10.0, 10.0, -10.0)
+    return found_in(*(table_run(30 + i, rates, added, base_turned=b) for i, b in enumerate(BOTH_BASES)))
+
+
+def test_what_turns_with_the_base_is_told_by_turning_it_and_what_stands_with_the_earth_is_not() -> None:
+    locked = on_both_bases(("angle_locked_rate:1", (0.2 * DEG_PER_HOUR, 0.2 * DEG_PER_HOUR)))
+    assert [(one.effect, one.confounded_with) for one in locked.added] == [("angle_locked_rate", ())]
+    assert abs(locked.derived[0].after.value - AZIMUTH) < 5 * locked.derived[0].after.sd
+    along = np.array([np.cos(AZIMUTH), np.sin(AZIMUTH)])
+    across = np.array([-along[1], along[0]])
+    hidden_field = on_both_bases(("magnetic_field", 0.2 * DEG_PER_HOUR * across))
+    (azimuth,) = hidden_field.derived
+    assert abs(azimuth.after.value - AZIMUTH) > 10 * azimuth.after.sd  # nothing in the recording can show it ...
+    (caution,) = hidden_field.cautions  # ... and that is said
+    assert "magnetic_field" in caution and "shielding" in caution
+    seen = on_both_bases(("magnetic_field", 0.2 * DEG_PER_HOUR * along))
+    assert seen.verdict == "confounded"
+    assert [one.effect for one in seen.added] == ["magnetic_field"]
 
 
 def test_a_sound_instrument_keeps_its_verdict_and_a_caution() -> None:

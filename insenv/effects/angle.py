@@ -1,7 +1,8 @@
 """Errors that repeat with the table's angle a, known at the edges of the intervals.
 
     encoder_harmonic    projection d/dt [c cos(n a) + s sin(n a)]     the reference is wrong
-    angle_locked_rate   c cos(n a) + s sin(n a)                       magnetic field, heat source, tilt
+    angle_locked_rate   c cos(n a) + s sin(n a)                       a magnet or heat source on the base, tilt
+    magnetic_field      c cos(a - b) + s sin(a - b)                   the place's field, b how far the base was turned
     earth_rate          c cos a + s sin a                             horizontal part of the Earth's rate
 
 All are one wave c cos(n a) + s sin(n a), or its derivative: with theta for c and s it is what is added, with (1, 0)
@@ -91,6 +92,27 @@ class AngleLockedRate(_Wave):
     def wave(self, motion: Motion, c: float | Floats, s: float | Floats) -> Floats:
         """Mean of the wave over each interval."""
         return wave(known(motion, "angle", self.id), self.order, c, s, bend(motion))
+
+
+@final
+@dataclass(frozen=True)
+class MagneticField(_Wave):
+    """A rate that the magnetic field of the place makes: it stands with the Earth, however table and base are turned.
+
+    Beside a horizontal Earth rate that is not declared to be known it is the same curve; shielding, another place or a
+    second gyro tell it.
+    """
+
+    id = "magnetic_field"
+    linear = (Param("c", OUTPUT, sd=1e-3, bound=0.1), Param("s", OUTPUT, sd=1e-3, bound=0.1))
+    source = "IEEE Std 952-1997: magnetic sensitivity"
+    instruments = ("gyro",)
+    belongs = "place"
+    sharpened_by = ("rate_edges",)
+
+    def wave(self, motion: Motion, c: float | Floats, s: float | Floats) -> Floats:
+        """Mean of the wave over each interval."""
+        return wave(known(motion, "angle", self.id) - motion.base_turned, 1, c, s, bend(motion))
 
 
 @final

@@ -12,7 +12,7 @@ from functools import cache
 
 from insenv.core.errors import InputError
 from insenv.core.plugins import EFFECTS, find, names
-from insenv.effects.angle import AngleLockedRate, EarthRate, EncoderHarmonic
+from insenv.effects.angle import AngleLockedRate, EarthRate, EncoderHarmonic, MagneticField
 from insenv.effects.base import Effect
 from insenv.effects.bias import Bias, BiasDrift, BiasStep, BiasWarmUp
 from insenv.effects.cross import CrossAxis, GSensitivity
@@ -77,7 +77,8 @@ CATALOGUE: tuple[Effect, ...] = (
 TRIAD: tuple[Effect, ...] = (AccelBias(), AccelScaleFactor(), NonOrthogonality(), Misalignment())
 
 #: Those and what only a scenario may name: at one tilt, from one record, or at the rates of a usual test they cannot be
-#: told from others (a sine from a cubic, a lock from a local anomaly).
+#: told from others (a sine from a cubic, a lock from a local anomaly), or by no turning at all (a field from the
+#: Earth's rate).
 ALL: tuple[Effect, ...] = (
     *CATALOGUE,
     *TRIAD,
@@ -85,6 +86,7 @@ ALL: tuple[Effect, ...] = (
     LockInWander(),
     RateLock(),
     SineResponse(),
+    MagneticField(),
 )
 
 

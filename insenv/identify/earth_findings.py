@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from insenv.core.units import ARCSEC, DEG_PER_HOUR
-from insenv.effects.angle import AngleLockedRate, EncoderHarmonic
+from insenv.effects.angle import AngleLockedRate, EncoderHarmonic, MagneticField
 from insenv.effects.base import OUTPUT
 from insenv.identify.earth_check import Check, Horizontal, check, horizontal
 from insenv.identify.earth_hidden import Hidden, hidden
@@ -19,7 +19,7 @@ from insenv.identify.problem import Problem
 from insenv.identify.tracks import Track
 
 #: Effects that a caution names even where they were not to be tried.
-SUSPECTS = (EncoderHarmonic(1), AngleLockedRate(1))
+SUSPECTS = (EncoderHarmonic(1), AngleLockedRate(1), MagneticField())
 #: SI unit -> a small amount of it to show the harm of, as text and in SI.
 _SMALL = {"rad": ("1 arcsec", ARCSEC), "rad/s": ("0.001 deg/h", 1e-3 * DEG_PER_HOUR)}
 
@@ -60,7 +60,9 @@ def earth_findings(track: Track, alpha: float) -> EarthFindings:
     if found is None or not departs or hidden(problem, fit, declared, None):
         # A declared effect that the recording does not tell from the Earth rate is no news: it may be all of it.
         return EarthFindings(None if departs else found, False, (), untold)
-    return EarthFindings(found, True, hidden(problem, fit, tried, found.level), untold)
+    # Where turning has told the others, what stands with the Earth is left.
+    suspects = hidden(problem, fit, tried, found.level) or hidden(problem, fit, (MagneticField(),), found.level)
+    return EarthFindings(found, True, suspects, untold)
 
 
 def suspected(found: EarthFindings, score: Score) -> tuple[Added, ...]:
@@ -138,9 +140,15 @@ def cautions(found: EarthFindings) -> tuple[str, ...]:
     else:
         bound = "Nothing in this recording bounds this error."
     turned = ", ".join(parts)
+    field = (
+        " No turning of table or base tells the field of the place, which stands with the Earth: shielding, another "
+        "place or a second gyro does."
+        if any(one.effect.id == MagneticField.id for one in found.untold)
+        else ""
+    )
     return (
         f"The azimuth may be off by more than its standard deviation, for this recording cannot tell what turns it: "
-        f"{turned}. {bound}",
+        f"{turned}. {bound}{field}",
     )
 
 

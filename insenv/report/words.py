@@ -57,7 +57,11 @@ EFFECTS: dict[str, tuple[str, str]] = {
     ),
     "angle_locked_rate": (
         "rate locked to the table angle",
-        "the gyro's error depends on where it points: magnetic field, heat or tilt",
+        "the gyro's error depends on where it points on its base: a magnet, heat or tilt",
+    ),
+    "magnetic_field": (
+        "magnetic field of the place",
+        "the field of the place makes a rate that stands with the Earth, as the Earth's own rate does",
     ),
     "wobble": ("wobble of the table's axis", "the axis of the table tilts as it turns, and the gyro with it"),
     "earth_rate": ("Earth rate", "the Earth's rotation as the input axis sees it"),
