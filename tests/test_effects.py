@@ -44,7 +44,7 @@ def test_what_only_a_scenario_may_name_is_not_tried() -> None:
     assert ALL[: len(CATALOGUE)] == CATALOGUE
     assert {effect.id for effect in ALL[len(CATALOGUE) :]} == {
         *("accel_bias", "accel_scale_factor", "non_orthogonality", "misalignment"),
-        *("wobble", "lock_in_wander", "rate_lock", "sine_response"),
+        *("wobble", "lock_in_wander", "rate_lock", "sine_response", "magnetic_field"),
     }
 
 
