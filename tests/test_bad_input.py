@@ -386,3 +386,9 @@ def test_any_content_of_a_data_file_loads_or_is_refused(sound: Sound, kind: str,
         assert_loads_or_refuses(path.parent / "run.toml")
     finally:
         path.write_bytes(good)
+
+
+def test_data_in_place_of_its_manifest_is_said_to_be_data(tmp_path: Path) -> None:
+    (tmp_path / "my.csv").write_text("t,gyro\n0,1\n")
+    with pytest.raises(InputError, match=r"my\.csv: is a file of data; wanted the manifest .*data = \"my\.csv\""):
+        load_manifest(tmp_path / "my.csv")

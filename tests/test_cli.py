@@ -495,3 +495,8 @@ def test_any_damage_ends_in_one_sentence_or_in_findings(data: st.DataObject, tmp
         assert str(error) and "\n" not in str(error)
     else:
         assert isinstance(found, Findings) and found.verdict in VERDICTS
+
+
+def test_the_package_runs_as_a_module() -> None:
+    done = subprocess.run([sys.executable, "-m", "insenv", "--version"], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout.split(",")[0]) == (0, "insenv")

@@ -148,6 +148,10 @@ def nearest(wrong: str, known: Iterable[str]) -> str:
     return f"there are {', '.join(names) or 'none'}{', ...' if len(known) > 20 else ''}"
 
 
+#: Files that a user may give in place of their manifest.
+DATA = {".csv", ".tsv", ".txt", ".dat", ".log", ".npz", ".npy", ".parquet", ".mat", ".imu", ".xlsx", ".rda"}
+
+
 def shown(value: object) -> str:
     """Short form of ``value`` for a message: one line, at most 60 characters."""
     text = repr(value)
@@ -162,6 +166,9 @@ def tree(path: Path, noun: str) -> dict[str, Any]:
     InputError
         If the file cannot be read or is not TOML.
     """
+    if path.suffix.lower() in DATA and path.exists():
+        example = f'data = "{path.name}", [channels], [model]'
+        raise InputError(f"{path}: is a file of data; wanted the {noun} that says what its columns are ({example})")
     try:
         content = path.read_bytes()
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
