@@ -15,6 +15,7 @@ for _library in ("OMP", "OPENBLAS", "MKL"):
     os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
 
 import sys
+import warnings
 from collections.abc import Mapping
 from io import TextIOWrapper
 from pathlib import Path
@@ -24,7 +25,7 @@ import click
 
 from insenv import __version__
 from insenv.core.errors import InputError
-from insenv.core.progress import Progress, check_folder, check_reports, tell
+from insenv.core.progress import Progress, allow_code_option, check_folder, check_reports, tell
 from insenv.evaluate.commands import check_plugin, evaluate
 from insenv.procedure.commands import design
 
@@ -39,6 +40,7 @@ def insenv(context: click.Context) -> None:
 
 
 @insenv.command("close-loop")
+@allow_code_option
 @click.argument("manifest")
 @click.option("--json", "json_path", type=click.Path(path_type=Path), help="Write the findings as JSON.")
 @click.option("--html", "html_path", type=click.Path(path_type=Path), help="Write an HTML report in one file.")
@@ -89,7 +91,7 @@ def close_loop(
         write_json(found, json_path)
     if calibration_path is not None:
         calibration(found, opened(manifest)).save(calibration_path)
-    tell(summary(found), html_path)
+    tell(summary(found), html_path, json_path, calibration_path)
 
 
 def _belong_together(of_recording: Mapping[str, object], played: Mapping[str, Any]) -> None:
@@ -117,10 +119,11 @@ def _settle(scenario: str, paths: tuple[Path | None, Path | None], search: tuple
         write_html(story, html_path)
     if json_path is not None:
         write_json(story, json_path)
-    tell(summary(story), html_path)
+    tell(summary(story), html_path, json_path)
 
 
 @insenv.command("apply")
+@allow_code_option
 @click.argument("calibration", type=click.Path(path_type=Path))
 @click.argument("manifest")
 @click.option("--out", required=True, type=click.Path(path_type=Path), help="Folder to write into.")
@@ -140,6 +143,7 @@ def apply_calibration(calibration: Path, manifest: str, out: Path) -> None:
 
 
 @insenv.command("rate-test")
+@allow_code_option
 @click.argument("manifests", nargs=-1, required=True, metavar="MANIFEST...")
 @click.option("--json", "json_path", type=click.Path(path_type=Path), help="Write the results as JSON.")
 @click.option("--html", "html_path", type=click.Path(path_type=Path), help="Write a test report in one HTML file.")
@@ -177,10 +181,11 @@ def rate_test(
         write_html(found, html_path)
     if json_path is not None:
         write_json(found, json_path)
-    tell(summary(found), html_path)
+    tell(summary(found), html_path, json_path)
 
 
 @insenv.command()
+@allow_code_option
 @click.argument("scenario", type=click.Path(path_type=Path))
 @click.option("--out", required=True, type=click.Path(path_type=Path), help="Folder to write into.")
 @click.option("--seed", default=0, show_default=True, help="Seed of the run.")
@@ -209,6 +214,7 @@ def datasets(names: tuple[str, ...], fetch: bool) -> None:
 
 
 @insenv.command("sweep")
+@allow_code_option
 @click.argument("scenario")
 @click.option("--policy", required=True, help="Name of a policy, or module:Name.")
 @click.option("--estimator", required=True, help="Name of an estimator, or module:Name.")
@@ -271,6 +277,8 @@ insenv.add_command(design)
 
 def main() -> None:
     """Entry point of the command."""
+    if not sys.warnoptions:
+        warnings.simplefilter("ignore")  # those of libraries tell a programmer, not who asks for a result
     if isinstance(sys.stdout, TextIOWrapper):
         # A terminal or pipe that has no root sign or minus sign gets its escape, not a traceback.
         sys.stdout.reconfigure(errors="backslashreplace")

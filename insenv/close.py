@@ -32,6 +32,7 @@ def close(
     seed: int = 0,
     progress: Callable[[str], None] = lambda text: None,
     limits: Limits | None = None,
+    allow_code: bool = False,
 ) -> Findings:
     """Find the residual of the declared model and the effects that it lacks.
 
@@ -49,6 +50,8 @@ def close(
         Told what is being done.
     limits : Limits, optional
         Of the table, for the next experiment; without them it goes no faster than it has gone.
+    allow_code : bool
+        Whether the manifest may name effects as "module:Name".
 
     Raises
     ------
@@ -60,7 +63,7 @@ def close(
     if seed < 0:
         raise InputError(f"seed = {seed}; wanted zero or more")
     tried = _chosen(effects)
-    read = opened(manifest, progress)
+    read = opened(manifest, progress, allow_code)
     progress("reading the recording")
     recordings = by_power_up(read_recordings(read))
     doubts = implausible(read, recordings)
@@ -79,7 +82,9 @@ def _with_doubts(found: Findings, doubts: Mapping[str, tuple[str, ...]]) -> Find
     return replace(found, targets=targets)
 
 
-def opened(manifest: str | Path, progress: Callable[[str], None] = lambda text: None) -> Manifest:
+def opened(
+    manifest: str | Path, progress: Callable[[str], None] = lambda text: None, allow_code: bool = False
+) -> Manifest:
     """A manifest file, or that of a recording of `insenv.datasets`, which is fetched where it is not here yet.
 
     Raises
@@ -93,7 +98,7 @@ def opened(manifest: str | Path, progress: Callable[[str], None] = lambda text: 
             progress(f"fetching {name}")
             datasets.fetch(name)
         return datasets.load(name)
-    return load_manifest(Path(manifest))
+    return load_manifest(Path(manifest), allow_code=allow_code)
 
 
 def _chosen(effects: Sequence[str] | None) -> tuple[Effect, ...]:

@@ -20,6 +20,7 @@ from insenv.close import close, opened
 from insenv.core import plugins
 from insenv.core.errors import InputError
 from insenv.core.motion import Motion
+from insenv.core.plugins import allow_code
 from insenv.core.recording import Floats
 from insenv.effects import catalogue as module
 from insenv.effects.base import CurveEffect, LinearEffect, Param
@@ -114,10 +115,14 @@ def test_an_installed_effect_is_simulated_named_by_the_loop_and_kept_by_a_calibr
     for one in (package / "my_effects-1.0.dist-info").iterdir():
         one.unlink()
     forget()
-    assert load_calibration(file).targets[0].terms[-1].plug_in == NAME
+    with pytest.raises(InputError, match=r"names 'my_effects:Cent.*', which is code; wanted --allow-code"):
+        load_calibration(file)
+    with allow_code():
+        assert load_calibration(file).targets[0].terms[-1].plug_in == NAME
     (package / "my_effects.py").unlink()
     forget()
-    with pytest.raises(InputError, match=r"terms\[2\].effect: effect 'my_effects:Cent.*' cannot be imported"):
+    wanted = r"terms\[2\].effect: effect 'my_effects:Cent.*' cannot be imported"
+    with allow_code(), pytest.raises(InputError, match=wanted):
         load_calibration(file)
 
 
@@ -129,7 +134,10 @@ def test_a_manifest_and_the_list_of_effects_may_name_it(package: Path, tmp_path:
     assert alone.effect == KEY
     for name in (NAME, KEY):
         manifest.write_text(text.replace('["bias", "scale_factor"]', f'["bias", "scale_factor", "{name}"]'))
-        found = close(manifest, ["scale_factor_asymmetry"])
+        if name == NAME:
+            with pytest.raises(InputError, match="which is code; wanted --allow-code"):
+                close(manifest, ["scale_factor_asymmetry"])
+        found = close(manifest, ["scale_factor_asymmetry"], allow_code=name == NAME)
         assert found.verdict == "nothing-significant"
         assert KEY in [e.effect for e in found.targets[0].estimates_after]
 
@@ -259,7 +267,8 @@ def test_an_effect_is_named_by_its_module() -> None:
         ("no_such_module_xyz:Name", "effect 'no_such_module_xyz:Name' cannot be imported"),
         ("insenv.effects.bias:Nothing", "cannot be imported"),
         ("insenv.effects.base:OUTPUT", "is a str; wanted a class"),
-        ("insenv.effects.base:Param", "cannot be made"),
+        ("insenv.effects.base:Param", "is no effect"),
+        ("os:abort", "is no effect"),
         ("pathlib:Path", "is no effect"),
     ],
 )
@@ -271,3 +280,17 @@ def test_what_is_no_effect_is_refused_in_one_sentence(key: str, sentence: str) -
 
 def test_without_packages_the_catalogue_is_that_of_insenv() -> None:
     assert catalogue() == CATALOGUE
+
+
+@pytest.mark.parametrize("name", ["os:abort", "tests.no_module:Name"])
+def test_a_file_runs_no_code(tmp_path: Path, name: str) -> None:
+    """A manifest and a scenario that name a callable are refused before anything is imported."""
+    (tmp_path / "m.toml").write_text(
+        'data = "a.csv"\n[channels]\ntime = { rate = "10 Hz" }\ngyro = { column = 0, unit = "deg/s" }\n'
+        f'[model]\ntarget = "gyro"\ndeclared = ["bias", "{name}"]\n'
+    )
+    with pytest.raises(InputError, match=f"model.declared names '{name}', which is code; wanted --allow-code"):
+        close(tmp_path / "m.toml")
+    (tmp_path / "s.toml").write_text(SCENARIO.replace("KEY", f'"{name}"').replace(" s/rad", ""))
+    with pytest.raises(InputError, match="which is code; wanted --allow-code"):
+        simulate(tmp_path / "s.toml", tmp_path / "out", 1)

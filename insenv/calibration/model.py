@@ -20,6 +20,7 @@ from insenv.calibration.apply import Applied, apply
 from insenv.core.errors import InputError
 from insenv.core.files import write_whole
 from insenv.core.manifest.schema import convert
+from insenv.core.plugins import EFFECTS, check_code, names
 from insenv.core.recording import Floats, Recording
 from insenv.effects.base import OUTPUT, DrivenEffect, Effect
 from insenv.effects.catalogue import by_key
@@ -92,6 +93,8 @@ class Term(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         InputError
             If it is not known here.
         """
+        if self.plug_in and self.effect.partition(":")[0] not in names(EFFECTS):
+            check_code(self.plug_in, f"the calibration's effect {self.effect!r}")
         return by_key(self.effect, self.plug_in)
 
     @property

@@ -8,6 +8,8 @@ from __future__ import annotations
 import csv
 import json
 import os
+import sys
+import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -21,24 +23,57 @@ Format = Literal["npz", "csv", "parquet"]
 Columns = Mapping[str, Any]
 
 
+#: Names of the standard output; what is written there is text, and the summary goes to standard error.
+STANDARD_OUTPUT = ("-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1")
+
+
+def is_standard_output(path: str | os.PathLike[str] | None) -> bool:
+    """Whether ``path`` is a name of the standard output."""
+    return path is not None and os.fspath(path) in STANDARD_OUTPUT
+
+
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """Temporary name beside ``path``: moved to ``path`` when the block ends well, else removed.
+
+    A link is followed, and what it points to replaced. What is no regular file (a device, a pipe) is written through
+    to, and ``-`` is the standard output.
 
     Raises
     ------
     InputError
         If a file cannot be written.
     """
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
+    through = is_standard_output(path) or (path.exists() and not path.is_file())
+    path = path if through else Path(os.path.realpath(path))
+    folder = Path(tempfile.gettempdir()) if through else path.parent
+    temporary = folder / f".{path.name}.{os.getpid()}.part"
     try:
         yield temporary
-        os.replace(temporary, path)
+        if through:
+            _write_through(path, temporary.read_bytes())
+        else:
+            os.replace(temporary, path)
+    except BrokenPipeError:
+        raise InputError(f"{path}: nobody reads it any more") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror or error})") from error
     finally:
         with suppress(OSError):  # moved, never made, or with a name that the disk does not take
             temporary.unlink()
+
+
+def _write_through(path: Path, content: bytes) -> None:
+    if not is_standard_output(path):
+        with path.open("wb") as device:
+            device.write(content)
+        return
+    sys.stdout.flush()
+    if hasattr(sys.stdout, "buffer"):
+        sys.stdout.buffer.write(content)
+    else:
+        sys.stdout.write(content.decode("utf-8", "backslashreplace"))
+    sys.stdout.flush()
 
 
 def write_whole(path: str | os.PathLike[str], text: str) -> Path:

@@ -16,9 +16,10 @@ from insenv.core.errors import InputError
 from insenv.core.manifest import ChannelSpec, Manifest, RunSpec
 from insenv.core.manifest.spec import ACCELEROMETERS, CHANNELS, GYROS, INCREMENTS, Quantity
 from insenv.core.readers import Column, Table, read_table
+from insenv.core.readers.table import rows_of
 from insenv.core.recording import GAP, Channel, Covers, Floats, Recording, Segment, Site
 from insenv.core.resample import resampled
-from insenv.core.sampling import check_forwards, increasing, sampling
+from insenv.core.sampling import UnevenError, check_forwards, increasing, sampling
 from insenv.core.units import DIMENSIONS, scale_to_si
 
 #: SI unit of the channels of each dimension.
@@ -29,6 +30,10 @@ LARGEST = 1e12
 LAST_SECOND = 1e11
 #: More than this share of steps off by more than half a period is no even sampling.
 UNEVEN_SHARE = 0.05
+#: Most rows at an end that may be strays, and least rows that there must be for each of them.
+MOST_STRAYS, FEWEST_BESIDE = 5, 10
+#: Strays are further off than so many steps.
+APART = 100.0
 #: A share of equal rows beyond which they are how the recording is.
 MOST_COPIES = 0.2
 
@@ -45,7 +50,18 @@ def read_recordings(manifest: Manifest) -> tuple[Recording, ...]:
         If a file cannot be read, a column or unit is missing or wrong, a sample is not finite, the time does not run
         forwards in even steps (gaps apart), or the number of the power-up is none.
     """
-    return tuple(_read_run(manifest, run) for run in manifest.runs)
+    read: list[Recording] = []
+    uneven: list[UnevenError] = []
+    for run in manifest.runs:
+        try:
+            read.append(_read_run(manifest, run))
+        except UnevenError as error:
+            uneven.append(error)
+    if uneven:
+        # One rate for all of them, even ones too.
+        rates = [e.rate for e in uneven] + [0.5 / r.dt for r in read]
+        raise InputError(uneven[0].proposing(min(rates)))
+    return tuple(read)
 
 
 def check_sampling(path: Path, t: Floats, place: Callable[[int], str]) -> None:
@@ -78,7 +94,11 @@ def check_sampling(path: Path, t: Floats, place: Callable[[int], str]) -> None:
 def _read_run(manifest: Manifest, run: RunSpec) -> Recording:
     table = _with_other_files(manifest, run, read_table(run, columns(manifest), manifest.columns))
     t = time(manifest, run, table)
-    table, t, notes = _without_copies(manifest, run, table, t)
+    table, t, far = _without_strays(manifest, run, table, t)
+    table, t, again = _without_copies(manifest, run, table, t)
+    notes = (*table.notes, *far, *again)
+    if table.notes and (manifest.fit_rows or manifest.held_out.rows):
+        raise InputError(f"{run.file}: {table.notes[0]}; wanted all of them where {manifest.path} counts rows")
     if manifest.resample is not None:
         check_forwards(run.file, t, table.place)
         increasing(run.file, t, table.place)
@@ -92,6 +112,37 @@ def _read_run(manifest: Manifest, run: RunSpec) -> Recording:
     instruments = [name for name in read.channels if name in (*GYROS, *ACCELEROMETERS)]
     left_out = dict.fromkeys(instruments, taken.doubtful) if taken.doubtful.any() else {}
     return replace(read, notes=(*notes, *taken.notes), left_out=left_out)
+
+
+def _without_strays(manifest: Manifest, run: RunSpec, table: Table, t: Floats) -> tuple[Table, Floats, tuple[str, ...]]:
+    """The table without a few rows at either end that lie further off than all the others last.
+
+    Raises
+    ------
+    InputError
+        If there are such rows and the manifest counts rows.
+    """
+    notes = []
+    for end in ("first", "last"):
+        steps = np.abs(np.diff(t))
+        few = min(MOST_STRAYS, len(steps) // FEWEST_BESIDE)
+        if not few:
+            break
+        at = int(np.argmax(steps[:few])) if end == "first" else len(steps) - few + int(np.argmax(steps[-few:]))
+        rest = slice(at + 1, None) if end == "first" else slice(0, at + 1)
+        own = slice(0, at + 1) if end == "first" else slice(at + 1, None)
+        if not steps[at] > max(np.ptp(t[rest]), APART * float(np.median(steps))) > 0:
+            continue
+        count = len(t[own])
+        rows = f"the {end} row" if count == 1 else f"the {end} {count} rows"
+        verb = "lies" if count == 1 else "lie"
+        found = f"{rows} {verb} {steps[at]:.6g} s from the others, which last {np.ptp(t[rest]):.4g} s"
+        if manifest.fit_rows or manifest.held_out.rows:
+            hint = f"wanted read.skip = {count}" if end == "first" else "wanted a file without"
+            raise InputError(f"{run.file}: {table.place(int(np.arange(len(t))[own][0]))}: {found}; {hint}")
+        notes.append(f"{found}: left out")
+        table, t = rows_of(table, np.arange(len(t))[rest]), t[rest]
+    return table, t, tuple(notes)
 
 
 def _without_copies(manifest: Manifest, run: RunSpec, table: Table, t: Floats) -> tuple[Table, Floats, tuple[str, ...]]:
@@ -113,13 +164,7 @@ def _without_copies(manifest: Manifest, run: RunSpec, table: Table, t: Floats) -
         found = f"{table.place(row)}: repeats the row before, one of {int(again.sum())} such rows"
         raise InputError(f"{run.file}: {found}; wanted none of them where {manifest.path} counts rows")
     kept = np.flatnonzero(~again)
-    place = table.place
-    table = replace(
-        table,
-        values={name: values[kept] for name, values in table.values.items()},
-        labels={name: [labels[i] for i in kept.tolist()] for name, labels in table.labels.items()},
-        place=lambda i: place(int(kept[i])),
-    )
+    table = rows_of(table, kept)
     noun = "row repeats" if again.sum() == 1 else "rows repeat"
     return table, t[kept], (f"{int(again.sum())} {noun} the row before in everything, time included: left out",)
 

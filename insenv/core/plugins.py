@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable
+import os
+import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from difflib import get_close_matches
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
@@ -14,7 +18,37 @@ from insenv.core.stateful import adapted
 
 #: Entry-point groups.
 ESTIMATORS, POLICIES, EFFECTS = "insenv.estimators", "insenv.policies", "insenv.effects"
+_MODULE = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")
 _KINDS = {ESTIMATORS: "estimator", POLICIES: "policy", EFFECTS: "effect"}
+
+
+#: Environment variable that allows code named in files to a command and the processes that it starts: "1".
+CODE_ALLOWED = "INSENV_ALLOW_CODE"
+_allowed = ContextVar("code that files name is allowed", default=False)
+
+
+@contextmanager
+def allow_code(allowed: bool = True) -> Iterator[None]:
+    """Within it a manifest, a scenario or a calibration may name code, as "module:Name"."""
+    token = _allowed.set(allowed or _allowed.get())
+    try:
+        yield
+    finally:
+        _allowed.reset(token)
+
+
+def check_code(name: str, where: str) -> None:
+    """Refuse "module:Name" in a file: reading data is to run no code, unless whoever reads them allows it.
+
+    Raises
+    ------
+    InputError
+        If ``name`` is one and `allow_code` does not hold; ``where`` opens the message.
+    """
+    if not _MODULE.fullmatch(name) or _allowed.get() or os.environ.get(CODE_ALLOWED) == "1":
+        return
+    wanted = "wanted --allow-code (allow_code in Python), or an effect of an installed package by its name"
+    raise InputError(f"{where} names {name!r}, which is code; {wanted}")
 
 
 def names(group: str) -> tuple[str, ...]:

@@ -99,6 +99,8 @@ class Recording:
         What reading did to the rows, in words.
     left_out : mapping of str to ndarray of bool, shape (n,)
         Rows of a channel that are no measurements of it: outliers.
+    period : float, optional
+        Sampling period [s] where it was chosen: steps between means that a few gaps part do not tell it.
     """
 
     t: Floats
@@ -109,6 +111,7 @@ class Recording:
     label: str = "recording"
     notes: tuple[str, ...] = ()
     left_out: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
+    period: float | None = None
 
     def __len__(self) -> int:
         return len(self.t)
@@ -142,6 +145,8 @@ class Recording:
     @property
     def dt(self) -> float:
         """Sampling period [s]: the mean of the steps that are no gap, so that jitter averages out."""
+        if self.period is not None:
+            return self.period
         steps = np.diff(self.t)
         return float(np.mean(steps[steps <= GAP * np.median(steps)]))
 

@@ -46,7 +46,9 @@ def resampled(recording: Recording, rate: float, where: str) -> Recording:
     lost = "" if kept.all() else f"; {int(np.sum(~kept))} are left out for gaps"
     low, high = np.quantile(steps, (0.05, 0.95))
     text = f"{len(t)} rows in steps of {low:.3g} to {high:.3g} s resampled to {len(kept)} means over {width:g} s{lost}"
-    return replace(recording, t=ends, channels=channels, segments=segments, notes=(*recording.notes, text))
+    return replace(
+        recording, t=ends, channels=channels, segments=segments, notes=(*recording.notes, text), period=width
+    )
 
 
 def _covered(t: Floats, steps: Floats, edges: Floats) -> np.ndarray:

@@ -26,6 +26,23 @@ ROUNDED = 1.01
 COARSE = 1e-9
 
 
+class UnevenError(InputError):
+    """Rows of a run follow no clock; ``rate`` [Hz] is one at which nearly every mean holds two of them."""
+
+    def __init__(self, path: Path, t: Floats) -> None:
+        low, middle, high = np.quantile(np.diff(t), (0.05, 0.5, 0.95))
+        self.rate = 0.5 / max(high, 1e-300)
+        self._found = f"{path}: not evenly sampled (steps of {low:.3g} to {high:.3g} s, {middle:.3g} s in the median"
+        super().__init__(self.proposing(self.rate))
+
+    def proposing(self, rate: float) -> str:
+        """The sentence, with a round rate of ``rate`` or less that would do."""
+        nice = 10.0 ** np.floor(np.log10(rate))
+        rate = nice * max(m for m in (1, 2, 5) if m * nice <= rate * (1 + 1e-9))
+        example = f'fit.resample = "{rate:g} Hz" for means over {1 / rate:g} s'
+        return f"{self._found}, about no even clock); wanted even steps, or {example}"
+
+
 @dataclass(frozen=True)
 class Sampling:
     """When the rows were taken.
@@ -65,7 +82,7 @@ def sampling(path: Path, t: Floats, place: Callable[[int], str], angle: Floats |
     grain = float(np.spacing(np.abs(t).max()))
     clock = clock_of(t - t[0])
     if not clock.steady:
-        raise InputError(f"{path}: {_uneven(t, clock)}")
+        raise UnevenError(path, t)
     origin = 0.0 if grain < COARSE * clock.period else float(t[0])
     taken = _mended(path, t - origin, t[0] - origin, replace(clock, quantum=max(clock.quantum, grain)), place, angle)
     return replace(taken, t=increasing(path, taken.t, place))
@@ -164,13 +181,3 @@ def own_steps(t: Floats, period: float) -> Floats:
 
 def _share(clock: Clock) -> str:
     return f"{100 * clock.jitter / clock.period:.2g} %"
-
-
-def _uneven(t: Floats, clock: Clock) -> str:
-    low, middle, high = np.quantile(np.diff(t), (0.05, 0.5, 0.95))
-    spread = f"steps of {low:.3g} to {high:.3g} s, {middle:.3g} s in the median, about no even clock"
-    rate = 0.5 / max(high, 1e-300)
-    nice = 10.0 ** np.floor(np.log10(rate))
-    rate = nice * max(m for m in (1, 2, 5) if m * nice <= rate * (1 + 1e-9))
-    example = f'fit.resample = "{rate:g} Hz" for means over {1 / rate:g} s'
-    return f"not evenly sampled ({spread}); wanted even steps, or {example}"

@@ -19,6 +19,7 @@ import numpy as np
 from insenv.core import load, readers
 from insenv.core.errors import InputError
 from insenv.core.manifest import Manifest, RunSpec
+from insenv.core.manifest.spec import Reading
 from insenv.core.readers import Column, Table, binary, check_table, text
 from insenv.core.readers.arrays import matrix_of
 from insenv.core.readers.rows import read_rows
@@ -100,12 +101,13 @@ def _tables(run: RunSpec, columns: Sequence[Column], width: int | None) -> Dealt
     """Chunks of the file, checked, and the share of it that is done after each."""
     path = run.file
     chunked: dict[str, Callable[[], Dealt | None]] = {
-        "csv": lambda: _csv(path, columns),
+        "csv": lambda: _csv(path, columns, run.reading),
         "npz": lambda: _npz(path, columns),
         "float64-le": lambda: _float64(path, columns, width or 1),
     }
     dealt = None
-    if path.is_file() and run.format in chunked:
+    plain = not run.reading.skip and not run.reading.incomplete
+    if path.is_file() and run.format in chunked and plain:
         try:
             dealt = chunked[run.format]()
         except OSError as error:
@@ -156,18 +158,18 @@ def _shifted(table: Table, start: int) -> Table:
     return replace(table, place=lambda row: f"row {row + start}")
 
 
-def _csv(path: Path, columns: Sequence[Column]) -> Dealt | None:
+def _csv(path: Path, columns: Sequence[Column], reading: Reading) -> Dealt | None:
     """Text with a header line."""
     size = path.stat().st_size
     if size <= BYTES:
         return None
-    return _csv_chunks(path, columns, size)
+    return _csv_chunks(path, columns, size, reading)
 
 
-def _csv_chunks(path: Path, columns: Sequence[Column], size: int) -> Dealt:
+def _csv_chunks(path: Path, columns: Sequence[Column], size: int, reading: Reading) -> Dealt:
     with path.open("rb") as file:
         first = file.read(BYTES // 4) + file.readline()
-        body = text.below_header(path, first, columns)
+        body = text.below_header(path, first, columns, reading.skip_lines)
         while body.content or (body := replace(body, content=file.read(BYTES) + file.readline())).content:
             if body.content.strip():
                 yield read_rows(body, columns), file.tell() / size

@@ -150,6 +150,8 @@ def _plug_in(name: str) -> Effect:
     from insenv.effects.check import check_effect
 
     kind = find(EFFECTS, name)
+    if not (isinstance(kind, type) and issubclass(kind, Effect)):
+        raise InputError(f"effect {name!r} is no effect; wanted a subclass of insenv.effects.base.Effect")
     try:
         effect = kind()
     except Exception as error:

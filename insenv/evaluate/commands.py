@@ -10,7 +10,7 @@ from pathlib import Path
 
 import click
 
-from insenv.core.progress import Progress, check_reports, tell
+from insenv.core.progress import Progress, allow_code_option, check_reports, tell
 
 #: Time between two sentences of what is being done [s].
 _PAUSE = 2.0
@@ -37,6 +37,7 @@ def check_plugin(name: str, env: str | None, limit: str) -> None:
 
 
 @click.command("evaluate")
+@allow_code_option
 @click.option("--env", required=True, help="NorthFinder, TwoPosition or RateTable.")
 @click.option("--estimator", required=True, help="Names of estimators, or module:Name, separated by commas.")
 @click.option("--policy", required=True, help="Names of policies, or module:Name, separated by commas.")
@@ -87,6 +88,6 @@ def evaluate(  # noqa: PLR0913 -- an argument for each option
         write_html(found, html_path)
     if json_path is not None:
         words.write_json(found, json_path)
-    tell(words.summary(found), html_path)
+    tell(words.summary(found), html_path, json_path)
     if found.faults:
         sys.exit(1)

@@ -59,6 +59,9 @@ WANDER = 2.0
 #: Standard deviations by which a parameter must be beyond what is credible to be said so.
 SURE = 3.0
 
+#: Fewest bins that have a spectrum.
+SHORTEST = 8
+
 
 def findings(
     manifest: Manifest,
@@ -307,6 +310,8 @@ def _residual_before(plain: Problem, before: Fit, problem: Problem) -> Floats:
 def _spectra(plain: Problem, before: Fit, problem: Problem, fit: Fit, declared: dict[str, float]) -> Spectra:
     """Spectrum and Allan deviation of the longest stretch of bins, before and after."""
     start, stop = _longest(problem)
+    if stop - start < SHORTEST:
+        start, stop = 0, problem.bins.n  # in many short pieces: all of them, one after another
     width = problem.bins.width
     left = _residual_before(plain, before, problem)[start:stop], residual(problem, fit)[start:stop]
     segments = int(np.clip((stop - start) // 64, 1, 15))

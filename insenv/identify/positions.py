@@ -197,7 +197,8 @@ def scatter(recording: Recording, channels: Sequence[str]) -> tuple[Floats, int]
         # A counter that stands still has no scatter: the least step that it makes is its quiet level then.
         inside = row[np.isfinite(row)]
         quiet = float(np.quantile(inside, QUIET_SHARE)) if len(inside) else 0.0
-        row /= quiet or float(np.min(inside[inside > 0], initial=np.inf))
+        least = quiet or float(np.min(inside[inside > 0], initial=np.inf))
+        row[np.isfinite(row)] /= least
     with np.errstate(invalid="ignore"):
         total = np.sqrt(squares.mean(axis=0))
     return np.where(np.isnan(total), np.inf, total), width

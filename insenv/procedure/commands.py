@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from insenv.core.errors import InputError
-from insenv.core.progress import Progress, check_reports, tell
+from insenv.core.progress import Progress, allow_code_option, check_reports, tell
 
 #: Time between two sentences of what is being done [s].
 _PAUSE = 2.0
@@ -16,6 +16,7 @@ DESIGNED_FILE = "designed.toml"
 
 
 @click.command("design")
+@allow_code_option
 @click.argument("scenario")
 @click.option("--demanded", help="Deviation to reach in the least time, '30 arcsec'; or 'published'.")
 @click.option("--time", "time_", help="Time in which to reach the least deviation: '300 s'.")
@@ -72,7 +73,7 @@ def design(  # noqa: PLR0913 -- an argument for each option
         write_html(found, html_path)
     if json_path is not None:
         words.write_json(found, json_path)
-    tell(words.summary(found), html_path)
+    tell(words.summary(found), html_path, json_path)
     if folder is not None:
         click.echo(folder / DESIGNED_FILE)
 

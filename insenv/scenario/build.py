@@ -12,6 +12,7 @@ import numpy as np
 from insenv.core.errors import InputError
 from insenv.core.manifest.checks import VELOCITY_RANDOM_WALK
 from insenv.core.manifest.schema import nearest, shown
+from insenv.core.plugins import check_code
 from insenv.core.recording import Floats
 from insenv.effects.base import DrivenEffect, Effect, NoiseEffect
 from insenv.effects.catalogue import ALL, by_key
@@ -242,6 +243,7 @@ def _effects(table: ScenarioTable, plant: Plant, targets: Targets, path: Path) -
 
 def _effect(key: str, where: str) -> Effect:
     """The catalogue's effect of that name."""
+    check_code(key, where)
     try:
         return by_key(key)
     except InputError as error:

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from insenv.core.errors import InputError
 from insenv.core.manifest.schema import nearest, shown
+from insenv.core.plugins import check_code
 from insenv.core.units import quantity_in
 from insenv.effects.base import OUTPUT, Effect
 from insenv.effects.catalogue import by_key
@@ -49,6 +50,7 @@ def changing(table: ScenarioTable, planted: Sequence[Planted], path: Path) -> li
 
 def _key(name: str, where: str) -> str:
     """An effect's key with its order."""
+    check_code(name, where)
     try:
         return by_key(name).key
     except InputError as error:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from insenv.core import plugins
 from insenv.core.manifest import checks, schema
 from insenv.core.manifest.spec import (
     ChannelSpec,
@@ -36,8 +37,10 @@ __all__ = [
 ]
 
 
-def load_manifest(path: Path | str, folder: Path | str | None = None) -> Manifest:
+def load_manifest(path: Path | str, folder: Path | str | None = None, allow_code: bool = False) -> Manifest:
     """Manifest at ``path``; its data files lie in ``folder``, by default beside it. No data file is opened.
+
+    ``allow_code``: whether it may name effects as "module:Name".
 
     Raises
     ------
@@ -49,7 +52,8 @@ def load_manifest(path: Path | str, folder: Path | str | None = None) -> Manifes
     folder = path.parent if folder is None else Path(folder)
     runs = checks.runs(table, folder, path)
     channels = checks.channels(table, runs, path, folder)
-    model = checks.model(table.model, channels, path)
+    with plugins.allow_code(allow_code):
+        model = checks.model(table.model, channels, path)
     return Manifest(
         path=path,
         title=table.title or path.stem,

@@ -24,10 +24,12 @@ from insenv.core.manifest.spec import (
     ChannelSpec,
     HeldOut,
     Model,
+    Reading,
     RowRanges,
     RunSpec,
     Source,
 )
+from insenv.core.plugins import check_code
 from insenv.core.recording import Mounting, Site
 from insenv.core.units import quantity
 
@@ -51,6 +53,9 @@ SUFFIXES: Mapping[str, str] = {
     ".parquet": "parquet",
     ".mat": "mat",
     ".imu": "psins-imu",
+    ".xlsx": "xlsx",
+    ".rda": "rda",
+    ".rdata": "rda",
 }
 _EFFECT = re.compile(r"[a-z][a-z0-9_]*(:[1-9][0-9]*)?|[A-Za-z_][\w.]*:[A-Za-z_]\w*")
 _COORDINATES = {
@@ -103,9 +108,17 @@ def runs(table: schema.ManifestTable, folder: Path, path: Path) -> tuple[RunSpec
             label=run.label or Path(run.file).name,
             mounting=_mounting(run.mounting, table.mounting, f"{path}: {key}mounting"),
             site=_site(run.site, table.site, f"{path}: {key}site"),
+            reading=_reading(table.read, path),
         )
         for run, key in zip(tables, keys, strict=True)
     )
+
+
+def _reading(table: schema.ReadTable, path: Path) -> Reading:
+    for key in ("skip", "skip_lines"):
+        if (getattr(table, key) or 0) < 0:
+            raise InputError(f"{path}: read.{key} = {getattr(table, key)}; wanted a number from 0")
+    return Reading(table.skip or 0, table.skip_lines or 0, table.incomplete == "leave out")
 
 
 def _format(file: str, declared: str | None, path: Path) -> str:
@@ -237,6 +250,7 @@ def model(table: schema.ModelTable, channels: Mapping[str, ChannelSpec], path: P
     for effect in table.declared:
         if not _EFFECT.fullmatch(effect):
             raise InputError(f"{path}: model.declared has {shown(effect)}; wanted a name, name:order or module:Name")
+        check_code(effect, f"{path}: model.declared")
     for key, names in (("target", targets), ("declared", tuple(table.declared))):
         if len(set(names)) < len(names):
             raise InputError(f"{path}: model.{key} = {shown(list(names))}; wanted each name once")

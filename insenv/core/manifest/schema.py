@@ -20,6 +20,7 @@ from insenv.core.errors import InputError
 
 Names = str | list[str]
 Steps = tuple[str | int, ...]
+Format = Literal["csv", "text", "npz", "parquet", "mat", "float64-le", "psins-imu", "xlsx", "rda", "novatel"]
 T = TypeVar("T")
 
 
@@ -105,6 +106,14 @@ class FitTable(Table):
     resample: str | None = None
 
 
+class ReadTable(Table):
+    """``[read]``: what of a data file is not looked at."""
+
+    skip: int | None = None
+    skip_lines: int | None = None
+    incomplete: Literal["refuse", "leave out"] = "refuse"
+
+
 class ManifestTable(Table):
     """The whole manifest; ``channels`` and ``noise`` are converted entry by entry, to name the faulty one."""
 
@@ -112,7 +121,7 @@ class ManifestTable(Table):
     title: str | None = None
     data: Names | None = None
     runs: list[RunTable] | None = None
-    format: Literal["csv", "text", "npz", "parquet", "mat", "float64-le", "psins-imu"] | None = None
+    format: Format | None = None
     columns: int | None = None
     channels: dict[str, Any] = field(default_factory=dict)
     site: SiteTable = field(default_factory=SiteTable)
@@ -120,6 +129,7 @@ class ManifestTable(Table):
     noise: dict[str, Any] = field(default_factory=dict)
     held_out: HeldOutTable = field(default_factory=HeldOutTable)
     fit: FitTable = field(default_factory=FitTable)
+    read: ReadTable = field(default_factory=ReadTable)
     source: SourceTable | None = None
 
 

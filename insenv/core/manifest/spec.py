@@ -47,6 +47,29 @@ class Source:
 
 
 @dataclass(frozen=True)
+class Reading:
+    """What of a data file is not looked at.
+
+    Attributes
+    ----------
+    skip : int
+        Rows of data at its beginning.
+    skip_lines : int
+        Lines of a text file above its header.
+    incomplete : bool
+        Whether rows in which a wanted value is missing or no finite number are left out, instead of refused.
+    """
+
+    skip: int = 0
+    skip_lines: int = 0
+    incomplete: bool = False
+
+
+#: All of a file is read.
+WHOLE = Reading()
+
+
+@dataclass(frozen=True)
 class RunSpec:
     """One data file = one run of the instrument."""
 
@@ -55,6 +78,7 @@ class RunSpec:
     label: str
     mounting: Mounting
     site: Site
+    reading: Reading = WHOLE
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,8 @@
 """Files of named arrays: NumPy's ``.npz`` and MATLAB's ``.mat``.
 
 A column is named as the file names it: ``t``, a field ``imu.t`` of a structure, column 0 of a matrix as
-``imu.wb[0]``. A 0-based index alone means the column of the file's only matrix.
+``imu.wb[0]``, or row 0 of one that is much wider than high. A 0-based index alone means the column of the file's only
+matrix.
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ from insenv.core.readers.table import Column, Table, as_labels, as_numbers, deco
 
 _INDEXED = re.compile(r"(?P<name>.+)\[(?P<index>\d{1,9})\]")
 _HDF5 = b"\x89HDF\r\n\x1a\n"
+#: A matrix of few rows that is so many times as wide as high has a channel in each row.
+MOST_CHANNELS, WIDE = 32, 10
 #: A MATLAB 7.3 file is HDF5 behind a block of 512 bytes.
 _HDF5_OFFSETS = (0, 512)
 
@@ -37,7 +40,7 @@ def read_npz(path: Path, columns: Sequence[Column]) -> Table:
         if not isinstance(archive, np.lib.npyio.NpzFile):
             raise InputError(f"{path}: holds a single array; wanted an npz archive of named arrays")
         names = {_array_name(path, c, archive.files) for c in columns}
-        return _table(path, columns, {name: archive[name] for name in archive.files if name in names})
+        return table_of(path, columns, {name: archive[name] for name in archive.files if name in names})
 
 
 def read_mat(path: Path, columns: Sequence[Column]) -> Table:
@@ -51,11 +54,11 @@ def read_mat(path: Path, columns: Sequence[Column]) -> Table:
     with path.open("rb") as file:
         head = file.read(1024)
     if any(head[offset:].startswith(_HDF5) for offset in _HDF5_OFFSETS):
-        return _table(path, columns, _load_hdf5(path))
+        return table_of(path, columns, _load_hdf5(path))
     if text.looks_like_numbers(head):
         return text.read_text(path, columns)
     with decoding(path, "a MATLAB file"):
-        return _table(path, columns, _flatten(_load_mat(path, head)))
+        return table_of(path, columns, _flatten(_load_mat(path, head)))
 
 
 def _load_mat(path: Path, head: bytes) -> dict[str, Any]:
@@ -68,7 +71,14 @@ def _load_mat(path: Path, head: bytes) -> dict[str, Any]:
     return variables
 
 
-def _table(path: Path, columns: Sequence[Column], arrays: Mapping[str, Any]) -> Table:
+def table_of(path: Path, columns: Sequence[Column], arrays: Mapping[str, Any]) -> Table:
+    """Wanted columns of named arrays.
+
+    Raises
+    ------
+    InputError
+        If a column is missing, no number or no vector.
+    """
     picked = {c: _pick(path, c, arrays) for c in columns}
     values = {c.channel: as_numbers(path, c, a) for c, a in picked.items() if not c.label}
     return Table(values, {c.channel: as_labels(path, c, a) for c, a in picked.items() if c.label})
@@ -105,6 +115,8 @@ def _pick(path: Path, column: Column, arrays: Mapping[str, Any]) -> Any:
             return array
         index = int(column.key[len(name) + 1 : -1])
     shape = np.shape(array)
+    if len(shape) == 2 and shape[0] <= MOST_CHANNELS and shape[1] >= WIDE * shape[0]:
+        array, shape = np.transpose(array), shape[::-1]  # a channel in each row
     if len(shape) != 2 or index >= shape[1]:
         raise InputError(f"{path}: no {column}; its array has shape {shape}")
     return array[:, index]

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from insenv.core.errors import InputError
-from insenv.core.readers.table import Column, Table, as_labels, as_numbers, decoding, find_column, split_unit
+from insenv.core.readers.conventions import unit_of
+from insenv.core.readers.table import Column, Table, as_labels, as_numbers, decoding, find_column
 
 
 def read_parquet(path: Path, columns: Sequence[Column]) -> Table:
@@ -33,5 +34,5 @@ def read_parquet(path: Path, columns: Sequence[Column]) -> Table:
         arrays = {c: data.column(name).to_numpy() for c, name in wanted.items()}
         values = {c.channel: as_numbers(path, c, a) for c, a in arrays.items() if not c.label}
         labels = {c.channel: as_labels(path, c, a) for c, a in arrays.items() if c.label}
-    units = {c.channel: unit for c, name in wanted.items() if (unit := split_unit(name)[1])}
+    units = {c.channel: unit for c, name in wanted.items() if (unit := unit_of(names, names.index(name)))}
     return Table(values, labels, units)

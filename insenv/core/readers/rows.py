@@ -18,7 +18,8 @@ import numpy as np
 
 from insenv.core.errors import InputError
 from insenv.core.manifest.schema import shown
-from insenv.core.readers.table import Column, Table, find_column, split_unit
+from insenv.core.readers.conventions import unit_of
+from insenv.core.readers.table import Column, Table, find_column
 from insenv.core.recording import Floats
 
 _UNDECODABLE = "\N{REPLACEMENT CHARACTER}"
@@ -27,13 +28,17 @@ _Columns = dict[Column, Any]
 
 @dataclass(frozen=True)
 class Body:
-    """Rows below the header: ``content`` begins at line ``first``; ``names`` has one entry per column."""
+    """Rows below the header: ``content`` begins at line ``first``; ``names`` has one entry per column.
+
+    With ``incomplete`` a value that is missing or no number is read as NaN.
+    """
 
     path: Path
     content: bytes
     first: int
     delimiter: str | None
     names: Sequence[str]
+    incomplete: bool = False
 
     def text(self) -> io.StringIO:
         """The rows as text with plain line breaks; what cannot be decoded is marked."""
@@ -51,7 +56,7 @@ def read_rows(body: Body, columns: Sequence[Column]) -> Table:
     at = {column: find_column(body.path, body.names, column) for column in columns}
     fast = _with_numpy if body.delimiter is None else _with_arrow
     found = fast(body, at) or _with_python(body, at)
-    units = {column.channel: unit for column, i in at.items() if (unit := split_unit(body.names[i])[1])}
+    units = {column.channel: unit for column, i in at.items() if (unit := unit_of(body.names, i))}
     return Table(
         values={column.channel: data for column, data in found.items() if not column.label},
         labels={column.channel: data for column, data in found.items() if column.label},
@@ -119,15 +124,18 @@ def _with_python(body: Body, at: dict[Column, int]) -> _Columns:
     """Columns read by the standard library, which knows every row's line."""
     lines, rows = [], []
     for line, cells in _rows(body):
-        if len(cells) != len(body.names):
+        if len(cells) != len(body.names) and body.incomplete:
+            cells = [""] * len(body.names)
+        elif len(cells) != len(body.names):
             wanted = f"wanted {len(body.names)} as in the first line"
             raise InputError(f"{body.path}: line {line}: a row of {len(cells)} values; {wanted}")
         lines.append(line)
         rows.append(cells)
     if not rows:
         raise InputError(f"{body.path}: has no rows of data; wanted at least one")
+    read = _numbers_or_nan if body.incomplete else _numbers
     return {
-        column: (_labels if column.label else _numbers)(body.path, column, [row[i] for row in rows], lines)
+        column: (_labels if column.label else read)(body.path, column, [row[i] for row in rows], lines)
         for column, i in at.items()
     }
 
@@ -156,7 +164,12 @@ def _numbers(path: Path, column: Column, cells: list[str], lines: list[int]) -> 
         return np.array([float(cell) for cell in cells])
     except ValueError:
         row = next(i for i, cell in enumerate(cells) if not is_number(cell))
-    raise InputError(f"{path}: line {lines[row]}: {column} is {shown(cells[row])}; wanted a number")
+    hint = "" if cells[row].strip() else ", or read.incomplete = 'leave out'"
+    raise InputError(f"{path}: line {lines[row]}: {column} is {shown(cells[row])}; wanted a number{hint}")
+
+
+def _numbers_or_nan(path: Path, column: Column, cells: list[str], lines: list[int]) -> Floats:
+    return np.array([float(cell) if is_number(cell) else np.nan for cell in cells])
 
 
 def _labels(path: Path, column: Column, cells: list[str], lines: list[int]) -> list[str]:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 from warnings import catch_warnings, simplefilter
 
 import numpy as np
+from numpy.typing import NDArray
 
 from insenv.core.errors import InputError
 from insenv.core.manifest.schema import nearest, shown
@@ -51,6 +52,8 @@ class Table:
         Time of the rows [s] where the format fixes it.
     site : Site, optional
         Where the file says it was recorded.
+    notes : tuple of str
+        What was not read, in words.
     """
 
     values: Mapping[str, Floats]
@@ -60,9 +63,22 @@ class Table:
     quantity: Quantity = "rate"
     t: Floats | None = None
     site: Site | None = None
+    notes: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return max(map(len, (*self.values.values(), *self.labels.values())), default=0)
+
+
+def rows_of(table: Table, kept: NDArray[np.int64]) -> Table:
+    """Some rows of a table; each keeps its place in the file."""
+    place = table.place
+    return replace(
+        table,
+        values={name: values[kept] for name, values in table.values.items()},
+        labels={name: [labels[i] for i in kept.tolist()] for name, labels in table.labels.items()},
+        t=None if table.t is None else table.t[kept],
+        place=lambda i: place(int(kept[i])),
+    )
 
 
 def find_column(path: Path, names: Sequence[str], column: Column) -> int:
@@ -126,15 +142,16 @@ def as_labels(path: Path, column: Column, values: Any) -> tuple[str, ...]:
 
 
 @contextmanager
-def decoding(path: Path, format_name: str) -> Iterator[None]:
+def decoding(path: Path, format_name: str, quiet: bool = False) -> Iterator[None]:
     """Turn whatever a decoder raises on a damaged file into one sentence.
 
     Decoders of binary formats meet damage with errors of every class (of struct, zlib, ast, their own) and
-    with warnings; all of them mean that the file is not what it should be.
+    with warnings; all of them mean that the file is not what it should be. Of a library that warns of sound files the
+    warnings are not listened to (``quiet``).
     """
     try:
         with catch_warnings():
-            simplefilter("error")
+            simplefilter("ignore" if quiet else "error")
             yield
     except InputError:
         raise

@@ -9,15 +9,22 @@ import csv
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 from pathlib import Path
 
 from insenv.core.errors import InputError
+from insenv.core.manifest.spec import CHANNELS, INCREMENTS, WHOLE, Reading
 from insenv.core.readers.rows import Body, is_number, read_rows
-from insenv.core.readers.table import Column, Table, find_column
+from insenv.core.readers.table import Column, Table, find_column, split_unit
+from insenv.core.units import scale_to_si
 
 _LINE = re.compile(rb"([^\r\n]*)(\r\n|\r|\n|\Z)")
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 _COMMENTS = ("#", "%")
+#: Lines at the head of a file among which the header is looked for by its names.
+HEAD = 60
+#: A line longer than this is none of units.
+LONGEST_LINE = 10_000
 _DECIMAL_COMMA = re.compile(rb'(?:^|[;\t])["]?[ +-]*\d+,\d+[ ]*["]?(?:$|[;\t])')
 
 
@@ -47,7 +54,7 @@ class Line:
         return most if most in bare else None
 
 
-def read_csv(path: Path, columns: Sequence[Column]) -> Table:
+def read_csv(path: Path, columns: Sequence[Column], reading: Reading = WHOLE) -> Table:
     """Wanted columns of a table with one header line; commas, semicolons or tabs between values.
 
     Raises
@@ -55,7 +62,19 @@ def read_csv(path: Path, columns: Sequence[Column]) -> Table:
     InputError
         If the header, a row or a number is not what it should be.
     """
-    return read_rows(_with_decimal_points(below_header(path, path.read_bytes(), columns)), columns)
+    return csv_table(path, path.read_bytes(), columns, reading)
+
+
+def csv_table(path: Path, content: bytes, columns: Sequence[Column], reading: Reading) -> Table:
+    """Wanted columns of the ``content`` of such a table; ``path`` is what messages name.
+
+    Raises
+    ------
+    InputError
+        As `read_csv`.
+    """
+    body = below_header(path, content, columns, reading.skip_lines)
+    return read_rows(replace(_with_decimal_points(body), incomplete=reading.incomplete), columns)
 
 
 def _with_decimal_points(body: Body) -> Body:
@@ -66,8 +85,11 @@ def _with_decimal_points(body: Body) -> Body:
     return replace(body, content=body.content.replace(b",", b"."))
 
 
-def below_header(path: Path, content: bytes, columns: Sequence[Column]) -> Body:
+def below_header(path: Path, content: bytes, columns: Sequence[Column], skip_lines: int = 0) -> Body:
     """The rows below the header line of ``content``, the first bytes of a file or all of them.
+
+    Lines above the header are passed over where they lack a wanted name and a later one has all; so is a row of units
+    below it, which count where the header has none.
 
     Raises
     ------
@@ -75,14 +97,63 @@ def below_header(path: Path, content: bytes, columns: Sequence[Column]) -> Body:
         If the first line is no header, or lacks a column.
     """
     content = content.removeprefix(_BYTE_ORDER_MARK)
-    header = _header(path, _lines(path, content))
+    header = _named(path, content, columns, skip_lines) or _header(path, _lines(path, content, skip_lines))
     delimiter = header.delimiter() or ","
     names = header.cells(delimiter)
     for column in columns:
         if is_number(found := names[find_column(path, names, column)]):
             hint = "wanted a header line, or format = 'text' for a file without one"
             raise InputError(f"{path}: line {header.number}: the heading of {column} is {found.strip()}; {hint}")
-    return Body(path, content[header.end :], header.number + 1, delimiter, names)
+    names, end, number = _with_units(path, content, header, names, columns)
+    return Body(path, content[end:], number + 1, delimiter, names)
+
+
+def _named(path: Path, content: bytes, columns: Sequence[Column], skip_lines: int) -> Line | None:
+    """The first line among those at the head that has all names, where some column is named and the first has not."""
+    wanted = {column.key.strip() for column in columns if isinstance(column.key, str)}
+    if not wanted:
+        return None
+    lines = _lines(path, content, skip_lines)
+    for n, line in enumerate(islice(lines, HEAD)):
+        bare = replace(line, text=line.text.lstrip().lstrip("".join(_COMMENTS)))
+        cells = [cell.strip() for cell in bare.cells(bare.delimiter() or ",")]
+        if wanted <= {*cells, *(split_unit(cell)[0] for cell in cells)}:
+            return bare if n else None
+    return None
+
+
+def _with_units(
+    path: Path, content: bytes, header: Line, names: list[str], columns: Sequence[Column]
+) -> tuple[list[str], int, int]:
+    """Headings with the units of the row below them, if that is one of units; its end, and its number."""
+    start = next(_lines(path, content[header.end :]), None)
+    if start is None:
+        return names, header.end, header.number
+    cells = start.cells(header.delimiter() or ",") if len(start.text) < LONGEST_LINE else []
+    at = [
+        (c, cells[find_column(path, names, c)].strip(" ()[]"))
+        for c in columns
+        if not c.label and len(cells) == len(names)
+    ]
+    if not at or any(not cell or is_number(cell) for _, cell in at) or not any(_is_unit(c, cell) for c, cell in at):
+        return names, header.end, header.number
+    shown = [
+        f"{n} [{u}]" if (u := c.strip(" ()[]")) and not split_unit(n)[1] else n
+        for n, c in zip(names, cells, strict=True)
+    ]
+    return shown, header.end + start.end, header.number + start.number
+
+
+def _is_unit(column: Column, text: str) -> bool:
+    """Whether ``text`` is a unit that the column's channel may have."""
+    dimension = CHANNELS[column.channel]
+    for one in (dimension, INCREMENTS.get(dimension, dimension)):
+        try:
+            scale_to_si(text, one, "unit")
+        except InputError:
+            continue
+        return True
+    return False
 
 
 def _header(path: Path, lines: Iterator[Line]) -> Line:
@@ -102,10 +173,11 @@ def _header(path: Path, lines: Iterator[Line]) -> Line:
     return line
 
 
-def read_text(path: Path, columns: Sequence[Column]) -> Table:
+def read_text(path: Path, columns: Sequence[Column], reading: Reading = WHOLE) -> Table:
     """Wanted columns of a table with blanks between values, or any delimiter that its first row has.
 
-    Lines at its head that open with ``#`` or ``%`` are comments; a first line without any number is a header.
+    Lines at its head that open with ``#`` or ``%`` are comments, of which the last may be the header; a first line
+    without any number is a header.
 
     Raises
     ------
@@ -113,15 +185,28 @@ def read_text(path: Path, columns: Sequence[Column]) -> Table:
         If a row or a number is not what it should be.
     """
     content = path.read_bytes().removeprefix(_BYTE_ORDER_MARK)
-    lines = (line for line in _lines(path, content) if not line.text.lstrip().startswith(_COMMENTS))
-    header = first = _next(path, lines)
+    comment = None
+    lines = _lines(path, content, reading.skip_lines)
+    header = _next(path, lines)
+    while header.text.lstrip().startswith(_COMMENTS):
+        comment, header = header, _next(path, lines)
+    first = header
     if not any(map(is_number, header.cells(header.delimiter()))):
         first = _next(path, lines)
+    elif comment is not None:
+        header = _commented(comment, first)
     delimiter = first.delimiter()
     names = header.cells(header.delimiter())
     if header is first or all(isinstance(column.key, int) for column in columns):
         names = [str(i) for i in range(len(first.cells(delimiter)))]  # the words of a header may be any
-    return read_rows(Body(path, content[first.start :], first.number, delimiter, names), columns)
+    body = Body(path, content[first.start :], first.number, delimiter, names, reading.incomplete)
+    return read_rows(body, columns)
+
+
+def _commented(comment: Line, first: Line) -> Line:
+    """The header that a comment is, if it has as many names as the ``first`` row has values; else that row."""
+    bare = replace(comment, text=comment.text.lstrip().lstrip("".join(_COMMENTS)))
+    return bare if len(bare.cells(bare.delimiter())) == len(first.cells(first.delimiter())) else first
 
 
 def looks_like_numbers(head: bytes) -> bool:
@@ -147,10 +232,10 @@ def decoded(path: Path, content: bytes) -> str:
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def _lines(path: Path, content: bytes) -> Iterator[Line]:
-    """Lines that are not blank, one after another, decoded as they are asked for."""
+def _lines(path: Path, content: bytes, skip: int = 0) -> Iterator[Line]:
+    """Lines that are not blank, after the first ``skip``, one after another, decoded as they are asked for."""
     for number, match in enumerate(_LINE.finditer(content), start=1):
-        if match[1].strip():
+        if number > skip and match[1].strip():
             if not match[1].isascii():
                 decoded(path, content[: match.end(1)])  # a fault is named with its line in the file
             yield Line(path, number, match.start(), match.end(), match[1].decode())
