@@ -276,7 +276,7 @@ BAD_FILES: dict[str, tuple[Callable[[Path], None], tuple[str, ...]]] = {
     ),
     "nothing to explain": (changed('target = "gyro"', "target = []"), ("run.toml", "model.target")),
     "time runs backwards": (row(100, "5.0,0.1,10"), ("run.csv", "line 101", "backwards")),
-    "time stands still": (row(100, "9.8,0.1,10"), ("run.csv", "line 101", "stands still")),
+    "time stands still": (row(100, "9.9,0.1,10\n9.9,0.2,10"), ("run.csv", "line 102", "stands still")),
     "not a number": (row(50, "4.9,nan,10"), ("run.csv", "line 51", "gyro", "nan")),
     "infinite": (row(50, "4.9,-inf,10"), ("run.csv", "line 51", "gyro", "inf")),
     "too large": (row(50, "4.9,1e300,10"), ("run.csv", "line 51", "gyro")),
