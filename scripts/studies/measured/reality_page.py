@@ -45,8 +45,7 @@ deviations; **honest** falls short and says so; **missed** is silent; **wrong, f
 a verdict that says that something is left; **wrong, stated** under one that holds no doubt; **refused** is an ordinary
 test that was not taken; **crashed** a traceback.
 
-No public recording of a fibre-optic or ring-laser gyro on a rate table, and no further thermal soak, was found: a rest
-from switch-on stands for temperature here.
+No public recording of a fibre-optic or ring-laser gyro on a rate table was found, and no thermal soak of hours.
 """
 
 
