@@ -96,7 +96,7 @@ def test_every_file_has_its_source(name: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_a_recording_is_described_in_one_line(name: str) -> None:
     text = datasets.describe(name)
-    assert "\n" not in text and re.search(r"MIT|BSD", text)
+    assert "\n" not in text and re.search(r"MIT|BSD|CC-BY", text)
 
 
 @pytest.mark.parametrize(
@@ -215,7 +215,7 @@ def test_the_table_says_where_each_recording_is(tmp_path: Path, monkeypatch: pyt
     _lay(tmp_path, ONE)
     blocks = dict(zip(NAMES, datasets.table().split("\n\n"), strict=False))
     for name, block in blocks.items():
-        assert block.startswith(name) and re.search(r"\d MB  (MIT|BSD-2-Clause)\n", block)
+        assert block.startswith(name) and re.search(r"\d MB  (MIT|BSD-2-Clause|CC-BY-NC-SA-4.0)\n", block)
         assert block.endswith(f"in {tmp_path}" if name == ONE else "not fetched")
 
 

@@ -19,6 +19,9 @@ SIZES: Mapping[str, int] = {
     "imucal": 995_473,
     "mahmood": 28_620,
     "xio_fusion": 1_410_960,
+    "tomisuarez": 310_525,
+    "bmi270": 297_057,
+    "adis16405": 3_200_168,
 }
 _MANIFESTS = Path(__file__).parent / "manifests"
 
