@@ -47,7 +47,7 @@ class BiasDrift(LinearEffect):
     """A ramp: c t."""
 
     id = "bias_drift"
-    linear = (Param("c", OUTPUT + "/s", sd=1e-4, bound=1e-2),)
+    linear = (Param("c", OUTPUT + "/s", sd=3e-5, bound=1e-4),)
     source = "IEEE Std 952-1997: rate ramp"
     of_time = True
 

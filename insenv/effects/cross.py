@@ -23,7 +23,7 @@ class GSensitivity(LinearEffect):
     """A rate that acceleration and gravity feign."""
 
     id = "g_sensitivity"
-    linear = tuple(Param(f"c_{axis}", OUTPUT + "/(m/s^2)", sd=1e-4, bound=1e-2) for axis in "xyz")
+    linear = tuple(Param(f"c_{axis}", OUTPUT + "/(m/s^2)", sd=1e-4, bound=1e-3) for axis in "xyz")
     needs = ("force",)
     source = "IEEE Std 1431-2004: acceleration sensitivity; Titterton and Weston, section 4"
     instruments = ("gyro",)

@@ -16,6 +16,7 @@ from insenv.core.recording import Floats
 from insenv.effects.base import CurveEffect, Effect, LinearEffect, NoiseEffect
 from insenv.identify.findings import NotTestable
 from insenv.identify.problem import Problem, Term
+from insenv.identify.real_motion import unmoved
 
 #: Share of the fitted time at either end in which no step is looked for.
 END_SHARE = 0.05
@@ -46,6 +47,9 @@ def candidates(
         needs = _missing(problem, effect)
         if needs:
             blind.append(NotTestable(effect.key, needs, "the recording has no such channel"))
+            continue
+        if resting := unmoved(problem, effect):
+            blind.append(NotTestable(effect.key, ("motion",), resting))
             continue
         if effect.id == "encoder_harmonic" and not any(e.motion.projection for e in problem.exposures):
             blind.append(NotTestable(effect.key, (), "the axis sees nothing of the table's rate"))

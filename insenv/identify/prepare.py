@@ -22,7 +22,7 @@ from insenv.identify.holds import Look, find_hold, without_hold
 from insenv.identify.lines import Line, find_lines, quantum
 from insenv.identify.outliers import outliers, without_outliers
 from insenv.identify.problem import Model, Problem, Term, regressors
-from insenv.identify.triads import of_others, without_turns
+from insenv.identify.triads import of_others, turns_left_out, without_turns
 
 #: Fitted bins aimed at, and the most that are used.
 BINS, MOST_BINS = 2000, 20000
@@ -92,7 +92,7 @@ def prepare(
     plain = _problem(manifest, recordings, uses, target, rows, reject_lines=False)
     kept = without_turns(recordings, uses, plain, model)
     if kept is not uses:
-        uses = kept
+        uses, rejected = kept, (*rejected, *turns_left_out(recordings, target))
         plain = _problem(manifest, recordings, uses, target, rows, reject_lines=False)
     _enough(manifest, plain, model, target)
     measured, held = recordings, _held(recordings, uses, plain, model) if holds else Look()

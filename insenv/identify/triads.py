@@ -2,7 +2,8 @@
 
 While a vehicle turns, its lever arms accelerate and its sway tilts the turn's rate into the level axes: none of that is
 an error of an instrument. Accelerometers are left out of every turn. A level gyro keeps it, for the turn shows its
-misalignment, unless it shakes: the median step from bin to bin is then larger than `SHAKEN` times that at rest.
+misalignment, unless it shakes: the median step from bin to bin is then larger than `SHAKEN` times that at rest, beside
+what follows the turn as an error of the instrument would.
 """
 
 from __future__ import annotations
@@ -14,9 +15,10 @@ from numpy.typing import NDArray
 
 from insenv.core.manifest.spec import Manifest
 from insenv.core.motion import Motion
-from insenv.core.recording import Recording
+from insenv.core.recording import Floats, Recording
 from insenv.core.split import RowUse
 from insenv.effects.base import Effect, Instrument
+from insenv.identify.findings import RejectedRows
 from insenv.identify.fit import solve
 from insenv.identify.problem import Model, Problem
 
@@ -57,6 +59,18 @@ def without_turns(
     return kept if all(u.fit.any() for u in kept) and any(u.held_out.any() for u in kept) else uses
 
 
+def turns_left_out(recordings: tuple[Recording, ...], target: str) -> tuple[RejectedRows, ...]:
+    """The turns that a level gyro that shakes is judged without; none of an accelerometer, which never has them."""
+    if not target.startswith("gyro"):
+        return ()
+    edges = [np.flatnonzero(np.diff(np.concatenate([[0], turning(r).astype(np.int8), [0]]))) for r in recordings]
+    return tuple(
+        RejectedRows(target, run, start, stop, "a turn in which the axis shakes")
+        for run, at in enumerate(edges)
+        for start, stop in at.reshape(-1, 2).tolist()
+    )
+
+
 def turning(recording: Recording) -> NDArray[np.bool_]:
     """Rows whose interval, or the one after, is one of a turn, shape (rows,)."""
     if "table_angle" in recording.channels:
@@ -69,12 +83,33 @@ def turning(recording: Recording) -> NDArray[np.bool_]:
 
 
 def _shakes(problem: Problem, model: Model) -> bool:
-    """Whether the residual jumps more in turns than at rest."""
-    left = np.abs(np.diff(problem.y - solve(problem, model).predicted()))
+    """Whether the residual jumps more in turns than at rest, beside all that follows the turn itself.
+
+    What is proportional to the rate of the turn, to its magnitude, square or change, or a wave of its angle is an error
+    of the instrument, however large, and no shaking.
+    """
     edges = [e.motion.angle for e in problem.exposures]
-    rates = tuple(np.abs(np.diff(a)) / problem.exposures[0].motion.dt for a in edges if a is not None)
-    moves = problem.bins.mean(rates) > LEAST_RATE
-    inside, outside = moves[1:] & moves[:-1], ~(moves[1:] | moves[:-1])
-    if len(rates) < len(edges) or inside.sum() < 8 or outside.sum() < 8:
+    known = [a for a in edges if a is not None]
+    if len(known) < len(edges):
         return False
-    return float(np.median(left[inside])) > SHAKEN * float(np.median(left[outside]))
+    rates = tuple(np.diff(a) / problem.exposures[0].motion.dt for a in known)
+    rate = problem.bins.mean(rates)
+    angle = problem.bins.mean(tuple(0.5 * (a[1:] + a[:-1]) for a in known))
+    left = problem.y - solve(problem, model).predicted()
+    inside = np.abs(rate) > LEAST_RATE
+    both, none = inside[1:] & inside[:-1], ~(inside[1:] | inside[:-1])
+    if both.sum() < 8 or none.sum() < 8:
+        return False
+    steps = np.abs(np.diff(left - _of_the_turn(problem, left, rate, angle, inside)))
+    return float(np.median(steps[both])) > SHAKEN * float(np.median(steps[none]))
+
+
+def _of_the_turn(problem: Problem, left: Floats, rate: Floats, angle: Floats, inside: NDArray[np.bool_]) -> Floats:
+    """What of a residual follows the turns, shape (bins,); zero at rest."""
+    change = np.gradient(rate)
+    columns = [rate, np.abs(rate), rate**2, rate**3, change, np.cos(angle), np.sin(angle)]
+    columns += [problem.bins.run == run for run in np.unique(problem.bins.run)]
+    design = np.column_stack(columns).astype(float) * inside[:, None]
+    design = design[:, np.linalg.norm(design, axis=0) > 0]
+    design = design / np.linalg.norm(design, axis=0)
+    return np.asarray(design @ np.linalg.lstsq(design, left * inside, rcond=1e-8)[0], np.float64)

@@ -1,0 +1,62 @@
+"""Whether an instrument that nothing turned has moved at all, as far as effects of force and of cross rates are concerned.
+
+At rest an accelerometer shows its own noise, lines and drift beside gravity, and a gyro its own: none of that is a
+specific force or a rate, and what two channels have in common by their electronics, or by a floor that shakes, is no
+sensitivity of the one to the other. Without a table such a regressor counts if its means over a second cover more than
+instruments at rest do by themselves: 0.1 m/s^2, as a tilt of 0.6 deg does, and 0.6 deg/s. Single knocks do not count.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insenv.core.recording import Floats
+from insenv.effects.base import Effect
+from insenv.identify.problem import Problem
+
+#: Length of the means that are looked at [s].
+AVERAGING = 1.0
+#: Quantiles between which they are.
+INNER = (0.01, 0.99)
+#: What they cover at least where something moves: of specific forces [m/s^2], of rates [rad/s].
+LEAST = {"force": (0.1, "specific force", "m/s^2"), "cross_rate": (0.01, "rate about the other axes", "rad/s")}
+#: Angle from which on a table turned [rad].
+TURNED = 0.01
+
+
+def unmoved(problem: Problem, effect: Effect) -> str:
+    """Why an effect of force or of cross rates cannot be told from noise at rest; empty if it can."""
+    needs = [need for need in LEAST if any(n.partition(".")[0] == need for n in effect.needs)]
+    if not needs or any(e.motion.angle is not None and np.ptp(e.motion.angle) > TURNED for e in problem.exposures):
+        return ""
+    least, what, unit = LEAST[needs[0]]
+    parts: list[tuple[Mapping[str, Floats], NDArray[np.int64], float]] = [
+        (getattr(e.motion, needs[0]), e.count, e.motion.dt) for e in problem.exposures
+    ]
+    axes = sorted({axis for fields, _, _ in parts for axis in fields})
+    covered = max(_covered([(fields[a], n, dt) for fields, n, dt in parts if a in fields]) for a in axes)
+    if covered >= least:
+        return ""
+    return f"the {what} covers {covered:.2g} {unit}, which instruments at rest do by themselves; nothing moved"
+
+
+def _covered(parts: list[tuple[Floats, NDArray[np.int64], float]]) -> float:
+    """Range of the means over a second of one channel in all runs, but for a hundredth at either end."""
+    means = np.concatenate([_means(values, count, max(round(AVERAGING / dt), 1)) for values, count, dt in parts])
+    if not len(means):
+        return 0.0
+    low, high = np.quantile(means, INNER)
+    return float(high - low)
+
+
+def _means(values: Floats, count: NDArray[np.int64], width: int) -> Floats:
+    n = len(values) // width * width
+    if not n:
+        return values[count > 0]
+    rows = count[:n].reshape(-1, width)
+    total = (values[:n] * count[:n]).reshape(-1, width).sum(axis=1)
+    filled = rows.sum(axis=1) > 0
+    return np.asarray(total[filled] / rows.sum(axis=1)[filled], np.float64)
