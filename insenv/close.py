@@ -17,6 +17,7 @@ from insenv.core.split import split
 from insenv.effects.base import DrivenEffect, Effect, NoiseEffect
 from insenv.effects.catalogue import by_key, catalogue
 from insenv.identify.assemble import findings
+from insenv.identify.clean.common import common_mode, common_remarks
 from insenv.identify.clean.motion import motion_cautions
 from insenv.identify.clean.plausibility import implausible
 from insenv.identify.findings import Findings
@@ -73,6 +74,8 @@ def close(
     else:
         outcome = trace(read, recordings, split(read, recordings), tried, alpha, seed, progress)
         found = findings(read, recordings, outcome, remarks(recordings), limits)
+    common = common_mode(read, recordings)
+    found = replace(found, common_mode=common, remarks=(*found.remarks, *common_remarks(common)))
     return _with_doubts(_with_doubts(found, motion_cautions(recordings, found.rows_rejected)), doubts)
 
 

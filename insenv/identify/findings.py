@@ -235,6 +235,14 @@ class RejectedRows:
 
 
 @dataclass(frozen=True)
+class CommonMode:
+    """Channels whose noise has one cause, electronics or vibration; ``correlation`` is the largest of two of them."""
+
+    channels: tuple[str, ...]
+    correlation: float
+
+
+@dataclass(frozen=True)
 class RunRead:
     """A run that the loop was closed on: ``sha256`` is its fingerprint (`insenv.core.fingerprint`)."""
 
@@ -265,6 +273,7 @@ class Findings:
     runs: tuple[RunRead, ...] = ()
     procedure: str = ""
     rows_rejected: tuple[RejectedRows, ...] = ()
+    common_mode: tuple[CommonMode, ...] = ()
 
 
 #: Verdicts from the strongest to the weakest: with several targets the strongest one speaks for all.

@@ -17,7 +17,7 @@ rests with a scatter of c quiet levels tell the nine figures of a triad by (m - 
 
 Rests are counted from 1, through all runs. Where the recording has labels (`segment`), each labelled stretch is a rest.
 
-Where the manifest holds nothing out, and rests are few, each is held out in turn; where there are hardly more of them
+Where the manifest holds nothing out, each rest is held out in turn; where there are hardly more of them
 than unknowns, as in the six positions of an ordinary test, each rest is cut into parts, and every second part is.
 """
 
@@ -52,7 +52,7 @@ MOVING_SHARE = 0.5
 #: Scatter, in quiet levels, below which a part of a rest may serve the gyros; white noise reaches 1.5 of them.
 CALM = (2.0, 4.0, 8.0, 16.0)
 #: Rests below which the manifest's silence means that each is held out in turn; from here on it means the last 40 %.
-MANY = 24
+MANY = 100
 #: Parts of a rest where rests are too few to be held out themselves, and the least length of a part in windows.
 PARTS, SHORTEST_PART = 8, 1
 
@@ -120,8 +120,8 @@ def find_rests(manifest: Manifest, recordings: Sequence[Recording], channels: Se
         wanted = f"wanted several attitudes, each held still for {(SHORTEST + 2) * WINDOW:g} s or longer"
         raise InputError(f"{manifest.path}: {count} found in {', '.join(r.label for r in recordings)}; {wanted}")
     rests = tuple(Rest(number, *where) for number, where in enumerate(found, start=1))
-    calm = _calm(recordings, rests, channels)
     if _in_turn(manifest, rests):
+        calm = _calm(recordings, rests, channels)
         in_turn = Rests(rests, (_counted(recordings, rests, "each held out in its turn"), *remarks), calm, True)
         if len(rests) >= least:
             return in_turn
@@ -137,7 +137,7 @@ def find_rests(manifest: Manifest, recordings: Sequence[Recording], channels: Se
             f"{manifest.path}: of {len(rests)} rests {which} is held out; wanted some to fit, some to score"
         )
     used = tuple(replace(r, held_out=bool(h)) for r, h in zip(rests, held_out, strict=True))
-    calm = tuple(replace(r, held_out=bool(held_out[r.number - 1])) for r in calm)
+    calm = _calm(recordings, used, channels)
     fitted = sum(not r.held_out for r in used)
     return Rests(used, (_counted(recordings, used, f"{fitted} fitted, {len(used) - fitted} held out"), *remarks), calm)
 
@@ -166,6 +166,8 @@ def _calm(recordings: Sequence[Recording], rests: Sequence[Rest], channels: Sequ
     for level in CALM:
         found = [_calmest(rest, *scatters[rest.run], level) for rest in rests]
         kept = tuple(rest for rest in found if rest is not None)
+        if len({rest.held_out for rest in kept}) < len({rest.held_out for rest in rests}):
+            continue
         told = (len(kept) - 1 - 4.5) / level**2
         if told > max(most, 0.0):
             best, most = kept, told

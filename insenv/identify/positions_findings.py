@@ -25,6 +25,7 @@ from insenv.identify.findings import (
     Traces,
 )
 from insenv.identify.positions_accel import Magnitudes
+from insenv.identify.positions_factor import BROKEN, factor_of
 from insenv.identify.positions_gyro import Rotations
 from insenv.identify.positions_model import AXES, TriadTerm, named
 from insenv.identify.positions_rest import RestMeans
@@ -248,13 +249,30 @@ def _next(added: Sequence[Added]) -> tuple[NextExperiment, ...]:
 
 
 def _cautions(found: Positions, gyro: bool) -> tuple[str, ...]:
-    """What the figures rest on."""
+    """What the figures rest on, and what they can hardly be."""
     terms = {term.effect.id for term in found.accel.outcome.after.terms}
+    said = () if gyro else _incredible(found.accel.outcome.after)
     if gyro or found.gravity_known or "accel_scale_factor" not in terms:
-        return ()
+        return said
     free = getattr(found.accel.problem, "free_gravity", False)
     width = "their standard deviations include that" if free else "their standard deviations do not include that"
     return (
+        *said,
         f"Neither gravity nor latitude is given, {STANDARD_GRAVITY} m/s² is taken: where gravity is larger by a share, "
         f"the three accelerometer scale factors are larger by it too, up to 0.3 % on the Earth; {width}.",
     )
+
+
+def _incredible(fit: Fit) -> tuple[str, ...]:
+    """Of the accelerometers: scale factors that are a wrong unit or range, biases of an axis that is broken."""
+    said = []
+    for term in fit.terms:
+        values = fit.theta[fit.of(term)]
+        if term.effect.id == "accel_scale_factor" and (factor := factor_of(1 + values)):
+            said.append(f"The accelerometers' {factor}.")
+        if term.effect.id == "accel_bias":
+            for axis in np.flatnonzero(np.abs(values) > BROKEN):
+                share = values[axis] / STANDARD_GRAVITY
+                of = f"accel_{AXES[axis]} has a bias of {share:.2g} g"
+                said.append(f"{of}: the axis is broken, or its offset is declared wrong.")
+    return tuple(said)

@@ -17,16 +17,18 @@ from scipy.stats import f as fisher
 from insenv.core.errors import InputError
 from insenv.core.manifest import Manifest
 from insenv.core.recording import Floats, Recording
+from insenv.core.units import STANDARD_GRAVITY
 from insenv.effects.base import Effect
 from insenv.effects.catalogue import by_key
 from insenv.identify.findings import NotTestable
 from insenv.identify.positions import Rest, Rests, find_rests, means, middle_times
 from insenv.identify.positions_accel import Magnitudes, directions, gravities
 from insenv.identify.positions_accel import with_walk as with_bias_walk
+from insenv.identify.positions_factor import common_factor
 from insenv.identify.positions_gyro import Rotations, rotations, with_noise
 from insenv.identify.positions_model import AXES, Surroundings, triad_term
 from insenv.identify.positions_rest import RestMeans, RestTerm, with_walk
-from insenv.identify.positions_search import LEAST_FREEDOM, Doubt, Fit, Outcome, in_turn, search, solve
+from insenv.identify.positions_search import LEAST_FREEDOM, Doubt, Fit, Outcome, held_out_errors, in_turn, search, solve
 from insenv.identify.positions_walk import ALLOWED
 
 #: Effects of each part that may be declared. Those that are not are tried, but for what is slow on gyros at rest: a
@@ -39,6 +41,8 @@ SLOW = ("bias_drift", "bias_temperature")
 WHOLE = "cross_axis"
 #: Probability of an outlier among all fitted rests by which one is left out, and the largest share of them.
 OUTLIER, MOST_OUTLIERS = 1e-4, 0.1
+#: Error of the magnitude of gravity that no unit at rest has, beside all that was found [m/s^2].
+NO_REST = 0.5
 #: Least freedom of a fit that is asked for outliers.
 OUTLIER_FREEDOM = 6
 
@@ -202,6 +206,9 @@ def _gyros_between(
     alpha: float,
 ) -> Part:
     """The part of the rotations from rest to rest; ``bias`` is the variance of a gyro's mean in a rest [rad^2/s^2]."""
+    if factor := common_factor(problem):
+        none = solve(problem, ())
+        return Part(problem, Outcome(none, none), (f"rotations from rest to rest: the gyros' {factor}",))
     declared = [triad_term(e) for e in _declared(manifest, "gyro") if e.id in (*OF_ROTATIONS, WHOLE)]
     _enough(manifest, problem, sum(term.size for term in declared), "turns")
     effects = [term.effect for term in declared]
@@ -347,6 +354,9 @@ def _named(rests: Sequence[Rest], recordings: Sequence[Recording], left_out: NDA
 
 def _structure(problem: Magnitudes | Rotations | RestMeans, fit: Fit, alpha: float, units: str) -> tuple[str, ...]:
     """Whether the held-out units scatter as the fitted ones foretell; a sentence where they do not."""
+    if isinstance(problem, Magnitudes) and (error := held_out_errors(problem, fit)[0]) > NO_REST:
+        share = error / STANDARD_GRAVITY
+        return (f"rests miss gravity by {error:.2g} m/s^2 ({share:.0%}): the unit moved, or an axis reads no force",)
     if in_turn(problem):
         return ()  # all are fitted, and each is foretold by all others
     held = problem.held_out

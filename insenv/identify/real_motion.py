@@ -1,4 +1,4 @@
-"""Whether an instrument that nothing turned has moved at all, as far as effects of force and of cross rates are concerned.
+"""Whether an instrument that nothing turned has moved at all, for effects of force and of the rates of other axes.
 
 At rest an accelerometer shows its own noise, lines and drift beside gravity, and a gyro its own: none of that is a
 specific force or a rate, and what two channels have in common by their electronics, or by a floor that shakes, is no
@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from insenv.core.recording import Floats
 from insenv.effects.base import Effect
@@ -33,30 +32,19 @@ def unmoved(problem: Problem, effect: Effect) -> str:
     if not needs or any(e.motion.angle is not None and np.ptp(e.motion.angle) > TURNED for e in problem.exposures):
         return ""
     least, what, unit = LEAST[needs[0]]
-    parts: list[tuple[Mapping[str, Floats], NDArray[np.int64], float]] = [
-        (getattr(e.motion, needs[0]), e.count, e.motion.dt) for e in problem.exposures
-    ]
-    axes = sorted({axis for fields, _, _ in parts for axis in fields})
-    covered = max(_covered([(fields[a], n, dt) for fields, n, dt in parts if a in fields]) for a in axes)
+    fields: list[Mapping[str, Floats]] = [getattr(e.motion, needs[0]) for e in problem.exposures]
+    axes = set.intersection(*(set(one) for one in fields))
+    covered = max((_covered(problem, tuple(one[axis] for one in fields)) for axis in axes), default=0.0)
     if covered >= least:
         return ""
     return f"the {what} covers {covered:.2g} {unit}, which instruments at rest do by themselves; nothing moved"
 
 
-def _covered(parts: list[tuple[Floats, NDArray[np.int64], float]]) -> float:
-    """Range of the means over a second of one channel in all runs, but for a hundredth at either end."""
-    means = np.concatenate([_means(values, count, max(round(AVERAGING / dt), 1)) for values, count, dt in parts])
-    if not len(means):
-        return 0.0
+def _covered(problem: Problem, cells: tuple[Floats, ...]) -> float:
+    """Range of the means over a second of one channel, in the bins of all runs, but for a hundredth at either end."""
+    bins = problem.bins
+    values, second = bins.mean(cells), np.floor(bins.time / AVERAGING)
+    _, group = np.unique(np.column_stack([bins.run, second]), axis=0, return_inverse=True)
+    means = np.bincount(group.ravel(), values) / np.bincount(group.ravel())
     low, high = np.quantile(means, INNER)
     return float(high - low)
-
-
-def _means(values: Floats, count: NDArray[np.int64], width: int) -> Floats:
-    n = len(values) // width * width
-    if not n:
-        return values[count > 0]
-    rows = count[:n].reshape(-1, width)
-    total = (values[:n] * count[:n]).reshape(-1, width).sum(axis=1)
-    filled = rows.sum(axis=1) > 0
-    return np.asarray(total[filled] / rows.sum(axis=1)[filled], np.float64)

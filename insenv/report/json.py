@@ -49,6 +49,7 @@ def to_json(findings: Findings) -> Block:
             {"run": r.run + 1, "target": r.target, "rows": [r.start, r.stop], "reason": r.reason}
             for r in findings.rows_rejected
         ],
+        "common_mode": [{"channels": list(c.channels), "correlation": c.correlation} for c in findings.common_mode],
         "source": findings.source,
         "licence": findings.licence,
     }
