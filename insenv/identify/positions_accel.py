@@ -67,6 +67,23 @@ class Magnitudes:
         """Prior standard deviations of the unknowns that are no effects, behind those of the effects."""
         return np.full(int(self.free_gravity), GRAVITY_SPREAD)
 
+    def begin(self, terms: Sequence[TriadTerm]) -> Floats:
+        """At the sphere through the readings, |m - o|^2 = k^2 g^2: linear in o and k^2 g^2 - |o|^2; shape (p + q,)."""
+        theta = np.zeros(sum(term.size for term in terms) + len(self.nuisance))
+        m = self.measured[self.fitted]
+        at, place = dict[str, slice](), 0
+        for term in terms:
+            at[term.effect.id] = slice(place, place + term.size)
+            place += term.size
+        if "accel_bias" not in at or len(m) < 5:
+            return theta
+        unknown = np.linalg.lstsq(np.column_stack([2 * m, np.ones(len(m))]), np.sum(m * m, axis=1), rcond=None)[0]
+        theta[at["accel_bias"]] = unknown[:3]
+        if "accel_scale_factor" in at:
+            radius = float(np.sqrt(max(unknown[3] + unknown[:3] @ unknown[:3], 0.0)))
+            theta[at["accel_scale_factor"]] = max(radius / float(self.gravity.mean()), 0.1) - 1
+        return theta
+
     def evaluate(self, terms: Sequence[TriadTerm], theta: Floats) -> tuple[Floats, Floats]:
         """Whitened residuals, shape (n, 1), and their derivatives, shape (n, 1, p)."""
         residual, slopes = self.errors(terms, theta)

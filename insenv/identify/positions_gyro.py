@@ -75,6 +75,10 @@ class Rotations:
         """No unknowns but those of the effects."""
         return np.zeros(0)
 
+    def begin(self, terms: Sequence[TriadTerm]) -> Floats:
+        """At zero, shape (p,)."""
+        return np.zeros(sum(term.size for term in terms))
+
     def evaluate(self, terms: Sequence[TriadTerm], theta: Floats) -> tuple[Floats, Floats]:
         """Whitened errors, shape (m, 2), and their derivatives, shape (m, 2, p)."""
         errors, slopes = self.errors(terms, theta)

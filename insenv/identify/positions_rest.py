@@ -64,6 +64,10 @@ class RestMeans:
         """No unknowns but those of the effects."""
         return np.zeros(0)
 
+    def begin(self, terms: Sequence[RestTerm]) -> Floats:
+        """At zero, shape (p,)."""
+        return np.zeros(sum(term.size for term in terms))
+
     def design(self, terms: Sequence[RestTerm]) -> Floats:
         """What one unit of each coefficient adds, shape (n, p)."""
         base = self.around.motion(np.zeros((len(self.y), 3)), 0)

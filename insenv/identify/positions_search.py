@@ -80,6 +80,9 @@ class Problem(Protocol):
     def evaluate(self, terms: Sequence[Any], theta: Floats) -> tuple[Floats, Floats]:
         """Residuals, shape (m, d), and their derivatives, shape (m, d, p)."""
 
+    def begin(self, terms: Sequence[Any]) -> Floats:
+        """Where a fit begins: coefficients, then further unknowns, shape (p + q,)."""
+
     @property
     def root(self) -> Floats:
         """L of the noise's covariance s^2 L L', shape (m d, m d)."""
@@ -122,7 +125,7 @@ class Fit:
 
 
 def solve(problem: Problem, terms: Sequence[Any]) -> Fit:
-    """Least squares by Gauss and Newton with halved steps, from zero."""
+    """Least squares by Gauss and Newton with halved steps, from where the problem begins or from zero."""
     fitted = problem.fitted
     weight = 1 / problem.nuisance
     p = sum(term.size for term in terms)
@@ -132,6 +135,10 @@ def solve(problem: Problem, terms: Sequence[Any]) -> Fit:
         return float(np.sum(residual[fitted] ** 2) + scale * np.sum((at[p:] * weight) ** 2))
 
     residual, slopes = problem.evaluate(terms, theta)
+    begin = problem.begin(terms)
+    other, other_slopes = problem.evaluate(terms, begin)
+    if rss(other, begin, 0.0) < rss(residual, theta, 0.0):
+        theta, residual, slopes = begin, other, other_slopes
     # A prior weighs against the noise, which the residual shows.
     scale = _scale(problem, residual, 0)
     for _ in range(STEPS):
