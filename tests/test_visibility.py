@@ -1,0 +1,36 @@
+"""A large effect is never less visible than a small one: a ladder over strength for the effects of a single gyro.
+
+Each stands in a recording that is generic for it, once found at a signal-to-noise ratio of 12, then ten and a thousand
+times as strong. It must be named, or stand among the rivals of what is named, at every strength. Seeds are fixed, so
+nothing here is random; that a weak effect is named at all is the business of other tests.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from simulated_runs import closed, declared_for, manifest, with_effects
+
+#: Effect, kind of run, parameters of which the first is scaled.
+LADDERS: tuple[tuple[str, str, tuple[float, ...]], ...] = (
+    ("bias_drift", "rest", (1.0,)),
+    ("bias_warm_up", "rest", (1.0, 200.0)),
+    ("bias_step", "rest", (1.0, 700.0)),
+    ("bias_temperature:1", "rest", (1.0,)),
+    ("bias_temperature_rate", "rest", (1.0,)),
+    ("bias_thermal_lag", "rest", (1.0, 150.0)),
+    ("scale_factor_drift", "staircase", (1.0,)),
+    ("scale_factor_warm_up", "staircase", (1.0, 200.0)),
+    ("scale_factor_temperature", "staircase", (1.0,)),
+)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("key", "kind", "theta"), LADDERS, ids=[row[0] for row in LADDERS])
+def test_what_is_found_is_found_at_every_larger_strength(key: str, kind: str, theta: tuple[float, ...]) -> None:
+    for snr in (12.0, 120.0, 12000.0):
+        run, _ = with_effects(kind, 7, ((key, np.array(theta)),), snr, 1800.0)
+        (target,) = closed(run.recording, manifest(declared=declared_for(run.recording))).targets
+        named = {a.effect if a.order is None else f"{a.effect}:{a.order}" for a in target.added}
+        named |= {rival for a in target.added for rival in a.confounded_with}
+        assert key in named or key.partition(":")[0] in named, f"strength {snr:g}"
