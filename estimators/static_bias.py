@@ -19,6 +19,7 @@ import numpy as np
 
 from estimators import static_bias_kernel as kernel
 from estimators import static_bias_result
+from estimators.allan_terms import Fit, fitted, plain
 from insenv.core.earth import EARTH_RATE
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Estimate
@@ -149,6 +150,9 @@ class StaticBias:
 
     def result(self, state: Record, label: str = "recording") -> StaticResult | None:
         """All that a report shows of a single run, without a batch; None where there is no second at rest."""
+        return self._result(state, label, fitted)
+
+    def _result(self, state: Record, label: str, fit: Fit) -> StaticResult | None:
         state = self._flushed(state)
         if not len(series := _series(state)):
             return None
@@ -162,10 +166,10 @@ class StaticBias:
             earth_rate=self.earth_rate,
             tilt=self.datasheet.mounting.tilt,
         )
-        return static_bias_result.result(series, state.moments, state.cascade, settings)
+        return static_bias_result.result(series, state.moments, state.cascade, settings, fit)
 
     def _of_row(self, state: Record) -> tuple[list[float], list[float]]:
-        found = self.result(state)
+        found = self._result(state, "recording", plain)  # asked at every step: no search for further terms
         if found is None:
             return 5 * [0.0], [ANY_BIAS, *(4 * [ANY_NOISE])]
         earth = 0.0 if np.isnan(found.earth_rate) else found.earth_rate

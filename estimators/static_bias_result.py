@@ -1,12 +1,10 @@
 r"""The result of a test at rest from its sums: bias, stability, Allan coefficients, warm-up.
 
-    sigma^2(tau) = 3 Q^2 / tau^2 + N^2 / tau + (2 ln 2 / pi) B^2 + K^2 tau / 3 + R^2 tau^2 / 2
+Neighbouring means share one of the two in a difference, so that M differences have 2 M / 3 degrees of freedom: for
+white noise their correlation is -1/2, and M / (1 + 2 / 4) are left. The terms of the Allan variance are those of
+`estimators.allan_terms`.
 
-The coefficients are squares and not negative: non-negative least squares by the variances 2 sigma^4 / edf. An octave
-has as many degrees of freedom as there are pairs of its means (those of Haar wavelets, which are uncorrelated from
-octave to octave for white noise); the differences of pairs that overlap tell somewhat more.
-
-Source: IEEE Std 952-1997, annex C; Percival and Walden, Wavelet Methods for Time Series Analysis (2000), chapter 8.
+Source: IEEE Std 952-1997, annex C.
 """
 
 from __future__ import annotations
@@ -16,18 +14,13 @@ from math import cos, log, nan, pi, sin, sqrt
 
 import numpy as np
 
+from estimators.allan_terms import Fit, fitted, floor
 from estimators.static_bias_kernel import BEFORE, COUNT, DIFFERENCES, FREEDOM, OLD, PAIRS, SQUARES
 from insenv.core.earth import EARTH_RATE
 from insenv.core.rate_test import AllanResult, Stability, StaticResult, Valued, WarmUp
 from insenv.core.recording import Floats
 from insenv.core.units import DEG_PER_HOUR
 
-#: Powers of tau of the terms, in the order of `TERMS`, and their factors.
-TERMS = ("quantization", "angle_random_walk", "bias_instability", "rate_random_walk", "rate_ramp")
-_POWERS = np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
-_FACTORS = np.array([3.0, 1.0, 2 * log(2) / pi, 1 / 3, 0.5])
-#: No model holds better than this in the variance.
-_MODEL = 1e-3
 #: Means that the curve of the bias is shown with, and its warm-up fitted to, at most.
 _CURVE = 400
 
@@ -46,10 +39,19 @@ class Settings:
     tilt: float
 
 
-def result(series: Floats, moments: Floats, cascade: Floats, told: Settings) -> StaticResult:
-    """From means over a second, shape (m, 4), and the sums of `estimators.static_bias_kernel`."""
+def result(
+    series: Floats,
+    moments: Floats,
+    cascade: Floats,
+    told: Settings,
+    fit: Fit = fitted,
+) -> StaticResult:
+    """From means over a second, shape (m, 4), and the sums of `estimators.static_bias_kernel`.
+
+    ``fit`` is what finds the terms of the Allan variance.
+    """
     k = abs(told.scale_factor)
-    allan = _allan(cascade, told.dt, k)
+    allan = _allan(cascade, told.dt, k, fit)
     late = series[series[:, 0] >= told.warm_up]
     used = late if len(late) else series
     each = tuple(float(used[used[:, 3] == q, 1].mean()) / told.scale_factor for q in np.unique(used[:, 3]))
@@ -126,58 +128,27 @@ def _settled(m: int, used: Floats, told: Settings) -> Valued:
     return Valued(value, value / sqrt(2 * freedom))
 
 
-def _allan(cascade: Floats, dt: float, k: float) -> AllanResult:
-    """Deviation at the octaves with their interval of confidence (68 %), and the coefficients."""
+def _allan(cascade: Floats, dt: float, k: float, fit: Fit) -> AllanResult:
+    """Deviation at the octaves with their interval of confidence (68 %), and the terms."""
     from scipy.special import chdtri  # slow to import
 
     pairs = cascade[:, PAIRS]
     good = (pairs >= 2) & (cascade[:, DIFFERENCES] > 0)
     taus = np.asarray(dt * 2.0 ** np.arange(len(pairs)), np.float64)[good]
     variance = cascade[good, DIFFERENCES] / (2 * pairs[good]) / k**2
-    edf = np.maximum(0.5 * pairs[good], 1.0)
+    edf = np.maximum(2 * pairs[good] / 3, 1.0)
     tail = 0.5 * (1 - 0.6827)
     lower, upper = (np.sqrt(variance * edf / chdtri(edf, p)) for p in (tail, 1 - tail))
-    return AllanResult(taus, np.sqrt(variance), lower, upper, coefficients(taus, variance, edf))
-
-
-def coefficients(taus: Floats, variance: Floats, edf: Floats) -> dict[str, Valued]:
-    """Coefficients of the noise terms, SI, by `TERMS`; those that nothing is seen of are 0 with what may be hidden.
-
-    Parameters
-    ----------
-    taus, variance, edf : ndarray, shape (k,)
-        [s], Allan variance [rad^2/s^2], its degrees of freedom.
-    """
-    from scipy.optimize import nnls  # slow to import
-
-    names = TERMS[: max(1, min(len(TERMS), len(taus) - 1))] if len(taus) < len(TERMS) + 1 else TERMS
-    if len(taus) < 2:
-        return {}
-    basis = _FACTORS[: len(names)] * taus[:, None] ** _POWERS[: len(names)]
-    model = variance
-    for _ in range(6):
-        scale = model * np.sqrt(2 / edf + _MODEL**2)
-        weighted = basis / scale[:, None]
-        size = np.linalg.norm(weighted, axis=0)
-        x, _ = nnls(weighted / size, variance / scale)
-        model = np.maximum(basis @ (x / size), 1e-6 * variance)
-    active = x > 0
-    inner = (weighted / size)[:, active]
-    cov = np.linalg.pinv(inner.T @ inner) if active.any() else np.zeros((0, 0))
-    every = np.linalg.pinv((weighted / size).T @ (weighted / size))
-    out, place = {}, 0
-    for j, name in enumerate(names):
-        if active[j]:
-            value = sqrt(x[j] / size[j])
-            out[name] = Valued(value, sqrt(cov[place, place]) / size[j] / (2 * value))
-            place += 1
-        else:
-            out[name] = Valued(0.0, sqrt(sqrt(every[j, j]) / size[j]))
-    return out
+    found = fit(taus, variance, edf)
+    least, at = floor(taus, variance, edf)
+    terms = (found.coefficients, found.p_value, found.others, found.left_out)
+    return AllanResult(taus, np.sqrt(variance), lower, upper, *terms, least, at)
 
 
 def _sd_of_mean(allan: AllanResult, duration: float) -> float:
     """Standard deviation of a mean over ``duration`` [rad/s], by the coefficients; a ramp is no noise."""
+    if any(np.isnan(c.value) for c in allan.coefficients.values()):
+        return float(allan.deviation[-1])  # no model to go by: as far as it strays over the longest means
     values = {name: c.value**2 for name, c in allan.coefficients.items()}
     parts = (
         values.get("angle_random_walk", 0.0) / duration,

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import rate_test_cases as case
 
-from estimators import static_bias_result
+from estimators import allan_terms
 from estimators.static_bias import NOISES, Record, StaticBias
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet
@@ -241,6 +241,6 @@ def test_it_is_found_by_name() -> None:
 
 def test_terms_that_are_not_seen_are_zero_with_what_may_be_hidden() -> None:
     taus, edf = np.geomspace(0.01, 20.48, 12), np.geomspace(2.0**16, 2.0**5, 12)
-    found = static_bias_result.coefficients(taus, case.N**2 / taus, edf)
+    found = allan_terms.plain(taus, case.N**2 / taus, edf).coefficients
     assert found["angle_random_walk"].value == pytest.approx(case.N, rel=1e-6)
     assert found["rate_random_walk"].sd > 0

@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from insenv.core.recording import Floats
 
 #: What a nonlinearity is divided by: key -> words. The deviations are those of the dwells from the line, rate by rate.
@@ -184,14 +186,66 @@ class Stability:
 
 
 @dataclass(frozen=True)
+class AllanTerm:
+    """A term of the Allan variance that is no power of the averaging time.
+
+    Attributes
+    ----------
+    kind : str
+        "markov" or "sinusoid".
+    shape : float
+        Correlation time T [s]; frequency f [Hz].
+    square : float
+        q^2 [rad^2/s^3]; square of the amplitude [rad^2/s^2].
+    """
+
+    kind: str
+    shape: float
+    square: float
+
+    def variance(self, taus: Floats) -> Floats:
+        """Its part of the Allan variance at ``taus``, shape (k,) [rad^2/s^2]."""
+        if self.kind == "markov":
+            x = taus / self.shape
+            # For small x the bracket is x^2 / 3, of which differences of exponentials leave nothing.
+            bracket = 1 - (3 - 4 * np.exp(-x) + np.exp(-2 * x)) / (2 * x)
+            return np.asarray(self.square * np.where(x < 1e-4, x**2 / 3, bracket) * self.shape**2 / taus, np.float64)
+        x = np.pi * self.shape * taus
+        return np.asarray(self.square * (np.sin(x) ** 2 / x) ** 2, np.float64)
+
+
+@dataclass(frozen=True)
 class AllanResult:
-    """Allan deviation [rad/s] of the record at rest, all shape (k,), and the coefficients fitted to it, SI."""
+    """Allan deviation of the record at rest, and the terms fitted to it.
+
+    Attributes
+    ----------
+    taus, deviation, lower, upper : ndarray, shape (k,)
+        [s], [rad/s].
+    coefficients : mapping of str to Valued
+        SI; NaN where no model of these terms fits.
+    p_value : float
+        Of the fit; NaN: too few averaging times to tell.
+    others : tuple of AllanTerm
+        Terms beside the powers of the averaging time.
+    left_out : int
+        Shortest averaging times that the terms are not of: filters, lines, sway.
+    floor : Valued
+        Least deviation / 0.664 [rad/s], what the bias instability is at most; NaN where the deviation still falls.
+    floor_at : float
+        Its averaging time [s].
+    """
 
     taus: Floats
     deviation: Floats
     lower: Floats
     upper: Floats
     coefficients: Mapping[str, Valued]
+    p_value: float = float("nan")
+    others: tuple[AllanTerm, ...] = ()
+    left_out: int = 0
+    floor: Valued = field(default_factory=Valued)
+    floor_at: float = float("nan")
 
 
 @dataclass(frozen=True)

@@ -134,6 +134,7 @@ def _static(test: RateTest, ident: str) -> Block:
         "biases": _typeset(rows.biases(test)),
         "stability": _typeset(rows.stability(static)),
         "allan": _typeset(rows.allan(static)),
+        "model": rows.of_the_model(static),
         "figures": [_figure("allan", [test], ident), _figure("against_time", test, ident)],
     }
 
@@ -179,6 +180,8 @@ def summary(tests: Sequence[RateTest]) -> str:
             lines.append(f"{test.title}: {'flagged ' + rates + ' deg/s' if rates else 'no rate is flagged'}")
         if test.static is not None:
             lines.append(f"{test.title}: {test.static.earth_note}")
+            if said := rows.of_the_model(test.static):
+                lines.append(f"{test.title}: Allan deviation: {said}")
         lines += [f"{test.title}: {remark}" for remark in test.remarks]
     return "\n".join(
         "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in line).rstrip() for line in lines

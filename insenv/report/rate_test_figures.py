@@ -97,7 +97,10 @@ def _model(static: StaticResult) -> np.ndarray:
     taus = static.allan.taus
     found = static.allan.coefficients
     terms = (found[key].value ** 2 * factor * taus**power for key, (factor, power) in _TERMS.items() if key in found)
-    return np.sqrt(sum(terms, np.zeros_like(taus)))
+    others = sum((term.variance(taus) for term in static.allan.others), np.zeros_like(taus))
+    total = np.sqrt(sum(terms, others))
+    total[: static.allan.left_out] = np.nan
+    return total
 
 
 @draw.style()

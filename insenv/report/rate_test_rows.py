@@ -71,6 +71,7 @@ def comparison(tests: Sequence[RateTest]) -> Grid:
         ("bias repeatability [deg/h]", [valued(t.bias_repeatability, DEG_PER_HOUR) for t in tests]),
         *_stabilities(tests),
         *(_coefficient(tests, key) for key in COEFFICIENTS),
+        ("floor of the Allan deviation / 0.664 [deg/h]", [_static(t, lambda s: _floor(s)) for t in tests]),
     ]
     shown = [(name, *cells) for name, cells in rows if any(cell != NONE for cell in cells)]
     return Grid(("", *(t.title for t in tests)), tuple(shown))
@@ -130,6 +131,27 @@ def _coefficient(tests: Sequence[RateTest], key: str) -> tuple[str, list[str]]:
     name, unit, factor = COEFFICIENTS[key]
     found = [t.static.allan.coefficients.get(key, Valued()) if t.static else Valued() for t in tests]
     return f"{name} [{unit}]", [coefficient(v, factor) for v in found]
+
+
+def _floor(static: StaticResult) -> str:
+    return valued(static.allan.floor, DEG_PER_HOUR)
+
+
+def of_the_model(static: StaticResult) -> str:
+    """Sentence on how well the terms describe the Allan deviation; nothing where they do, all of it, as they stand."""
+    found = static.allan
+    if len(found.coefficients) and all(math.isnan(c.value) for c in found.coefficients.values()):
+        return "no sum of the terms fits the Allan deviation (chi-square): none of their figures is given"
+    parts = []
+    if found.left_out:
+        least = found.taus[found.left_out]
+        parts.append(f"the terms hold from {span(float(least))} on; below it there are filters, lines or sway")
+    for term in found.others:
+        if term.kind == "markov":
+            parts.append(f"with a Markov term of correlation time {span(term.shape)}")
+        else:
+            parts.append(f"with a sinusoid of {number(term.shape)} Hz")
+    return "; ".join(parts)
 
 
 def coefficient(value: Valued, factor: float) -> str:
@@ -295,4 +317,7 @@ def allan(static: StaticResult) -> Grid:
         (COEFFICIENTS[key][0], coefficient(value, COEFFICIENTS[key][2]), COEFFICIENTS[key][1])
         for key, value in static.allan.coefficients.items()
     )
+    if math.isfinite(static.allan.floor.value):
+        at = span(static.allan.floor_at)
+        rows += ((f"floor of the deviation / 0.664, at {at}", _floor(static), "deg/h"),)
     return Grid(("coefficient", "value", "unit"), rows)
