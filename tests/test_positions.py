@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from positions_cases import (
     ACCELS,
     DT,
+    FACES,
     GYROS,
     NAVIGATION,
     PHONE,
@@ -33,7 +34,7 @@ from positions_cases import (
 from insenv.calibration import calibration
 from insenv.close import close
 from insenv.core.errors import InputError
-from insenv.core.manifest import HeldOut, Model, load_manifest
+from insenv.core.manifest import HeldOut, KnownPositions, Model, load_manifest
 from insenv.core.recording import Channel, Recording, Segment, Site
 from insenv.core.save import save
 from insenv.effects.catalogue import by_key
@@ -561,3 +562,63 @@ def test_a_hand_that_trembles_and_a_unit_that_settles_do_not_hide_the_scale_fact
     (term,) = [t for t in after.terms if t.effect.key == "scale_factor"]
     at = after.of(term)
     assert np.abs((after.theta[at] - [6e-3, -5e-3, 4e-3]) / after.sd()[at]).max() < 4
+
+
+# ------------------------------------------------------------------------------------------------- known attitudes
+
+
+def stated(up: np.ndarray, tolerance: float) -> KnownPositions:
+    return KnownPositions(tuple((float(x), float(y), float(z)) for x, y, z in up), tolerance)
+
+
+@pytest.mark.parametrize("one_file", [True, False])
+def test_stated_faces_tell_what_a_textbook_does(one_file: bool) -> None:
+    """Bias within 0.3 mm/s^2 and scale factor within 30 ppm of twelve parameters by least squares."""
+    runs = faces(NAVIGATION, 1, one_file)
+    model = replace(manifest(ACCELS, CALIBRATED, HeldOut()), positions=stated(FACES, 5e-5))
+    found = trace_positions(replace(model, runs=(None,) * len(runs)), runs)  # type: ignore[arg-type]
+    assert "each held out in its turn" in found.remarks[0]
+    bias, scale = least_squares(faces(NAVIGATION, 1, one_file=False), NAVIGATION)
+    fit = found.accel.outcome.after
+    at = {term.effect.key: fit.of(term) for term in fit.terms}
+    assert np.abs(fit.theta[at["accel_bias"]] - bias).max() < 0.3e-3
+    assert np.abs(fit.theta[at["accel_scale_factor"]] - scale).max() < 30e-6
+
+
+def test_five_stated_faces_are_enough_and_six_tell_the_non_orthogonality() -> None:
+    crooked = replace(NAVIGATION, matrix=np.diag([180e-6, -240e-6, 90e-6]) + tied(2e-3, -1e-3, 1.5e-3))
+    runs = faces(crooked, 2, one_file=False)
+    model = replace(manifest(ACCELS, CALIBRATED, HeldOut()), runs=(None,) * 6)  # type: ignore[arg-type]
+    found = trace_positions(replace(model, positions=stated(FACES, 1e-4)), runs)
+    assert names(found.accel.outcome) == ["non_orthogonality"]
+    fit = found.accel.outcome.after
+    np.testing.assert_allclose(fit.theta[6:9], [2e-3, -1e-3, 1.5e-3], atol=1e-4)
+    few = runs[:5]
+    fewer = replace(model, runs=(None,) * 5, positions=stated(FACES[:5], 1e-4))  # type: ignore[arg-type]
+    fit = trace_positions(fewer, few).accel.outcome.before
+    assert np.abs(fit.theta[:3] - crooked.bias).max() < 0.03
+
+
+def test_stated_attitudes_that_are_others_or_too_few(tmp_path: Path) -> None:
+    runs = faces(PHONE, 1, one_file=False)
+    model = replace(manifest(ACCELS, CALIBRATED, HeldOut()), runs=(None,) * 6)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match=r"rest 3 reads \+y up"):
+        trace_positions(replace(model, positions=stated(FACES[[0, 1, 3, 2, 4, 5]], 0.01)), runs)
+    with pytest.raises(InputError, match="has 5 directions; there are 6 rests"):
+        trace_positions(replace(model, positions=stated(FACES[:5], 0.01)), runs)
+
+
+def test_attitudes_in_a_manifest(tmp_path: Path) -> None:
+    path = counts(tmp_path)
+    text = path.read_text().replace("[model]", '[model]\nprocedure = "multi-position"')
+    path.write_text(text + '[positions]\nup = ["+x", "-z", [0, 3, 4]]\ntolerance = "0.1 deg"\n')
+    known = load_manifest(path).positions
+    assert known is not None and known.tolerance == pytest.approx(np.deg2rad(0.1))
+    np.testing.assert_allclose(np.array(known.up), np.array([[1.0, 0, 0], [0, 0, -1], [0, 0.6, 0.8]]))
+    for wrong in ('["w"]', "[[0, 0, 0]]", "[[1, 2]]"):
+        path.write_text(text + f"[positions]\nup = {wrong}\n")
+        with pytest.raises(InputError, match=r"positions.up has .*wanted an axis"):
+            load_manifest(path)
+    path.write_text(path.read_text().replace("multi-position", "static"))
+    with pytest.raises(InputError):
+        load_manifest(path)

@@ -22,6 +22,14 @@ LADDERS: tuple[tuple[str, str, tuple[float, ...]], ...] = (
     ("scale_factor_drift", "staircase", (1.0,)),
     ("scale_factor_warm_up", "staircase", (1.0, 200.0)),
     ("scale_factor_temperature", "staircase", (1.0,)),
+    ("scale_factor_asymmetry", "staircase", (1.0,)),
+    ("scale_factor_cubic", "staircase", (1.0,)),
+    ("encoder_harmonic:1", "staircase", (1.0, 0.5)),
+    ("encoder_harmonic:2", "staircase", (1.0, 0.5)),
+    ("angle_locked_rate:1", "staircase", (1.0, 0.5)),
+    ("angle_locked_rate:2", "staircase", (1.0, 0.5)),
+    ("timing_skew", "sine", (1.0,)),
+    ("tone", "rest", (1.0, 0.5, 0.05)),
 )
 
 

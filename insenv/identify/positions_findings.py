@@ -27,6 +27,7 @@ from insenv.identify.findings import (
 from insenv.identify.positions_accel import Magnitudes
 from insenv.identify.positions_factor import BROKEN, factor_of
 from insenv.identify.positions_gyro import Rotations
+from insenv.identify.positions_known import KnownAttitudes
 from insenv.identify.positions_model import AXES, TriadTerm, named
 from insenv.identify.positions_rest import RestMeans
 from insenv.identify.positions_search import Fit, Step, held_out_error, held_out_errors, noise_floor
@@ -185,7 +186,7 @@ def _rejected(parts: Sequence[Part]) -> tuple[Rejected, ...]:
 
 
 def _unit(part: Part) -> str:
-    return {Magnitudes: "m/s^2", Rotations: "rad", RestMeans: "rad/s"}[type(part.problem)]
+    return {Magnitudes: "m/s^2", KnownAttitudes: "m/s^2", Rotations: "rad", RestMeans: "rad/s"}[type(part.problem)]
 
 
 def _held_out(recordings: Sequence[Recording], found: Positions, part: Part) -> HeldOut:
@@ -193,6 +194,7 @@ def _held_out(recordings: Sequence[Recording], found: Positions, part: Part) -> 
     length = float(np.median([(r.stop - r.start) * recordings[r.run].dt for r in found.rests]))
     of = {
         Magnitudes: "magnitudes of specific force at rest less gravity",
+        KnownAttitudes: "specific forces at rest less gravity in the stated attitudes",
         Rotations: "rotations from rest to rest",
         RestMeans: "means at rest",
     }[type(part.problem)]

@@ -26,6 +26,7 @@ from insenv.identify.positions_accel import Magnitudes, directions, gravities
 from insenv.identify.positions_accel import with_walk as with_bias_walk
 from insenv.identify.positions_factor import common_factor
 from insenv.identify.positions_gyro import Rotations, rotations, with_noise
+from insenv.identify.positions_known import KnownAttitudes, as_level_as_read, noise_of_means, stated_up
 from insenv.identify.positions_model import AXES, Surroundings, triad_term
 from insenv.identify.positions_rest import RestMeans, RestTerm, with_walk
 from insenv.identify.positions_search import LEAST_FREEDOM, Doubt, Fit, Outcome, held_out_errors, in_turn, search, solve
@@ -146,7 +147,8 @@ def _surroundings(manifest: Manifest, recordings: Sequence[Recording], rests: Se
 
 def _wanted(manifest: Manifest) -> int:
     """Rests that the declared model of the accelerometers wants fitted."""
-    return sum(triad_term(effect).size for effect in _of_accelerometers(manifest)) + LEAST_FREEDOM
+    equations = sum(triad_term(effect).size for effect in _of_accelerometers(manifest)) + LEAST_FREEDOM
+    return equations if manifest.positions is None else -(-equations // 3)
 
 
 def _of_accelerometers(manifest: Manifest) -> list[Effect]:
@@ -173,17 +175,26 @@ def _accelerometers(
     in_turn = found.in_turn and not found.in_parts
     measured = means(recordings, rests, "accel")
     problem = Magnitudes(measured, gravity, around, ~held_out, held_out | in_turn, free)
+    if manifest.positions is not None:
+        noise = noise_of_means(recordings, rests)
+        across = float(np.hypot(1.0, STANDARD_GRAVITY * manifest.positions.tolerance / noise))
+        up, uses = stated_up(manifest, rests, measured), (~held_out, held_out | in_turn)
+        problem = KnownAttitudes(measured, gravity, around, *uses, up=up, across=across, noise_of_mean=noise)
     terms = [triad_term(effect) for effect in declared]
     _enough(manifest, problem, sum(term.size for term in terms), "rests", len({rest.number for rest in rests}))
     tried, blind = _candidates(OF_ACCELEROMETERS, declared, around, keys if targets else None)
     more = [triad_term(effect) for effect in tried]
     runs = np.array([rest.run for rest in rests])
     left_out = np.zeros(len(rests), dtype=bool)
-    if not found.in_parts:
+    if isinstance(problem, KnownAttitudes):
+        whole = [*terms, *(term for term in more if term.effect.id not in SLOW)]
+        problem = as_level_as_read(problem, solve(problem, whole).residual, len(problem.nuisance) + 3)
+    stated = isinstance(problem, KnownAttitudes)
+    if not found.in_parts and not stated:
         left_out = _outliers(problem, [*terms, *more])
         problem = replace(problem, fitted=problem.fitted & ~left_out, held_out=problem.held_out & ~left_out)
-    walking = with_bias_walk(problem, [*terms, *more], runs)
-    doubts = [Doubt(walking, (), "beside biases that walk as far as these rests allow")]
+    walking = problem if stated else with_bias_walk(problem, [*terms, *more], runs)
+    doubts = [] if stated else [Doubt(walking, (), "beside biases that walk as far as these rests allow")]
     slow = [term for term in more if term.effect.id in SLOW]
     if walking is not problem:
         slow = []  # the rests tell a walk

@@ -18,6 +18,7 @@ from insenv.core.manifest import checks, schema
 from insenv.core.manifest.spec import (
     ChannelSpec,
     HeldOut,
+    KnownPositions,
     Manifest,
     Model,
     RowRanges,
@@ -28,6 +29,7 @@ from insenv.core.manifest.spec import (
 __all__ = [
     "ChannelSpec",
     "HeldOut",
+    "KnownPositions",
     "Manifest",
     "Model",
     "RowRanges",
@@ -66,4 +68,5 @@ def load_manifest(path: Path | str, folder: Path | str | None = None, allow_code
         columns=checks.columns(table, runs, path),
         resample=checks.resample(table, path),
         source=checks.source(table.source),
+        positions=checks.positions(table.positions, table.model.procedure, path),
     )

@@ -23,6 +23,7 @@ from insenv.core.manifest.spec import (
     PSINS_CHANNELS,
     ChannelSpec,
     HeldOut,
+    KnownPositions,
     Model,
     Reading,
     RowRanges,
@@ -331,6 +332,33 @@ def _positions(given: str | list[int] | None, where: str) -> str | tuple[int, ..
     if not given or min(given) < 1:
         raise InputError(f"{where} = {given}; wanted 'even', 'odd' or rests, counted from 1")
     return tuple(given)
+
+
+def positions(table: schema.PositionsTable | None, procedure: str | None, path: Path) -> KnownPositions | None:
+    """Stated attitudes of the rests."""
+    if table is None:
+        return None
+    if procedure != "multi-position":
+        raise InputError(f"{path}: [positions] needs model.procedure = 'multi-position'")
+    up = tuple(_direction(given, f"{path}: positions.up") for given in table.up)
+    if table.tolerance is None:
+        return KnownPositions(up)
+    return KnownPositions(up, _positive(table.tolerance, "angle", f"{path}: positions.tolerance"))
+
+
+def _direction(given: str | list[float], where: str) -> tuple[float, float, float]:
+    """Unit vector of "+x", "-z" or a vector of any length."""
+    wanted = "wanted an axis such as '+x' or '-z', or three numbers"
+    if isinstance(given, str):
+        sign, name = (-1.0 if given.startswith("-") else 1.0), given.lstrip("+-")
+        if name not in ("x", "y", "z") or len(given) > 2:
+            raise InputError(f"{where} has {shown(given)}; {wanted}")
+        x, y, z = (sign * (name == axis) for axis in "xyz")
+        return (x, y, z)
+    size = math.hypot(*given)
+    if len(given) != 3 or not (math.isfinite(size) and size > 0):
+        raise InputError(f"{where} has {shown(given)}; {wanted}")
+    return (given[0] / size, given[1] / size, given[2] / size)
 
 
 def resample(table: schema.ManifestTable, path: Path) -> float | None:

@@ -99,6 +99,13 @@ class HeldOutTable(Table):
     averaging: str | None = None
 
 
+class PositionsTable(Table):
+    """``[positions]``."""
+
+    up: list[str | list[float]]
+    tolerance: str | None = None
+
+
 class FitTable(Table):
     """``[fit]``."""
 
@@ -128,6 +135,7 @@ class ManifestTable(Table):
     mounting: MountingTable = field(default_factory=MountingTable)
     noise: dict[str, Any] = field(default_factory=dict)
     held_out: HeldOutTable = field(default_factory=HeldOutTable)
+    positions: PositionsTable | None = None
     fit: FitTable = field(default_factory=FitTable)
     read: ReadTable = field(default_factory=ReadTable)
     source: SourceTable | None = None

@@ -158,6 +158,14 @@ class HeldOut:
 
 
 @dataclass(frozen=True)
+class KnownPositions:
+    """Stated attitudes of the rests, in order: unit vectors ``up`` in the triad's axes, within ``tolerance`` [rad]."""
+
+    up: tuple[tuple[float, float, float], ...]
+    tolerance: float = 0.0087
+
+
+@dataclass(frozen=True)
 class Manifest:
     """A manifest, checked, in SI units.
 
@@ -176,6 +184,7 @@ class Manifest:
     columns: int | None = None
     resample: float | None = None
     source: Source | None = None
+    positions: KnownPositions | None = None
 
     @property
     def procedure(self) -> Procedure:
