@@ -17,8 +17,8 @@ import numpy as np
 from insenv.core.errors import InputError
 from insenv.core.manifest.schema import nearest
 from insenv.core.readers import text
-from insenv.core.readers.mat5 import load_mat5
-from insenv.core.readers.table import Column, Table, as_labels, as_numbers, decoding
+from insenv.core.readers.mat5 import load_mat5, unfolded
+from insenv.core.readers.table import Column, Table, as_labels, as_numbers, check_size, decoding
 
 _INDEXED = re.compile(r"(?P<name>.+)\[(?P<index>\d{1,9})\]")
 _HDF5 = b"\x89HDF\r\n\x1a\n"
@@ -40,6 +40,9 @@ def read_npz(path: Path, columns: Sequence[Column]) -> Table:
         if not isinstance(archive, np.lib.npyio.NpzFile):
             raise InputError(f"{path}: holds a single array; wanted an npz archive of named arrays")
         names = {_array_name(path, c, archive.files) for c in columns}
+        stored = [] if archive.zip is None else archive.zip.infolist()
+        members = [m for m in stored if m.filename.removesuffix(".npy") in names]
+        check_size(path, sum(m.file_size for m in members), path.stat().st_size)
         return table_of(path, columns, {name: archive[name] for name in archive.files if name in names})
 
 
@@ -58,6 +61,7 @@ def read_mat(path: Path, columns: Sequence[Column]) -> Table:
     if text.looks_like_numbers(head):
         return text.read_text(path, columns)
     with decoding(path, "a MATLAB file"):
+        check_size(path, unfolded(path), path.stat().st_size)
         return table_of(path, columns, _flatten(_load_mat(path, head)))
 
 
@@ -143,6 +147,7 @@ def _load_hdf5(path: Path) -> dict[str, Any]:
 
     def visit(name: str, item: Any) -> None:
         if isinstance(item, h5py.Dataset) and not name.startswith("#"):
+            check_size(path, item.size * item.dtype.itemsize, path.stat().st_size)
             arrays[name.replace("/", ".")] = np.asarray(item[()]).T
 
     with decoding(path, "a MATLAB 7.3 file"), h5py.File(path, "r") as file:

@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 import zlib
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -52,6 +53,29 @@ def load_mat5(content: bytes) -> dict[str, Any]:
         name, value = _matrix(data, order)
         variables[name] = value
     return {name: value for name, value in variables.items() if name and value is not None}
+
+
+def unfolded(path: Path) -> int:
+    """Bytes of all variables of a file once they are decompressed, counted without keeping them.
+
+    Raises
+    ------
+    ValueError, zlib.error
+        If the file is damaged.
+    """
+    content = path.read_bytes()
+    order = {b"IM": "<", b"MI": ">"}.get(content[_HEADER - 2 : _HEADER])
+    if order is None:
+        return len(content)
+    total = 0
+    for kind, data in _elements(content[_HEADER:], order):
+        total += len(data)
+        if kind == _COMPRESSED:
+            packed, part = zlib.decompressobj(), data
+            while part and not packed.eof:
+                total += len(packed.decompress(part, 1 << 22))
+                part = packed.unconsumed_tail
+    return total
 
 
 def _elements(data: bytes, order: str) -> Iterator[_Element]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from insenv.core.errors import InputError
 from insenv.core.readers.conventions import unit_of
-from insenv.core.readers.table import Column, Table, as_labels, as_numbers, decoding, find_column
+from insenv.core.readers.table import Column, Table, as_labels, as_numbers, check_size, decoding, find_column
 
 
 def read_parquet(path: Path, columns: Sequence[Column]) -> Table:
@@ -26,6 +26,10 @@ def read_parquet(path: Path, columns: Sequence[Column]) -> Table:
         file = parquet.ParquetFile(path, page_checksum_verification=True)
         names = list(file.schema_arrow.names)
         wanted = {c: names[find_column(path, names, c)] for c in columns}
+        metadata = file.metadata
+        groups = sum(metadata.row_group(i).total_byte_size for i in range(metadata.num_row_groups))
+        unfolded = max(groups, 8.0 * metadata.num_rows * len(set(wanted.values())))
+        check_size(path, unfolded, path.stat().st_size)
         data = file.read(columns=list(dict.fromkeys(wanted.values())))
         for column, name in wanted.items():
             if data.column(name).null_count:

@@ -16,10 +16,8 @@ import numpy as np
 
 from insenv.core.errors import InputError
 from insenv.core.readers.arrays import table_of
-from insenv.core.readers.table import Column, Table, decoding
+from insenv.core.readers.table import Column, Table, check_size, decoding
 
-#: A file that unfolds to more than this is refused [bytes].
-MOST_BYTES = 1_000_000_000
 _OPENERS: Mapping[bytes, Callable[..., Any]] = {b"\x1f\x8b": gzip.open, b"BZ": bz2.open, b"\xfd7": lzma.open}
 
 
@@ -53,8 +51,7 @@ def _check_size(path: Path) -> None:
     with opener(path, "rb") as file:
         while part := file.read(1 << 22):
             size += len(part)
-            if size > MOST_BYTES:
-                raise InputError(f"{path}: unfolds to more than {MOST_BYTES / 1e9:g} GB; wanted a smaller file")
+            check_size(path, size, path.stat().st_size)
 
 
 def _flat(name: str, value: Any) -> dict[str, Any]:

@@ -22,6 +22,8 @@ from insenv.core.readers.conventions import unit_of
 from insenv.core.readers.table import Column, Table, find_column
 from insenv.core.recording import Floats
 
+#: Rows after which what was read so far is looked at.
+EARLY = 1000
 _UNDECODABLE = "\N{REPLACEMENT CHARACTER}"
 _Columns = dict[Column, Any]
 
@@ -40,9 +42,9 @@ class Body:
     names: Sequence[str]
     incomplete: bool = False
 
-    def text(self) -> io.StringIO:
+    def text(self) -> io.TextIOWrapper:
         """The rows as text with plain line breaks; what cannot be decoded is marked."""
-        return io.StringIO(self.content.decode("utf-8", "replace"), newline=None)
+        return io.TextIOWrapper(io.BytesIO(self.content), "utf-8", "replace", newline=None)
 
 
 def read_rows(body: Body, columns: Sequence[Column]) -> Table:
@@ -131,8 +133,14 @@ def _with_python(body: Body, at: dict[Column, int]) -> _Columns:
             raise InputError(f"{body.path}: line {line}: a row of {len(cells)} values; {wanted}")
         lines.append(line)
         rows.append(cells)
+        if len(rows) == EARLY:
+            _columns(body, at, rows, lines)  # a fault at the beginning is told before the rest is gone through
     if not rows:
         raise InputError(f"{body.path}: has no rows of data; wanted at least one")
+    return _columns(body, at, rows, lines)
+
+
+def _columns(body: Body, at: dict[Column, int], rows: list[list[str]], lines: list[int]) -> _Columns:
     read = _numbers_or_nan if body.incomplete else _numbers
     return {
         column: (_labels if column.label else read)(body.path, column, [row[i] for row in rows], lines)

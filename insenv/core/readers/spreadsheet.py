@@ -10,11 +10,8 @@ from pathlib import Path
 
 from insenv.core.errors import InputError
 from insenv.core.manifest.spec import WHOLE, Reading
-from insenv.core.readers.table import Column, Table, decoding
+from insenv.core.readers.table import Column, Table, check_size, decoding
 from insenv.core.readers.text import csv_table
-
-#: A workbook that unfolds to more than this is none of measurements [bytes].
-MOST_BYTES = 1_000_000_000
 
 
 def read_xlsx(path: Path, columns: Sequence[Column], reading: Reading = WHOLE) -> Table:
@@ -33,8 +30,7 @@ def read_xlsx(path: Path, columns: Sequence[Column], reading: Reading = WHOLE) -
     with decoding(path, "an Excel workbook", quiet=True):
         with zipfile.ZipFile(path) as archive:
             size = sum(member.file_size for member in archive.infolist())
-        if size > MOST_BYTES:
-            raise InputError(f"{path}: unfolds to {size / 1e9:.2g} GB; wanted a workbook below {MOST_BYTES / 1e9:g} GB")
+        check_size(path, size, path.stat().st_size)
         book = openpyxl.load_workbook(path, read_only=True, data_only=True)
         writer = csv.writer(text, delimiter="\t", lineterminator="\n")
         for row in book.worksheets[0].iter_rows(values_only=True):

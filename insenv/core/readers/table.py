@@ -18,6 +18,8 @@ from insenv.core.manifest.schema import nearest, shown
 from insenv.core.manifest.spec import Quantity
 from insenv.core.recording import Floats, Site
 
+#: A file may unfold to so many bytes however small it is, and to more if it is no smaller than this share of them.
+MOST_BYTES, MOST_FOLDED = 500_000_000, 200
 _WITH_UNIT = re.compile(r"(?P<name>[^(\[]*?)\s*[(\[](?P<unit>.+)[)\]]\s*")
 
 
@@ -139,6 +141,19 @@ def as_labels(path: Path, column: Column, values: Any) -> tuple[str, ...]:
     if values.dtype.kind == "O" and not all(isinstance(v, str) for v in values):
         raise InputError(f"{path}: {column} holds objects; wanted labels as text or numbers")
     return tuple(f"{v:g}" if values.dtype.kind == "f" else str(v) for v in values.tolist())
+
+
+def check_size(path: Path, unfolded: float, stored: float) -> None:
+    """Refuse a file that unfolds to much more than it is, as no measurements do; sizes in bytes.
+
+    Raises
+    ------
+    InputError
+        If it does.
+    """
+    if unfolded > MOST_BYTES and unfolded > MOST_FOLDED * stored:
+        found = f"{stored / 1e6:.3g} MB that unfold to {unfolded / 1e9:.3g} GB"
+        raise InputError(f"{path}: {found}; wanted measurements, which do not fold so small")
 
 
 @contextmanager

@@ -21,6 +21,8 @@ from insenv.core.units import scale_to_si
 _LINE = re.compile(rb"([^\r\n]*)(\r\n|\r|\n|\Z)")
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 _COMMENTS = ("#", "%")
+#: Bytes at the beginning of a file that are looked at first, and those of a line that there is no need for.
+HEAD_BYTES, LONGEST = 8_000_000, 1_000_000
 #: Lines at the head of a file among which the header is looked for by its names.
 HEAD = 60
 #: A line longer than this is none of units.
@@ -62,7 +64,26 @@ def read_csv(path: Path, columns: Sequence[Column], reading: Reading = WHOLE) ->
     InputError
         If the header, a row or a number is not what it should be.
     """
+    head = _head(path)
+    if path.stat().st_size > len(head):
+        # Faults of the header and the first rows are told before all of a long file is in memory.
+        csv_table(path, head[: max(head.rfind(b"\n"), head.rfind(b"\r")) + 1], columns, reading)
     return csv_table(path, path.read_bytes(), columns, reading)
+
+
+def _head(path: Path) -> bytes:
+    """The beginning of a file, which has lines.
+
+    Raises
+    ------
+    InputError
+        If its first line has no end.
+    """
+    with path.open("rb") as file:
+        head = file.read(HEAD_BYTES)
+    if len(head) == HEAD_BYTES and b"\n" not in head[:LONGEST] and b"\r" not in head[:LONGEST]:
+        raise InputError(f"{path}: line 1 is longer than {LONGEST / 1e6:g} MB; wanted a table, a row on each line")
+    return head
 
 
 def csv_table(path: Path, content: bytes, columns: Sequence[Column], reading: Reading) -> Table:
@@ -184,6 +205,7 @@ def read_text(path: Path, columns: Sequence[Column], reading: Reading = WHOLE) -
     InputError
         If a row or a number is not what it should be.
     """
+    _head(path)
     content = path.read_bytes().removeprefix(_BYTE_ORDER_MARK)
     comment = None
     lines = _lines(path, content, reading.skip_lines)
