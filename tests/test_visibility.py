@@ -29,6 +29,7 @@ LADDERS: tuple[tuple[str, str, tuple[float, ...]], ...] = (
     ("angle_locked_rate:1", "staircase", (1.0, 0.5)),
     ("angle_locked_rate:2", "staircase", (1.0, 0.5)),
     ("timing_skew", "sine", (1.0,)),
+    ("lock_in", "sine", (1e-9,)),
     ("tone", "rest", (1.0, 0.5, 0.05)),
 )
 
