@@ -12,6 +12,7 @@ from insenv.core.estimate import Limits
 from insenv.core.load import read_recordings
 from insenv.core.manifest import Manifest, load_manifest
 from insenv.core.power import by_power_up
+from insenv.core.reference import sentences
 from insenv.core.remarks import remarks
 from insenv.core.split import split
 from insenv.effects.base import DrivenEffect, Effect, NoiseEffect
@@ -73,7 +74,8 @@ def close(
         found = position_findings(read, recordings, traced, remarks(recordings), alpha, seed)
     else:
         outcome = trace(read, recordings, split(read, recordings), tried, alpha, seed, progress)
-        found = findings(read, recordings, outcome, remarks(recordings), limits)
+        said = [name for name, channel in read.channels.items() if channel.source is not None]
+        found = findings(read, recordings, outcome, (*remarks(recordings), *sentences(recordings, said)), limits)
     common = common_mode(read, recordings)
     found = replace(found, common_mode=common, remarks=(*found.remarks, *common_remarks(common)))
     return _with_doubts(_with_doubts(found, motion_cautions(recordings, found.rows_rejected)), doubts)

@@ -63,10 +63,11 @@ class _Held:
     term: Term
     effect: Effect
     theta: Floats
+    phase: float = 0.0
 
     def addition(self, u: Floats, motion: Motion) -> Floats:
         if self.effect.id == "sample_hold":
-            return held_addition(u, motion, self.theta, self.term.phase)
+            return held_addition(u, motion, self.theta, self.phase)
         return self.effect.apply(u, motion, self.theta, self.effect.begin(motion, self.theta))[0]
 
 
@@ -119,7 +120,7 @@ def _sorted(target: Target, run: int | None, exposure: Exposure) -> tuple[list[_
         if reason:
             left.append(Said(target.target, term.effect, reason=reason))
         else:
-            held.append(_Held(term, effect.near(term.theta(run)), term.theta(run)))
+            held.append(_Held(term, effect.near(term.theta(run)), term.theta(run), term.phase(run)))
     return held, left
 
 

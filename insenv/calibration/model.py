@@ -97,10 +97,10 @@ class Term(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             check_code(self.plug_in, f"the calibration's effect {self.effect!r}")
         return by_key(self.effect, self.plug_in)
 
-    @property
-    def phase(self) -> float:
-        """How much earlier its clock started than the run [s]."""
-        return next((p.value for p in self.parameters if p.name == "phase" and not self.is_line), 0.0)
+    def phase(self, run: int | None) -> float:
+        """How much earlier its clock started than run ``run`` [s]."""
+        own = (p for p in self.parameters if p.name == "phase" and p.run in (None, run) and not self.is_line)
+        return next((p.value for p in own), 0.0)
 
     def theta(self, run: int | None) -> Floats:
         """Its parameters in the order of the effect, for run ``run``; those that could not be told are zero."""

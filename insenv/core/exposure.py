@@ -19,7 +19,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +26,8 @@ from numpy.typing import NDArray
 from insenv.core.earth import EARTH_RATE
 from insenv.core.follow import followed
 from insenv.core.motion import Motion, interval_mean
-from insenv.core.recording import GAP, Channel, Floats, Recording
+from insenv.core.recording import GAP, Channel, Floats, Recording, Response
+from insenv.core.reference import order, programme
 from insenv.core.smooth import smoothed
 
 #: Which manifest channel would supply a field of `Motion`.
@@ -43,6 +43,10 @@ CHANNEL_OF = {
 
 #: Share of the largest rate by which a commanded rate that holds may change from cell to cell.
 STEADY = 1e-7
+#: A table has its commanded rate where it is off by so many times what it usually is (this quantile), or by so small a
+#: share of the largest rate; not where it is off by so large a share. It follows a command that it has this
+#: share of the time.
+USUAL, FAR_OFF, SAME_RATE, OTHER_RATE, FOLLOWED = 0.3, 12.0, 1e-3, 0.02, 0.3
 #: Direction of "up" in the axis letters of `Mounting.axes`.
 _UP = {"U": 1.0, "D": -1.0}
 
@@ -62,8 +66,9 @@ class Exposure:
     motion : Motion
         Exposure on the cells; ``motion.rate`` is the reference that the model subtracts.
     u : ndarray, shape (n,)
-        Input rate for regressors: the commanded rate where it was logged, free of errors of the encoder; else without
-        the jitter of the encoder, which would explain itself (`insenv.core.follow`).
+        Input rate for regressors: the commanded rate where it was logged and the table has it, free of errors of the
+        encoder; else without the jitter of the encoder, which would explain itself (`insenv.core.trajectory`,
+        `insenv.core.follow`). Times the gain of the instrument (`Response`), as ``motion.rate`` is.
     """
 
     y: Floats
@@ -100,36 +105,23 @@ def expose(
         If the recording has no such channel.
     """
     channel = recording.channel(target)
-    cell_of_row, start, n = _cells(recording, channel, rows_per_cell)
+    response = recording.responses.get(target, Response())
+    cell_of_row, start, n = _cells(recording, channel, rows_per_cell, response.ahead)
     if target in recording.left_out:
         cell_of_row[recording.left_out[target]] = -1
     step = rows_per_cell * recording.dt
     edges: Floats = start + step * np.arange(n + 1.0)
     count, y = _gather(channel.values, cell_of_row, n)
     projection, upwards = _shares(recording, target)
-    vertical = EARTH_RATE * np.sin(recording.site.latitude or 0.0) * upwards * with_earth
-    reference = _table_rate(recording, edges, ("table_angle", "table_rate"))
-    commanded = _table_rate(recording, edges, ("table_rate", "table_angle"))
-    if reference is not None and commanded is not None:
-        rows = (recording, target, cell_of_row, count)
-        reference = _of_rows(*rows, reference, ("table_angle", "table_rate"))
-        commanded = _of_rows(*rows, commanded, ("table_rate", "table_angle"))
-    rate_edges = _rate_edges(recording, edges, projection, vertical)
-    if commanded is not None and rate_edges is not None:
-        calm = _calm(recording, projection, reference, commanded, y - vertical, count)
-        if "table_rate" not in recording.channels:
-            jitter = commanded - calm
-            rate_edges = rate_edges - projection * np.interp(np.arange(n + 1.0), np.arange(n) + 0.5, jitter)
-        elif "table_angle" not in recording.channels and not np.array_equal(calm, commanded):
-            # A rate that was measured, not commanded: its noise has no corners to keep sharp.
-            rate_edges = projection * np.interp(np.arange(n + 1.0), np.arange(n) + 0.5, calm) + vertical
-        commanded = calm
-    still = np.zeros(n)
+    share = projection * response.gain
+    vertical = EARTH_RATE * np.sin(recording.site.latitude or 0.0) * upwards * with_earth * response.gain
+    cells = _Cells(recording, target, cell_of_row, count, edges)
+    table = cells.table(share, y - vertical)
     motion = Motion(
         t=edges - start,
-        rate=(still if reference is None else reference * projection) + vertical,
-        angle=_table_angle(recording, edges),
-        rate_edges=rate_edges,
+        rate=table.reference * share + vertical,
+        angle=table.angle,
+        rate_edges=None if table.rate_edges is None else table.rate_edges * share + vertical,
         temperature=_temperature(recording, cell_of_row, n),
         base_tilt=_base_tilt(recording, target, edges),
         force=_others(recording, cell_of_row, n, "accel_") if target.startswith("gyro") else {},
@@ -137,9 +129,127 @@ def expose(
         projection=projection,
         reference_temperature=reference_temperature,
         base_turned=recording.mounting.base_turned,
+        gain=response.gain,
+        lag=response.lag,
     )
-    u = (still if commanded is None else commanded * projection) + vertical
-    return Exposure(y, count, cell_of_row, motion, u)
+    return Exposure(y, count, cell_of_row, motion, table.rate * share + vertical)
+
+
+@dataclass(frozen=True)
+class _Table:
+    """The table on the cells: the ``reference`` rate, that of curves, and both at the edges where there is a table."""
+
+    reference: Floats
+    rate: Floats
+    rate_edges: Floats | None
+    angle: Floats | None
+
+
+@dataclass(frozen=True)
+class _Cells:
+    """The cells of a target, and what is known of the table on them."""
+
+    recording: Recording
+    target: str
+    cell_of_row: NDArray[np.int64]
+    count: NDArray[np.int64]
+    edges: Floats
+
+    def table(self, share: float, reading: Floats) -> _Table:
+        """The table as an instrument that sees ``share`` of it, and reads ``reading``, tells it from jitter."""
+        names, behind = order(self.recording), self.recording.table
+        n = len(self.count)
+        if not names:
+            return _Table(np.zeros(n), np.zeros(n), None, None)
+        if behind is not None and behind.still:
+            # The noise of an encoder is no motion: neither to subtract nor to make a curve of.
+            return _Table(np.zeros(n), np.zeros(n), np.zeros(n + 1), np.full(n + 1, behind.angle[0]))
+        reference = self._rate(names)
+        angle = _angle_function(self.recording, names)
+        assert angle is not None
+        told = programme(self.recording)
+        if behind is not None:
+            rate, at_edges = np.diff(behind.angle_at(self.edges)) / self._step, behind.rate_at(self.edges)
+        else:
+            rate, at_edges = self._followed(names, reference, share, reading)
+        if told is not None:
+            rate, at_edges = self._by_programme(told, rate, at_edges)
+        # The integral of a noisy rate wanders away from the angle.
+        measured = names[0] == "table_rate" and behind is not None
+        return _Table(reference, rate, at_edges, None if measured else angle(self.edges))
+
+    @property
+    def _step(self) -> float:
+        return float(self.edges[1] - self.edges[0])
+
+    def _rate(self, names: tuple[str, ...]) -> Floats:
+        """Mean rate over the cells, from the first of the channels ``names``."""
+        recording = self.recording
+        channel, own = recording.channels[names[0]], recording.channels[self.target]
+        full = _table_rate(recording, self.edges, names)
+        assert full is not None
+        if names[0] == "table_rate" and channel.source == "encoder" and self._beside(channel, own):
+            # Read at the very times of the target: a mean with its neighbours would mix their noise.
+            count, mean = _gather(channel.values, self.cell_of_row, len(self.count))
+            return np.where(count > 0, mean, full)
+        return _of_rows(recording, self.target, self.cell_of_row, self.count, full, names)
+
+    @staticmethod
+    def _beside(channel: Channel, own: Channel) -> bool:
+        return channel.covers == own.covers == "instant" and channel.delay == own.delay
+
+    def _followed(
+        self, names: tuple[str, ...], reference: Floats, share: float, reading: Floats
+    ) -> tuple[Floats, Floats]:
+        """The rate behind the jitter of a reading, over the cells and at the edges."""
+        recording, n = self.recording, len(self.count)
+        told = names[0] == "table_rate"
+        at_edges = _rate_edges(recording, self.edges, names)
+        if not share:
+            return reference, at_edges
+        calm = followed(reference, reading / share, self.count > 0, "rate" if told else "angle")
+        if not told:
+            jitter = reference - calm
+            return calm, at_edges - np.interp(np.arange(n + 1.0), np.arange(n) + 0.5, jitter)
+        if np.array_equal(calm, reference):
+            return calm, at_edges
+        # A rate that was measured, not commanded: its noise has no corners to keep sharp.
+        return calm, np.interp(np.arange(n + 1.0), np.arange(n) + 0.5, calm)
+
+    def _by_programme(self, told: str, rate: Floats, at_edges: Floats) -> tuple[Floats, Floats]:
+        """The commanded rate where it holds and the table has it; else the rate that was measured.
+
+        A command is free of errors of the encoder. But it jumps where the table cannot, and between the rows at which
+        a changing rate was logged it is a guess, whose error would look like one of the scale.
+        """
+        recording = self.recording
+        commanded = self._rate((told,))
+        if len(commanded) < 3:
+            return rate, at_edges
+        changed = np.abs(np.diff(commanded)) > STEADY * np.abs(commanded).max()
+        holds = ~np.concatenate([changed[:1], changed[1:] | changed[:-1], changed[-1:]])
+        if recording.channels[told].covers == "interval":
+            # Means that change as the table does are its rate, ramps and all.
+            holds |= ~self._jumps(commanded)
+        off = np.abs(commanded - rate)
+        usual = float(np.quantile(off[holds], USUAL)) if holds.any() else 0.0
+        top = float(np.abs(rate).max())
+        there = off <= min(FAR_OFF * usual + SAME_RATE * top, OTHER_RATE * top)
+        if not holds.any() or float(np.mean(there[holds])) < FOLLOWED:
+            return rate, at_edges  # that passes by what was asked for now and then is no table that follows it
+        there &= np.concatenate([there[:1], there[1:] & there[:-1]]) & np.concatenate(
+            [there[1:] & there[:-1], there[-1:]]
+        )
+        edges = _rate_edges(recording, self.edges, (told,))
+        at_both = np.concatenate([there[:1], there[1:] & there[:-1], there[-1:]])
+        return np.where(there & holds, commanded, rate), np.where(at_both, edges, at_edges)
+
+    @staticmethod
+    def _jumps(commanded: Floats) -> NDArray[np.bool_]:
+        """Cells beside a jump between two rates that hold."""
+        change = np.abs(np.diff(commanded)) > STEADY * np.abs(commanded).max()
+        alone = change & ~np.concatenate([[False], change[:-1]]) & ~np.concatenate([change[1:], [False]])
+        return np.concatenate([alone, [False]]) | np.concatenate([[False], alone])
 
 
 def _shares(recording: Recording, target: str) -> tuple[float, float]:
@@ -157,17 +267,19 @@ def _has_table(recording: Recording) -> bool:
     return "table_angle" in recording.channels or "table_rate" in recording.channels
 
 
-def _cells(recording: Recording, channel: Channel, rows_per_cell: int) -> tuple[NDArray[np.int64], float, int]:
-    """Cell of each row, start of the first cell [s] and number of cells."""
+def _cells(
+    recording: Recording, channel: Channel, rows_per_cell: int, ahead: int = 0
+) -> tuple[NDArray[np.int64], float, int]:
+    """Cell of each row, start of the first cell [s] and number of cells; the first begins ``ahead`` rows early."""
     dt, covers = recording.dt, channel.covers == "interval"
     middle = recording.t - channel.delay - (0.5 * dt if covers else 0.0)
     first = 1 if covers and len(recording) > 1 else 0
-    index = np.rint((middle - middle[first]) / dt).astype(np.int64)
+    index = np.rint((middle - middle[first]) / dt).astype(np.int64) + ahead
     cell = index // rows_per_cell
     if covers:
         # The interval of a piece's first row began before the piece: its references are not known.
         cell[[piece.start for piece in recording.pieces()]] = -1
-    return cell, float(middle[first] - 0.5 * dt), int(cell.max()) + 1
+    return cell, float(middle[first] - (0.5 + ahead) * dt), int(cell.max()) + 1
 
 
 def _gather(values: Floats, cell_of_row: NDArray[np.int64], n: int) -> tuple[NDArray[np.int64], Floats]:
@@ -254,52 +366,21 @@ def table_rate_of_rows(
 
 
 def table_share(recording: Recording, target: str) -> float:
-    """Share of the table's rate that ``target`` sees."""
-    return _shares(recording, target)[0]
+    """Share of the table's rate that ``target`` shows: what it sees, times its gain."""
+    return _shares(recording, target)[0] * recording.responses.get(target, Response()).gain
 
 
-def _calm(
-    recording: Recording,
-    projection: float,
-    reference: Floats | None,
-    commanded: Floats,
-    reading: Floats,
-    count: NDArray[np.int64],
-) -> Floats:
-    """The commanded rate, while it holds; else that of the reference without the jitter of its readings.
-
-    Between the rows at which a changing rate was logged it is a guess, and its error would look like one of the scale.
-    """
-    both = {"table_angle", "table_rate"} <= set(recording.channels)
-    if reference is None or not projection or (both and recording.channels["table_rate"].covers == "interval"):
-        return commanded
-    of: Literal["angle", "rate"] = "angle" if "table_angle" in recording.channels else "rate"
-    calm = followed(reference, reading / projection, count > 0, of)
-    if not both or len(commanded) < 3:
-        return calm
-    changed = np.abs(np.diff(commanded)) > STEADY * np.abs(commanded).max()
-    moves = np.concatenate([changed[:1], changed[1:] | changed[:-1], changed[-1:]])
-    return np.where(moves, calm, commanded)
-
-
-def _table_angle(recording: Recording, edges: Floats) -> Floats | None:
-    angle = _angle_function(recording, ("table_angle", "table_rate"))
-    return None if angle is None else angle(edges)
-
-
-def _rate_edges(recording: Recording, edges: Floats, projection: float, vertical: float) -> Floats | None:
-    """Rate at the edges: central differences over one cell, or one sampling period of a commanded rate."""
-    angle = _angle_function(recording, ("table_rate", "table_angle"))
-    if angle is None:
-        return None
-    # A logged command has no noise: over one sampling period its corners stay sharp.
-    commanded = "table_rate" in recording.channels
-    half = 0.5 * (recording.dt if commanded else edges[1] - edges[0])
-    rate = (angle(edges + half) - angle(edges - half)) / (2 * half)
+def _rate_edges(recording: Recording, edges: Floats, names: tuple[str, ...]) -> Floats:
+    """Rate of the table at the edges: central differences over one cell, or one sampling period of a rate."""
+    angle = _angle_function(recording, names)
+    assert angle is not None
+    # Over one sampling period the corners of a rate stay sharp; an angle's noise would be as large as can be.
+    half = 0.5 * (recording.dt if names[0] == "table_rate" else edges[1] - edges[0])
+    rate: Floats = (angle(edges + half) - angle(edges - half)) / (2 * half)
     if len(rate) > 3:
         # Half a cell beyond the ends the angle is a guess, and its error would stand for an acceleration.
         rate[[0, -1]] = 2 * rate[[1, -2]] - rate[[2, -3]]
-    return rate * projection + vertical
+    return rate
 
 
 def _temperature(recording: Recording, cell_of_row: NDArray[np.int64], n: int) -> Floats | None:

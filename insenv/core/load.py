@@ -238,7 +238,7 @@ def _channel(manifest: Manifest, run: RunSpec, table: Table, name: str, dt: floa
         values = _scaled(manifest, run, table, name, INCREMENTS[dimension]) / dt
     else:
         values = _scaled(manifest, run, table, name, dimension)
-    return Channel(values, SI_UNITS[dimension], covers, spec.delay)
+    return Channel(values, SI_UNITS[dimension], covers, spec.delay, spec.source)
 
 
 def check_power(path: Path, numbers: Floats, place: Callable[[int], str], before: float = 1.0) -> None:

@@ -49,6 +49,10 @@ class Motion:
     base_turned : float
         How far the base was turned since the first run, clockwise from above [rad]: what stands with the Earth comes
         to a table angle that is larger by it.
+    gain : float
+        What the instrument makes of its input: -1 on an axis that is reversed. Rates are already multiplied by it.
+    lag : float
+        Seconds by which the output is nearly behind its input; effects of timing are exact there.
     step : float, optional
         Length of an interval where it is known [s]. The one that ``t`` says is rounded, and differs by that from chunk
         to chunk of a run.
@@ -65,6 +69,8 @@ class Motion:
     projection: float = 1.0
     reference_temperature: float = 298.15
     base_turned: float = 0.0
+    gain: float = 1.0
+    lag: float = 0.0
     step: float | None = None
 
     @property

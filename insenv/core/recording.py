@@ -16,9 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.errors import InputError
+from insenv.core.trajectory import Trajectory
 
 Floats = NDArray[np.float64]
 Covers = Literal["instant", "interval"]
+#: What a channel of a table shows: what was measured, or what was asked for.
+Origin = Literal["encoder", "command"]
 
 #: An interval longer than this many sampling periods is a gap.
 GAP = 1.5
@@ -38,12 +41,27 @@ class Channel:
         Whether a sample is the value at the row's time or the mean over the interval that ends there.
     delay : float
         Age of the value at the row's time [s].
+    source : "encoder", "command" or None
+        Of a table's angle or rate: whether it was measured or asked for; None where nobody said.
     """
 
     values: Floats
     unit: str
     covers: Covers = "instant"
     delay: float = 0.0
+    source: Origin | None = None
+
+
+@dataclass(frozen=True)
+class Response:
+    """How an output follows the table: ``gain`` times its rate, ``lag`` seconds behind what was logged of it.
+
+    ``ahead`` rows before the first one the output was renewed: bins begin there, so that each holds whole renewals.
+    """
+
+    gain: float = 1.0
+    lag: float = 0.0
+    ahead: int = 0
 
 
 @dataclass(frozen=True)
@@ -101,6 +119,10 @@ class Recording:
         Rows of a channel that are no measurements of it: outliers.
     period : float, optional
         Sampling period [s] where it was chosen: steps between means that a few gaps part do not tell it.
+    table : Trajectory, optional
+        The motion of the table behind a noisy reading of it.
+    responses : mapping of str to Response
+        How instruments follow the table, where their gain is not one.
     """
 
     t: Floats
@@ -112,6 +134,8 @@ class Recording:
     notes: tuple[str, ...] = ()
     left_out: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
     period: float | None = None
+    table: Trajectory | None = None
+    responses: Mapping[str, Response] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.t)

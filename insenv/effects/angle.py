@@ -70,7 +70,7 @@ class EncoderHarmonic(_Wave):
     def wave(self, motion: Motion, c: float | Floats, s: float | Floats) -> Floats:
         """Difference of the wave over the edges, in the share that the input axis sees."""
         phase = self.order * known(motion, "angle", self.id) - np.arctan2(s, c)
-        return interval_slope(np.cos(phase), motion.dt) * (np.hypot(c, s) * motion.projection)
+        return interval_slope(np.cos(phase), motion.dt) * (np.hypot(c, s) * motion.projection * motion.gain)
 
 
 @final

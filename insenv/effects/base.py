@@ -103,6 +103,8 @@ class Effect(ABC):
         Effects that it becomes in the limit of its shapes.
     generic : bool
         Whether it describes without naming a cause.
+    of_run : bool
+        Whether it is another one in every run: clocks are started anew.
     """
 
     id: ClassVar[str] = ""
@@ -117,6 +119,7 @@ class Effect(ABC):
     belongs: ClassVar[Belongs] = "instrument"
     becomes: ClassVar[tuple[str, ...]] = ()
     generic: ClassVar[bool] = False
+    of_run: ClassVar[bool] = False
 
     @property
     @abstractmethod

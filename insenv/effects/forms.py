@@ -94,7 +94,7 @@ def bend(motion: Motion) -> Floats | None:
     """
     if motion.dt <= _SHORT * (1 + 1e-6) or motion.rate_edges is None or not motion.projection:
         return None
-    bent: Floats = np.diff(motion.rate_edges, axis=-1) * (-motion.dt / (12 * motion.projection))
+    bent: Floats = np.diff(motion.rate_edges, axis=-1) * (-motion.dt / (12 * motion.projection * motion.gain))
     return bent
 
 

@@ -35,7 +35,7 @@ class TimingSkew(LinearEffect):
     ----------
     about : float
         Skew at which it is exact [s]: there the secant stands for the derivative, which at a corner of the rate is
-        wrong by as much as the rate changes in a skew.
+        wrong by as much as the rate changes in a skew. 0: at the motion's own ``lag``.
     """
 
     about: float = 0.0
@@ -47,6 +47,7 @@ class TimingSkew(LinearEffect):
     instruments = ("gyro",)
     belongs = "reference"
     of_rate = True
+    of_run = True
 
     def near(self, theta: Floats) -> Self:
         """The effect exact at the skew ``theta``; as it is where that is so already, to a thousandth of the skew."""
@@ -56,12 +57,13 @@ class TimingSkew(LinearEffect):
     def basis(self, u: Floats, motion: Motion) -> Floats:
         """Mean rate derivative, reversed, or the secant, shape (..., n, 1)."""
         edges = known(motion, "rate_edges", self.id)
-        if not self.about:
+        about = self.about or motion.lag
+        if not about:
             return columns(u, -interval_slope(edges, motion.dt))
-        return columns(u, (_earlier(u, edges, motion, self.about) - u) / self.about)
+        return columns(u, (earlier(u, edges, motion, about) - u) / about)
 
 
-def _earlier(u: Floats, edges: Floats, motion: Motion, skew: float) -> Floats:
+def earlier(u: Floats, edges: Floats, motion: Motion, skew: float) -> Floats:
     """Mean of the input a skew earlier than each interval, shape (..., n).
 
     Its integral goes by cubics, with the rates at the edges for slopes; beyond the ends the rate stays as it is there.

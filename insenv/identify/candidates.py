@@ -20,6 +20,8 @@ from insenv.identify.real_motion import unmoved
 
 #: Share of the fitted time at either end in which no step is looked for.
 END_SHARE = 0.05
+#: Arc, in radians of a wave of the table's angle, below which the wave is a straight line.
+LEAST_ARC = 0.05
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,9 @@ def candidates(
         if effect.id == "encoder_harmonic" and not any(e.motion.projection for e in problem.exposures):
             blind.append(NotTestable(effect.key, (), "the axis sees nothing of the table's rate"))
             continue
+        if "angle" in effect.needs and (still := _without_motion(problem, effect)):
+            blind.append(NotTestable(effect.key, (), still))
+            continue
         terms = _terms(problem, effect)
         if terms:
             found.append(Candidate(effect, terms))
@@ -75,11 +80,26 @@ def _missing(problem: Problem, effect: Effect) -> tuple[str, ...]:
     return tuple(sorted(channels))
 
 
+def _without_motion(problem: Problem, effect: Effect) -> str:
+    """Why what repeats with the table's angle cannot be seen: the arc is too short; empty where it is not.
+
+    The noise of an encoder is no arc: of a table that stands the exposure has one angle.
+    """
+    angles = [e.motion.angle for e in problem.exposures if e.motion.angle is not None]
+    arc = max(float(a.max()) for a in angles) - min(float(a.min()) for a in angles)
+    if not any(np.ptp(a) for a in angles):
+        return "the table does not turn, beyond the noise of its angle"
+    if arc * getattr(effect, "order", 1) < LEAST_ARC:
+        return f"the table turns by {np.rad2deg(arc):.2g} deg only"
+    return ""
+
+
 def _terms(problem: Problem, effect: Effect) -> tuple[Term, ...]:
     """One term per shape; splines are first fitted to the ranges of the recording."""
     longest = max(problem.exposures, key=lambda e: e.motion.n)
     if isinstance(effect, LinearEffect):
-        return tuple(Term(form) for form in effect.variants(longest.motion))
+        each = effect.of_run and len({b.run for b in problem.fitted}) > 1
+        return tuple(Term(form, per_run=each) for form in effect.variants(longest.motion))
     assert isinstance(effect, CurveEffect)
     grid = effect.grid(longest.motion)
     start, stop = _fitted_time(problem)

@@ -1,7 +1,7 @@
 """Error on data that no fit saw.
 
-Everything is frozen at the fit's values, but for the level of a run that had no fitted data at all where the bias is
-per run: an instrument's bias changes from one power-up to the next, and that change is not what a model can foretell.
+Everything is frozen at the fit's values, but for the level and the scale factor of a run that had no fitted data at all
+where the bias is per run: they change from one power-up to the next, and that change is not what a model can foretell.
 """
 
 from __future__ import annotations
@@ -35,9 +35,11 @@ def residual(problem: Problem, fit: Fit) -> Floats:
     left = problem.y - fit.predicted()
     if any(term.effect.id == "bias" and term.per_run for term in fit.model):
         fitted_runs = {b.run for b in problem.fitted}
+        own = [np.ones((problem.bins.n, 1)), *(problem.columns(t) for t in fit.model if t.effect.id == "scale_factor")]
+        columns = np.column_stack([c.sum(axis=1) for c in own])
         for run in set(problem.bins.run.tolist()) - fitted_runs:
             rows = problem.bins.run == run
-            left[rows] -= left[rows].mean()
+            left[rows] -= columns[rows] @ np.linalg.lstsq(columns[rows], left[rows], rcond=None)[0]
     return left
 
 

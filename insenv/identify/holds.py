@@ -5,7 +5,8 @@
 In means that are longer than the hold time a held output is late by half of it, and nothing more; in the samples it is
 a sawtooth that follows the acceleration. So it is looked for beside a skew s, in differences from sample to sample,
 which leave of everything slow next to nothing. Found, it is subtracted before lines are looked for: its sawtooth has
-many.
+many. u is what the instrument makes of its input, gain and lag (`insenv.identify.clean.response`): a share of it that
+is held is a share of that. The hold time is one for all runs, the phase is each run's own: a logger is started anew.
 """
 
 from __future__ import annotations
@@ -19,7 +20,8 @@ from scipy.stats import chi2
 from insenv.core.exposure import Exposure, expose
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats, Recording
-from insenv.effects.timing import SampleHold, TimingSkew
+from insenv.effects.timing import TimingSkew
+from insenv.identify.clean.response import held_part, lagged
 from insenv.identify.outliers import leaving_out
 from insenv.identify.problem import Model, Problem, regressors
 
@@ -47,14 +49,14 @@ ROUND = (20.0, 25.0, 40.0, 50.0, 100.0, 125.0, 200.0, 250.0, 500.0, 1000.0)
 class Hold:
     """An output of which the share ``share`` is held for ``hold`` [s], with their standard deviations.
 
-    ``phase`` [s] is the time from a renewal to the start of the run, less than ``hold``.
+    ``phases`` [s] are the times from a renewal to the start of each run, less than ``hold``.
     """
 
     share: float
     share_sd: float
     hold: float
     hold_sd: float
-    phase: float
+    phases: tuple[float, ...]
     p_value: float
 
 
@@ -82,15 +84,76 @@ def find_hold(recordings: tuple[Recording, ...], spans: tuple[slice, ...], probl
     if not any(np.ptp(e.u) for e in problem.exposures):
         return Look()
     run = int(np.argmax([np.ptp(e.u) for e in problem.exposures]))
-    exposure = _whole(recordings[run], problem, run)
-    cells = _cells(exposure, spans[run])
-    if len(cells) < 64 or not np.any(np.diff(exposure.u[cells])):
+    view = _view(recordings[run], spans[run], problem, run, model)
+    if view is None:
         return Look()
+    look = _best(view)
+    if look.hold is None:
+        return look
+    return Look(_of_all_runs(look.hold, run, recordings, spans, problem, model))
+
+
+@dataclass(frozen=True)
+class _View:
+    """Cells of a run, free columns of their differences, and the differences without them."""
+
+    exposure: Exposure
+    cells: NDArray[np.int64]
+    q: Floats
+    left: Floats
+
+
+def _view(recording: Recording, span: slice, problem: Problem, run: int, model: Model) -> _View | None:
+    """The cells of a run in which a hold is looked for; None where nothing moves there."""
+    exposure = aligned(recording, _whole(recording, problem, run))
+    cells = _cells(exposure, span)
+    if len(cells) < 64 or not np.any(np.diff(exposure.u[cells])):
+        return None
     columns = [regressors(t.effect, exposure, t.shape)[cells] for t in model]
     columns.append(TimingSkew().basis(exposure.u, exposure.motion)[cells])
     q = _orthogonal(np.diff(np.column_stack(columns), axis=0))
-    left = _outside(q, np.diff((exposure.y - exposure.motion.rate)[cells]))
-    return _best(exposure, cells, q, left)
+    return _View(exposure, cells, q, _outside(q, np.diff((exposure.y - exposure.motion.rate)[cells])))
+
+
+def aligned(recording: Recording, exposure: Exposure) -> Exposure:
+    """The exposure at the instrument's own time, with the motion behind a noisy reading for the reading."""
+    motion, table = exposure.motion, recording.table
+    if table is None or table.still or motion.rate_edges is None:
+        return exposure
+    u = lagged(exposure, motion.lag)
+    edges = np.interp(motion.t - motion.lag, motion.t, motion.rate_edges)
+    return replace(exposure, u=u, motion=replace(motion, rate=u, rate_edges=edges, lag=0.0))
+
+
+def _of_all_runs(
+    hold: Hold,
+    run: int,
+    recordings: tuple[Recording, ...],
+    spans: tuple[slice, ...],
+    problem: Problem,
+    model: Model,
+) -> Hold:
+    """The hold with the phase of each run: where it explains most; zero where a run does not move."""
+    phases = []
+    for other, (recording, span) in enumerate(zip(recordings, spans, strict=True)):
+        if other == run:
+            phases.append(hold.phases[0])
+            continue
+        view = _view(recording, span, problem, other, model)
+        phases.append(0.0 if view is None else _phase(view, hold.hold))
+    return replace(hold, phases=tuple(phases))
+
+
+def _phase(view: _View, hold: float) -> float:
+    """The phase at which a hold of that time explains most [s]."""
+    dt = view.exposure.motion.dt
+    search, ratio = _Search(view.exposure, view.cells, view.q, view.left), hold / dt
+    step = max(1.0, ratio // PHASES)
+    best = max((float(k) for k in np.arange(0.0, ratio, step)), key=lambda k: search.of((ratio, k)))
+    while step > 1:
+        step = max(1.0, step // 2)
+        best = max((best - step, best, best + step), key=lambda k: search.of((ratio, k)))
+    return (best % ratio) * dt
 
 
 def without_hold(recording: Recording, problem: Problem, run: int, hold: Hold) -> Recording:
@@ -98,26 +161,19 @@ def without_hold(recording: Recording, problem: Problem, run: int, hold: Hold) -
 
     Rows that still hold a value from before the recording are left out: nobody knows that value.
     """
-    exposure = _whole(recording, problem, run)
-    added = held_addition(exposure.u, exposure.motion, np.array([hold.share, hold.hold]), hold.phase)
+    exposure, phase = aligned(recording, _whole(recording, problem, run)), hold.phases[run]
+    added = hold.share * held_part(exposure.motion, exposure.u, hold.hold, phase)
     channel, cell = recording.channels[problem.target], exposure.cell_of_row
     values = channel.values - np.where(cell >= 0, added[np.maximum(cell, 0)], 0.0)
     freed = replace(recording, channels={**recording.channels, problem.target: replace(channel, values=values)})
-    older = (cell < round((hold.hold - hold.phase) / exposure.motion.dt)) & (hold.phase > 0)
+    older = (cell < round((hold.hold - phase) / exposure.motion.dt)) & (phase > 0)
     older |= recording.left_out.get(problem.target, np.zeros(len(recording), dtype=bool))
     return leaving_out(freed, problem.target, older) if older.any() and not older.all() else freed
 
 
 def held_addition(u: Floats, motion: Motion, theta: Floats, phase: float) -> Floats:
-    """What `insenv.effects.timing.SampleHold` adds where a renewal was ``phase`` before the start of the run.
-
-    The value that is held at first is older than the data: it is read off the line through the first two.
-    """
-    later = replace(motion, t=motion.t + phase)
-    hold = max(float(theta[1]), motion.dt)
-    age = np.floor((float(later.t[0]) % hold) / motion.dt + 0.5 - 1e-6)
-    first = u[0] - age * (u[1] - u[0])
-    return SampleHold().apply(u, later, theta, first)[0]
+    """What `insenv.effects.timing.SampleHold` adds where a renewal was ``phase`` before the start of the run."""
+    return float(theta[0]) * held_part(motion, u, float(theta[1]), phase)
 
 
 def _whole(recording: Recording, problem: Problem, run: int) -> Exposure:
@@ -152,8 +208,9 @@ def _outside(q: Floats, x: Floats) -> Floats:
     return x - q @ (q.T @ x)
 
 
-def _best(exposure: Exposure, cells: NDArray[np.int64], q: Floats, left: Floats) -> Look:
-    """The hold that explains most of what is ``left``, refined, if it is more than chance."""
+def _best(view: _View) -> Look:
+    """The hold that explains most of what is left, refined, if it is more than chance."""
+    exposure, cells, q, left = view.exposure, view.cells, view.q, view.left
     first = _liveliest(exposure, cells, COARSE)
     few = slice(first, first + min(COARSE, len(cells)) - 1)
     own = _orthogonal(q[few])
@@ -179,7 +236,7 @@ def _told(found: _Gain, best: tuple[float, float], dt: float, freedom: int, fine
     ratio, phase = best
     # An output is held whole, unless the samples say otherwise: what its share is off by would look like a skew.
     share = 1.0 if abs(found.share - 1.0) <= WHOLE * sd else found.share
-    return Hold(share, sd, ratio * dt, finest * dt / np.sqrt(12), (phase % ratio) * dt, p)
+    return Hold(share, sd, ratio * dt, finest * dt / np.sqrt(12), ((phase % ratio) * dt,), p)
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,10 @@ def hold_effect(hold: Hold, before: float, after: float) -> Added:
     parameters = (
         Estimate("sample_hold", "c", hold.share, hold.share_sd, "1"),
         Estimate("sample_hold", "hold", hold.hold, hold.hold_sd, "s"),
-        Estimate("sample_hold", "phase", hold.phase, hold.hold_sd, "s"),
+        *(
+            Estimate("sample_hold", "phase" if len(hold.phases) == 1 else f"phase[{run}]", phase, hold.hold_sd, "s")
+            for run, phase in enumerate(hold.phases, start=1)
+        ),
     )
     return Added(
         effect="sample_hold",

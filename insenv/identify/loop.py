@@ -14,6 +14,7 @@ import numpy as np
 
 from insenv.core.manifest.spec import Manifest
 from insenv.core.recording import Recording
+from insenv.core.reference import with_reference
 from insenv.core.split import RowUse
 from insenv.effects.base import Effect
 from insenv.effects.catalogue import CATALOGUE
@@ -79,6 +80,7 @@ def trace(
     progress : callable
         Told what is being done.
     """
+    recordings = tuple(with_reference(recording) for recording in recordings)
     tracks = []
     for target in manifest.model.targets:
         progress(f"{target}: declared model")
@@ -260,9 +262,7 @@ def _tried(track: Track, hit: Hit, proposal: _Proposal, names: tuple[str, ...], 
     confirmed = confirms(track.score, score, rescored(problem, track.fit, fit.noise.power))
     # Each of several effects may cost a little; together no more than one may.
     confirmed &= score.rms <= (1 + MOST_GROWTH) * min(s.rms for s in (track.score, *(s.before for s in track.steps)))
-    # What another power-up changed by itself, level and scale factor, says nothing against an effect.
-    elsewhere = not {b.run for b in problem.held_out} & {b.run for b in problem.fitted}
-    if not confirmed and not (elsewhere and hit.held_out > 0):
+    if not confirmed:
         growth = score.rms / track.score.rms - 1
         reason = f"significant, but it makes held-out data worse, by {growth:.0%}"
         return replace(track, refusals=(*track.refusals, Refusal(hit, reason, not together))), False
@@ -278,7 +278,10 @@ def _centred(track: Track, hit: Hit) -> Hit:
     for _ in range(MOST_PASSES):
         fit = solve(problem, with_term(track.fit.model, hit.term), start=track.fit.noise.power)
         theta = fit.theta[fit.design.term == len(fit.model) - 1]
-        effect = hit.term.effect.near(theta) if len(theta) == len(hit.term.effect.linear) else hit.term.effect
+        # Of one in every run, the mean: what is left at each is small beside it.
+        whole = len(theta) > 0 and len(theta) % len(hit.term.effect.linear) == 0
+        mean = theta.reshape(len(hit.term.effect.linear), -1).mean(axis=1) if whole else theta
+        effect = hit.term.effect.near(mean) if whole else hit.term.effect
         if effect == hit.term.effect:
             break
         moved = at_shape(problem, track.fit, base, hit, replace(hit.term, effect=effect))

@@ -155,21 +155,27 @@ def delta(known: Known, further: Problem | None, a: Rival, b: Rival) -> float:
     """Delta(a, b) alone: what ``b`` leaves of ``a``, which has its parameters and its shape as the first term."""
     assert a.theta is not None
     stage = known.stage(further)
-    columns = stage.columns(a.terms[0])
-    return _distance(stage, stage.model(known.model), columns @ _with_further(a.theta, columns.shape[1]), b)
-
-
-def _with_further(theta: Floats, size: int) -> Floats:
-    """Parameters for ``size`` columns: those of a further run, where each has its own, are the mean of the others."""
-    more = size - len(theta)
-    return np.concatenate([theta, theta.reshape(more, -1).mean(axis=1)]) if more else theta
+    return _distance(stage, stage.model(known.model), _shown(stage, a), b)
 
 
 def sized(known: Known, a: Rival, b: Rival) -> tuple[Term, Floats]:
     """Shape and linear parameters with which ``b`` takes the place of ``a`` on the recorded runs."""
     assert a.theta is not None
     stage = known.stage(None)
-    return _instead(stage, stage.model(known.model), stage.columns(a.terms[0]) @ a.theta, b)
+    return _instead(stage, stage.model(known.model), _shown(stage, a), b)
+
+
+def _shown(stage: Stage, a: Rival) -> Floats:
+    """What ``a`` adds, whitened. A run of which its parameters are not known has the mean of the others'."""
+    assert a.theta is not None
+    term, columns = a.terms[0], stage.columns(a.terms[0])
+    if len(a.theta) != columns.shape[1]:
+        own = a.theta.reshape(len(term.effect.linear), -1)
+        mean, runs = own.mean(axis=1, keepdims=True), len(stage.recorded.exposures)
+        each = own if own.shape[1] == runs else np.repeat(mean, runs, axis=1)
+        further = [] if stage.further is None else [mean.ravel()]
+        return columns @ np.concatenate([each.ravel(), *further])
+    return columns @ a.theta
 
 
 def _basis(columns: Floats) -> Floats:

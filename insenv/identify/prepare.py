@@ -10,15 +10,17 @@ from insenv.core.errors import InputError
 from insenv.core.exposure import CHANNEL_OF, expose
 from insenv.core.manifest.spec import Manifest
 from insenv.core.motion import Motion
-from insenv.core.recording import Floats, Recording
+from insenv.core.recording import Floats, Recording, Response
 from insenv.core.split import RowUse
 from insenv.effects.base import CurveEffect, DrivenEffect, Effect, NoiseEffect
 from insenv.effects.catalogue import by_key
+from insenv.effects.timing import TimingSkew
 from insenv.identify.bins import gather
 from insenv.identify.clean.motion import at_rest
+from insenv.identify.clean.response import responding, with_held
 from insenv.identify.findings import RejectedRows
 from insenv.identify.fit import solve
-from insenv.identify.holds import Look, find_hold, without_hold
+from insenv.identify.holds import LEAST_SHARE, MOST_SHARE, WHOLE, Hold, Look, find_hold, without_hold
 from insenv.identify.lines import Line, find_lines, quantum
 from insenv.identify.outliers import outliers, without_outliers
 from insenv.identify.problem import Model, Problem, Term, regressors
@@ -37,7 +39,9 @@ LONGEST_BIN = 5.0
 #: Cycles of the slowest rejected line in a bin.
 CYCLES_PER_BIN = 8
 #: Share of the samples' variance from which a line is worth a word though the bins do not feel it.
-LEAST_SHARE = 0.01
+LEAST_LINE = 0.01
+#: Part of a row by which a hold time may be off a whole number of them; fitted bins that must be left of whole holds.
+WHOLE_ROWS, FEWEST_BINS = 1e-3, 200
 
 
 @dataclass(frozen=True)
@@ -87,6 +91,7 @@ def prepare(
     model = declared_model(manifest, recordings, target)
     uses, moving = at_rest(manifest, recordings, uses, target)
     rows = _rows_per_bin(manifest, recordings, uses)
+    recordings = responding(recordings, _spans(recordings, uses), target, model)
     recordings, outlying = without_outliers(recordings, target, rows)
     rejected = (*moving, *outlying)
     plain = _problem(manifest, recordings, uses, target, rows, reject_lines=False)
@@ -95,9 +100,10 @@ def prepare(
         uses, rejected = kept, (*rejected, *turns_left_out(recordings, target))
         plain = _problem(manifest, recordings, uses, target, rows, reject_lines=False)
     _enough(manifest, plain, model, target)
-    measured, held = recordings, _held(recordings, uses, plain, model) if holds else Look()
+    held, measured, recordings = _held(recordings, uses, plain, model) if holds else (Look(), recordings, recordings)
     if held.hold is not None:
-        recordings = tuple(without_hold(r, plain, run, held.hold) for run, r in enumerate(recordings))
+        rows = _whole_holds(manifest, measured, uses, held.hold, rows)
+        plain = _problem(manifest, measured, uses, target, rows, reject_lines=False)
     lines = _lines(recordings, uses, plain, model) if tones else ()
     if not lines:
         free = plain if held.hold is None else _problem(manifest, recordings, uses, target, rows, reject_lines=False)
@@ -117,10 +123,52 @@ def prepare(
     return Prepared(plain, problem, model, lines, held, rejected)
 
 
-def _held(recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], plain: Problem, model: Model) -> Look:
-    """A held output, looked for in the longest contiguous stretch of each run that may be fitted."""
-    spans = tuple(_longest_fitted(r, use) for r, use in zip(recordings, uses, strict=True))
-    return find_hold(recordings, spans, plain, model)
+def _held(
+    recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], plain: Problem, model: Model
+) -> tuple[Look, tuple[Recording, ...], tuple[Recording, ...]]:
+    """A held output, and the recordings with it and without it; their bins begin with a renewal."""
+    spans, target = _spans(recordings, uses), plain.target
+    look = find_hold(recordings, spans, plain, model)
+    if look.hold is None:
+        return look, recordings, recordings
+    hold = look.hold
+    recordings, beside = with_held(recordings, spans, target, hold.hold, hold.phases)
+    if beside is not None:
+        share = 1.0 if abs(beside.share - 1.0) <= WHOLE * beside.share_sd else beside.share
+        hold = replace(hold, share=share, share_sd=beside.share_sd, phases=beside.phases)
+        if not LEAST_SHARE <= share <= MOST_SHARE:
+            return Look(), recordings, recordings
+    freed = tuple(without_hold(r, plain, run, hold) for run, r in enumerate(recordings))
+    if not _whole_rows(hold, recordings[0].dt):
+        return Look(hold), recordings, freed
+    ahead = [round(phase / recordings[0].dt) for phase in hold.phases]
+
+    def begun(runs: tuple[Recording, ...]) -> tuple[Recording, ...]:
+        own = [replace(r.responses.get(target, Response()), ahead=n) for r, n in zip(runs, ahead, strict=True)]
+        return tuple(replace(r, responses={**r.responses, target: one}) for r, one in zip(runs, own, strict=True))
+
+    return Look(hold), begun(recordings), begun(freed)
+
+
+def _whole_rows(hold: Hold, dt: float) -> bool:
+    return abs(hold.hold / dt - round(hold.hold / dt)) < WHOLE_ROWS
+
+
+def _whole_holds(
+    manifest: Manifest, recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], hold: Hold, rows: int
+) -> int:
+    """Rows of a bin that holds whole renewals: within one, noise is held too, and is not white."""
+    dt = recordings[0].dt
+    if manifest.held_out.averaging is not None or not _whole_rows(hold, dt):
+        return rows
+    each = round(hold.hold / dt)
+    wide = each * -(-rows // each)
+    return wide if sum(int(use.fit.sum()) for use in uses) >= FEWEST_BINS * wide else rows
+
+
+def _spans(recordings: tuple[Recording, ...], uses: tuple[RowUse, ...]) -> tuple[slice, ...]:
+    """The longest contiguous stretch of each run that may be fitted."""
+    return tuple(_longest_fitted(r, use) for r, use in zip(recordings, uses, strict=True))
 
 
 def _without_steady(recording: Recording, target: str, lines: tuple[Line, ...], run: int) -> Recording:
@@ -237,7 +285,13 @@ def _rows_per_bin(manifest: Manifest, recordings: tuple[Recording, ...], uses: t
     width = min(_nice(fitted / BINS), LONGEST_BIN)
     turn = min((_quickest_turn(r) for r in recordings), default=np.inf)
     width = max(min(width, turn / BINS_PER_TURN), fitted / MOST_BINS)
-    return _divisible(max(1, int(round(width / dt))), sum(map(len, recordings)))
+    return _divisible(max(_fewest_rows(recordings), int(round(width / dt))), sum(map(len, recordings)))
+
+
+def _fewest_rows(recordings: tuple[Recording, ...]) -> int:
+    """Two rows of a bin where a noisy angle is read between its edges: neighbouring bins would share a reading."""
+    noisy = [r.table is not None and not r.table.still and r.table.of == "angle" for r in recordings]
+    return 2 if any(noisy) else 1
 
 
 def _nice(x: float) -> float:
@@ -335,7 +389,7 @@ def _lines(
 
 def _matters(line: Line, width: float, noise: float) -> bool:
     """Whether a line is a visible part of the samples, or leaks into the bins beside their own noise."""
-    return line.share > LEAST_SHARE or line.amplitude / (np.pi * line.frequency * width) > noise
+    return line.share > LEAST_LINE or line.amplitude / (np.pi * line.frequency * width) > noise
 
 
 def _bin_noise(problem: Problem) -> float:
@@ -369,6 +423,8 @@ def _left(recording: Recording, span: slice, problem: Problem, model: Model) -> 
     cell = exposure.cell_of_row[span]
     inside = cell >= 0
     bases = [regressors(term.effect, exposure, term.shape)[cell[inside]] for term in model]
+    if exposure.motion.lag:
+        bases.append(regressors(TimingSkew(), exposure, ())[cell[inside]])  # what is late is no line
     columns = np.column_stack([np.ones(int(inside.sum())), *bases])
     columns = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
     left = np.zeros(len(values))

@@ -96,6 +96,11 @@ class Problem:
         self.cache.pop(("transformed", term), None)
 
     @property
+    def gain(self) -> float:
+        """What the instrument makes of its input, of which the scale factor is a small error."""
+        return self.exposures[0].motion.gain
+
+    @property
     def fitted(self) -> tuple[Block, ...]:
         """Blocks that may be fitted."""
         return tuple(b for b in self.bins.blocks if b.fitted)

@@ -34,6 +34,8 @@ REFINED = 4
 CALIBRATION = 2.0
 #: A candidate that fitted data alone would give a larger p-value than this is not put to the held-out data.
 SUGGESTED = 0.3
+#: Share of the input's square sum from which a tone at its frequency is the motion itself.
+OF_MOTION = 0.5
 
 
 def search(
@@ -123,7 +125,23 @@ def _tone_hit(problem: Problem, fit: Fit, base: Reference, count: float) -> Hit:
     term, ratio, gained = _coherent(problem, base, term, resolution)
     found = deviate(problem, base, term, ratio, gained)
     best = Hit(Candidate(Tone(), (term,)), term, ratio, trials * count, found, term.size)
+    if _of_the_motion(problem, term):
+        return replace(
+            best, deviate=-np.inf, remark="at the frequency at which the table swings: its motion, not a line"
+        )
     return refined(problem, base, best, np.array([min(resolution, 0.25 / _span(problem))]))
+
+
+def _of_the_motion(problem: Problem, term: Term) -> bool:
+    """Whether a tone is most of the input: what a swinging table leaves at its frequency follows the motion."""
+    u = problem.bins.mean(tuple(e.u for e in problem.exposures))
+    wave = problem.columns(replace(term, per_run=True))
+    u = u - np.array([u[problem.bins.run == run].mean() for run in range(len(problem.exposures))])[problem.bins.run]
+    total = float(u @ u)
+    if not total:
+        return False
+    left = u - wave @ np.linalg.lstsq(wave, u, rcond=None)[0]
+    return float(left @ left) < (1 - OF_MOTION) * total
 
 
 def _span(problem: Problem) -> float:

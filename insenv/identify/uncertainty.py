@@ -20,6 +20,8 @@ from insenv.identify.noise import transform
 from insenv.identify.problem import NOISE_TERMS, Problem, Term
 
 _SQUARED = "_squared"
+#: Counts from a gain of one; every other effect is relative to the gain that the data show.
+SCALE = "scale_factor"
 #: Below this many degrees of freedom of the noise the variance of Student's t says nothing any more.
 LEAST_FREEDOM = 4.0
 #: SI units of the noise coefficients as the field writes them, by the unit of the output.
@@ -66,9 +68,12 @@ def estimates(problem: Problem, fit: Fit, inexact: tuple[Term, ...] = ()) -> dic
         # A parameter of its own in every run keeps its plain name where only one run was fitted.
         single = len(own) <= len(term.effect.linear)
         names = [fit.design.labels[j][1].partition("[")[0] if single else fit.design.labels[j][1] for j in own]
+        gain = problem.gain if key == SCALE else 1.0
         rows = [
-            Estimate(key, name, float(fit.theta[j]), float(linear_sd[j]), fit.design.labels[j][2])
-            for j, name in zip(own, names, strict=True)
+            Estimate(
+                key, n, gain - 1 + gain * float(fit.theta[j]), abs(gain) * float(linear_sd[j]), fit.design.labels[j][2]
+            )
+            for j, n in zip(own, names, strict=True)
         ]
         rows += [_root(row, problem.unit) for row in rows if row.parameter.endswith(_SQUARED) and row.value > 0]
         if term in slopes:
@@ -87,10 +92,12 @@ def covariance(problem: Problem, fit: Fit) -> Covariance:
     shapes = [(term.effect.key, name, value) for term, s in slopes.items() for name, _, value, _ in s.rows]
     labels = [fit.design.labels[j][:2] for j in kept]
     index = np.concatenate([kept, len(fit.design.term) + np.arange(len(shapes))]).astype(int)
+    gains = np.array([problem.gain if key == SCALE else 1.0 for key, _ in labels])
+    factor = np.concatenate([gains, np.ones(len(shapes))])
     return Covariance(
         (*((key, name) for key, name in labels), *((key, name) for key, name, _ in shapes)),
-        np.concatenate([fit.theta[kept], [value for *_, value in shapes]]),
-        _joint(problem, fit, slopes)[np.ix_(index, index)],
+        np.concatenate([gains - 1 + gains * fit.theta[kept], [value for *_, value in shapes]]),
+        _joint(problem, fit, slopes)[np.ix_(index, index)] * np.outer(factor, factor),
     )
 
 

@@ -104,6 +104,12 @@ class Knots:
             rate = rate + k.amplitude * np.sin(w * s)
         return angle, rate
 
+    def asked(self, t: Floats) -> Floats:
+        """What the servo is asked for at times ``t``, shape (..., n): a rate that jumps, which no table does."""
+        k = self._during(t)
+        swing = k.amplitude * np.sin(2 * np.pi * k.frequency * (t - k.start)) if k._swings else 0.0
+        return np.broadcast_to(k.command + swing, (*k.command.shape[:-1], len(t)))
+
     def commanded(self, t: float, rate: Floats, acceleration: float, memory: float = 0.0) -> Knots:
         """Knots of a table that is told at time ``t`` to take up ``rate``, shape (...).
 

@@ -197,6 +197,7 @@ class Turntable:
         -------
         scene : Scene
             Exposure of what the table `carries`; references "table_angle", "table_rate" (set by the servo),
+            "command" (what a controller logs: at the end of each interval, with jumps),
             "zero_pulse" (1 in intervals in which the true angle passed the zero mark) and "temperature".
         state : Knots
         """
@@ -216,6 +217,7 @@ class Turntable:
                 "table_rate": Reference(
                     turned if servo is angle else np.diff(servo, axis=-1) * per_second, "rad/s", over_interval=True
                 ),
+                "command": Reference(state.asked(t[1:]), "rad/s"),
                 "zero_pulse": Reference(_passes(angle), "1", over_interval=True),
                 "temperature": Reference(temperature[..., 1:], "K"),
             },

@@ -45,6 +45,8 @@ def load(path: Path | str, changes: Mapping[str, Any] | None = None) -> Scenario
     table = convert(tree, ScenarioTable, (), path, "scenario")
     if not 0 <= table.output.decimals <= 17:
         raise InputError(f"{path}: output.decimals = {table.output.decimals}; wanted from 0 to 17")
+    if not 1 <= table.output.files <= 100:
+        raise InputError(f"{path}: output.files = {table.output.files}; wanted from 1 to 100")
     scenario = build(table, path)
     write.columns(scenario)
     if scenario.task is not None:
@@ -97,12 +99,14 @@ def simulate(
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{folder}: cannot be made a folder ({error.strerror or error})") from None
-    data = f"recording.{scenario.table.output.format}"
-    columns = write.columns(scenario)
-    phases = {column.name: float(scenario.phases(seed, column.name)) for column in columns if column.pulses}
-    stream = scenario.cast(seed).stream(seed, scenario.samples)
-    write.write_recording(scenario, write.rows(stream, columns, phases), folder / data, progress)
+    output, columns = scenario.table.output, write.columns(scenario)
+    data = [f"recording{f'_{n + 1}' if output.files > 1 else ''}.{output.format}" for n in range(output.files)]
+    for number, name in enumerate(data):
+        own = seed + write.FILES_APART * number
+        phases = {c.name: float(scenario.phases(own, c.name)) for c in columns if c.pulses or c.renewed > 1}
+        stream = scenario.cast(seed, number + 1).stream(own, scenario.samples)
+        write.write_recording(scenario, write.rows(stream, columns, phases), folder / name, progress)
     if scenario.table.output.truth:
         write_whole(folder / "truth.json", write.truth(scenario, seed))
     manifest = folder / "manifest.toml"
-    return write_whole(manifest, write.manifest(scenario, data, seed))
+    return write_whole(manifest, write.manifest(scenario, data[0] if len(data) == 1 else data, seed))

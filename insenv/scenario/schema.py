@@ -48,7 +48,9 @@ class EncoderTable(Table):
 class TurntableTable(Table):
     """``[table]``: ``tilt`` of the input axis above its plane, ``azimuth`` at table angle 0, limits.
 
-    ``azimuth`` may be "random"; ``level_error`` is a small rotation of the table about east and north.
+    ``azimuth`` may be "random"; ``level_error`` is a small rotation of the table about east and north. The recording
+    has the encoder's ``logged_angle``, and as ``logged_rate`` that of the servo, the controller's command, which jumps,
+    or the change of the encoder's reading.
     """
 
     tilt: str | None = None
@@ -58,6 +60,8 @@ class TurntableTable(Table):
     max_acceleration: str | None = None
     ripple: RippleTable | None = None
     encoder: EncoderTable = field(default_factory=EncoderTable)
+    logged_rate: Literal["servo", "command", "encoder", "none"] = "servo"
+    logged_angle: bool = True
 
 
 class ProfileTable(Table):
@@ -178,12 +182,17 @@ class TemperatureTable(Table):
 class OutputTable(Table):
     """``[instrument.gyro]``, ``[instrument.accel]``: what is written, and the noise that the maker declares.
 
-    ``pulses`` writes whole pulses of ``unit``, as a counter does.
+    ``pulses`` writes whole pulses of ``unit``, as a counter does. What is logged of a rate is ``gain`` times the
+    output, renewed once in ``renewed`` from another phase in every file, and rounded to ``resolution``: no manifest
+    says so.
     """
 
     quantity: Literal["rate", "increment"] = "rate"
     unit: str | None = None
     pulses: bool = False
+    gain: float | None = None
+    renewed: str | None = None
+    resolution: str | None = None
     noise: dict[str, str] = field(default_factory=dict)
 
 
@@ -251,12 +260,16 @@ class ModelTable(Table):
 
 
 class FileTable(Table):
-    """``[output]``: ``decimals`` of a text file; ``truth`` writes what was simulated to a file of its own."""
+    """``[output]``: ``decimals`` of a text file; ``truth`` writes what was simulated to a file of its own.
+
+    ``files`` of one unit, each with a power-up of its own.
+    """
 
     format: Literal["csv", "npz", "parquet"] = "csv"
     decimals: int = 9
     title: str | None = None
     truth: bool = False
+    files: int = 1
 
 
 class ScenarioTable(Table):

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -25,16 +26,27 @@ from insenv.plants.turntable import Turntable
 from insenv.plants.vehicle import Vehicle
 from insenv.rig import Readings
 from insenv.scenario.build import Scenario
-from insenv.scenario.schema import RANDOM, UNITS, family, family_name
+from insenv.scenario.schema import RANDOM, UNITS, OutputTable, TurntableTable, family, family_name
+from insenv.scenario.values import given, not_negative
 from insenv.sensors.chain import Sensor
 from insenv.sensors.counter import count
 
 Progress = Callable[[int, int], None]
+#: Seeds of the noise of two files of one unit are so far apart.
+FILES_APART = 1_000_003
+
+
+#: What a column carries from chunk to chunk: the part of a pulse, or the last reading and how many rows ago it was new.
+Carried = Any
 
 
 @dataclass(frozen=True)
 class Column:
-    """A column: ``value = (si * increment - offset) / factor``, with ``increment`` [s] None for a rate."""
+    """A column: ``value = (si * increment - offset) / factor``, with ``increment`` [s] None for a rate.
+
+    It shows the ``reference`` of the plant's log, or the instrument of its own name. ``per_second`` of an angle whose
+    change is shown as a rate; ``gain``, ``renewed`` (rows) and ``resolution`` (SI) are what a logger makes of it.
+    """
 
     name: str
     unit: str
@@ -43,16 +55,37 @@ class Column:
     increment: float | None = None
     over_interval: bool = False
     pulses: bool = False
+    reference: str = ""
+    per_second: float = 0.0
+    gain: float = 1.0
+    renewed: int = 1
+    resolution: float = 0.0
 
     @property
     def header(self) -> str:
         """Name with unit, as the file's first line has it."""
         return f"{self.name} ({self.unit})"
 
-    def shown(self, si: Floats, phase: Floats | float) -> tuple[Floats, Floats | float]:
-        """Values of the column, shape (n,), and the part of a pulse that is left over."""
+    def shown(self, si: Floats, carried: Carried) -> tuple[Floats, Carried]:
+        """Values of the column, shape (n,), and what it carries on."""
+        if self.per_second:
+            before = 2 * si[0] - si[1] if isinstance(carried, float) else carried[0]
+            si, carried = np.diff(si, prepend=before) * self.per_second, (si[-1],)
+        if self.renewed > 1:
+            si, carried = self._held(si, carried)
+        si = self.gain * si
+        if self.resolution:
+            si = self.resolution * np.rint(si / self.resolution)
         values = (si * (self.increment or 1.0) - self.offset) / self.factor
-        return count(values, phase) if self.pulses else (values, phase)
+        return count(values, carried) if self.pulses else (values, carried)
+
+    def _held(self, si: Floats, carried: Carried) -> tuple[Floats, Carried]:
+        """The output as it was renewed last; it begins at a random part of the way to the next renewal."""
+        age, last = (int(carried * self.renewed), si[0]) if isinstance(carried, float) else carried
+        ages = (age + np.arange(len(si))) % self.renewed
+        source = np.arange(len(si)) - ages
+        held = np.where(source >= 0, si[np.maximum(source, 0)], last)
+        return held, (int(age + len(si)) % self.renewed, held[-1])
 
 
 def columns(scenario: Scenario) -> tuple[Column, ...]:
@@ -74,7 +107,10 @@ def columns(scenario: Scenario) -> tuple[Column, ...]:
         if table.pulses and not step:
             raise InputError(f"{where}.pulses = true; wanted quantity = 'increment' with it")
         factor, _ = scale_to_si(unit, dimension, f"{where}.unit")
-        found.append(Column(fitted.sensor.target, unit, factor, 0.0, period if step else None, True, table.pulses))
+        logged = _logged(table, fitted.sensor.unit, period, where)
+        found.append(
+            Column(fitted.sensor.target, unit, factor, 0.0, period if step else None, True, table.pulses, **logged)
+        )
     for name, over_interval in (("table_angle", False), ("table_rate", True), ("temperature", False)):
         if name == "temperature" and scenario.table.temperature is None:
             continue
@@ -82,16 +118,47 @@ def columns(scenario: Scenario) -> tuple[Column, ...]:
         if name == "temperature" or scenario.table.table is not None or turns:
             unit = UNITS[CHANNELS[name]]
             factor, offset = scale_to_si(unit, CHANNELS[name], str(scenario.path))
-            found.append(Column(name, unit, factor, offset, over_interval=over_interval))
+            column = Column(name, unit, factor, offset, over_interval=over_interval)
+            found += _as_logged(column, scenario.table.table, period)
     return tuple(found)
+
+
+def _as_logged(column: Column, table: TurntableTable | None, period: float) -> list[Column]:
+    """The column as the table's log has it, if it has it."""
+    if table is None or column.name not in ("table_angle", "table_rate"):
+        return [column]
+    if column.name == "table_angle":
+        return [column] if table.logged_angle else []
+    return {
+        "servo": [column],
+        "command": [replace(column, reference="command", over_interval=False)],
+        "encoder": [replace(column, reference="table_angle", per_second=1 / period)],
+        "none": [],
+    }[table.logged_rate]
+
+
+def _logged(table: OutputTable, unit: str, period: float, where: str) -> dict[str, Any]:
+    """What a logger makes of an output: gain, rows of a renewal, resolution."""
+    dimension = {"rad/s": "rate", "m/s^2": "acceleration"}[unit]
+    hold = given(table.renewed, "time", f"{where}.renewed", period)
+    rows = round(hold / period)
+    if abs(rows * period - hold) > 1e-6 * period or rows < 1:
+        raise InputError(f"{where}.renewed = {table.renewed!r}; wanted a whole number of sampling periods")
+    if table.quantity == "increment" and (table.gain, table.renewed, table.resolution) != (None, None, None):
+        raise InputError(f"{where} has gain, renewed or resolution and increments; wanted quantity = 'rate' with them")
+    return {
+        "gain": 1.0 if table.gain is None else table.gain,
+        "renewed": rows,
+        "resolution": not_negative(table.resolution, dimension, f"{where}.resolution", 0.0),
+    }
 
 
 def rows(stream: Iterator[Readings], cols: Sequence[Column], phases: Mapping[str, float]) -> Iterator[Floats]:
     """Chunks of the recording, shape (n, columns), in the columns' units.
 
-    ``phases`` are the parts of a pulse that the counters hold at the start, by column.
+    ``phases`` are the parts of a pulse that the counters hold at the start, or of the time to a renewal, by column.
     """
-    carried: list[Floats | float] = [phases.get(column.name, 0.0) for column in cols]
+    carried: list[Carried] = [phases.get(column.name, 0.0) for column in cols]
     for readings in stream:
         chunk = np.empty((len(readings.t), len(cols)))
         for j, column in enumerate(cols):
@@ -100,7 +167,7 @@ def rows(stream: Iterator[Readings], cols: Sequence[Column], phases: Mapping[str
             elif column.name in readings.outputs:
                 si = readings.outputs[column.name]
             else:
-                si = readings.references[column.name].values
+                si = readings.references[column.reference or column.name].values
             chunk[:, j], carried[j] = column.shown(si, carried[j])
         yield chunk
 
@@ -118,7 +185,7 @@ def write_recording(scenario: Scenario, chunks: Iterator[Floats], path: Path, pr
             WRITERS[output.format](temporary, {column.name: whole[:, j] for j, column in enumerate(cols)})
 
 
-def manifest(scenario: Scenario, data: str, seed: int) -> str:
+def manifest(scenario: Scenario, data: str | list[str], seed: int) -> str:
     """Text of the manifest: what is measured and declared, and nothing else."""
     table, targets = scenario.table, explained(scenario)
     tables: list[tuple[str, Mapping[str, object]]] = [

@@ -211,7 +211,9 @@ def _channel(name: str, table: schema.ChannelTable, where: str) -> ChannelSpec:
     offset = table.offset or 0.0
     if not math.isfinite(offset):
         raise InputError(f"{where}.offset = {offset}; wanted what the file shows at zero input")
-    return ChannelSpec(column, table.unit, table.quantity, table.covers, delay, table.wrapped, rate, offset)
+    return ChannelSpec(
+        column, table.unit, table.quantity, table.covers, delay, table.wrapped, rate, offset, source=table.source
+    )
 
 
 def _refuse_keys(name: str, table: schema.ChannelTable, where: str) -> None:
@@ -219,6 +221,7 @@ def _refuse_keys(name: str, table: schema.ChannelTable, where: str) -> None:
     meant_for: dict[str, tuple[str, ...]] = {
         "rate": ("time",),
         "wrapped": ("table_angle",),
+        "source": ("table_angle", "table_rate"),
         "quantity": rate_type,
         "covers": rate_type,
         "offset": rate_type,

@@ -51,6 +51,7 @@ class ChannelTable(Table):
     rate: str | None = None
     offset: float | None = None
     file: str | None = None
+    source: Literal["encoder", "command"] | None = None
 
 
 class SiteTable(Table):

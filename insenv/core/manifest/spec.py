@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from insenv.core.recording import Covers, Mounting, Site
+from insenv.core.recording import Covers, Mounting, Origin, Site
 
 Quantity = Literal["rate", "increment"]
 Procedure = Literal["static", "rate-table", "multi-position"]
@@ -107,6 +107,8 @@ class ChannelSpec:
         The channel's own data file, row by row beside the run's; None: the run's.
     format : str
         Format of that file.
+    source : "encoder", "command" or None
+        Of a table's angle or rate; None: found out from the data.
     """
 
     column: str | int
@@ -119,6 +121,7 @@ class ChannelSpec:
     offset: float = 0.0
     file: Path | None = None
     format: str = ""
+    source: Origin | None = None
 
 
 @dataclass(frozen=True)

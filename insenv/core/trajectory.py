@@ -1,0 +1,343 @@
+r"""The motion of a table behind a noisy reading of it: angle, rate and acceleration as a state.
+
+    x_{k+1} = F x_k + g eta_k,   eta_k ~ N(0, q_k)        x = (angle, rate, acceleration), per row
+    w_k     = H x_k + e_k,       e_k   ~ N(0, s^2)        w the reading: the angle, or the rate
+
+A rate that was measured is no input without errors. In the slope of a regression its noise stands twice: in y - u with
+one sign, in every curve of u with the other, and a derivative of u is mostly noise, which pulls a skew towards zero.
+Curves of u are therefore made of the smoothed state (Kalman filter, de Jong's smoother), whose error does not know the
+motion; y - u keeps the reading itself, with noise that is white from row to row and is fitted there.
+
+s is told by differences of the readings, in which no smooth motion is left, and one q for all rows by the likelihood. A
+table that holds its rate and then changes it has no one q: by
+expectation and maximisation each row then takes the mean square of eta over `NEAR` rows around it, so that dwells are
+averaged far and corners stay sharp.
+
+Source: J. Durbin and S. J. Koopman, Time Series Analysis by State Space Methods (2012), sections 4.4 to 4.5 and 7.3.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+#: Rows over which the mean square of what drives the motion is taken, and passes until it has settled.
+NEAR, PASSES = 16, 12
+#: Least of it, as a share of that of the whole run.
+LEAST = 1e-6
+#: Rows of a run, and rows that may be missing between them, up to which the motion is smoothed.
+MOST_ROWS, MOST_GAPS = 300_000, 0.5
+#: Share of the noise by which a reading may be off because its time is not even.
+UNEVEN = 0.5
+#: Share of the square sum of the acceleration from which on noise would bend what is fitted.
+MATTERS = 1e-3
+#: A spread of the reading in that of its noise, up to which the table stands.
+STILL = 1.5
+#: Differences from which the noise of a reading is told: no smooth motion is left in them.
+ORDER = 6
+#: Noise below this share of the largest value is rounding.
+ROUNDING = 1e-9
+_MEDIAN = 0.6745
+
+Of = Literal["angle", "rate"]
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """The motion of a table over a run.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n,)
+        Times [s], even unless the table stands; of a rate that covers its interval the ends of the intervals.
+    angle : ndarray, shape (n,)
+        Smoothed angle [rad], from zero where the rate was read.
+    noise : float
+        Standard deviation of a reading [rad] or [rad/s].
+    rate_sd : ndarray, shape (n,)
+        Of the smoothed rate [rad/s].
+    of : "angle" or "rate"
+        What was read.
+    still : bool
+        Whether the table cannot be told from one that stands.
+    """
+
+    t: Floats
+    angle: Floats
+    noise: float
+    rate_sd: Floats
+    of: Of
+    still: bool = False
+
+    @cached_property
+    def _curve(self) -> Any:
+        from scipy.interpolate import CubicSpline  # slow to import
+
+        return CubicSpline(self.t, self.angle)
+
+    @cached_property
+    def _slope(self) -> Any:
+        return self._curve.derivative()
+
+    def angle_at(self, t: Floats) -> Floats:
+        """Angle at times ``t`` [rad]; beyond the ends the table goes on evenly."""
+        inside = np.clip(t, self.t[0], self.t[-1])
+        return np.asarray(self._curve(inside) + (t - inside) * self._slope(inside))
+
+    def rate_at(self, t: Floats) -> Floats:
+        """Rate at times ``t`` [rad/s]."""
+        return np.asarray(self._slope(np.clip(t, self.t[0], self.t[-1])))
+
+
+def trajectory(t: Floats, dt: float, values: Floats, of: Of, over_interval: bool = False) -> Trajectory | None:
+    """The motion behind readings of it; None where they have no noise, or cannot be put on even times.
+
+    Parameters
+    ----------
+    t : ndarray, shape (rows,)
+        Times of the readings [s].
+    dt : float
+        Sampling period [s].
+    values : ndarray, shape (rows,)
+        [rad] or [rad/s]
+    of : "angle" or "rate"
+    over_interval : bool
+        Whether a rate is the mean over the interval that ends at its time.
+    """
+    noise = reading_noise(values)
+    if noise == 0 or len(t) < 4 * ORDER:
+        return None
+    if _stands(values, noise, of):
+        level = float(np.mean(values)) if of == "angle" else 0.0
+        return Trajectory(t, np.full(len(t), level), noise, np.zeros(len(t)), of, still=True)
+    index = np.rint((t - t[0]) / dt).astype(np.int64)
+    n = int(index[-1]) + 1
+    # A reading at another time than the even one is off by the change until then.
+    off = float(np.abs(t - t[0] - dt * index).max()) * float(np.abs(np.diff(values)).max()) / dt
+    uneven = off > UNEVEN * noise
+    if n > MOST_ROWS or n > (1 + MOST_GAPS) * len(t) or uneven or np.any(np.diff(index) <= 0):
+        return None
+    even = t[0] + dt * np.arange(n)
+    readings, known = np.zeros(n), np.zeros(n, bool)
+    readings[index], known[index] = values, True
+    states, variances = _smoothed(readings, known, noise, 3 if of == "angle" else 2)
+    if not _matters(states, noise, of):
+        return None
+    if of == "angle":
+        return Trajectory(even, states[:, 0], noise, np.sqrt(variances[:, 1]) / dt, of)
+    from scipy.interpolate import CubicSpline  # slow to import
+
+    rate, sd = states[:, 0], np.sqrt(variances[:, 0])
+    angle = np.cumsum(rate) * dt if over_interval else CubicSpline(even, rate).antiderivative()(even)
+    return Trajectory(even, angle, noise, sd, of)
+
+
+def _matters(states: Floats, noise: float, of: Of) -> bool:
+    """Whether the noise would be more than `MATTERS` of the square sum of the acceleration.
+
+    Where it is not, windows on the rate itself (`insenv.core.follow`) keep corners sharper.
+    """
+    rate = states[:, 1] if of == "angle" else states[:, 0]
+    moved = float(np.mean(np.diff(rate) ** 2))
+    return noise**2 * (6 if of == "angle" else 2) > MATTERS * moved
+
+
+def reading_noise(values: Floats) -> float:
+    """Standard deviation of the noise of a reading, from its differences; 0 where that is rounding of the numbers.
+
+    Of readings that repeat at times, as those of a coarse encoder do, it is at least that of their step.
+    """
+    if len(values) <= ORDER:
+        return 0.0
+    from scipy.special import comb  # slow to import
+
+    change = np.diff(values, ORDER) / np.sqrt(comb(2 * ORDER, ORDER))
+    noise = max(float(np.median(np.abs(change))) / _MEDIAN, _step(values) / np.sqrt(12))
+    return noise if noise > ROUNDING * float(np.abs(values).max()) else 0.0
+
+
+#: Share of rows that must change for the least change to be the step of the numbers, and share that must fit it.
+_CHANGING, _FITTING = 0.2, 0.95
+
+
+def _step(values: Floats) -> float:
+    """Step of the numbers that a reading takes; 0 where they take none.
+
+    Second differences are multiples of it too, and most of those of a table that turns evenly are zero.
+    """
+    change = np.abs(np.diff(values, 2))
+    size = float(change.max(initial=0.0))
+    moved = change[change > 1e-9 * max(size, 1e-300)]
+    if not size or len(moved) < _CHANGING * len(change):
+        return 0.0
+    step = float(moved.min())
+    off = np.abs(moved / step - np.rint(moved / step))
+    return step if float(np.mean(off < 0.05)) > _FITTING else 0.0
+
+
+def _stands(values: Floats, noise: float, of: Of) -> bool:
+    """Whether the reading of a table that stands would scatter like this."""
+    level = float(np.mean(values))
+    if of == "rate" and abs(level) > 5 * noise / np.sqrt(len(values)):
+        return False
+    half = len(values) // 2
+    apart = abs(float(np.mean(values[:half]) - np.mean(values[half:]))) if of == "angle" else 0.0
+    return float(np.std(values)) <= STILL * noise and apart <= max(noise, 5 * noise * np.sqrt(4 / len(values)))
+
+
+def _smoothed(values: Floats, known: NDArray[np.bool_], noise: float, size: int) -> tuple[Floats, Floats]:
+    """States per row and their variances, shape (n, size) each."""
+    from scipy.ndimage import uniform_filter1d  # slow to import
+    from scipy.optimize import minimize_scalar
+
+    filtered, smoother = _kernels()
+    n = len(values)
+    readings = values[known]
+    spread = [noise**2]
+    for order in range(1, size):
+        spread.append(9 * float(np.max(np.diff(readings, order) ** 2)) + noise**2)
+    first = np.zeros(size)
+    first[0] = readings[0]
+    start = np.diag([1e4 * spread[0], *spread[1:]])
+
+    def loss(log_ratio: float) -> float:
+        q = np.full(n, noise**2 * np.exp(log_ratio))
+        *_, total, log_size = filtered(values, known, first, start, noise**2, q)
+        return float(total + log_size)
+
+    tried = np.linspace(np.log(1e-14), np.log(1e4), 13)
+    middle = min(tried.tolist(), key=loss)
+    best = minimize_scalar(loss, bounds=(middle - 3.5, middle + 3.5), method="bounded", options={"xatol": 0.05})
+    q = np.full(n, noise**2 * np.exp(float(best.x)))
+    least = LEAST * q[0]
+    for _ in range(PASSES):
+        passed = filtered(values, known, first, start, noise**2, q)[:4]
+        driven = smoother(known, q, *passed)[2]
+        q = np.maximum(uniform_filter1d(driven, NEAR, mode="nearest"), least)
+    passed = filtered(values, known, first, start, noise**2, q)[:4]
+    states, variances, _ = smoother(known, q, *passed)
+    return states, np.maximum(variances, 0.0)
+
+
+def _filtered(values, known, first, start, variance, q):  # type: ignore[no-untyped-def]  # noqa: C901, PLR0912 -- compiled
+    """Kalman filter: predicted states and covariances, innovations and their variances; and the likelihood's parts."""
+    n, size = len(values), len(first)
+    states, covariances = np.empty((n, size)), np.empty((n, size, size))
+    innovations, spreads = np.zeros(n), np.ones(n)
+    x, p = first.copy(), start.copy()
+    total, log_size = 0.0, 0.0
+    gain, moved, carried = np.zeros(size), np.zeros((size, size)), np.zeros((size, size))
+    for k in range(n):
+        for i in range(size):
+            states[k, i] = x[i]
+            for j in range(size):
+                covariances[k, i, j] = moved[i, j] = p[i, j]
+        if known[k]:
+            f = p[0, 0] + variance
+            v = values[k] - x[0]
+            innovations[k], spreads[k] = v, f
+            if k >= size:
+                total += v * v / f
+                log_size += np.log(f)
+            for i in range(size):
+                gain[i] = p[i, 0] / f
+            for i in range(size):
+                x[i] += gain[i] * v
+            for i in range(size):
+                for j in range(size):
+                    moved[i, j] = p[i, j] - gain[i] * gain[j] * f
+        # x <- F x: each state goes on by those above it, 1, 1, 1/2.
+        if size == 3:
+            x[0] += x[1] + 0.5 * x[2]
+            x[1] += x[2]
+        else:
+            x[0] += x[1]
+        for j in range(size):
+            if size == 3:
+                carried[0, j] = moved[0, j] + moved[1, j] + 0.5 * moved[2, j]
+                carried[1, j] = moved[1, j] + moved[2, j]
+                carried[2, j] = moved[2, j]
+            else:
+                carried[0, j] = moved[0, j] + moved[1, j]
+                carried[1, j] = moved[1, j]
+        for i in range(size):
+            if size == 3:
+                p[i, 0] = carried[i, 0] + carried[i, 1] + 0.5 * carried[i, 2]
+                p[i, 1] = carried[i, 1] + carried[i, 2]
+                p[i, 2] = carried[i, 2]
+            else:
+                p[i, 0] = carried[i, 0] + carried[i, 1]
+                p[i, 1] = carried[i, 1]
+        p[size - 1, size - 1] += q[k]
+        for i in range(size):
+            for j in range(i):
+                p[i, j] = p[j, i] = 0.5 * (p[i, j] + p[j, i])
+    return states, covariances, innovations, spreads, total, log_size
+
+
+def _smoother(known, q, states, covariances, innovations, spreads):  # type: ignore[no-untyped-def]  # noqa: C901, PLR0912 -- compiled
+    """De Jong's smoother: states, their variances, and the mean square of what drove each step."""
+    n, size = states.shape
+    smooth, var = np.empty((n, size)), np.empty((n, size))
+    driven = np.empty(n)
+    r, big = np.zeros(size), np.zeros((size, size))
+    step, back = np.zeros((size, size)), np.zeros((size, size))
+    gain, new, half = np.zeros(size), np.zeros(size), np.zeros((size, size))
+    for i in range(size):
+        step[i, i] = 1.0
+        if i + 1 < size:
+            step[i, i + 1] = 1.0
+        if i + 2 < size:
+            step[i, i + 2] = 0.5
+    last = size - 1
+    for k in range(n - 1, -1, -1):
+        eta = q[k] * r[last]
+        driven[k] = eta * eta + max(q[k] - q[k] * q[k] * big[last, last], 0.0)
+        f, v, seen = spreads[k], innovations[k], 1.0 if known[k] else 0.0
+        for i in range(size):
+            gain[i] = 0.0
+            for j in range(size):
+                gain[i] += seen * step[i, j] * covariances[k, j, 0] / f
+        for i in range(size):
+            for j in range(size):
+                back[i, j] = step[i, j]
+            back[i, 0] -= gain[i]
+        for i in range(size):
+            new[i] = 0.0
+            for j in range(size):
+                new[i] += back[j, i] * r[j]
+                half[i, j] = 0.0
+                for m in range(size):
+                    half[i, j] += big[i, m] * back[m, j]
+        for i in range(size):
+            r[i] = new[i]
+            for j in range(size):
+                big[i, j] = 0.0
+                for m in range(size):
+                    big[i, j] += back[m, i] * half[m, j]
+        r[0] += seen * v / f
+        big[0, 0] += seen / f
+        for i in range(size):
+            smooth[k, i], var[k, i] = states[k, i], covariances[k, i, i]
+            for j in range(size):
+                smooth[k, i] += covariances[k, i, j] * r[j]
+                for m in range(size):
+                    var[k, i] -= covariances[k, i, j] * big[j, m] * covariances[k, m, i]
+    return smooth, var, driven
+
+
+@lru_cache
+def _kernels() -> tuple[Any, Any]:
+    """Filter and smoother, compiled."""
+    import numba  # here and not above: it costs more to import than the rest of the core
+
+    try:
+        return numba.njit(cache=True)(_filtered), numba.njit(cache=True)(_smoother)
+    except RuntimeError:  # nowhere to keep what was compiled
+        return numba.njit(_filtered), numba.njit(_smoother)

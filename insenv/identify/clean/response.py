@@ -1,0 +1,286 @@
+r"""How an output follows the table: gain and lag, before anything relative to the input is looked for.
+
+    y = g u(t - tau_r) + b_r + noise
+
+A gain of -0.87 is an axis that points the other way with a scale of its own: no small error, and what multiplies the
+rate (a skew, a held output, an asymmetry) is a share of what the instrument makes of it, g u. g is one for all runs,
+the lag tau_r one for each: clocks are started anew. u is the motion behind the encoder's noise
+(`insenv.core.trajectory`), shifted exactly. Gauss and Newton from the lag at which y and u correlate most, with Tukey's
+weights: rows in which a table is on its way to a commanded rate are not to bend the gain.
+
+Nothing is taken out by this. Gains near one and lags beside an exact reference stay as they are: the search has effects
+for them. Source of the weights: P. J. Huber and E. M. Ronchetti, Robust Statistics (2009), section 4.8.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from insenv.core.exposure import Exposure, expose
+from insenv.core.motion import Motion
+from insenv.core.recording import Floats, Recording, Response
+from insenv.effects.timing import SampleHold, earlier
+from insenv.identify.problem import Model
+
+#: Departure of a gain from one up to which it is a small error, as any other.
+SMALL = 0.005
+#: Departure from which a scale factor that was not declared is none: no effect's.
+INCREDIBLE = 0.5
+#: Least change of a rate, as a share of it, beside which a gain is told from a bias.
+CHANGING = 0.01
+#: Standard deviations from which on a gain or a lag is told.
+TOLD = 4.0
+#: Longest lag [s], and rows of a run that are looked at.
+LONGEST, MOST_ROWS = 0.5, 40_000
+#: Passes, and the departure in robust deviations from which a row has no weight.
+PASSES, FAR = 8, 5.0
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Consecutive fitted cells of a run, one a row; ``cells`` is the whole run, and begins at ``first`` of it."""
+
+    run: int
+    exposure: Exposure
+    start: int
+    stop: int
+
+    @property
+    def y(self) -> Floats:
+        """The reading, shape (n,)."""
+        return self.exposure.y[self.start : self.stop]
+
+    @property
+    def known(self) -> Floats:
+        """Cells that hold a row, shape (n,)."""
+        return (self.exposure.count[self.start : self.stop] > 0).astype(float)
+
+    def input(self, lag: float) -> Floats:
+        """The input ``lag`` seconds earlier, shape (n,)."""
+        return self.whole(lag)[self.start : self.stop]
+
+    def whole(self, lag: float) -> Floats:
+        """The same of the whole run."""
+        return lagged(self.exposure, lag)
+
+    def held(self, lag: float, hold: float, phase: float) -> Floats:
+        """The input that a held output shows, shape (n,)."""
+        u = self.whole(lag)
+        return (u + held_part(self.exposure.motion, u, hold, phase))[self.start : self.stop]
+
+
+def lagged(exposure: Exposure, lag: float) -> Floats:
+    """Input of an exposure ``lag`` seconds earlier, shape (n,)."""
+    motion = exposure.motion
+    return exposure.u if not lag or motion.rate_edges is None else earlier(exposure.u, motion.rate_edges, motion, lag)
+
+
+def held_part(motion: Motion, u: Floats, hold: float, phase: float) -> Floats:
+    """What holding adds to ``u``, where a value was renewed ``phase`` seconds before the start of the run.
+
+    The value that is held at first is older than the data: it is read off the line through the first two.
+    """
+    later = replace(motion, t=motion.t + phase)
+    hold = max(hold, motion.dt)
+    age = np.floor((float(later.t[0]) % hold) / motion.dt + 0.5 - 1e-6)
+    first = u[0] - age * (u[1] - u[0])
+    return SampleHold().apply(u, later, np.array([1.0, hold]), first)[0]
+
+
+def stretch(recording: Recording, target: str, run: int, span: slice) -> Stretch | None:
+    """The liveliest cells of a fitted span; None where the table does not change its rate."""
+    exposure = expose(recording, target)
+    cells = exposure.cell_of_row[span]
+    cells = cells[cells >= 0]
+    if len(cells) < 64:
+        return None
+    start, stop = int(cells[0]), int(cells[-1]) + 1
+    if stop - start > MOST_ROWS:
+        moved = np.concatenate([[0.0], np.cumsum(np.diff(exposure.u[start:stop]) ** 2)])
+        start += int(np.argmax(moved[MOST_ROWS - 1 :] - moved[: -(MOST_ROWS - 1)]))
+        stop = start + MOST_ROWS
+    u = exposure.u[start:stop]
+    return Stretch(run, exposure, start, stop) if np.ptp(u) > CHANGING * np.abs(u).max() else None
+
+
+def responding(
+    recordings: tuple[Recording, ...], spans: tuple[slice, ...], target: str, model: Model
+) -> tuple[Recording, ...]:
+    """The recordings with the gain of ``target``, and its lag where the table's reading is noisy.
+
+    Parameters
+    ----------
+    recordings : tuple of Recording
+    spans : tuple of slice
+        Rows that are looked at in each, contiguous and fitted.
+    target : str
+    model : Model
+        Declared terms.
+    """
+    if not target.startswith("gyro"):
+        return recordings
+    parts = [s for i, (r, span) in enumerate(zip(recordings, spans, strict=True)) if (s := stretch(r, target, i, span))]
+    if not parts:
+        return recordings
+    noisy = {s.run for s in parts if (table := recordings[s.run].table) is not None and not table.still}
+    gain, sd, _ = fitted(parts, {s.run: 0.0 for s in parts}, lag_of=set())
+    if not noisy and not _other(gain, sd, model):
+        return recordings
+    lags = {s.run: _coarse(s) if s.run in noisy else 0.0 for s in parts}
+    gain, sd, lags = fitted(parts, lags, lag_of=noisy)
+    gain = gain if _other(gain, sd, model) else 1.0
+    return with_response(recordings, target, gain, lags)
+
+
+def with_response(
+    recordings: tuple[Recording, ...], target: str, gain: float, lags: dict[int, float]
+) -> tuple[Recording, ...]:
+    """The recordings with gain and lags said; of a run that tells none, the mean of the others' lags."""
+    usual = float(np.mean(list(lags.values()))) if lags else 0.0
+    return tuple(
+        replace(r, responses={**r.responses, target: Response(gain, lags.get(run, usual))})
+        for run, r in enumerate(recordings)
+    )
+
+
+def _other(gain: float, sd: float, model: Model) -> bool:
+    """Whether a gain is told and no small error."""
+    declared = any(term.effect.id == "scale_factor" for term in model)
+    return abs(gain - 1) > max(SMALL if declared else INCREDIBLE, TOLD * sd) and abs(gain) > TOLD * sd
+
+
+def _coarse(one: Stretch) -> float:
+    """The lag at which reading and input correlate most [s]."""
+    dt = one.exposure.motion.dt
+    u, y = one.input(0.0), one.y
+    u, y = (u - u.mean()) * one.known, (y - y.mean()) * one.known
+    n = 1 << (2 * len(u) - 1).bit_length()
+    both = np.fft.irfft(np.fft.rfft(y, n) * np.conj(np.fft.rfft(u, n)), n)
+    most = min(int(LONGEST / dt), len(u) // 4)
+    shifts = np.arange(-most, most + 1)
+    return float(shifts[np.argmax(np.abs(both[shifts]))] * dt)
+
+
+def fitted(
+    parts: list[Stretch],
+    lags: dict[int, float],
+    lag_of: set[int],
+    held: tuple[float, dict[int, float]] | None = None,
+) -> tuple[float, float, dict[int, float]]:
+    """Gain, its standard deviation, and the lags, those of the runs ``lag_of`` fitted.
+
+    ``held`` has a hold time and the phase of each run.
+    """
+    lags, weights, gain, sd = dict(lags), [s.known for s in parts], 1.0, np.inf
+    for _ in range(PASSES):
+        columns, readings = [], []
+        for k, s in enumerate(parts):
+            u = _seen(s, lags[s.run], held)
+            step = 0.1 * s.exposure.motion.dt
+            slope = (_seen(s, lags[s.run] + step, held) - _seen(s, lags[s.run] - step, held)) / (2 * step)
+            own = np.zeros((len(u), 1 + 2 * len(parts)))
+            own[:, 0], own[:, 1 + 2 * k] = u, 1.0
+            own[:, 2 + 2 * k] = slope if s.run in lag_of else 0.0
+            columns.append(own)
+            readings.append(s.y)
+        matrix, y, w = np.vstack(columns), np.concatenate(readings), np.concatenate(weights)
+        size = np.sqrt(np.sum(w[:, None] * matrix**2, axis=0))
+        size[size == 0] = 1.0
+        scaled = matrix / size * np.sqrt(w)[:, None]
+        theta = np.linalg.lstsq(scaled, y * np.sqrt(w), rcond=1e-10)[0]
+        left = y - (matrix / size) @ theta
+        gain = float(theta[0] / size[0])
+        spread = 1.4826 * float(np.median(np.abs(left[w > 0]))) if np.any(w > 0) else 0.0
+        sd = spread * float(np.sqrt(max(np.linalg.pinv(scaled.T @ scaled, hermitian=True)[0, 0], 0.0))) / size[0]
+        moved = 0.0
+        for k, s in enumerate(parts):
+            if s.run in lag_of and gain:
+                change = float(theta[2 + 2 * k] / size[2 + 2 * k]) / gain
+                change = float(np.clip(change, -5 * s.exposure.motion.dt, 5 * s.exposure.motion.dt))
+                lags[s.run] = float(np.clip(lags[s.run] + change, -2 * LONGEST, 2 * LONGEST))
+                moved = max(moved, abs(change) / s.exposure.motion.dt)
+        if spread:
+            share = np.clip(1 - (left / (FAR * spread)) ** 2, 0.0, None) ** 2
+            ends = np.cumsum([0, *(len(s.y) for s in parts)])
+            weights = [share[a:b] * s.known for s, a, b in zip(parts, ends[:-1], ends[1:], strict=True)]
+        if moved < 1e-4 and not spread:
+            break
+    return gain, sd, lags
+
+
+def _seen(one: Stretch, lag: float, held: tuple[float, dict[int, float]] | None) -> Floats:
+    return one.input(lag) if held is None else one.held(lag, held[0], held[1][one.run])
+
+
+@dataclass(frozen=True)
+class Held:
+    """A held output beside gain and lags: its share and the standard deviation of that, and the phase of each run."""
+
+    share: float
+    share_sd: float
+    phases: tuple[float, ...]
+
+
+def with_held(
+    recordings: tuple[Recording, ...], spans: tuple[slice, ...], target: str, hold: float, phases: tuple[float, ...]
+) -> tuple[tuple[Recording, ...], Held | None]:
+    """The recordings with lags that are told beside a hold, where the table's reading is noisy.
+
+    A held output is late by half of its hold time: without the hold beside it, that was in the lag.
+    """
+    parts = [s for i, (r, span) in enumerate(zip(recordings, spans, strict=True)) if (s := stretch(r, target, i, span))]
+    parts = [s for s in parts if (table := recordings[s.run].table) is not None and not table.still]
+    if not parts:
+        return recordings, None
+    found, lags = dict(enumerate(phases)), {}
+    for s in parts:
+        dt = s.exposure.motion.dt
+        start = s.exposure.motion.lag - 0.5 * (hold - dt)
+        tried = np.arange(round(hold / dt)) * dt if hold < MOST_PHASES * dt else np.array([found[s.run]])
+        misfits = [_misfit(s, start, hold, phase) for phase in tried.tolist()]
+        found[s.run] = float(tried[int(np.argmin(misfits))])
+        lags[s.run] = start
+    gain, _, lags = fitted(parts, lags, {s.run for s in parts}, (hold, found))
+    share, sd = _share(parts, lags, hold, found)
+    old = recordings[parts[0].run].responses.get(target, Response()).gain
+    gain = old * gain if old != 1.0 else 1.0
+    return with_response(recordings, target, gain, lags), Held(
+        share, sd, tuple(found[i] for i in range(len(recordings)))
+    )
+
+
+#: Rows of a hold up to which every phase is tried.
+MOST_PHASES = 64
+
+
+def _misfit(one: Stretch, lag: float, hold: float, phase: float) -> float:
+    """Square sum that is left of a run with its own gain, lag and level, at that phase."""
+    gain, _, lags = fitted([one], {one.run: lag}, {one.run}, (hold, {one.run: phase}))
+    left = one.y - gain * one.held(lags[one.run], hold, phase)
+    left = left - np.median(left)
+    return float(np.sum(np.minimum(left**2, (FAR * 1.4826 * np.median(np.abs(left))) ** 2)))
+
+
+def _share(parts: list[Stretch], lags: dict[int, float], hold: float, phases: dict[int, float]) -> tuple[float, float]:
+    """Share of the output that is held, of its gain, and its standard deviation: noise is held as well."""
+    total, weight = 0.0, 0.0
+    for s in parts:
+        motion, step = s.exposure.motion, 0.1 * s.exposure.motion.dt
+        lag = lags[s.run]
+        u = s.input(lag)
+        slope = (s.input(lag + step) - s.input(lag - step)) / (2 * step)
+        part = held_part(motion, s.whole(lag), hold, phases[s.run])[s.start : s.stop]
+        matrix = np.column_stack([u, part, slope, np.ones(len(u))])[s.known > 0]
+        size = np.linalg.norm(matrix, axis=0)
+        scaled = matrix / np.where(size > 0, size, 1.0)
+        y = s.y[s.known > 0]
+        theta = np.linalg.lstsq(scaled, y, rcond=1e-10)[0]
+        noise = float(np.mean((y - scaled @ theta) ** 2)) * max(hold / motion.dt, 1.0)
+        variance = noise * float(np.linalg.pinv(scaled.T @ scaled, hermitian=True)[1, 1]) / size[1] ** 2
+        gain = float(theta[0] / size[0])
+        if variance > 0 and gain:
+            own, own_variance = float(theta[1] / size[1]) / gain, variance / gain**2
+            total, weight = total + own / own_variance, weight + 1 / own_variance
+    return (total / weight, float(weight**-0.5)) if weight else (1.0, np.inf)
