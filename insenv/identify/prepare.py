@@ -42,6 +42,8 @@ CYCLES_PER_BIN = 8
 LEAST_LINE = 0.01
 #: Part of a row by which a hold time may be off a whole number of them; fitted bins that must be left of whole holds.
 WHOLE_ROWS, FEWEST_BINS = 1e-3, 200
+#: Share of the square sum of the acceleration below the frequency that the motion reaches.
+MOTION = 0.95
 
 
 @dataclass(frozen=True)
@@ -105,6 +107,8 @@ def prepare(
         rows = _whole_holds(manifest, measured, uses, held.hold, rows)
         plain = _problem(manifest, measured, uses, target, rows, reject_lines=False)
     lines = _lines(recordings, uses, plain, model) if tones else ()
+    if held.hold is not None:
+        lines = tuple(line for line in lines if not _of_hold(line, held.hold, plain))
     if not lines:
         free = plain if held.hold is None else _problem(manifest, recordings, uses, target, rows, reject_lines=False)
         return Prepared(plain, free, model, (), held, rejected)
@@ -385,6 +389,16 @@ def _lines(
         found += find_lines(t, recording.dt, values, step, run, 0.6 / problem.bins.width)
     noise = _bin_noise(problem)
     return tuple(x for x in found if _matters(x, problem.bins.width, noise))
+
+
+def _of_hold(line: Line, hold: Hold, problem: Problem) -> bool:
+    """Whether a line is what a hold leaves: a sideband of its renewals, no further off than the motion reaches."""
+    exposure = problem.exposures[line.run]
+    power = np.abs(np.fft.rfft(np.diff(exposure.u))) ** 2
+    share = np.cumsum(power) / max(float(power.sum()), 1e-300)
+    reach = float(np.searchsorted(share, MOTION)) / (len(exposure.u) - 1) / exposure.motion.dt
+    off = line.frequency * hold.hold
+    return abs(off - round(off)) / hold.hold <= 2 * reach and round(off) > 0
 
 
 def _matters(line: Line, width: float, noise: float) -> bool:
