@@ -97,6 +97,15 @@ def test_broken_rows_are_refused_and_left_out_where_told(tmp_path: Path) -> None
     np.testing.assert_allclose(found.t, np.delete(TABLE[:, 0], [7, 8, 30]), rtol=0, atol=1e-12)
 
 
+def test_rows_without_a_time_keep_their_places_where_some_are_left_out(tmp_path: Path) -> None:
+    lines = rows().splitlines()
+    lines[7] = lines[8] = ",,"
+    (tmp_path / "a.csv").write_text("t,w,f\n" + "\n".join(lines) + "\n")
+    timed = NAMED.replace('column = "t", unit = "s"', 'rate = "10 Hz"')
+    found = read(tmp_path, "a.csv", timed, more='[read]\nskip = 2\nincomplete = "leave out"\n')
+    np.testing.assert_allclose(found.t, np.delete(0.1 * np.arange(N - 2), [5, 6]), rtol=0, atol=1e-12)
+
+
 @pytest.mark.parametrize(("at", "which"), [(-889.0, "first"), (5000.0, "last")])
 def test_a_stray_row_is_left_out_and_said(tmp_path: Path, at: float, which: str) -> None:
     stray = np.array([[at, 0.0, 0.0]])

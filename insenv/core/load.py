@@ -222,7 +222,8 @@ def time(manifest: Manifest, run: RunSpec, table: Table, first: int = 0) -> Floa
             raise InputError(f"{manifest.path}: channels.time is missing; {run.file.name} has no time of its own")
         return table.t
     if spec.rate is not None or spec.column == "row":
-        return np.arange(first, first + len(table)) / (spec.rate or 1.0)
+        rows = np.arange(first, first + len(table)) if table.index is None else table.index
+        return rows / (spec.rate or 1.0)
     return _scaled(manifest, run, table, "time", "time")
 
 

@@ -130,7 +130,8 @@ def _part(table: Table, start: int, stop: int, columns: Sequence[Column]) -> Tab
     values = {c.channel: table.values[c.channel][start:stop] for c in columns if not c.label}
     labels = {c.channel: table.labels[c.channel][start:stop] for c in columns if c.label}
     t = None if table.t is None else table.t[start:stop]
-    return replace(table, values=values, labels=labels, t=t, place=lambda row: table.place(row + start))
+    index = None if table.index is None else table.index[start:stop]
+    return replace(table, values=values, labels=labels, t=t, index=index, place=lambda row: table.place(row + start))
 
 
 def _float64(path: Path, columns: Sequence[Column], width: int) -> Dealt | None:

@@ -82,7 +82,8 @@ def _chosen(path: Path, table: Table, columns: Sequence[Column], reading: Readin
         raise InputError(f"{path}: {found}; wanted at most {100 * MOST_INCOMPLETE:.0f} % of them incomplete")
     first = table.place(int(np.argmax(kept & ~whole))) if lost else ""
     noun = f"1 row lacks a value, {first}" if lost == 1 else f"{lost} rows lack a value, the first {first}"
-    taken = rows_of(table, np.flatnonzero(kept & whole))
+    rows = np.flatnonzero(kept & whole)
+    taken = replace(rows_of(table, rows), index=rows - reading.skip)
     return replace(taken, notes=(*table.notes, *((f"{noun}: left out",) if lost else ())))
 
 

@@ -56,6 +56,8 @@ class Table:
         Where the file says it was recorded.
     notes : tuple of str
         What was not read, in words.
+    index : ndarray of int, shape (n,), optional
+        Number of each row in the file, where some were left out: rows without a time of their own keep their places.
     """
 
     values: Mapping[str, Floats]
@@ -66,6 +68,7 @@ class Table:
     t: Floats | None = None
     site: Site | None = None
     notes: tuple[str, ...] = ()
+    index: NDArray[np.int64] | None = None
 
     def __len__(self) -> int:
         return max(map(len, (*self.values.values(), *self.labels.values())), default=0)
@@ -79,6 +82,7 @@ def rows_of(table: Table, kept: NDArray[np.int64]) -> Table:
         values={name: values[kept] for name, values in table.values.items()},
         labels={name: [labels[i] for i in kept.tolist()] for name, labels in table.labels.items()},
         t=None if table.t is None else table.t[kept],
+        index=None if table.index is None else table.index[kept],
         place=lambda i: place(int(kept[i])),
     )
 
