@@ -56,7 +56,7 @@ IDS = """
 bias bias_drift bias_warm_up bias_step bias_temperature bias_temperature_rate bias_thermal_lag scale_factor
 scale_factor_drift scale_factor_warm_up scale_factor_temperature scale_factor_asymmetry scale_factor_cubic
 scale_factor_anomaly lock_in lock_in_wander rate_lock sine_response compensation_ripple encoder_harmonic
-angle_locked_rate wobble earth_rate timing_skew sample_hold
+angle_locked_rate magnetic_field wobble earth_rate timing_skew sample_hold saturation
 g_sensitivity cross_axis tone base_tilt non_orthogonality misalignment accel_scale_factor accel_bias spline_time
 spline_temperature spline_rate spline_angle angle_random_walk bias_instability rate_random_walk quantization
 """

@@ -16,6 +16,9 @@ from insenv.effects.base import Effect
 from insenv.effects.catalogue import by_key, plug_in_of
 from insenv.identify.findings import Added, Covariance, Estimate, Findings, TargetFindings
 
+#: What was found and cannot be taken out of readings: beyond a rail nothing was read.
+LOST = ("saturation",)
+
 
 def calibration(found: Findings, manifest: Manifest) -> Calibration:
     """What was found, as an object that corrects recordings.
@@ -65,7 +68,7 @@ def _target(target: TargetFindings, found: Findings, bias: str | None) -> Target
         target=target.target,
         unit="m/s^2" if target.unit == "m/s^2" else "rad/s",
         verdict=target.verdict,
-        terms=[*terms, *(_added(added, joint) for added in target.added)],
+        terms=[*terms, *(_added(one, joint) for one in target.added if one.effect not in LOST)],
         covariance=joint.matrix.tolist(),
     )
 

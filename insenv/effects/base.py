@@ -96,6 +96,8 @@ class Effect(ABC):
         Whether it follows the time from the start of the run: on another run's clock it is another curve.
     local : bool
         Whether it is a fault near one rate, which the line through all rates leaves to the residual.
+    sudden : bool
+        Whether one single event looks like it: a jump of the noise, or something that settles.
     belongs : str
         Whose error it is: that of the "instrument"; that of the "reference", whose readings it tells how to correct;
         that of the "place" where the recording was made; or no error but a true "input".
@@ -116,6 +118,7 @@ class Effect(ABC):
     of_rate: ClassVar[bool] = False
     of_time: ClassVar[bool] = False
     local: ClassVar[bool] = False
+    sudden: ClassVar[bool] = False
     belongs: ClassVar[Belongs] = "instrument"
     becomes: ClassVar[tuple[str, ...]] = ()
     generic: ClassVar[bool] = False

@@ -67,6 +67,7 @@ class BiasWarmUp(CurveEffect):
     becomes = ("bias_drift", "bias_step")
     source = "IEEE Std 647-2006: warm-up; first-order heating of the sensor block"
     of_time = True
+    sudden = True
 
     def curve(self, u: Floats, motion: Motion, theta: Floats) -> Floats:
         """Exact mean of the exponential, shape (..., n)."""
@@ -87,6 +88,7 @@ class BiasStep(CurveEffect):
     shapes = (Param("t0", "s", sd=300.0),)
     source = "Offsets of a time series: Williams, J. Geodesy 76 (2003) 483"
     of_time = True
+    sudden = True
 
     def curve(self, u: Floats, motion: Motion, theta: Floats) -> Floats:
         """Share of each interval after t0, times c, shape (..., n)."""

@@ -16,6 +16,7 @@ from insenv.core.recording import Floats, Recording
 from insenv.core.spectrum import psd
 from insenv.effects.base import NoiseEffect
 from insenv.effects.noise import readings_density
+from insenv.identify.clean import systematic
 from insenv.identify.detectable import Sensitivity
 from insenv.identify.earth_findings import (
     EarthFindings,
@@ -43,7 +44,7 @@ from insenv.identify.findings import (
 )
 from insenv.identify.fit import Fit, solve
 from insenv.identify.heldout import Score, held_out_score, residual
-from insenv.identify.line_effects import hold_effect, line_effects
+from insenv.identify.line_effects import hold_effect, line_effects, saturation_effect
 from insenv.identify.lines import Line
 from insenv.identify.loop import Outcome
 from insenv.identify.next_experiment import Unsettled, next_experiments
@@ -58,6 +59,8 @@ from insenv.identify.unfinished import unfinished
 WANDER = 2.0
 #: Standard deviations by which a parameter must be beyond what is credible to be said so.
 SURE = 3.0
+#: Causes of rows that are left out which have a sentence of their own.
+TOLD = ("saturation", "burst")
 
 #: Fewest bins that have a spectrum.
 SHORTEST = 8
@@ -95,15 +98,19 @@ def _rejected_rows(track: Track) -> tuple[RejectedRows, ...]:
 
 
 def _outliers(track: Track, runs: tuple[Recording, ...]) -> str:
-    """Which rows were left out as outliers; empty if none."""
-    rejected = _rejected_rows(track)
+    """Which rows were left out as outliers; empty if none. Rows at a rail and in bursts are told elsewhere."""
+    rejected = [r for r in _rejected_rows(track) if r.cause not in TOLD]
     if not rejected:
         return ""
     of_run = (lambda r: f" of {runs[r.run].label}") if len(runs) > 1 else (lambda r: "")
-    places = [f"{r.start} to {r.stop - 1}{of_run(r)} ({r.reason})" for r in rejected[:5]]
+    places = [f"{_rows(r)}{of_run(r)} ({r.reason})" for r in rejected[:5]]
     where = ", ".join(places) + (f", and {len(rejected) - 5} more" if len(rejected) > 5 else "")
     count = sum(r.stop - r.start for r in rejected)
     return f"{track.problem.target}: {count} row{'s' * (count > 1)} left out as outliers: {where}"
+
+
+def _rows(one: RejectedRows) -> str:
+    return f"{one.start}" if one.stop - one.start == 1 else f"{one.start} to {one.stop - 1}"
 
 
 def _target(
@@ -113,7 +120,8 @@ def _target(
     before = solve(plain, track.prepared.model)
     declared_noise = dict(manifest.noise.get(problem.target, {}))
     left = structure(problem, track.fit, declared_noise, alpha)
-    left = replace(left, reasons=(*left.reasons, *unfinished(track)))
+    lost = systematic.said(recordings, problem.target, track.prepared.rejected)
+    left = replace(left, reasons=(*left.reasons, *unfinished(track), *lost))
     lines, hold = track.prepared.lines, track.prepared.held.hold
     earth = earth_findings(track, alpha)
     verdict = _verdict(track, lines, left, earth)
@@ -124,7 +132,7 @@ def _target(
     found = tuple(_added(track, index, step, own[step.hit.term]) for index, step in enumerate(track.steps))
     suspects = suspected(earth, scores[1])
     collinear = _collinear(track)
-    lost = _not_told_apart(track)
+    spanned = _not_told_apart(track)
     return TargetFindings(
         target=problem.target,
         unit=problem.unit,
@@ -132,13 +140,14 @@ def _target(
         reasons=(*left.reasons, *reasons(earth)),
         declared=manifest.model.declared,
         added=(
+            *_saturation(track, recordings, scores),
             *found,
             *((hold_effect(hold, *(score.rms for score in scores)),) if hold else ()),
             *(line_effects(lines, problem, _with_lines(track), scores[1].rms) if lines else ()),
             *suspects,
         ),
         rejected=_rejected(track, alpha),
-        not_testable=(*lost, *track.not_testable, *collinear),
+        not_testable=(*spanned, *track.not_testable, *collinear),
         held_out=HeldOut(scores[0].rms, scores[1].rms, scores[1].floor, problem.unit, problem.bins.width),
         estimates_before=with_vertical_rate(recordings, [e for rows in first.values() for e in rows]),
         estimates_after=with_vertical_rate(
@@ -176,6 +185,16 @@ def _incredible(problem: Problem, own: Mapping[Term, tuple[Estimate, ...]]) -> t
     return tuple(said)
 
 
+def _saturation(track: Track, recordings: tuple[Recording, ...], scores: tuple[Score, Score]) -> tuple[Added, ...]:
+    """Rails at which the target clips, and which rates of the table are lost by them."""
+    rails, target = track.prepared.rails, track.problem.target
+    if not rails:
+        return ()
+    rates = systematic.lost_rates(recordings, target, track.prepared.rejected, "saturation")
+    losses = f"nothing is known of {systematic.listed(rates, np.degrees)} deg/s" if rates else ""
+    return (saturation_effect(rails, track.problem, losses, *(score.rms for score in scores)),)
+
+
 def _wander(score: Score) -> tuple[str, ...]:
     """A word where held-out data are further off than the scatter of the fitted noise, though it foretells that."""
     if not score.rms > WANDER * score.floor > 0:
@@ -210,7 +229,7 @@ def _verdict(track: Track, lines: tuple[Line, ...], left: Structure, earth: Eart
     more = bool(left.reasons) or earth.departs
     if earth.suspects or any(r.rivals for r in track.rivalries) or (track.steps and track.instead):
         return "confounded"
-    if physical or lines or track.prepared.held.hold:
+    if physical or lines or track.prepared.held.hold or track.prepared.rails:
         return "effects-found-incomplete" if more else "effects-found"
     if track.steps:
         return "generic-only"

@@ -139,6 +139,20 @@ def gather(
     return Bins(width, tuple(weights), tuple(kept), tuple(blocks))
 
 
+def without(bins: Bins, gone: NDArray[np.bool_]) -> Bins:
+    """The bins without some of them; ``gone`` has shape (n,). Where they were, a block ends."""
+    held, run = bins.held_out, bins.run
+    weights, kept, blocks, offset = [], [], [], 0
+    for one, index in enumerate(bins.kept):
+        stay = ~gone[run == one]
+        use = np.where(held[run == one], _HELD_OUT, _FITTED)[stay]
+        weights.append(bins.weights[one][stay])
+        kept.append(index[stay])
+        blocks += _blocks(one, kept[-1], use, offset)
+        offset += len(kept[-1])
+    return Bins(bins.width, tuple(weights), tuple(kept), tuple(blocks))
+
+
 _UNUSED, _FITTED, _HELD_OUT = 0, 1, 2
 
 

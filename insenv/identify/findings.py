@@ -225,13 +225,19 @@ class TargetFindings:
 
 @dataclass(frozen=True)
 class RejectedRows:
-    """Rows ``[start, stop)`` of a run (counted from 0) whose ``target`` is no measurement, and why."""
+    """Rows ``[start, stop)`` of a run (counted from 0) whose ``target`` is no measurement, and why.
+
+    ``cause`` is one of "outlier", "stuck", "ramp", "motion", "saturation", "burst"; ``size`` how far a burst leaves the
+    level, or the value at which a channel clips (SI).
+    """
 
     target: str
     run: int
     start: int
     stop: int
     reason: str
+    cause: str = "outlier"
+    size: float | None = None
 
 
 @dataclass(frozen=True)

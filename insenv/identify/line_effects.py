@@ -1,4 +1,4 @@
-"""What was found in the samples themselves as found effects: lines above the bin rate, an output that is held.
+"""What was found in the samples themselves as found effects: lines, an output that is held, rails at which it clips.
 
 One entry per line, the runs in which it was seen together.
 """
@@ -9,10 +9,16 @@ import math
 
 import numpy as np
 
+from insenv.identify.clean.rails import Rail
 from insenv.identify.findings import Added, Estimate
 from insenv.identify.holds import Hold
 from insenv.identify.lines import SAME_LINE, Line
 from insenv.identify.problem import Problem
+
+#: To which share a rail is known at best: it is told by one value.
+KNOWN = 1e-4
+#: Lines of less than so many cycles in a bin are lines of the bins.
+IN_BINS = 0.5
 
 
 def line_effects(lines: tuple[Line, ...], problem: Problem, before: float, after: float) -> tuple[Added, ...]:
@@ -40,6 +46,41 @@ def hold_effect(hold: Hold, before: float, after: float) -> Added:
         held_out_before=before,
         held_out_after=after,
         remark="seen in the samples, from one to the next; subtracted",
+    )
+
+
+def saturation_effect(rails: tuple[Rail, ...], problem: Problem, losses: str, before: float, after: float) -> Added:
+    """A found ``saturation``: the range that is read; held-out errors with the clipped rows and without them.
+
+    ``losses`` says what is not known for it.
+    """
+    rows = sum(rail.rows for rail in rails)
+    repeats = max(*(rail.share for rail in rails), 1 / max(sum(len(e.cell_of_row) for e in problem.exposures), 1))
+    log_p = (rows - len(rails)) * math.log(min(repeats, 0.99))
+    ends = tuple(
+        Estimate(
+            "saturation",
+            "high" if rail.high else "low",
+            rail.value,
+            max(rail.step, KNOWN * abs(rail.value)),
+            problem.unit,
+        )
+        for rail in rails
+    )
+    value = " or the ".join("largest" if rail.high else "smallest" for rail in rails)
+    text = (
+        f"{rows} rows have exactly the {value} value, and more was to be read; they and what lies between are left out"
+    )
+    return Added(
+        effect="saturation",
+        order=None,
+        parameters=ends,
+        p_value=max(math.exp(max(log_p, -690.0)), 1e-300),
+        likelihood_ratio=-2 * max(log_p, -690.0),
+        confounded_with=(),
+        held_out_before=before,
+        held_out_after=after,
+        remark=f"{text}; {losses}" if losses else text,
     )
 
 
@@ -76,14 +117,16 @@ def _effect(group: tuple[Line, ...], problem: Problem, before: float, after: flo
         confounded_with=(),
         held_out_before=before,
         held_out_after=after,
-        remark=_remark(group),
+        remark=_remark(group, problem.bins.width),
         runs=tuple(sorted(line.run + 1 for line in group)),
     )
 
 
-def _remark(group: tuple[Line, ...]) -> str:
+def _remark(group: tuple[Line, ...], width: float) -> str:
     where = ", ".join(f"{x.frequency:.3f} Hz in run {x.run + 1}" for x in sorted(group, key=lambda x: x.run))
     what = f"{group[0].share:.1%} of the variance of the samples"
+    if all(line.frequency < IN_BINS / width for line in group):
+        return f"a line whose phase does not hold: {where}; {what}; damped in the bins to the noise beside it"
     if all(line.steady for line in group):
         return f"a steady line above the bin rate: {where}; {what}; subtracted"
     return f"a line above the bin rate whose frequency wanders: {where}; {what}; rejected by the weights of the bins"

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.fft import idct, next_fast_len, rfft, rfftfreq
-from scipy.ndimage import median_filter
+from scipy.ndimage import median_filter, uniform_filter1d
 from scipy.optimize import minimize_scalar
 
 from insenv.core.recording import Floats
@@ -27,8 +27,11 @@ MOST_LINES = 8
 EDGE = 4.0
 #: Two peaks closer than this are one line, whose frequency wanders [Hz].
 SAME_LINE = 0.3
-#: A line is steady if one sinusoid takes out more than this share of its power.
-STEADY = 0.9
+#: A line reaches as far from its peak as its power, smoothed over `SMOOTHED` of a hertz, is so many times the noise's;
+#: no further than a share of its frequency.
+LOUDER, SMOOTHED, WIDEST = 2.0, 0.1, 0.1
+#: A line is steady if one sinusoid takes out more than this share of its power, and is so many deviations tall.
+STEADY, LEAST_STEADY = 0.9, 4.0
 
 
 def strongest_tone(problem: Problem, fit: Fit) -> tuple[float, float]:
@@ -113,7 +116,7 @@ def find_lines(t: Floats, dt: float, values: Floats, quantum: float, run: int, l
     n = len(values)
     if n < 256:
         return ()
-    found = _periodogram(values, dt)
+    found = periodogram(values, dt)
     f = found.f
     # At half the sampling rate cosine and sine are one column: readings that alternate are no line with an amplitude.
     ratio = np.where((f > lowest) & (f < 0.5 / dt - EDGE / (n * dt)), found.power / found.background, 0)
@@ -124,15 +127,16 @@ def find_lines(t: Floats, dt: float, values: Floats, quantum: float, run: int, l
         peak = int(ratio.argmax())
         if ratio[peak] < threshold:
             break
-        line = _line(t, dt, left, found, peak, run)
-        ratio[np.abs(f - f[peak]) < SAME_LINE] = 0
+        low, high = _reach(found, peak, SAME_LINE / 2)
+        line = line_at(t, dt, left, found, peak, run, SAME_LINE / 2)
+        ratio[(f > low - SAME_LINE / 2) & (f < high + SAME_LINE / 2)] = 0
         if line.amplitude / (2 * np.pi * line.frequency) > 0.5 * quantum:
             lines.append(line)
     return tuple(sorted(lines, key=lambda line: -line.amplitude))
 
 
 @dataclass(frozen=True)
-class _Periodogram:
+class Periodogram:
     """Power with a Hann window in units of the variance of white samples, its background; frequencies [Hz]."""
 
     f: Floats
@@ -140,27 +144,47 @@ class _Periodogram:
     background: Floats
 
 
-def _periodogram(values: Floats, dt: float) -> _Periodogram:
+def periodogram(values: Floats, dt: float) -> Periodogram:
+    """Power and background of samples every ``dt`` seconds."""
     n = len(values)
     window = np.sin(np.pi * (np.arange(n) + 0.5) / n) ** 2
     size = next_fast_len(n)
     power = np.abs(rfft((values - values.mean()) * window, size)) ** 2 / np.sum(window**2)
     f = rfftfreq(size, dt)
-    return _Periodogram(f, power, _background(power, f))
+    return Periodogram(f, power, _background(power, f))
 
 
-def _line(t: Floats, dt: float, values: Floats, found: _Periodogram, peak: int, run: int) -> Line:
+def _reach(found: Periodogram, peak: int, half: float) -> tuple[float, float]:
+    """From where to where a line reaches [Hz]: ``half`` on both sides of its peak, and on while it is loud."""
+    f, step = found.f, float(found.f[1])
+    size = 2 * int(np.ceil(min(0.5 * SMOOTHED, 0.5 * half) / step)) + 1
+    most = int(np.ceil(max(half, WIDEST * f[peak]) / step))
+    least = int(np.ceil(half / step))
+    start, stop = max(0, peak - most - size), min(len(f), peak + most + size + 1)
+    loud = uniform_filter1d(found.power[start:stop] / found.background[start:stop], size) > LOUDER
+    ends = []
+    for way in (-1, 1):
+        at = least
+        while at < most and 0 <= peak + way * at - start < len(loud) and loud[peak + way * at - start]:
+            at += 1
+        ends.append(float(f[peak]) + way * at * step)
+    return ends[0], ends[1]
+
+
+def line_at(t: Floats, dt: float, values: Floats, found: Periodogram, peak: int, run: int, half: float) -> Line:
+    """The line at a ``peak`` of the periodogram of ``values``, which reaches at least ``half`` [Hz] on both sides."""
     f, power, background = found.f, found.power, found.background
     n = len(values)
-    band = np.abs(f - f[peak]) < SAME_LINE / 2
+    low, high = _reach(found, peak, half)
+    band = (f > low) & (f < high)
     excess = max(0.0, float(np.sum(power[band] - background[band]))) / len(f)
     p = min(1.0, float(np.exp(-min((power / background)[peak], 700.0)) * n / 2))
     amplitude_sd = float(np.sqrt(2 * background[peak] / n))
     frequency, c, s = _sinusoid(t, dt, values, float(f[peak]))
     steady_power = 0.5 * (c**2 + s**2)
     uncertain = 2 * float(background[peak]) * np.sqrt(band.sum()) / len(f)
-    if steady_power > STEADY * excess - uncertain:
-        amplitude = float(np.hypot(c, s))
+    amplitude = float(np.hypot(c, s))
+    if steady_power > STEADY * excess - uncertain and amplitude > LEAST_STEADY * amplitude_sd:
         frequency_sd = float(np.sqrt(6) * amplitude_sd / (np.pi * n * dt * amplitude))
         share = min(1.0, steady_power / float(np.var(values)))
         phase = float(np.arctan2(-s, c))

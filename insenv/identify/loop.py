@@ -19,11 +19,15 @@ from insenv.core.split import RowUse
 from insenv.effects.base import Effect
 from insenv.effects.catalogue import CATALOGUE
 from insenv.identify.candidates import candidates
+from insenv.identify.clean.settling import settled_by, without_start
+from insenv.identify.clean.wandering import lost, wanders, without_line
 from insenv.identify.earth_check import due_level
 from insenv.identify.evidence import log_tail
 from insenv.identify.excess import most_power, structure
 from insenv.identify.fit import solve
 from insenv.identify.heldout import MOST_GROWTH, confirms, held_out_score, rescored
+from insenv.identify.line_effects import IN_BINS
+from insenv.identify.lines import Line
 from insenv.identify.prepare import prepare
 from insenv.identify.problem import NOISE_TERMS, Term
 from insenv.identify.scan import Hit, likelihood_ratio, reference
@@ -39,6 +43,9 @@ LEAST_SUPPORT = 1.0
 
 #: Fits at most in which an effect that is linear only for small parameters comes to those that it has.
 MOST_PASSES = 6
+
+#: Lines that are damped in the bins of one target at most; beyond them what is left has a cause that is no line.
+MOST_DAMPED = 4
 
 #: P-value below which what is left is suspected to be more than the declared noise.
 SUSPECTED = 0.1
@@ -191,10 +198,11 @@ def _proposals(tracks: list[Track], alpha: float) -> list[_Proposal]:
     """Significant effects: the best one of each target, and those of one cause on several targets."""
     found: list[_Proposal] = []
     for index, track in enumerate(tracks):
-        for hit in () if _full(track) else track.hits or ():
-            if hit.log_p < math.log(alpha) and not _is_shared(hit) and not _refused(track, hit):
-                found.append(_Proposal((index,), (hit,), hit.p_value))
-                break
+        able = () if _full(track) else track.hits or ()
+        good = [h for h in able if h.log_p < math.log(alpha) and not _is_shared(h) and not _refused(track, h)]
+        # A line whose phase does not hold comes last: what shakes with the base may have a cause.
+        good.sort(key=lambda hit: _wander(track, hit) is not None)
+        found += [_Proposal((index,), (hit,), hit.p_value) for hit in good[:1]]
     for key in SHARED:
         where = tuple(i for i, t in enumerate(tracks) if _has(t, key) and not _full(t))
         if where:
@@ -203,6 +211,20 @@ def _proposals(tracks: list[Track], alpha: float) -> list[_Proposal]:
             if log_p < math.log(alpha):
                 found.append(_Proposal(where, hits, math.exp(log_p)))
     return found
+
+
+def _wander(track: Track, hit: Hit) -> Line | None:
+    """The line of a tone that is none, because its phase does not hold."""
+    if hit.candidate.effect.id != "tone" or _damped_so_far(track) >= MOST_DAMPED:
+        return None
+    found: Line | None = track.problem.remember(
+        ("wanders", hit.term, track.fit.model), lambda: wanders(track.problem, track.fit, hit.term.shape[0])
+    )
+    return found
+
+
+def _damped_so_far(track: Track) -> int:
+    return sum(line.frequency < IN_BINS / track.problem.bins.width for line in track.prepared.lines)
 
 
 def _full(track: Track) -> bool:
@@ -255,6 +277,12 @@ def _tried(track: Track, hit: Hit, proposal: _Proposal, names: tuple[str, ...], 
         refusal = Refusal(hit, "found on another target; nothing speaks for it on this one")
         return replace(track, refusals=(*track.refusals, refusal)), False
     problem = track.problem
+    wander = _wander(track, hit)
+    if wander is not None:
+        return _damped(track, wander, hit), True
+    until = settled_by(problem, hit.term)
+    if until is not None:
+        return _without_start(track, until, hit), True
     hit = _centred(track, hit)
     model = with_term(track.fit.model, hit.term)
     fit = solve(problem, model, start=track.fit.noise.power)
@@ -262,6 +290,10 @@ def _tried(track: Track, hit: Hit, proposal: _Proposal, names: tuple[str, ...], 
     confirmed = confirms(track.score, score, rescored(problem, track.fit, fit.noise.power))
     # Each of several effects may cost a little; together no more than one may.
     confirmed &= score.rms <= (1 + MOST_GROWTH) * min(s.rms for s in (track.score, *(s.before for s in track.steps)))
+    if not confirmed and hit.candidate.effect.id == "tone" and _damped_so_far(track) < MOST_DAMPED:
+        wander = lost(problem, track.fit, hit.term.shape[0])
+        if wander is not None:
+            return _damped(track, wander, hit), True
     if not confirmed:
         growth = score.rms / track.score.rms - 1
         reason = f"significant, but it makes held-out data worse, by {growth:.0%}"
@@ -270,6 +302,27 @@ def _tried(track: Track, hit: Hit, proposal: _Proposal, names: tuple[str, ...], 
     steps = (*(s for s in track.steps if s.hit.term in model), step)
     grown = replace(track, fit=fit, score=score, steps=steps, hits=None)
     return _pruned(grown, alpha), True
+
+
+def _damped(track: Track, wander: Line, hit: Hit) -> Track:
+    """The track with a line that wanders taken out of its bins, named among the lines."""
+    problem = without_line(track.problem, track.fit, wander)
+    line = replace(wander, p_value=hit.p_value)
+    prepared = replace(track.prepared, problem=problem, lines=(*track.prepared.lines, line))
+    fit = solve(problem, track.fit.model, start=track.fit.noise.power)
+    return replace(track, prepared=prepared, fit=fit, score=held_out_score(problem, fit), hits=None)
+
+
+def _without_start(track: Track, until: float, hit: Hit) -> Track:
+    """The track without the start of its run, in which something settled."""
+    fit = solve(track.problem, with_term(track.fit.model, hit.term), start=track.fit.noise.power)
+    own = fit.theta[fit.design.term == len(fit.model) - 1]
+    curve = track.problem.columns(hit.term)[[b.start for b in track.problem.fitted[:1]], 0]
+    last = track.problem.columns(hit.term)[track.problem.fitted[-1].stop - 1, 0]
+    problem, rows = without_start(track.problem, until, float((curve[0] - last) * own[0]) if len(own) else 0.0)
+    prepared = replace(track.prepared, problem=problem, rejected=(*track.prepared.rejected, rows))
+    fit = solve(problem, track.fit.model, start=track.fit.noise.power)
+    return replace(track, prepared=prepared, fit=fit, score=held_out_score(problem, fit), hits=None)
 
 
 def _centred(track: Track, hit: Hit) -> Hit:

@@ -3,7 +3,8 @@
 **Spikes.** Of the samples less the table's rate, and of their means over 8, 64, ... rows, one is an outlier if it lies
 on the same side of the medians of its neighbours before and after, by more than
 
-    8 s + r,        s the local robust deviation, r the range of the table's rate nearby
+    max(8 s, 5 s + q) + r,      s the local robust deviation, r the range of the table's rate nearby,
+                                q what rounding of the readings moves a row by
 
 A step, a ramp or a slow effect moves one side along; an error of timing, a lock-in, a fault around one rate are bounded
 by how much the rate changes there; a table's disturbance at one angle comes back with every turn and is kept.
@@ -27,6 +28,7 @@ from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d
 from insenv.core.exposure import table_rate_of_rows, table_share
 from insenv.core.recording import Floats, Recording
 from insenv.identify.bins import Block
+from insenv.identify.clean.rounding import rounding
 from insenv.identify.findings import RejectedRows
 from insenv.identify.problem import Problem
 from insenv.identify.ramps import approaching
@@ -35,6 +37,10 @@ Mask = NDArray[np.bool_]
 
 #: Robust standard deviations; a Gaussian bin is that far out with probability 1e-15.
 FAR = 8.0
+#: The same where rounding alone may have moved a row: of a rare step to the next number the deviation knows nothing.
+ROUNDED = 5.0
+#: Largest share of the table's rate that is rounding.
+ROUNDED_SHARE = 0.05
 #: Bins whose median a bin is compared with.
 NEIGHBOURS = 9
 #: Largest share that may be outliers: more of them are how the instrument is.
@@ -85,6 +91,7 @@ def without_outliers(
 def leaving_out(recording: Recording, target: str, mask: Mask) -> Recording:
     """The recording without some rows of ``target``; in its samples their neighbours' line stands for them."""
     channel, row = recording.channels[target], np.arange(len(recording))
+    mask = mask | recording.left_out.get(target, np.zeros(len(recording), bool))
     table = table_rate_of_rows(recording, target)
     follows = np.zeros(len(recording)) if table is None else table * table_share(recording, target)
     level = np.interp(row, row[~mask], (channel.values - follows)[~mask])
@@ -99,22 +106,40 @@ def _of_run(recording: Recording, target: str, run: int, longest: int) -> list[R
     table = table_rate_of_rows(recording, target)
     share = table_share(recording, target)
     u = np.zeros(len(y)) if table is None else table * share
-    stuck = _stuck(y, u)
-    found = [RejectedRows(target, run, a, b, f"{b - a} equal values") for a, b in _stretches(stuck)]
+    before = recording.left_out.get(target, np.zeros(len(y), bool))
+    stuck = _stuck(y, u) & ~before
+    found = [RejectedRows(target, run, a, b, f"{b - a} equal values", "stuck") for a, b in _stretches(stuck)]
     ramps = approaching(recording, target, run)
     found += ramps
     for ramp in ramps:
         stuck[ramp.start : ramp.stop] = True
-    spikes, sizes = _spikes(recording, y - u, u, stuck, longest)
+    coarse = _rounding(recording, target)
+    spikes, sizes = _spikes(recording, y - u, u, stuck, longest, coarse)
     if table is not None:
-        spikes |= _reference_spikes(y, u, sizes)
+        spikes |= _reference_spikes(y, u, sizes, coarse)
     if spikes.mean() > MOST or _at_one_angle(recording, spikes):
         return found
-    for a, b in _stretches(spikes & ~stuck):
+    for a, b in _stretches(spikes & ~stuck & ~before):
         size = min(float(sizes[a:b].max()), 999.0)
         more = "more than " if size == 999 else ""
         found.append(RejectedRows(target, run, a, b, f"{more}{size:.0f} robust deviations off its neighbours"))
     return sorted(found, key=lambda one: one.start)
+
+
+def _rounding(recording: Recording, target: str) -> float:
+    """What rounding of the reference alone may move one row of the target less the table's rate by.
+
+    Steps that are a good part of the rate itself are how the table moves.
+    """
+    if "table_angle" in recording.channels:
+        angle = recording.channels["table_angle"].values
+        step, most = rounding(angle) / recording.dt, float(np.abs(np.diff(angle)).max(initial=0.0)) / recording.dt
+    elif "table_rate" in recording.channels:
+        rate = recording.channels["table_rate"].values
+        step, most = rounding(rate), float(np.abs(rate).max(initial=0.0))
+    else:
+        return 0.0
+    return abs(table_share(recording, target)) * step if step < ROUNDED_SHARE * most else 0.0
 
 
 def _stretches(mask: Mask) -> Iterator[tuple[int, int]]:
@@ -122,7 +147,9 @@ def _stretches(mask: Mask) -> Iterator[tuple[int, int]]:
     yield from zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
 
 
-def _spikes(recording: Recording, x: Floats, u: Floats, stuck: Mask, longest: int) -> tuple[Mask, Floats]:
+def _spikes(
+    recording: Recording, x: Floats, u: Floats, stuck: Mask, longest: int, coarse: float
+) -> tuple[Mask, Floats]:
     """Outlying rows at every scale, and by how many deviations; rows that stick are not asked."""
     mask, sizes = np.zeros(len(x), bool), np.zeros(len(x))
     breaks = np.flatnonzero(np.diff(recording.t) > APART * recording.dt) + 1
@@ -131,7 +158,7 @@ def _spikes(recording: Recording, x: Floats, u: Floats, stuck: Mask, longest: in
         scale = 1
         while scale <= longest and len(rows) // scale >= 4 * NEIGHBOURS:
             kept = rows[: len(rows) // scale * scale].reshape(-1, scale)
-            far = _far(x[kept].mean(axis=1), u[kept].max(axis=1), u[kept].min(axis=1))
+            far = _far(x[kept].mean(axis=1), u[kept].max(axis=1), u[kept].min(axis=1), coarse / scale)
             hit = np.flatnonzero(far > 1)
             # Slower than rows a knock is not even: what is beside it on this scale belongs to it.
             mask[kept[hit]] = True
@@ -141,7 +168,7 @@ def _spikes(recording: Recording, x: Floats, u: Floats, stuck: Mask, longest: in
     return mask, sizes
 
 
-def _far(x: Floats, high: Floats, low: Floats) -> Floats:
+def _far(x: Floats, high: Floats, low: Floats, coarse: float) -> Floats:
     """Distance of each value from the medians before and after it, of what is allowed; 0 where they disagree."""
     half = NEIGHBOURS // 2
     reach = LONGEST + half
@@ -154,7 +181,8 @@ def _far(x: Floats, high: Floats, low: Floats) -> Floats:
     least = np.where(alike, np.minimum(np.minimum(np.abs(a), np.abs(b)), np.abs(c)), 0.0)
     width = 2 * (reach + half) + 1
     moved = maximum_filter1d(high, width) - minimum_filter1d(low, width)
-    allowed = FAR * _deviation(x - middle) + moved
+    noise = _deviation(x - middle)
+    allowed = np.maximum(FAR * noise, ROUNDED * noise + 1.1 * coarse) + moved
     return np.nan_to_num(least / np.where(allowed > 0, allowed, np.inf))
 
 
@@ -178,10 +206,10 @@ def _robust(size: Floats) -> Floats:
     return np.maximum(1.4826 * parted[:, middle], parted[:, high] / 1.645)
 
 
-def _reference_spikes(y: Floats, u: Floats, sizes: Floats) -> Mask:
+def _reference_spikes(y: Floats, u: Floats, sizes: Floats, coarse: float) -> Mask:
     """Rows in which the table's rate leaps away and back and the instrument has seen nothing of it: a wrong angle."""
     seen, level = (median_filter(x, size=NEIGHBOURS, mode="nearest") for x in (y, u))
-    away = _far(u, 0.3 * level, 0.3 * level)
+    away = _far(u, 0.3 * level, 0.3 * level, coarse)
     hit = (away > 1) & (np.abs(y - seen) < 0.3 * np.abs(u - level))
     sizes[hit] = np.maximum(sizes[hit], FAR * away[hit])
     return hit

@@ -16,13 +16,15 @@ from insenv.effects.base import CurveEffect, DrivenEffect, Effect, NoiseEffect
 from insenv.effects.catalogue import by_key
 from insenv.effects.timing import TimingSkew
 from insenv.identify.bins import gather
+from insenv.identify.clean.bursts import without_bursts
 from insenv.identify.clean.motion import at_rest
+from insenv.identify.clean.rails import Rail, find_rails, without_rails
 from insenv.identify.clean.response import responding, with_held
 from insenv.identify.findings import RejectedRows
 from insenv.identify.fit import solve
 from insenv.identify.holds import LEAST_SHARE, MOST_SHARE, WHOLE, Hold, Look, find_hold, without_hold
 from insenv.identify.lines import Line, find_lines, quantum
-from insenv.identify.outliers import outliers, without_outliers
+from insenv.identify.outliers import leaving_out, outliers, without_outliers
 from insenv.identify.problem import Model, Problem, Term, regressors
 from insenv.identify.triads import of_others, turns_left_out, without_turns
 
@@ -63,7 +65,9 @@ class Prepared:
     held : Look
         Whether the output is held; the bins that the search works on are free of that.
     rejected : tuple of RejectedRows
-        Outlying rows, which no bin holds.
+        Outlying rows, which no bin of ``problem`` holds.
+    rails : tuple of Rail
+        Values at which the target clips; ``plain`` has the rows at them.
     """
 
     plain: Problem
@@ -72,6 +76,7 @@ class Prepared:
     lines: tuple[Line, ...]
     held: Look = Look()
     rejected: tuple[RejectedRows, ...] = ()
+    rails: tuple[Rail, ...] = ()
 
 
 def prepare(
@@ -94,8 +99,8 @@ def prepare(
     uses, moving = at_rest(manifest, recordings, uses, target)
     rows = _rows_per_bin(manifest, recordings, uses)
     recordings = responding(recordings, _spans(recordings, uses), target, model)
-    recordings, outlying = without_outliers(recordings, target, rows)
-    rejected = (*moving, *outlying)
+    clean = _clean(recordings, target, rows, moving)
+    recordings, rejected = clean.recordings, clean.rejected
     plain = _problem(manifest, recordings, uses, target, rows, reject_lines=False)
     kept = without_turns(recordings, uses, plain, model)
     if kept is not uses:
@@ -111,7 +116,8 @@ def prepare(
         lines = tuple(line for line in lines if not _of_hold(line, held.hold, plain))
     if not lines:
         free = plain if held.hold is None else _problem(manifest, recordings, uses, target, rows, reject_lines=False)
-        return Prepared(plain, free, model, (), held, rejected)
+        plain = _clipping(manifest, clean, uses, target, rows, plain)
+        return Prepared(plain, free, model, (), held, rejected, clean.rails)
     wandering = [line.frequency for line in lines if not line.steady]
     if wandering and manifest.held_out.averaging is None:
         wide = int(np.ceil(CYCLES_PER_BIN / min(wandering) / recordings[0].dt))
@@ -124,7 +130,51 @@ def prepare(
         rejecting = _problem(manifest, freed, uses, target, rows, reject_lines=True)
         if _scatter(rejecting, model) < _scatter(problem, model):
             problem = rejecting
-    return Prepared(plain, problem, model, lines, held, rejected)
+    plain = _clipping(manifest, clean, uses, target, rows, plain)
+    return Prepared(plain, problem, model, lines, held, rejected, clean.rails)
+
+
+@dataclass(frozen=True)
+class _Clean:
+    """Recordings without rows that are no measurements; ``clipping`` ones still have those at the rails."""
+
+    recordings: tuple[Recording, ...]
+    clipping: tuple[Recording, ...]
+    rejected: tuple[RejectedRows, ...]
+    rails: tuple[Rail, ...]
+
+
+def _clean(recordings: tuple[Recording, ...], target: str, longest: int, moving: tuple[RejectedRows, ...]) -> _Clean:
+    rails = find_rails(recordings, target)
+    free, clipped = without_rails(recordings, target, rails)
+    free, outlying = without_outliers(free, target, longest)
+    free, events = without_bursts(free, target)
+    events = tuple(e for e in events if not any(_overlap(e, m) for m in moving))
+    others = (*moving, *outlying, *events)
+    clipping = tuple(_leaving_out(r, target, run, others) for run, r in enumerate(recordings)) if rails else free
+    return _Clean(free, clipping, (*clipped, *others), rails)
+
+
+def _overlap(one: RejectedRows, other: RejectedRows) -> bool:
+    return one.run == other.run and one.start < other.stop and other.start < one.stop
+
+
+def _leaving_out(recording: Recording, target: str, run: int, rejected: tuple[RejectedRows, ...]) -> Recording:
+    """The recording with rejected rows of this run left out."""
+    mask = np.zeros(len(recording), bool)
+    for one in rejected:
+        if one.run == run:
+            mask[one.start : one.stop] = True
+    return leaving_out(recording, target, mask) if mask.any() else recording
+
+
+def _clipping(
+    manifest: Manifest, clean: _Clean, uses: tuple[RowUse, ...], target: str, rows: int, plain: Problem
+) -> Problem:
+    """What the declared model is judged on: with the rows at a rail, which it takes for readings."""
+    if not clean.rails:
+        return plain
+    return _problem(manifest, clean.clipping, uses, target, rows, reject_lines=False)
 
 
 def _held(

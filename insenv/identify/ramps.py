@@ -60,7 +60,9 @@ def approaching(recording: Recording, target: str, run: int) -> tuple[RejectedRo
     if not found or np.median([one.between for one in found]) < LEAST_ROWS:
         return ()
     reason = "the table was still on its way to the commanded rate"
-    return tuple(RejectedRows(target, run, one.start, one.stop, reason) for one in found if one.stop > one.start)
+    return tuple(
+        RejectedRows(target, run, one.start, one.stop, reason, "ramp") for one in found if one.stop > one.start
+    )
 
 
 def _approach(left: Floats, u: Floats, start: int, end: int) -> _Approach | None:

@@ -158,16 +158,22 @@ def _for_fitted_noise(problem: Problem, fit: Fit, weights: Floats) -> Floats:
     return factors
 
 
+def _of_runs(problem: Problem, fit: Fit, index: int, k: int) -> Floats:
+    """Linear parameters of a term in each run, shape (runs, k); 0 for those that its data do not tell."""
+    term, runs = fit.model[index], len(problem.exposures)
+    names = [name for name, _, _ in problem.names(term)]
+    theta = np.zeros(len(names))
+    for j in np.flatnonzero(fit.design.term == index):
+        theta[names.index(fit.design.labels[j][1])] = fit.theta[j]
+    return theta.reshape(k, runs).T if term.per_run and runs > 1 else np.tile(theta, (runs, 1))
+
+
 def _slopes(problem: Problem, fit: Fit, index: int) -> _Slopes:
     term = fit.model[index]
     effect = term.effect
     assert isinstance(effect, CurveEffect)
     k = len(effect.linear)
-    own = fit.theta[fit.design.term == index]
-    if len(own) not in (k, k * len(problem.exposures)):
-        own = np.zeros(k)
-    runs = len(problem.exposures)
-    per_run = own.reshape(k, runs).T if term.per_run and runs > 1 and len(own) == k * runs else [own] * runs
+    per_run = _of_runs(problem, fit, index, k)
     cells = tuple(
         effect.jacobian(e.u, e.motion, np.concatenate([theta, term.shape]))[..., k:]
         for e, theta in zip(problem.exposures, per_run, strict=True)

@@ -34,6 +34,8 @@ def kinds(added: Iterable[Added]) -> list[tuple[Added, ...]]:
 
 def title(alike: Sequence[Added]) -> str:
     """Name in running text of effects that share a key."""
+    if alike[0].effect == "saturation":
+        return f"saturation at {_at([p for added in alike for p in added.parameters])}"
     parameter, one, several = _PLACED.get(alike[0].effect, ("", "", ""))
     places = [p for added in alike for p in added.parameters if p.parameter == parameter]
     if places and len(places) == len(alike):

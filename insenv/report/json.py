@@ -46,7 +46,14 @@ def to_json(findings: Findings) -> Block:
         "seed": findings.seed,
         "remarks": list(findings.remarks),
         "rows_rejected": [
-            {"run": r.run + 1, "target": r.target, "rows": [r.start, r.stop], "reason": r.reason}
+            {
+                "run": r.run + 1,
+                "target": r.target,
+                "rows": [r.start, r.stop],
+                "reason": r.reason,
+                "cause": r.cause,
+                "size": r.size,
+            }
             for r in findings.rows_rejected
         ],
         "common_mode": [{"channels": list(c.channels), "correlation": c.correlation} for c in findings.common_mode],

@@ -6,11 +6,23 @@ import math
 import re
 from itertools import groupby
 
-from insenv.identify.findings import Added, Findings, HeldOut, NotTestable, Rejected, TargetFindings
+from insenv.identify.findings import (
+    Added,
+    Findings,
+    HeldOut,
+    NotTestable,
+    Rejected,
+    RejectedRows,
+    TargetFindings,
+)
 from insenv.report.found import chances, listed
 from insenv.report.quantities import Unit, number, p_value, percent, span, unit_for
 from insenv.report.words import key_of, listing, name
 
+#: Share by which lines alone must lower the held-out error of means to be worth more than a word.
+_GAIN = 0.02
+#: Bursts that are told one by one.
+_BURSTS = 4
 #: Excess of the held-out error over the noise floor from which it is worth a sentence.
 _EXCESS = 1.05
 
@@ -19,6 +31,8 @@ def headline(target: TargetFindings, who: str = "") -> str:
     """The verdict on one target (or on ``who``, targets alike) in one or two plain sentences."""
     who = who or target.target
     found = listed(target.added)
+    if target.verdict == "effects-found" and lines_only(target):
+        return f"Nothing but {found} is missing from the declared model of {who}, and the means are as good without."
     return {
         "effects-found": f"The declared model of {who} lacked {found}.",
         "effects-found-incomplete": f"The declared model of {who} lacked {found}, and that is not all.",
@@ -46,7 +60,36 @@ def overall(findings: Findings) -> str:
     alike: dict[str, list[TargetFindings]] = {}
     for target in findings.targets:
         alike.setdefault(headline(target, "\0"), []).append(target)
-    return " ".join(headline(group[0], listing(t.target for t in group)) for group in alike.values())
+    verdicts = [headline(group[0], listing(t.target for t in group)) for group in alike.values()]
+    return " ".join([*verdicts, *bursts(findings)])
+
+
+def lines_only(target: TargetFindings) -> bool:
+    """Whether nothing but lines was found, and held-out means are no better for it."""
+    held_out = target.held_out
+    return all(a.effect == "tone" for a in target.added) and held_out.after > (1 - _GAIN) * held_out.before
+
+
+def bursts(findings: Findings) -> list[str]:
+    """What was left out as an event, on several channels together: rows and size."""
+    units = {target.target: target.unit for target in findings.targets}
+    events: list[list[RejectedRows]] = []
+    for one in sorted((r for r in findings.rows_rejected if r.cause == "burst"), key=lambda r: (r.run, r.start)):
+        last = events[-1] if events else []
+        if last and last[0].run == one.run and one.start < max(r.stop for r in last):
+            last.append(one)
+        else:
+            events.append([one])
+    said = []
+    for event in events[:_BURSTS]:
+        rows = f"rows {min(r.start for r in event)} to {max(r.stop for r in event) - 1}"
+        run = f" of run {event[0].run + 1}" if len(findings.runs) > 1 else ""
+        sizes = [f"{unit_for(units[r.target], r.size or 0.0).show(r.size or 0.0, 2)} on {r.target}" for r in event]
+        said.append(f"{event[0].reason} in {rows}{run} ({', '.join(dict.fromkeys(sizes))})")
+    if not said:
+        return []
+    more = f", and {len(events) - _BURSTS} more" if len(events) > _BURSTS else ""
+    return [f"Left out as events, not laws: {'; '.join(said)}{more}."]
 
 
 def cautions(findings: Findings) -> list[str]:

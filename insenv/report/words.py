@@ -67,6 +67,7 @@ EFFECTS: dict[str, tuple[str, str]] = {
     "earth_rate": ("Earth rate", "the Earth's rotation as the input axis sees it"),
     "timing_skew": ("timing skew", "gyro and reference are not sampled at the same time"),
     "sample_hold": ("sample and hold", "the output repeats its last value for a while"),
+    "saturation": ("saturation", "beyond a largest or smallest value nothing more is read"),
     "g_sensitivity": ("g-sensitivity", "the bias follows the specific force along an axis"),
     "cross_axis": ("cross-axis coupling", "the input axis sees a part of the rate about another axis"),
     "tone": ("tone", "a line at one frequency: dither, vibration, mains or a servo"),

@@ -65,7 +65,7 @@ def at_rest(
     if any(rows < LEAST_REST * of for rows, of in zip(rested, wanted, strict=True)):
         raise InputError(_restless(manifest, recordings, target, share))
     found = [
-        RejectedRows(target, run, a, b, REASON)
+        RejectedRows(target, run, a, b, REASON, "motion")
         for run, mask in enumerate(moving)
         for a, b in np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]]))).reshape(-1, 2).tolist()
     ]

@@ -1,0 +1,178 @@
+"""Rails: the largest or smallest value that a channel can read, at which it clips.
+
+At a rail many rows have exactly one and the same extreme value, many more than the values next to it (a tail of noise
+thins out), and what was to be read lies beyond it:
+
+* where the table's rate u is known, the line a + b u through the other rows is beyond the rail in the rows at it;
+* where it is not, the rows before and after a stretch at the rail head for values beyond it.
+
+A coarse reading that stands still at its highest dwell does neither. Rows at a rail are left out with what lies between
+them: where noise reaches the rail now and then, the mean of what is left below it would be too small.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insenv.core.exposure import table_rate_of_rows, table_share
+from insenv.core.recording import Floats, Recording
+from insenv.identify.clean.rounding import rounding
+from insenv.identify.findings import RejectedRows
+from insenv.identify.outliers import leaving_out
+
+Mask = NDArray[np.bool_]
+
+#: Fewest rows at a rail, and by how much more than at any of the values next to it.
+FEWEST, PILED = 8, 5.0
+#: Values next to the extreme one that are looked at, and values of which a channel must have more.
+BESIDE, DISTINCT = 5, 24
+#: What was to be read is beyond the rail by so many deviations, by so many steps of rounding, by this share of it.
+DEVIATIONS, STEPS, SHARE = 3.0, 3.0, 2e-3
+#: Share of the stretches at a rail whose neighbours head beyond it, and stretches that are looked at.
+HEADED, LOOKED = 0.5, 500
+#: Rows at most over which the approach to a rail is a line.
+LONGEST_APPROACH = 64
+#: Rows between two at the rail that belong to them if they leave it by less than a share of it; rows on both sides.
+BETWEEN, HARDLY, MARGIN = 32, 0.05, 2
+#: Largest share of the rows at a rail: a channel that reads little else is dead.
+MOST = 0.9
+
+
+@dataclass(frozen=True)
+class Rail:
+    """A value at which a target clips.
+
+    Attributes
+    ----------
+    value : float
+        [SI]
+    high : bool
+        Whether it is the largest value that the target reads, else the smallest.
+    step : float
+        To which readings are rounded.
+    rows : int
+        Rows that have exactly this value.
+    share : float
+        Share of the other rows that repeat the value before them.
+    """
+
+    value: float
+    high: bool
+    step: float
+    rows: int
+    share: float
+
+
+def find_rails(recordings: tuple[Recording, ...], target: str) -> tuple[Rail, ...]:
+    """Rails of ``target``: none, one or both."""
+    values = np.concatenate([r.channels[target].values for r in recordings])
+    found = [_rail(recordings, target, values, side) for side in (-1.0, 1.0)]
+    return tuple(rail for rail in found if rail is not None)
+
+
+def without_rails(
+    recordings: tuple[Recording, ...], target: str, rails: tuple[Rail, ...]
+) -> tuple[tuple[Recording, ...], tuple[RejectedRows, ...]]:
+    """The recordings with the rows at the rails left out, and those rows."""
+    cleaned, rejected = [], []
+    for run, recording in enumerate(recordings):
+        values = recording.channels[target].values
+        mask = np.zeros(len(values), bool)
+        for rail in rails:
+            near = _near(_at(values, rail.value), values, rail.value)
+            reason = f"reads its {'largest' if rail.high else 'smallest'} value"
+            rejected += [RejectedRows(target, run, a, b, reason, "saturation", rail.value) for a, b in _stretches(near)]
+            mask |= near
+        cleaned.append(leaving_out(recording, target, mask) if mask.any() and not mask.all() else recording)
+    return tuple(cleaned), tuple(rejected)
+
+
+def _at(values: Floats, value: float) -> Mask:
+    return np.asarray(np.abs(values - value) <= 16 * np.spacing(abs(value)))
+
+
+def _near(at: Mask, values: Floats, value: float, margin: int = MARGIN) -> Mask:
+    """Rows at a rail with those between them that hardly leave it, and ``margin`` on both sides."""
+    rows = np.flatnonzero(at)
+    near = at.copy()
+    for a, b in zip(rows[:-1], rows[1:], strict=True):
+        if 1 < b - a <= BETWEEN and np.abs(values[a + 1 : b] - value).max() < HARDLY * abs(value):
+            near[a:b] = True
+    for a, b in _stretches(near):
+        near[max(0, a - margin) : b + margin] = True
+    return near
+
+
+def _stretches(mask: Mask) -> list[tuple[int, int]]:
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+
+
+def _rail(recordings: tuple[Recording, ...], target: str, values: Floats, side: float) -> Rail | None:
+    value = float((side * values).max() * side)
+    at = _at(values, value)
+    rows = int(at.sum())
+    if not FEWEST <= rows <= MOST * len(values) or not _piled(values[~at], side, rows):
+        return None
+    step = max(rounding(r.channels[target].values) for r in recordings)
+    by_table = [_beyond_by_table(r, target, value, side, step) for r in recordings]
+    known = [one for one in by_table if one is not None]
+    beyond = any(known) if known else _heads_beyond(values, at, value, side, step)
+    if not beyond:
+        return None
+    other = np.diff(values)[~at[1:]]
+    return Rail(value, side > 0, step, rows, float(np.mean(other == 0)) if len(other) else 0.0)
+
+
+def _piled(others: Floats, side: float, rows: int) -> bool:
+    """Whether far more rows are at the rail than at any of the values next to it."""
+    distinct, count = np.unique(others, return_counts=True)
+    if len(distinct) < DISTINCT:
+        return False
+    beside = count[-BESIDE:] if side > 0 else count[:BESIDE]
+    return bool(rows > PILED * beside.max())
+
+
+def _beyond_by_table(recording: Recording, target: str, value: float, side: float, step: float) -> bool | None:
+    """Whether the table's rate asks for more than the rail where it is read; None where it does not tell."""
+    table = table_rate_of_rows(recording, target)
+    values = recording.channels[target].values
+    at = _at(values, value)
+    if table is None or abs(table_share(recording, target)) < 0.1 or not at.any() or at.sum() > len(at) - DISTINCT:
+        return None
+    u = table * table_share(recording, target)
+    # At the other end it may clip too.
+    free = ~_at(values, float(values.max())) & ~_at(values, float(values.min()))
+    if free.sum() < DISTINCT or np.ptp(u[free]) == 0:
+        return None
+    line = np.polynomial.Polynomial.fit(u[free], values[free], 1)
+    noise = 1.4826 * float(np.median(np.abs(values[free] - line(u[free]))))
+    more = float(np.median(side * (line(u[at]) - value)))
+    return more > max(DEVIATIONS * noise, STEPS * step, SHARE * abs(value))
+
+
+def _heads_beyond(values: Floats, at: Mask, value: float, side: float, step: float) -> bool:
+    """Whether the rows before and after the stretches at a rail head for values beyond it."""
+    near = _stretches(_near(at, values, value, 0))
+    headed = []
+    for a, b in near[:: max(1, len(near) // LOOKED)]:
+        count = int(np.clip((b - a) // 2, 2, LONGEST_APPROACH))
+        for rows in (np.arange(a - count, a), np.arange(b + count - 1, b - 1, -1)):
+            if rows.min() >= 0 and rows.max() < len(values) and not at[rows].any():
+                headed.append(_heads(side * (values[rows] - value), step))
+    return len(headed) > 1 and float(np.mean(headed)) >= HEADED
+
+
+def _heads(below: Floats, step: float) -> bool:
+    """Whether values that come to a rail at 0 go on beyond it, half as far as they are long."""
+    n = len(below)
+    x = np.arange(n) - 0.5 * (n - 1)
+    slope = float(x @ below / (x @ x))
+    left = below - below.mean() - slope * x
+    reach = 1.5 if n == 2 else n - 0.5
+    error = float(np.sqrt(left @ left / max(n - 2, 1) * (1 / n + reach**2 / (x @ x)))) if n > 2 else 0.0
+    ahead = float(below.mean()) + slope * reach
+    return ahead > max(STEPS * step, DEVIATIONS * error)

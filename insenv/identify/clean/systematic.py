@@ -1,0 +1,100 @@
+"""Rows that are left out systematically: all of one rate, one direction, one temperature.
+
+Rows lost here and there are an accident of the logging. Where most of a dwell is lost, the instrument has said nothing
+of it, and a model that fits the rest is no statement about it: that is a finding, with its cause.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insenv.core.exposure import table_rate_of_rows, table_share
+from insenv.core.recording import Floats, Recording
+from insenv.identify.findings import RejectedRows
+
+#: Classes of the table's rate over its range to either side; of the temperature.
+RATES, TEMPERATURES = 40, 10
+#: Share of a class that is lost, and share of all rows that a class has at least.
+LOST, LEAST = 0.5, 0.01
+#: Share of the largest rate below which a dwell that stands still is a dead band.
+DEAD = 0.25
+#: What an experimenter calls it.
+WORDS = {"stuck": "equal values", "outlier": "outliers", "saturation": "clipped"}
+
+
+def lost_rates(
+    recordings: tuple[Recording, ...], target: str, rejected: tuple[RejectedRows, ...], cause: str
+) -> tuple[float, ...]:
+    """Middle of each rate of the table [rad/s] of which most rows are left out for ``cause``."""
+    rates = [table_rate_of_rows(r, target) for r in recordings]
+    known = [(run, rate) for run, rate in enumerate(rates) if rate is not None]
+    if not known:
+        return ()
+    u = np.concatenate([rate * table_share(recordings[run], target) for run, rate in known])
+    mask = np.concatenate([_mask(len(rate), run, rejected, cause) for run, rate in known])
+    most = float(np.abs(u).max(initial=0.0))
+    if not most:
+        return ()
+    return tuple(_classes(u, np.rint(u / most * RATES).astype(int), mask))
+
+
+def lost_temperatures(
+    recordings: tuple[Recording, ...], target: str, rejected: tuple[RejectedRows, ...], cause: str
+) -> tuple[float, ...]:
+    """Middle of each temperature [K] at which most rows are left out for ``cause``."""
+    if not all("temperature" in r.channels for r in recordings):
+        return ()
+    kelvins = np.concatenate([r.channels["temperature"].values for r in recordings])
+    mask = np.concatenate([_mask(len(r), run, rejected, cause) for run, r in enumerate(recordings)])
+    span = float(np.ptp(kelvins))
+    if not span:
+        return ()
+    return tuple(_classes(kelvins, np.rint((kelvins - kelvins.min()) / span * TEMPERATURES).astype(int), mask))
+
+
+def said(recordings: tuple[Recording, ...], target: str, rejected: tuple[RejectedRows, ...]) -> tuple[str, ...]:
+    """Sentences about what is lost systematically for another cause than a rail, which is named by itself."""
+    found = []
+    for cause in ("stuck", "outlier"):
+        rates = lost_rates(recordings, target, rejected, cause)
+        if rates:
+            known = [r for r in (table_rate_of_rows(r, target) for r in recordings) if r is not None]
+            most = max(float(np.abs(r).max()) for r in known)
+            dead = cause == "stuck" and max(map(abs, rates)) < DEAD * most
+            where = f"{listed(rates, np.degrees)} deg/s"
+            what = "a dead band" if dead else "the readings stand still" if cause == "stuck" else "the readings leap"
+            found.append(
+                f"most rows at {where} are left out as {WORDS[cause]}: {what}, and nothing is known of that rate"
+            )
+        kelvins = lost_temperatures(recordings, target, rejected, cause)
+        if kelvins and not rates:
+            where = f"{listed(kelvins, lambda k: k - 273.15)} degC"
+            found.append(f"most rows at {where} are left out as {WORDS[cause]}: nothing is known of that temperature")
+    return tuple(found)
+
+
+def listed(values: tuple[float, ...], shown) -> str:  # type: ignore[no-untyped-def]
+    """Values in the unit that ``shown`` makes of them: "-35 and 35"."""
+    words = [f"{float(shown(v)):.3g}" for v in values]
+    return ", ".join(words[:-1]) + " and " + words[-1] if len(words) > 1 else words[0]
+
+
+def _mask(n: int, run: int, rejected: tuple[RejectedRows, ...], cause: str) -> NDArray[np.bool_]:
+    mask = np.zeros(n, bool)
+    for one in rejected:
+        if one.run == run and one.cause == cause:
+            mask[one.start : one.stop] = True
+    return mask
+
+
+def _classes(values: Floats, index: NDArray[np.int64], mask: NDArray[np.bool_]) -> Iterator[float]:
+    """Median of each class of which most is lost, unless most of all is."""
+    if mask.mean() > LOST:
+        return
+    for one in np.unique(index[mask]):
+        own = index == one
+        if own.sum() >= LEAST * len(own) and mask[own].mean() > LOST:
+            yield float(np.median(values[own & mask]))

@@ -1,0 +1,104 @@
+"""Rails: found where a channel clips and nowhere else, named, their rows left out, what is lost said."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from mems_bench import bench, clipped
+from simulated_runs import KINDS, closed, gyro_run
+
+from insenv.core.recording import Channel, Floats, Recording
+from insenv.identify.clean.rails import find_rails
+from insenv.report.json import to_json
+from insenv.report.text import summary
+
+SEEDS = range(4)
+
+
+def shaken(values: Floats) -> Recording:
+    t = np.linspace(0.0, 0.01 * (len(values) - 1), len(values))
+    return Recording(t, {"accel_x": Channel(values, "m/s^2")})
+
+
+def swing(amplitude: float, frequency: float, noise: float, seed: int = 0, n: int = 30_000) -> Floats:
+    t = 0.01 * np.arange(n)
+    return amplitude * np.sin(2 * np.pi * frequency * t) + noise * np.random.default_rng(seed).standard_normal(n)
+
+
+@pytest.mark.parametrize("frequency", [0.05, 1.0, 7.1])
+@pytest.mark.parametrize("step", [0.0, 0.01])
+@pytest.mark.parametrize("ends", ["both", "high"])
+def test_a_channel_that_clips_has_rails(frequency: float, step: float, ends: str) -> None:
+    values = np.clip(swing(12.0, frequency, 0.05), -10.0 if ends == "both" else -np.inf, 10.0)
+    values = np.round(values / step) * step if step else values
+    found = {rail.high: rail.value for rail in find_rails((shaken(values),), "accel_x")}
+    assert found == pytest.approx({True: 10.0, False: -10.0} if ends == "both" else {True: 10.0})
+
+
+@pytest.mark.parametrize("frequency", [0.05, 1.0, 7.1])
+@pytest.mark.parametrize("step", [0.0, 0.01, 0.2])
+def test_one_that_does_not_has_none(frequency: float, step: float) -> None:
+    values = swing(9.9, frequency, 0.1)
+    values = np.round(values / step) * step if step else values
+    assert find_rails((shaken(values),), "accel_x") == ()
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.1, 1.0])
+def test_a_coarse_reading_at_its_highest_rest_is_no_rail(noise: float) -> None:
+    """A triad that is turned by hand and lies still: thousands of equal values are gravity, not a rail."""
+    t = np.arange(30_000)
+    attitude = np.interp(t, [0, 8000, 8400, 16000, 16400, 30_000], [-1.0, -1.0, 0.2, 0.2, 1.0, 1.0])
+    smooth = np.sin(0.5 * np.pi * attitude) * 9.81 + noise * 0.02 * np.random.default_rng(1).standard_normal(len(t))
+    assert find_rails((shaken(np.round(smooth / 0.02) * 0.02),), "accel_x") == ()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("step", [0.0, 1e-2])
+def test_a_sound_run_has_none(kind: str, seed: int, step: float) -> None:
+    recording = gyro_run(kind, seed, duration=600.0).recording
+    if step:
+        coarse = np.round(recording.channels["gyro"].values / step) * step
+        recording = Recording(recording.t, {**recording.channels, "gyro": Channel(coarse, "rad/s", "interval")})
+    assert find_rails((recording,), "gyro") == ()
+
+
+def test_a_bench_at_rest_has_none() -> None:
+    assert all(find_rails((bench(duration=200.0),), name) == () for name in ("accel_x", "accel_z", "gyro_x"))
+
+
+@pytest.mark.parametrize(("seed", "limit"), [(1, 33.0), (2, 33.0)])
+def test_a_gyro_that_clips_on_a_table_is_told_so(seed: int, limit: float) -> None:
+    """The outermost dwells lie beyond the rail: they are lost, and the scale factor of the others is right."""
+    run = gyro_run("staircase", seed, duration=1200.0)
+    most = np.deg2rad(limit)
+    found = closed(clipped(run.recording, "gyro", -most, most))
+    target = found.targets[0]
+    assert (found.verdict, [a.effect for a in target.added]) == ("effects-found", ["saturation"])
+    assert {p.parameter: p.value for p in target.added[0].parameters} == pytest.approx({"high": most, "low": -most})
+    assert target.added[0].held_out_after < 0.01 * target.added[0].held_out_before
+    scale = next(e for e in target.estimates_after if e.effect == "scale_factor")
+    # Within five standard deviations: 2 cases, false alarm 1e-6.
+    assert abs(scale.value - run.own["scale_factor"]) < 5 * scale.sd
+    text = summary(found)
+    assert (
+        text.splitlines()[0] == f"The declared model of gyro lacked saturation at -{limit:.2f} and {limit:.2f} deg/s."
+    )
+    assert "nothing is known of" in text
+    causes = {row["cause"] for row in to_json(found)["rows_rejected"]}
+    assert causes == {"saturation"}
+
+
+def test_a_dwell_that_is_lost_is_a_finding() -> None:
+    """The readings stand still at one rate: their rows are left out, and the verdict is not that all is well."""
+    run = gyro_run("staircase", 4, duration=1200.0)
+    rate, gyro = run.recording.channels["table_rate"].values, run.recording.channels["gyro"]
+    fastest = np.flatnonzero(rate > 0.98 * rate.max())
+    values = gyro.values.copy()
+    for piece in np.split(fastest, np.flatnonzero(np.diff(fastest) > 1) + 1):
+        for part in np.array_split(piece[5:-5], 20):
+            values[part] = values[part[0]]
+    recording = Recording(run.recording.t, {**run.recording.channels, "gyro": Channel(values, "rad/s", "interval")})
+    found = closed(recording)
+    lost = any(row.cause == "stuck" for row in found.rows_rejected)
+    assert not lost or found.verdict != "nothing-significant"
