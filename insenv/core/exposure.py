@@ -46,7 +46,7 @@ STEADY = 1e-7
 #: A table has its commanded rate where it is off by so many times what it usually is (this quantile), or by so small a
 #: share of the largest rate; not where it is off by so large a share. It follows a command that it has this
 #: share of the time.
-USUAL, FAR_OFF, SAME_RATE, OTHER_RATE, FOLLOWED = 0.3, 12.0, 1e-3, 0.02, 0.3
+USUAL, FAR_OFF, SAME_RATE, OTHER_RATE, FOLLOWED = 0.3, 12.0, 1e-3, 0.02, 0.6
 #: Direction of "up" in the axis letters of `Mounting.axes`.
 _UP = {"U": 1.0, "D": -1.0}
 
