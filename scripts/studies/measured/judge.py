@@ -28,7 +28,7 @@ UNSIGNED = ("sample_hold", "timing_skew")
 WORDS = {
     "the unit moves": ("moves", "moved", "motion", "not at rest"),
     "no rests": ("no rest", "never at rest", "not at rest", "rests are", "rests to fit"),
-    "factor": ("factor of", "times", "check the unit", "range"),
+    "factor": ("factor of", "check the unit", "range setting"),
     "rests": ("rest",),
 }
 GENERIC = ("spline_time", "spline_rate", "spline_angle", "spline_temperature")
@@ -59,7 +59,8 @@ def judge(fact: Mapping[str, Any], groups: Mapping[str, Any], folder: Path) -> J
     faults += [f for row in _rows(fact, groups) for f in _off(row, report, verdicts)]
     said = "; ".join(_said(alike, listed, verdict) for listed, verdict, alike in _alike(names, verdicts))
     if not faults and fact.get("refusal") and not _told(fact, report):
-        return Judgement(name, "missed", said, f"not said: {fact['refusal']}")
+        quiet = any(verdict in SURE for verdict in verdicts.values())
+        return Judgement(name, "missed" if quiet else "honest", said, f"not said: {fact['refusal']}")
     if not faults:
         return Judgement(name, "right", said, "")
     kinds = Counter(kind for kind, _, _ in faults)
@@ -176,9 +177,10 @@ def _told(fact: Mapping[str, Any], report: Mapping[str, Any]) -> str:
     wanted = str(fact.get("refusal", ""))
     if not wanted:
         return ""
-    texts = [*report.get("remarks", ()), *report.get("reasons", ())]
-    cautions = report.get("cautions") or []
-    texts += [c for each in (cautions.values() if isinstance(cautions, dict) else [cautions]) for c in each]
+    texts = list(report.get("remarks", ()))
+    for key in ("reasons", "cautions"):
+        given = report.get(key) or []
+        texts += [c for each in (given.values() if isinstance(given, dict) else [given]) for c in each]
     for text in texts:
         if any(w in str(text).lower() for w in _words(wanted)):
             return str(text)[:120]
@@ -199,9 +201,18 @@ def _said(targets: list[str], listed: str, verdict: str) -> str:
 
 
 def all_of(facts: Path, folder: Path) -> list[tuple[Mapping[str, Any], Judgement]]:
-    """Facts and judgements of every recording of a half."""
+    """Facts and judgements of every recording of a half that was run."""
     told = tomllib.loads(facts.read_text(encoding="utf-8"))
-    return [(fact, judge(fact, told.get("groups", {}), folder)) for fact in told["recording"]]
+    run = [fact for fact in told["recording"] if _run(str(fact["manifest"]), folder)]
+    return [(fact, judge(fact, told.get("groups", {}), folder)) for fact in run]
+
+
+def _run(manifest: str, folder: Path) -> bool:
+    """Whether an answer is there: a report, a refusal or a crash."""
+    stem = folder / manifest.removesuffix(".toml").replace("/", "__")
+    errors = stem.with_suffix(".err")
+    told = errors.read_text(encoding="utf-8", errors="replace") if errors.exists() else ""
+    return stem.with_suffix(".json").exists() or "insenv:" in told or "Traceback" in told
 
 
 def main() -> None:

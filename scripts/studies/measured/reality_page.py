@@ -45,6 +45,10 @@ deviations; **honest** falls short and says so; **missed** is silent; **wrong, f
 a verdict that says that something is left; **wrong, stated** under one that holds no doubt; **refused** is an ordinary
 test that was not taken; **crashed** a traceback.
 
+The loop ran on each recording as it stood when its turn came; the benches of the closed half, and those of the other
+half that are counted under *now*, with the tables' mend. Two facts of the closed half were mended after it was opened,
+and say so. A recording without an answer yet is not counted.
+
 No public recording of a fibre-optic or ring-laser gyro on a rate table was found, and no thermal soak of hours.
 """
 
@@ -76,6 +80,8 @@ def _counts(halves: Sequence[tuple[str, Sequence[Path]]]) -> Iterator[str]:
             total = sum(count.values())
             good = count["right"] + count["honest"]
             when = "" if len(folders) == 1 else ", before" if k < len(folders) - 1 else ", now"
+            if not total:
+                continue
             cells = [str(count[w]) for w in WORDS]
             yield f"| {name}{when} | {total} | " + " | ".join(cells) + f" | {good} ({100 * good / total:.0f} %) |"
     yield ""
