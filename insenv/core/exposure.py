@@ -131,6 +131,7 @@ def expose(
         base_turned=recording.mounting.base_turned,
         gain=response.gain,
         lag=response.lag,
+        filtered=response.filtered,
     )
     return Exposure(y, count, cell_of_row, motion, table.rate * share + vertical)
 

@@ -53,6 +53,8 @@ class Motion:
         What the instrument makes of its input: -1 on an axis that is reversed. Rates are already multiplied by it.
     lag : float
         Seconds by which the output is nearly behind its input; effects of timing are exact there.
+    filtered : bool
+        Whether that lag is the one of a first-order filter before the reference, and no delay.
     step : float, optional
         Length of an interval where it is known [s]. The one that ``t`` says is rounded, and differs by that from chunk
         to chunk of a run.
@@ -71,6 +73,7 @@ class Motion:
     base_turned: float = 0.0
     gain: float = 1.0
     lag: float = 0.0
+    filtered: bool = False
     step: float | None = None
 
     @property

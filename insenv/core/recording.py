@@ -57,11 +57,13 @@ class Response:
     """How an output follows the table: ``gain`` times its rate, ``lag`` seconds behind what was logged of it.
 
     ``ahead`` rows before the first one the output was renewed: bins begin there, so that each holds whole renewals.
+    ``filtered``: the lag is no delay but that of a first-order filter, which also makes fast motion smaller.
     """
 
     gain: float = 1.0
     lag: float = 0.0
     ahead: int = 0
+    filtered: bool = False
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """Errors of timing.
 
-    timing_skew   -c du/dt        the reading is late (c > 0) or early by c seconds; about c0, c (u(t - c0) - u(t)) / c0
+    timing_skew   -c du/dt         the reading is late (c > 0) or early by c seconds; about c0, c (u(t - c0) - u) / c0,
+                                   but exactly -c du/dt where the reference comes through a first-order filter of -c
     sample_hold   c (held(u) - u)  the output repeats one value for a hold time
 
 ``held(u)`` is, on every interval, the input of the first interval whose middle lies in the same cell of one
@@ -58,7 +59,7 @@ class TimingSkew(LinearEffect):
         """Mean rate derivative, reversed, or the secant, shape (..., n, 1)."""
         edges = known(motion, "rate_edges", self.id)
         about = self.about or motion.lag
-        if not about:
+        if motion.filtered or not about:
             return columns(u, -interval_slope(edges, motion.dt))
         return columns(u, (earlier(u, edges, motion, about) - u) / about)
 

@@ -121,7 +121,10 @@ def aligned(recording: Recording, exposure: Exposure) -> Exposure:
     if table is None or table.still or motion.rate_edges is None:
         return exposure
     u = lagged(exposure, motion.lag)
-    edges = np.interp(motion.t - motion.lag, motion.t, motion.rate_edges)
+    if motion.filtered:
+        edges = motion.rate_edges - motion.lag * np.gradient(motion.rate_edges, motion.dt)
+    else:
+        edges = np.interp(motion.t - motion.lag, motion.t, motion.rate_edges)
     return replace(exposure, u=u, motion=replace(motion, rate=u, rate_edges=edges, lag=0.0))
 
 

@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from insenv.core.exposure import Exposure, expose
-from insenv.core.motion import Motion
+from insenv.core.motion import Motion, interval_slope
 from insenv.core.recording import Floats, Recording, Response
 from insenv.effects.timing import SampleHold, earlier
 from insenv.identify.problem import Model
@@ -34,6 +34,8 @@ CHANGING = 0.01
 TOLD = 4.0
 #: Longest lag [s], and rows of a run that are looked at.
 LONGEST, MOST_ROWS = 0.5, 40_000
+#: Logarithm of the likelihood ratio from which the lag is a filter's, and rows beside each other that count as one.
+DECISIVE, CORRELATED = 5.0, 3.0
 #: Passes, and the departure in robust deviations from which a row has no weight.
 PASSES, FAR = 8, 5.0
 
@@ -72,9 +74,13 @@ class Stretch:
 
 
 def lagged(exposure: Exposure, lag: float) -> Floats:
-    """Input of an exposure ``lag`` seconds earlier, shape (n,)."""
+    """Input of an exposure ``lag`` seconds earlier, or before a first-order filter of ``-lag``, shape (n,)."""
     motion = exposure.motion
-    return exposure.u if not lag or motion.rate_edges is None else earlier(exposure.u, motion.rate_edges, motion, lag)
+    if not lag or motion.rate_edges is None:
+        return exposure.u
+    if motion.filtered:
+        return np.asarray(exposure.u - lag * interval_slope(motion.rate_edges, motion.dt))
+    return earlier(exposure.u, motion.rate_edges, motion, lag)
 
 
 def held_part(motion: Motion, u: Floats, hold: float, phase: float) -> Floats:
@@ -129,20 +135,70 @@ def responding(
     if not noisy and not _other(gain, sd, model):
         return recordings
     lags = {s.run: _coarse(s) if s.run in noisy else 0.0 for s in parts}
-    gain, sd, lags = fitted(parts, lags, lag_of=noisy)
-    gain = gain if _other(gain, sd, model) else 1.0
-    return with_response(recordings, target, gain, lags)
+    found = likelier(parts, lags, noisy)
+    gain = found.gain if _other(found.gain, found.sd, model) else 1.0
+    return with_response(recordings, target, gain, found)
 
 
 def with_response(
-    recordings: tuple[Recording, ...], target: str, gain: float, lags: dict[int, float]
+    recordings: tuple[Recording, ...], target: str, gain: float, found: Followed
 ) -> tuple[Recording, ...]:
     """The recordings with gain and lags said; of a run that tells none, the mean of the others' lags."""
-    usual = float(np.mean(list(lags.values()))) if lags else 0.0
+    usual = float(np.mean(list(found.lags.values()))) if found.lags else 0.0
     return tuple(
-        replace(r, responses={**r.responses, target: Response(gain, lags.get(run, usual))})
+        replace(r, responses={**r.responses, target: Response(gain, found.lags.get(run, usual), 0, found.filtered)})
         for run, r in enumerate(recordings)
     )
+
+
+@dataclass(frozen=True)
+class Followed:
+    """Gain with its standard deviation, the lag of each run, and whether it is a filter's.
+
+    ``misfit`` is the mean square of what is left, beyond `FAR` robust deviations at that bound.
+    """
+
+    gain: float
+    sd: float
+    lags: dict[int, float]
+    filtered: bool
+    misfit: float
+
+
+def likelier(
+    parts: list[Stretch],
+    lags: dict[int, float],
+    lag_of: set[int],
+    held: tuple[float, dict[int, float]] | None = None,
+) -> Followed:
+    """The fit with lags that are delays, or that of a first-order filter of the reference where it is far likelier.
+
+    Both have the same parameters. An encoder's rate is often smoothed before it is logged: it is late, and the faster
+    the motion the smaller. Taken for a delay, that leaves a gain that grows with the rate of the motion.
+    """
+    renewed = 1.0 if held is None else max(held[0] / parts[0].exposure.motion.dt, 1.0)
+    rows = sum(float(s.known.sum()) for s in parts) / renewed / CORRELATED
+    delayed, filtered = (_followed(parts, lags, lag_of, held, form) for form in (False, True))
+    if not lag_of or any(lag > 0 for run, lag in filtered.lags.items() if run in lag_of):
+        return delayed  # a filter of the reference makes it late: the output leads
+    likelier_by = 0.5 * rows * np.log(max(delayed.misfit, 1e-300) / max(filtered.misfit, 1e-300))
+    return filtered if likelier_by > DECISIVE else delayed
+
+
+def _followed(
+    parts: list[Stretch],
+    lags: dict[int, float],
+    lag_of: set[int],
+    held: tuple[float, dict[int, float]] | None,
+    form: bool,
+) -> Followed:
+    own = [replace(s, exposure=replace(s.exposure, motion=replace(s.exposure.motion, filtered=form))) for s in parts]
+    gain, sd, found = fitted(own, lags, lag_of, held)
+    left = [s.y - gain * _seen(s, found[s.run], held) for s in own]
+    left = [(x - np.median(x[s.known > 0]))[s.known > 0] for x, s in zip(left, own, strict=True)]
+    together = np.concatenate(left)
+    bound = (FAR * 1.4826 * float(np.median(np.abs(together)))) ** 2
+    return Followed(gain, sd, found, form, float(np.mean(np.minimum(together**2, bound))))
 
 
 def _other(gain: float, sd: float, model: Model) -> bool:
@@ -242,11 +298,15 @@ def with_held(
         misfits = [_misfit(s, start, hold, phase) for phase in tried.tolist()]
         found[s.run] = float(tried[int(np.argmin(misfits))])
         lags[s.run] = start
-    gain, _, lags = fitted(parts, lags, {s.run for s in parts}, (hold, found))
-    share, sd = _share(parts, lags, hold, found)
+    follows = likelier(parts, lags, {s.run for s in parts}, (hold, found))
+    form = [
+        replace(s, exposure=replace(s.exposure, motion=replace(s.exposure.motion, filtered=follows.filtered)))
+        for s in parts
+    ]
+    share, sd = _share(form, follows.lags, hold, found)
     old = recordings[parts[0].run].responses.get(target, Response()).gain
-    gain = old * gain if old != 1.0 else 1.0
-    return with_response(recordings, target, gain, lags), Held(
+    gain = old * follows.gain if old != 1.0 else 1.0
+    return with_response(recordings, target, gain, follows), Held(
         share, sd, tuple(found[i] for i in range(len(recordings)))
     )
 
