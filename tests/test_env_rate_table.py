@@ -92,7 +92,7 @@ def test_gymnasium_has_nothing_at_all_to_say(name: str, estimator: str | None) -
 
 def test_every_packaged_scenario_is_played_or_at_rest() -> None:
     own = {name for name in names() if name.startswith("rate_table/")}
-    assert own == {*PLAYED, "rate_table/b215_static", "rate_table/kvh13_static"}
+    assert own == {*PLAYED, "rate_table/b215_static", "rate_table/kvh13_static", "rate_table/student"}
     assert load("rate_table/kvh13_static").duration == 27 * 3600
     for name in own - set(PLAYED):
         with pytest.raises(InputError, match=r"\[task\] is missing"):

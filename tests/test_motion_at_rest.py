@@ -55,3 +55,9 @@ def test_slow_and_small_departures_are_the_instruments(tmp_path: Path) -> None:
     found = closed(tmp_path, 20 + 2 * np.exp(-t / 60) + rng.normal(0, 0.05, N))
     assert not found.rows_rejected
     assert [one.effect for one in found.targets[0].added] == ["bias_warm_up"]
+
+
+def test_loud_noise_is_no_motion(tmp_path: Path) -> None:
+    """White noise of 60 deg/s at 50 Hz: means of a second scatter by 8.5 deg/s, beyond the limit of a quiet gyro."""
+    found = closed(tmp_path, np.random.default_rng(3).normal(0, 60, N))
+    assert not found.rows_rejected

@@ -16,7 +16,7 @@ from simulated_runs import closed
 from insenv.core.errors import InputError
 from insenv.core.exposure import expose
 from insenv.core.manifest import load_manifest
-from insenv.core.recording import Channel, Floats
+from insenv.core.recording import Channel, Floats, Recording
 from insenv.core.reference import found_source, sentences, with_reference
 from insenv.core.trajectory import reading_noise, trajectory
 from insenv.identify.findings import TargetFindings
@@ -124,3 +124,17 @@ def test_a_source_on_another_channel_is_refused(tmp_path: Path) -> None:
     )
     with pytest.raises(InputError, match=r"gyro.source has no meaning on this channel; it belongs to table_angle"):
         load_manifest(path)
+
+
+def test_stops_between_moves_stand_still() -> None:
+    """What the smoother leaves of an encoder's noise at a stop is no rate: lock-in, c / u, was named of it."""
+    t = np.arange(6000) * 0.1
+    rate = np.where((t // 30 % 2 == 1), 0.2, 0.0)
+    angle = np.cumsum(rate) * 0.1 + 1e-5 * np.random.default_rng(4).standard_normal(len(t))
+    gyro = rate + 1e-5 * np.random.default_rng(5).standard_normal(len(t))
+    channels = {"gyro": Channel(gyro, "rad/s", "interval"), "table_angle": Channel(angle, "rad")}
+    exposure = expose(with_reference(Recording(t, channels)), "gyro")
+    stopped = (t // 30 % 2 == 0)[1:] & ((t % 30 > 2) & (t % 30 < 28))[1:]
+    assert np.mean(exposure.u[: len(stopped)][stopped] == 0) > 0.98
+    moving = (t // 30 % 2 == 1)[1:] & ((t % 30 > 2) & (t % 30 < 28))[1:]
+    assert np.all(exposure.u[: len(moving)][moving] > 0.19)

@@ -29,6 +29,7 @@ from insenv.core.motion import Motion, interval_mean
 from insenv.core.recording import GAP, Channel, Floats, Recording, Response
 from insenv.core.reference import order, programme
 from insenv.core.smooth import smoothed
+from insenv.core.trajectory import Trajectory
 
 #: Which manifest channel would supply a field of `Motion`.
 CHANNEL_OF = {
@@ -170,7 +171,7 @@ class _Cells:
         assert angle is not None
         told = programme(self.recording)
         if behind is not None:
-            rate, at_edges = np.diff(behind.angle_at(self.edges)) / self._step, behind.rate_at(self.edges)
+            rate, at_edges = self._smoothed(behind)
         else:
             rate, at_edges = self._followed(names, reference, share, reading)
         if told is not None:
@@ -178,6 +179,13 @@ class _Cells:
         # The integral of a noisy rate wanders away from the angle.
         measured = names[0] == "table_rate" and behind is not None
         return _Table(reference, rate, at_edges, None if measured else angle(self.edges))
+
+    def _smoothed(self, behind: Trajectory) -> tuple[Floats, Floats]:
+        """The rate behind a noisy reading, over the cells and at the edges; zero where the table stops."""
+        rate, at_edges = np.diff(behind.angle_at(self.edges)) / self._step, behind.rate_at(self.edges)
+        stops = behind.stops(0.5 * (self.edges[1:] + self.edges[:-1]), rate)
+        inside = np.concatenate([stops[:1], stops[1:] & stops[:-1], stops[-1:]])
+        return np.where(stops, 0.0, rate), np.where(inside, 0.0, at_edges)
 
     @property
     def _step(self) -> float:

@@ -39,6 +39,8 @@ UNEVEN = 0.5
 MATTERS = 1e-3
 #: A spread of the reading in that of its noise, up to which the table stands.
 STILL = 1.5
+#: Deviations of a rate within which it may be zero, fewest means of a stop, and their root mean square of deviations.
+SLIGHT, STOP, NOISE_ALONE = 4.0, 12, 1.6
 #: Differences from which the noise of a reading is told: no smooth motion is left in them.
 ORDER = 6
 #: Noise below this share of the largest value is rounding.
@@ -93,6 +95,19 @@ class Trajectory:
     def rate_at(self, t: Floats) -> Floats:
         """Rate at times ``t`` [rad/s]."""
         return np.asarray(self._slope(np.clip(t, self.t[0], self.t[-1])))
+
+    def stops(self, t: Floats, rate: Floats) -> NDArray[np.bool_]:
+        """Where a mean ``rate`` around times ``t``, shape (n,), is nothing but noise for `STOP` of them and more.
+
+        What is left of the noise there is no motion: a curve of it would explain the very noise that stands in y - u.
+        A rate that only passes through zero is larger at both ends.
+        """
+        score = np.abs(rate) / np.maximum(np.interp(t, self.t, self.rate_sd), 1e-300)
+        found = np.zeros(len(t), bool)
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], (score < SLIGHT).astype(np.int8), [0]])))
+        for a, b in edges.reshape(-1, 2).tolist():
+            found[a:b] = b - a >= STOP and float(np.mean(score[a:b] ** 2)) < NOISE_ALONE**2
+        return found
 
 
 def trajectory(t: Floats, dt: float, values: Floats, of: Of, over_interval: bool = False) -> Trajectory | None:

@@ -25,6 +25,8 @@ from insenv.identify.clean.response import held_part, lagged
 from insenv.identify.outliers import leaving_out
 from insenv.identify.problem import Model, Problem, regressors
 
+#: Runs that are looked at, those that move most first.
+MOST_RUNS = 3
 #: Rows that are looked at: those with the most acceleration in a row.
 MOST_ROWS = 40000
 #: A false alarm in so many recordings is allowed.
@@ -69,7 +71,7 @@ class Look:
 
 
 def find_hold(recordings: tuple[Recording, ...], spans: tuple[slice, ...], problem: Problem, model: Model) -> Look:
-    """The hold of an output, from the stretch ``spans`` of the run that moves most.
+    """The hold of an output, from the stretch ``spans`` of the run that moves most of those that tell one.
 
     Parameters
     ----------
@@ -83,14 +85,16 @@ def find_hold(recordings: tuple[Recording, ...], spans: tuple[slice, ...], probl
     """
     if not any(np.ptp(e.u) for e in problem.exposures):
         return Look()
-    run = int(np.argmax([np.ptp(e.u) for e in problem.exposures]))
-    view = _view(recordings[run], spans[run], problem, run, model)
-    if view is None:
-        return Look()
-    look = _best(view)
-    if look.hold is None:
-        return look
-    return Look(_of_all_runs(look.hold, run, recordings, spans, problem, model))
+    looks = []
+    for run in np.argsort([-float(np.ptp(e.u)) for e in problem.exposures])[:MOST_RUNS].tolist():
+        view = _view(recordings[run], spans[run], problem, run, model)
+        if view is None:  # its fitted part may stand still
+            continue
+        look = _best(view)
+        if look.hold is not None:
+            return Look(_of_all_runs(look.hold, run, recordings, spans, problem, model))
+        looks.append(look)
+    return looks[0] if looks else Look()
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,8 @@ from insenv.identify.findings import RejectedRows
 TURNING, TIPPED = 5 * DEG, 1.5
 #: Robust deviations of the means at rest from which the beginning and the end of a turn are seen.
 SEEN = 4.5
+#: Deviations of a mean by the white noise of its samples that are no motion.
+NOISE = 6.0
 #: Length of the means [s], and of what is left out beside them.
 SECOND, BESIDE = 1.0, 2.0
 #: Fewest rows of a mean, so that noise is no motion.
@@ -102,6 +104,9 @@ def _departs(recording: Recording, name: str) -> NDArray[np.bool_]:
     starts = np.arange(0, len(values), rows)
     means = np.add.reduceat(values, starts) / np.diff(np.append(starts, len(values)))
     away = np.abs(means - np.median(values))
+    # White noise of the samples moves their means as well, and is no motion.
+    white = float(np.median(np.abs(np.diff(values)))) / 0.6745 / np.sqrt(2 * rows)
+    limit = max(limit, NOISE * white)
     # What has begun as a turn goes on until nothing of it is seen any more.
     moves = binary_propagation(away > limit, mask=away > SEEN * np.median(away))
     beside = int(np.ceil(BESIDE / recording.dt / rows))
