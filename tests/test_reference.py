@@ -128,7 +128,7 @@ def test_a_source_on_another_channel_is_refused(tmp_path: Path) -> None:
 
 def test_stops_between_moves_stand_still() -> None:
     """What the smoother leaves of an encoder's noise at a stop is no rate: lock-in, c / u, was named of it."""
-    t: Floats = np.arange(6000) * 0.1
+    t: Floats = np.linspace(0.0, 599.9, 6000)
     rate = np.where((t // 30 % 2 == 1), 0.2, 0.0)
     angle = np.cumsum(rate) * 0.1 + 1e-5 * np.random.default_rng(4).standard_normal(len(t))
     gyro = rate + 1e-5 * np.random.default_rng(5).standard_normal(len(t))
