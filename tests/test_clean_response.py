@@ -22,7 +22,7 @@ def bench(form: str, seed: int) -> Recording:
     """A reversed gyro beside an encoder's rate that is late by `LATE` in one of two ways."""
     rng = np.random.default_rng(seed)
     fine = DT / 20
-    t = np.arange(N * 20) * fine
+    t = np.linspace(0.0, (20 * N - 1) * fine, 20 * N)
     rate = sum(a * np.sin(2 * np.pi * f * t + p) for a, f, p in ((1.0, 0.2, 0.3), (0.8, 0.7, 1.0), (0.7, 2.0, 2.0)))
     if form == "filter":
         share = 1 - np.exp(-fine / LATE)
