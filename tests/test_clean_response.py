@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from insenv.core.recording import Channel, Recording, Response
+from insenv.core.recording import Channel, Floats, Recording, Response
 from insenv.core.reference import with_reference
 from insenv.identify.clean.response import responding
 
@@ -23,7 +23,8 @@ def bench(form: str, seed: int) -> Recording:
     rng = np.random.default_rng(seed)
     fine = DT / 20
     t = np.linspace(0.0, (20 * N - 1) * fine, 20 * N)
-    rate = sum(a * np.sin(2 * np.pi * f * t + p) for a, f, p in ((1.0, 0.2, 0.3), (0.8, 0.7, 1.0), (0.7, 2.0, 2.0)))
+    waves = ((1.0, 0.2, 0.3), (0.8, 0.7, 1.0), (0.7, 2.0, 2.0))
+    rate: Floats = np.sum([a * np.sin(2 * np.pi * f * t + p) for a, f, p in waves], axis=0)
     if form == "filter":
         share = 1 - np.exp(-fine / LATE)
         late = lfilter([share], [1, share - 1], rate)
