@@ -229,3 +229,19 @@ def test_the_profiles_are_what_they_are_called() -> None:
     assert len(np.unique(np.round(rates["staircase"], 9))) > 10
     for kind in ("reversal", "sine", "staircase"):
         assert rates[kind].min() < 0 < rates[kind].max()
+
+
+def test_a_run_that_stands_still_where_it_is_fitted_has_the_skew_of_the_others() -> None:
+    """The second run moves in its held-out part alone; of no skew there the whole of it would be left."""
+    t, rng, runs = edges(6000, 0.1)[1:], np.random.default_rng(6), []
+    rate, late = 0.3 * np.sin(0.5 * t), 0.3 * np.sin(0.5 * (t - 0.02))
+    for start in (0.0, 400.0):
+        y = np.where(t > start, late, 0.0) + 1e-5 * rng.standard_normal(len(t))
+        table = np.where(t > start, rate, 0.0)
+        channels = {"gyro": Channel(y, "rad/s", "interval"), "table_rate": Channel(table, "rad/s", "interval")}
+        runs.append(Recording(t, channels))
+    problem, model = problem_of(*runs, averaging=1.0)
+    fit = solve(problem, (*model, Term(by_key("timing_skew"), per_run=True)))
+    later = problem.bins.held_out & (problem.bins.run == 1) & (problem.bins.time > 410)
+    left = (problem.y - fit.predicted())[later]
+    assert np.std(left) < 0.05 * np.std(problem.y[later])

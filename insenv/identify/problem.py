@@ -36,6 +36,8 @@ _NUISANCE = -1
 
 #: Usual sizes of a parameter in the standard deviation of its prior.
 WIDE = 30.0
+#: Share of the largest run's power of a column, below which a run tells nothing of its parameter.
+UNTOLD = 1e-4
 #: A column whose part outside the span of the columns before it is a smaller share of it is not told from them.
 COLLINEAR = 1e-5
 
@@ -134,8 +136,24 @@ class Problem:
         binned = self.bins.mean(tuple(regressors(term.effect, e, term.shape) for e in self.exposures))
         if not term.per_run:
             return binned
-        of_run = self.bins.run[:, None] == np.arange(len(self.exposures))
+        of_run = (self.bins.run[:, None] == np.arange(len(self.exposures))).astype(float)
+        if term.effect.of_run:
+            of_run = self._shared(of_run, binned)
         return (binned[:, :, None] * of_run[:, None, :]).reshape(len(binned), -1)
+
+    def _shared(self, of_run: Floats, binned: Floats) -> Floats:
+        """Shares of each run's parameters in each bin; where the fitted ones tell nothing, the mean of the others'.
+
+        A table that stood still in them would else have no skew where it moves later, in data that are held out.
+        """
+        fitted = np.zeros(self.bins.n, bool)
+        for block in self.fitted:
+            fitted[block.start : block.stop] = True
+        power = of_run[fitted].T @ np.sum(binned[fitted] ** 2, axis=1)
+        tells = power > UNTOLD * power.max(initial=0.0)
+        if tells.all() or not tells.any():
+            return of_run
+        return np.where((of_run @ tells > 0)[:, None], of_run, tells / tells.sum())
 
     def names(self, term: Term) -> list[tuple[str, str, float]]:
         """Name, unit and prior standard deviation of each column of a term."""
