@@ -22,6 +22,8 @@ AVERAGING = 1.0
 INNER = (0.01, 0.99)
 #: What they cover at least where something moves: of specific forces [m/s^2], of rates [rad/s].
 LEAST = {"force": (0.1, "specific force", "m/s^2"), "cross_rate": (0.01, "rate about the other axes", "rad/s")}
+#: Deviations of a mean by the white noise of its bins that real motion covers: the quantiles of noise cover 4.7.
+BEYOND = 8.0
 #: Angle from which on a table turned [rad].
 TURNED = 0.01
 
@@ -45,6 +47,8 @@ def _covered(problem: Problem, cells: tuple[Floats, ...]) -> float:
     bins = problem.bins
     values, second = bins.mean(cells), np.floor(bins.time / AVERAGING)
     _, group = np.unique(np.column_stack([bins.run, second]), axis=0, return_inverse=True)
-    means = np.bincount(group.ravel(), values) / np.bincount(group.ravel())
-    low, high = np.quantile(means, INNER)
-    return float(high - low)
+    count = np.bincount(group.ravel())
+    low, high = np.quantile(np.bincount(group.ravel(), values) / count, INNER)
+    # Slow rows are averaged little: then the white noise of the channel covers much by itself.
+    white = float(np.median(np.abs(np.diff(values)))) / 0.6745 / np.sqrt(2 * np.median(count))
+    return float(high - low) if high - low > BEYOND * white else 0.0
