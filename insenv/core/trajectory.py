@@ -25,6 +25,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from insenv.core.stretches import stretches
+
 Floats = NDArray[np.float64]
 
 #: Rows over which the mean square of what drives the motion is taken, and passes until it has settled.
@@ -104,8 +106,7 @@ class Trajectory:
         """
         score = np.abs(rate) / np.maximum(np.interp(t, self.t, self.rate_sd), 1e-300)
         found = np.zeros(len(t), bool)
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], (score < SLIGHT).astype(np.int8), [0]])))
-        for a, b in edges.reshape(-1, 2).tolist():
+        for a, b in stretches(score < SLIGHT):
             found[a:b] = b - a >= STOP and float(np.mean(score[a:b] ** 2)) < NOISE_ALONE**2
         return found
 

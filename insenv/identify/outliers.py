@@ -18,7 +18,6 @@ Single bins of a recording at rest are judged once more by themselves (`outliers
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -27,6 +26,7 @@ from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d
 
 from insenv.core.exposure import table_rate_of_rows, table_share
 from insenv.core.recording import Floats, Recording
+from insenv.core.stretches import stretches
 from insenv.identify.bins import Block
 from insenv.identify.clean.rounding import rounding
 from insenv.identify.findings import RejectedRows
@@ -108,7 +108,7 @@ def _of_run(recording: Recording, target: str, run: int, longest: int) -> list[R
     u = np.zeros(len(y)) if table is None else table * share
     before = recording.left_out.get(target, np.zeros(len(y), bool))
     stuck = _stuck(y, u) & ~before
-    found = [RejectedRows(target, run, a, b, f"{b - a} equal values", "stuck") for a, b in _stretches(stuck)]
+    found = [RejectedRows(target, run, a, b, f"{b - a} equal values", "stuck") for a, b in stretches(stuck)]
     ramps = approaching(recording, target, run)
     found += ramps
     for ramp in ramps:
@@ -119,7 +119,7 @@ def _of_run(recording: Recording, target: str, run: int, longest: int) -> list[R
         spikes |= _reference_spikes(y, u, sizes, coarse)
     if spikes.mean() > MOST or _at_one_angle(recording, spikes):
         return found
-    for a, b in _stretches(spikes & ~stuck & ~before):
+    for a, b in stretches(spikes & ~stuck & ~before):
         size = min(float(sizes[a:b].max()), 999.0)
         more = "more than " if size == 999 else ""
         found.append(RejectedRows(target, run, a, b, f"{more}{size:.0f} robust deviations off its neighbours"))
@@ -140,11 +140,6 @@ def _rounding(recording: Recording, target: str) -> float:
     else:
         return 0.0
     return abs(table_share(recording, target)) * step if step < ROUNDED_SHARE * most else 0.0
-
-
-def _stretches(mask: Mask) -> Iterator[tuple[int, int]]:
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
-    yield from zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
 
 
 def _spikes(
@@ -220,7 +215,7 @@ def _at_one_angle(recording: Recording, spikes: Mask) -> bool:
     if "table_angle" not in recording.channels:
         return False
     angle = recording.channels["table_angle"].values
-    at = np.array([angle[a] for a, _ in _stretches(spikes)])
+    at = np.array([angle[a] for a, _ in stretches(spikes)])
     if len(at) < FEWEST_ANGLES or np.ptp(at) < 2 * np.pi * (FEWEST_ANGLES - 1):
         return False
     return bool(np.exp(-len(at) * np.abs(np.exp(1j * at).mean()) ** 2) < AT_ONE_ANGLE)
@@ -238,7 +233,7 @@ def _stuck(y: Floats, u: Floats) -> Mask:
         share = np.bincount(group, weights=same, minlength=RATE_GROUPS) / np.bincount(group, minlength=RATE_GROUPS)
         repeats = share[group]
     chance = np.concatenate([[0.0], np.cumsum(np.log(np.maximum(repeats, 1 / len(same))))])
-    for a, b in _stretches(same):
+    for a, b in stretches(same):
         equal = b - a + 1
         if equal >= FEWEST_EQUAL and chance[b] - chance[a] < np.log(STICKS_BY_CHANCE / len(y)):
             mask[a + 1 : b + 1] = True

@@ -23,6 +23,7 @@ from scipy.ndimage import maximum_filter1d, median_filter
 
 from insenv.core.exposure import expose
 from insenv.core.recording import Floats, Recording
+from insenv.core.stretches import stretches
 from insenv.identify.findings import RejectedRows
 from insenv.identify.outliers import leaving_out
 
@@ -95,9 +96,9 @@ def bursts(recording: Recording, target: str, run: int = 0) -> tuple[Burst, ...]
         if not hit[start:stop].any() and (name == target or _beside(away[target], start, stop)):
             hit[start:stop] = True
     values = median_filter(series[target][0], size=3, mode="nearest")
-    for a, b in _stretches(hit):
+    for a, b in stretches(hit):
         hit[slice(*_grown(values, a, b))] = True
-    found = tuple(_burst(values, a, b, run, per_mean, len(recording)) for a, b in _stretches(hit))
+    found = tuple(_burst(values, a, b, run, per_mean, len(recording)) for a, b in stretches(hit))
     return found if sum(one.stop - one.start for one in found) <= MOST * len(recording) else ()
 
 
@@ -137,11 +138,6 @@ def _alike(name: str, target: str) -> bool:
 
 def _beside(away: list[tuple[int, int, float]], start: int, stop: int) -> bool:
     return any(far >= BESIDE and a < stop and b > start for a, b, far in away)
-
-
-def _stretches(mask: Mask) -> list[tuple[int, int]]:
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
-    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
 def _series(recording: Recording, name: str, per_mean: int) -> tuple[Floats, Mask]:

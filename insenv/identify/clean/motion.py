@@ -19,6 +19,7 @@ from insenv.core.errors import InputError
 from insenv.core.manifest.spec import Manifest
 from insenv.core.recording import Recording
 from insenv.core.split import RowUse
+from insenv.core.stretches import stretches
 from insenv.core.units import DEG
 from insenv.identify.findings import RejectedRows
 
@@ -67,9 +68,7 @@ def at_rest(
     if any(rows < LEAST_REST * of for rows, of in zip(rested, wanted, strict=True)):
         raise InputError(_restless(manifest, recordings, target, share))
     found = [
-        RejectedRows(target, run, a, b, REASON, "motion")
-        for run, mask in enumerate(moving)
-        for a, b in np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]]))).reshape(-1, 2).tolist()
+        RejectedRows(target, run, a, b, REASON, "motion") for run, mask in enumerate(moving) for a, b in stretches(mask)
     ]
     return kept, tuple(found)
 

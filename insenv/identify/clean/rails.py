@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from insenv.core.exposure import table_rate_of_rows, table_share
 from insenv.core.recording import Floats, Recording
+from insenv.core.stretches import stretches
 from insenv.identify.clean.rounding import rounding
 from insenv.identify.findings import RejectedRows
 from insenv.identify.outliers import leaving_out
@@ -84,7 +85,7 @@ def without_rails(
         for rail in rails:
             near = _near(_at(values, rail.value), values, rail.value)
             reason = f"reads its {'largest' if rail.high else 'smallest'} value"
-            rejected += [RejectedRows(target, run, a, b, reason, "saturation", rail.value) for a, b in _stretches(near)]
+            rejected += [RejectedRows(target, run, a, b, reason, "saturation", rail.value) for a, b in stretches(near)]
             mask |= near
         cleaned.append(leaving_out(recording, target, mask) if mask.any() and not mask.all() else recording)
     return tuple(cleaned), tuple(rejected)
@@ -101,14 +102,9 @@ def _near(at: Mask, values: Floats, value: float, margin: int = MARGIN) -> Mask:
     for a, b in zip(rows[:-1], rows[1:], strict=True):
         if 1 < b - a <= BETWEEN and np.abs(values[a + 1 : b] - value).max() < HARDLY * abs(value):
             near[a:b] = True
-    for a, b in _stretches(near):
+    for a, b in stretches(near):
         near[max(0, a - margin) : b + margin] = True
     return near
-
-
-def _stretches(mask: Mask) -> list[tuple[int, int]]:
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
-    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
 def _rail(recordings: tuple[Recording, ...], target: str, values: Floats, side: float) -> Rail | None:
@@ -156,7 +152,7 @@ def _beyond_by_table(recording: Recording, target: str, value: float, side: floa
 
 def _heads_beyond(values: Floats, at: Mask, value: float, side: float, step: float) -> bool:
     """Whether the rows before and after the stretches at a rail head for values beyond it."""
-    near = _stretches(_near(at, values, value, 0))
+    near = stretches(_near(at, values, value, 0))
     headed = []
     for a, b in near[:: max(1, len(near) // LOOKED)]:
         count = int(np.clip((b - a) // 2, 2, LONGEST_APPROACH))
