@@ -32,10 +32,6 @@ CHANGES = {"task.step": "5 s", "instrument.sampling": "20 Hz"}
 FIRST = (0.0, -2.5, -3.5)
 
 
-#: The largest price of an error: stopping at once costs more than enough.
-DEAREST = 20.0
-
-
 class Belief:
     """The vector environment as flat observations and three actions; runs that end begin anew in the same step."""
 
@@ -51,8 +47,8 @@ class Belief:
         self.runs, self.seen = runs, learnt.begun((runs,))
         self.seconds = learnt.PIECE
         task: Any = getattr(self.env.unwrapped, "task")  # noqa: B009 - a vector environment of Gymnasium has none
-        (quantity,) = task.quantities
-        self.name, self.demanded = quantity.name, quantity.demanded
+        (self.quantity,) = task.quantities
+        self.judge = task.judge
 
     def reset(self, seed: int | None = None) -> Floats:
         """All runs at their start; what is shown, shape (runs, 6)."""
@@ -67,7 +63,7 @@ class Belief:
         self.seen = learnt.gone_on(learnt.asked(self.seen, chosen), observation["turning"][:, 0] > 0, self.seconds)
         last = now = self._shown(observation)
         if (ended := terminated | truncated).any():
-            reward = np.where(ended, reward + self._chance(observation["belief"], info), reward)
+            reward = np.where(ended, reward - self._chance(observation["belief"], info), reward)
             observation, _ = self.env.reset(options={"reset_mask": ended})
             new = learnt.begun((self.runs,))
             parts = ("rest", "turns", "turning")
@@ -76,10 +72,9 @@ class Belief:
         return now, np.asarray(reward, float), ended, last
 
     def _chance(self, belief: Floats, info: Any) -> Floats:
-        """By how much the price of the true error exceeds that of the expected one, shape (runs,)."""
-        error = belief[:, 0] - info["truth"][self.name]
-        expected = np.minimum((belief[:, 1] / self.demanded) ** 2, DEAREST)
-        return np.asarray((error / self.demanded) ** 2 - expected)
+        """By how much the verdict of the truth exceeds that of an error of one deviation, shape (runs,)."""
+        found = self.judge.verdict(belief[:, :1], belief[:, 1:], info["truth"])
+        return np.asarray(found + np.log1p((belief[:, 1] / self.quantity.demanded) ** 2))
 
     def _shown(self, observation: Any) -> Floats:
         seen = self.seen

@@ -5,11 +5,14 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from env_cases import ID, RATE, SHORT, made
+from env_cases import ID, RATE, SHORT, Sure, made
 
 from insenv.core.errors import InputError
+from insenv.core.estimate import Estimate
+from insenv.core.recording import Floats
 from insenv.envs.belief import Judge, Quantity
 from insenv.envs.north_finder import ANY_AZIMUTH, north_finder
+from insenv.envs.single import TaskEnv
 
 TURN, STOP, REST = np.array([RATE, 0.0]), np.array([0.0, 1.0]), np.array([0.0, 0.0])
 NORTH = ("correlation", "revolution", "north_gls")
@@ -29,7 +32,7 @@ def test_reward_is_information_less_the_cost_of_time() -> None:
 
 
 @pytest.mark.parametrize("early", [False, True])
-def test_the_true_error_is_paid_for_at_the_end(early: bool) -> None:
+def test_the_truth_is_told_by_the_last_reward_alone(early: bool) -> None:
     env = made("env_cases:Sure", **{"task.demanded": "20 deg"})
     env.reset(seed=1)
     for _ in range(5):
@@ -40,7 +43,63 @@ def test_the_true_error_is_paid_for_at_the_end(early: bool) -> None:
     assert (terminated, truncated) == (early, not early)
     error = wrapped(observation["belief"][0] - info["truth"]["azimuth"])
     gain = 0.0 if early else np.log(sd / observation["belief"][1]) - 1e-3
-    assert reward == pytest.approx(gain - (error / np.radians(20)) ** 2)
+    z2 = (error / observation["belief"][1]) ** 2
+    assert reward == pytest.approx(gain + 0.5 - 0.5 * min(z2, 100.0) - np.log1p((error / np.radians(20)) ** 2))
+
+
+class Boasts(Sure):
+    """Says before any data that it knows all."""
+
+    def estimate(self, state: Any) -> Estimate:
+        known = super().estimate(state)
+        share = np.where(state.samples > 0, 1.0, 1e-9)[..., None]
+        return Estimate(known.names, known.units, known.mean, known.cov * share[..., None] ** 2)
+
+
+@pytest.mark.parametrize("estimator", ["env_cases:Sure", "test_env_estimators:Boasts"])
+@pytest.mark.parametrize("steps", [0, 2, 6])
+def test_a_run_earns_the_score_of_its_last_belief_less_the_cost_of_its_time(estimator: str, steps: int) -> None:
+    env = made(estimator, **{"task.demanded": "20 deg", "task.cost": 0.25})
+    assert isinstance(env, TaskEnv) and env.task.judge is not None
+    env.reset(seed=1)
+    total = sum(float(env.step(TURN)[1]) for _ in range(steps))
+    if steps < 6:
+        total += float(env.step(STOP)[1])
+    judge, group = env.task.judge, env.group
+    score = judge.information(group.deviations) + judge.verdict(group.means, group.deviations, group.truth)
+    assert total == pytest.approx(float(score[0]) - 0.25 * steps)
+    # Bounded: an honest prior earns nothing in the mean, the worst lie no less than this.
+    assert score[0] >= 0.5 - 50.0 - np.log1p(81.0)
+
+
+def expected(shift: Floats, factor: Floats, demanded: float) -> Floats:
+    """Mean score of a belief that is ``shift`` deviations off and has ``factor`` times the true deviation 1e-3."""
+    quantity = Quantity("bias", 1.0, 1.0, 1e-3 * demanded)
+    judge = Judge("stated", None, (quantity,))  # type: ignore[arg-type]
+    # The true value is normal; its quantiles, with weight in the tails, integrate what the score makes of it.
+    x = np.linspace(-12.0, 12.0, 240_001)
+    weight = np.exp(-0.5 * x**2) / np.sum(np.exp(-0.5 * x**2))
+    found = np.empty(np.broadcast(shift, factor).shape)
+    for at, (b, f) in enumerate(np.broadcast(shift, factor)):
+        mean, sd = np.full((len(x), 1), 1e-3 * b), np.full((len(x), 1), 1e-3 * f)
+        score = judge.information(sd) + judge.verdict(mean, sd, {"bias": 1e-3 * x})
+        found.flat[at] = np.sum(weight * score)
+    return found
+
+
+@pytest.mark.parametrize("demanded", [0.1, 1.0, 100.0])
+def test_no_statement_pays_better_than_the_honest_one(demanded: float) -> None:
+    """A proper score: the limit on z^2 costs less than the digits of this sum."""
+    factors = np.concatenate([np.logspace(-9, 3, 61), 1.0 + np.array([-0.1, -0.03, -0.01, 0.01, 0.03, 0.1])])
+    honest = expected(np.zeros(1), np.ones(1), demanded)[0]
+    other = expected(np.zeros(len(factors)), factors, demanded)
+    assert np.all(other[np.abs(factors - 1.0) > 1e-6] < honest)
+    assert expected(np.zeros(1), np.array([1e-6]), demanded)[0] < honest - 30.0
+    # Near the honest deviation the loss is that of the logarithmic score, (f - 1)^2.
+    near = np.array([0.99, 1.01])
+    np.testing.assert_allclose(honest - expected(np.zeros(2), near, demanded), (near - 1.0) ** 2, rtol=0.05)
+    shifts = np.array([-3.0, -0.3, -0.03, 0.03, 0.3, 3.0])
+    assert np.all(expected(shifts, np.ones(6), demanded) < honest)
 
 
 def test_errors_are_wrapped_on_the_circle_alone() -> None:

@@ -153,8 +153,10 @@ def test_the_price_of_the_error_is_that_of_this_power_up() -> None:
     env.reset(seed=1)
     env.step(act(5.0))
     observation, reward, *_, info = env.step(act(5.0, 1.0))
-    error = (observation["belief"][0] - info["truth"]["scale_factor"]) / (10 * PPM)
-    assert reward == pytest.approx(-(error**2))
+    mean, sd = observation["belief"]
+    error = mean - info["truth"]["scale_factor"]
+    verdict = 0.5 - 0.5 * min((error / sd) ** 2, 100.0) - np.log1p((error / (10 * PPM)) ** 2)
+    assert reward == pytest.approx(verdict)
     again = made(estimator=SURE)
     again.reset(seed=1)
     *_, first = again.step(act(5.0))

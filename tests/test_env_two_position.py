@@ -141,8 +141,10 @@ def test_reward_is_the_information_won_less_the_true_error() -> None:
     before = seen["belief"][1]
     seen, reward, *_ = env.step(STAY)
     assert reward == pytest.approx(np.log(before / seen["belief"][1]))
-    mean = seen["belief"][0]
-    assert env.step(STOP)[1] == pytest.approx(-(((mean - info["truth"]["installation_angle"]) / ARCMIN) ** 2))
+    mean, sd = seen["belief"]
+    error = mean - info["truth"]["installation_angle"]
+    verdict = 0.5 - 0.5 * min((error / sd) ** 2, 100.0) - np.log1p((error / ARCMIN) ** 2)
+    assert env.step(STOP)[1] == pytest.approx(verdict)
 
 
 @pytest.mark.parametrize(

@@ -186,17 +186,17 @@ def test_weights_that_are_none_are_refused(scripts: None, tmp_path: Path) -> Non
 
 def test_runs_that_end_in_training_begin_anew_in_the_same_step(scripts: None) -> None:
     import learnt_policy as learnt
-    from train_policy import DEAREST, Belief
+    from train_policy import Belief
 
     belief = Belief(3, changes={"duration": "60 s", "profile": {"kind": "rest"}})
     first = belief.reset(0)
     assert first.shape == (3, learnt.SHOWN)
     now, reward, ended, last = belief.step(np.array([learnt.STAY, learnt.TURN, learnt.STOP]))
-    assert ended.tolist() == [False, False, True] and reward[2] == pytest.approx(-DEAREST)
+    assert ended.tolist() == [False, False, True] and reward[2] == pytest.approx(-np.log1p((30.0 / 0.65) ** 2))
     assert belief.seen.turning.tolist() == [0, 1, 0] and belief.seen.turns.tolist() == [0, 1, 0]
     assert belief.seen.rest.tolist() == [5, 0, 0]
     assert np.array_equal(now[:2], last[:2]) and np.array_equal(now[2], first[2])
     done: Any = ended
     for _ in range(11):
         _, reward, done, _ = belief.step(np.full(3, learnt.STAY))
-    assert done.tolist() == [True, True, False] and np.all(reward[:2] > -DEAREST)
+    assert done.tolist() == [True, True, False] and np.all(reward[:2] > reward[2])

@@ -1,8 +1,16 @@
-r"""What an estimator makes of a run, as an observation and as a reward.
+r"""What an estimator makes of a run, as an observation and as a score.
 
-    belief = (mean, sd),   gain = sum_q ln(sd_before / sd_after),   price = sum_q (error_q / demanded_q)^2
+    belief = (mean, sd),   information = sum_q ln(prior_q / sd_q)   [nats],
 
-The gain is the information won on each quantity, in nats; the price of the true error is taken at the end.
+    score = information + sum_q [ 1/2 - min(z_q^2, 100) / 2 - ln(1 + (error_q / demanded_q)^2) ],   z = error / sd
+
+is earned by the belief at the end of a run, whatever was believed before. Its first part and z are the logarithmic
+score ln N(truth; mean, sd) of the stated Gaussian, less what the prior is expected to have: in the mean it is largest
+where mean and sd are what the data tell. The last part is the price of an error beyond what is demanded; it depends on
+the mean alone and is least at the middle of the belief. So no other statement pays better than the honest one. The
+limit on z^2 keeps returns bounded. With it a deviation that is too small by any factor up to exp(49) still pays less
+(`LEAST_SHARE` allows exp(28)), and the best deviation is the honest one but for a share of 1e-21.
+Source: Gneiting and Raftery, Strictly proper scoring rules, J. Am. Stat. Assoc. 102 (2007) 359.
 """
 
 from __future__ import annotations
@@ -20,6 +28,8 @@ from insenv.core.recording import Floats, Recording
 
 #: No deviation is taken for smaller than this share of the prior one: its logarithm stays finite.
 LEAST_SHARE = 1e-12
+#: Largest square of an error in stated deviations that is scored.
+MOST_Z2 = 100.0
 
 
 @dataclass(frozen=True)
@@ -118,11 +128,19 @@ class Judge:
             deviations[:, j] = np.clip(sd, LEAST_SHARE * q.prior, q.prior)
         return means, deviations
 
-    def price(self, means: Floats, truth: Mapping[str, Floats]) -> Floats:
-        """Squared true errors in units of what is demanded, shape (R,)."""
+    def information(self, deviations: Floats) -> Floats:
+        """What is known beyond the prior [nats], shape (R,), of deviations of shape (R, k)."""
+        prior = np.array([q.prior for q in self.quantities])
+        known: Floats = np.log(prior / deviations).sum(axis=-1)
+        return known
+
+    def verdict(self, means: Floats, deviations: Floats, truth: Mapping[str, Floats]) -> Floats:
+        """What the truth adds to the information at the end of a run, shape (R,): score less information."""
         total = np.zeros(len(means))
         for j, q in enumerate(self.quantities):
-            total += (q.error(means[:, j], truth[q.name]) / q.demanded) ** 2
+            error = q.error(means[:, j], truth[q.name])
+            z2 = np.minimum((error / deviations[:, j]) ** 2, MOST_Z2)
+            total += 0.5 * (1.0 - z2) - np.log1p((error / q.demanded) ** 2)
         return total
 
     def _asked(self, method: str, call: Callable[..., Any], *given: Any) -> Any:

@@ -42,6 +42,8 @@ class Group:
     estimate : Estimate, optional
     means, deviations : ndarray, shape (R, k)
         The belief; of no column where there is no estimator.
+    rewarded : ndarray, shape (R,)
+        Information that was paid for so far [nats].
     power_ups : ndarray of int, shape (R,)
         How often the instruments were switched on; ones but for a world with `insenv.envs.restart.Restarts`.
     switched_on : float
@@ -59,6 +61,7 @@ class Group:
     estimate: Estimate | None
     means: Floats
     deviations: Floats
+    rewarded: Floats
     power_ups: Index
     switched_on: float = 0.0
 

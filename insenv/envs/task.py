@@ -6,8 +6,9 @@ A `Task` is a `World` (what is simulated, what is seen of it) with the length of
 what an estimator is asked for and what time costs; its state is an `insenv.envs.group.Group`. Nothing here
 changes what it is given: the generators of the unit normals ``z`` stand outside, in `insenv.envs.batch`.
 
-The reward of a step of length dt, with an estimator, is ``gain - cost dt``, at the end minus the ``price`` of
-the true error (`insenv.envs.belief`); without one ``- cost dt``.
+The reward of a step of length dt, with an estimator, is the information won (`insenv.envs.belief`) less ``cost dt``; at
+the end the verdict of the truth is added. Over a run the sum is the score of the last belief less the cost of its time:
+nothing that is said on the way pays. Without an estimator a step earns ``- cost dt``.
 """
 
 from __future__ import annotations
@@ -93,8 +94,8 @@ class Task:
     judge : Judge, optional
         The estimator that believes and rewards.
     every : int
-        Steps from one belief to the next; there is one at the end in any case. The gain of steps in between is
-        that of the next belief.
+        Steps from one belief to the next; there is one at the end in any case. What is won in between is paid
+        with the next belief.
     """
 
     name: str
@@ -167,9 +168,10 @@ def begin(task: Task, seeds: Sequence[int], rig: Rig, z: tuple[Floats | None, ..
         estimate=None,
         means=np.empty((batch, 0)),
         deviations=np.empty((batch, 0)),
+        rewarded=np.zeros(batch),
         power_ups=np.ones(batch, np.int64),
     )
-    group, _ = _believing(task, group)
+    group = _believing(task, group)
     return group, Seen(_observation(task, group, world.still(rig, 0.0, batch)), np.zeros(batch))
 
 
@@ -186,21 +188,17 @@ def advance(task: Task, group: Group, command: Any, z: Floats) -> tuple[Group, S
     reward = np.full(len(group), -task.cost * task.step_s)
     last = after.passed == task.steps
     if task.judge is not None and (last or after.passed % task.every == 0):
-        after, gain = _believing(task, after)
+        after, gain = _rewarded(task, _believing(task, after), last)
         reward += gain
-        if last:
-            reward -= task.judge.price(after.means, after.truth)
     return after, Seen(_observation(task, after, blocks), reward, record)
 
 
 def stop(task: Task, group: Group) -> tuple[Group, Seen]:
-    """The end of all runs of a group, before time is up: no time passes, the true error is paid for."""
+    """The end of all runs of a group, before time is up: no time passes, the last belief is judged."""
     batch = len(group)
-    reward = np.zeros(batch)
-    if task.judge is not None:
-        if group.believed < group.passed:
-            group, reward = _believing(task, group)
-        reward = reward - task.judge.price(group.means, group.truth)
+    if group.believed < group.passed:
+        group = _believing(task, group)
+    group, reward = _rewarded(task, group, True)
     blocks = task.world.still(group.rig, group.passed * task.step_s - group.switched_on, batch)
     return group, Seen(_observation(task, group, blocks), reward)
 
@@ -227,7 +225,7 @@ def part(task: Task, group: Group, index: Index) -> Group:
 
 
 #: What of a group is a state with the batch in front.
-_ROWS = ("memory", "truth", "learnt", "means", "deviations", "power_ups")
+_ROWS = ("memory", "truth", "learnt", "means", "deviations", "rewarded", "power_ups")
 
 
 def checked(task: Task, actions: Any, rows_: int, asked: NDArray[np.bool_] | None = None) -> Floats:
@@ -272,16 +270,26 @@ def _again(chunk: Recording) -> Recording:
     return chunk
 
 
-def _believing(task: Task, group: Group) -> tuple[Group, Floats]:
-    """A group whose belief is of now, and the gain in information, shape (R,)."""
+def _believing(task: Task, group: Group) -> Group:
+    """A group whose belief is of now."""
+    judge = task.judge
+    if judge is None:
+        return group
+    estimate = judge.estimate(group.learnt, len(group))
+    means, deviations = judge.belief(estimate)
+    return replace(group, believed=group.passed, estimate=estimate, means=means, deviations=deviations)
+
+
+def _rewarded(task: Task, group: Group, last: bool) -> tuple[Group, Floats]:
+    """A group whose information is paid, and what that is, shape (R,); at the end with the verdict of the truth."""
     judge = task.judge
     if judge is None:
         return group, np.zeros(len(group))
-    estimate = judge.estimate(group.learnt, len(group))
-    means, deviations = judge.belief(estimate)
-    before = group.deviations if group.estimate is not None else deviations
-    gain: Floats = np.log(before / deviations).sum(axis=-1)
-    return replace(group, believed=group.passed, estimate=estimate, means=means, deviations=deviations), gain
+    known = judge.information(group.deviations)
+    reward = known - group.rewarded
+    if last:
+        reward = reward + judge.verdict(group.means, group.deviations, group.truth)
+    return replace(group, rewarded=known), reward
 
 
 def _observation(task: Task, group: Group, blocks: Blocks) -> Blocks:

@@ -201,7 +201,8 @@ def _world(scenario: Scenario, sheet: Datasheet, asked: Asked) -> TwoPosition:
 
 
 def _installation(asked: Asked, sheet: Datasheet) -> tuple[Quantity, ...]:
-    return (Quantity("installation_angle", ANY_ANGLE, np.pi, asked.demanded, circular=True),)
+    told = np.inf if sheet.sight is None else sheet.sight.installation
+    return (Quantity("installation_angle", min(ANY_ANGLE, told), np.pi, asked.demanded, circular=True),)
 
 
 _SYSTEM = System("two-position calibration", ("two-position",), "[vehicle]", _world, _installation)
