@@ -110,7 +110,7 @@ def test_a_turn_is_seen_by_the_gyro_and_by_the_flag_and_takes_its_time(sense: fl
 
 
 def test_sight_and_level_are_read_once_where_nothing_else_is_said() -> None:
-    env = made()
+    env = made(**{"sight.installation": "30 arcmin"})
     seen, info = env.reset(seed=2)
     assert not seen["sight"].any() and not seen["level"].any()
     blocks = [env.step(a)[0] for a in (STAY, TURN, *[STAY] * 6)]

@@ -192,11 +192,12 @@ def test_runs_that_end_in_training_begin_anew_in_the_same_step(scripts: None) ->
     first = belief.reset(0)
     assert first.shape == (3, learnt.SHOWN)
     now, reward, ended, last = belief.step(np.array([learnt.STAY, learnt.TURN, learnt.STOP]))
-    assert ended.tolist() == [False, False, True] and reward[2] == pytest.approx(-np.log1p((30.0 / 0.65) ** 2))
+    price = np.log1p((30.0 / 0.65) ** 2)
+    assert ended.tolist() == [False, False, True] and reward[2] == pytest.approx(-price)
     assert belief.seen.turning.tolist() == [0, 1, 0] and belief.seen.turns.tolist() == [0, 1, 0]
     assert belief.seen.rest.tolist() == [5, 0, 0]
     assert np.array_equal(now[:2], last[:2]) and np.array_equal(now[2], first[2])
     done: Any = ended
     for _ in range(11):
         _, reward, done, _ = belief.step(np.full(3, learnt.STAY))
-    assert done.tolist() == [True, True, False] and np.all(reward[:2] > reward[2])
+    assert done.tolist() == [True, True, False] and np.all(reward[:2] > -price)

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from insenv.core.earth import EARTH_RATE
 from insenv.core.errors import InputError
 from insenv.core.units import ARCSEC, DEG, PPM
+from insenv.evaluate.runs import task_of
 from insenv.plants.turntable import Turntable
 from insenv.scenario import check_task, datasheet, load, names, simulate
 from insenv.scenario.values import uncertain
@@ -147,6 +148,27 @@ def test_drawn_values_have_the_mean_and_the_deviation_that_were_given() -> None:
     assert -np.pi < azimuth.min() < -0.98 * np.pi and 0.98 * np.pi < azimuth.max() <= np.pi
 
 
+def test_an_azimuth_near_a_value_has_its_mean_and_deviation() -> None:
+    n = 400
+    azimuth = np.asarray(table(load("north_finder/undeclared"), range(n)).azimuth) / DEG
+    # Within 4.5 deviations of mean and of spread: false alarm 1e-5.
+    assert abs(azimuth.mean() - 65.0) < 4.5 * 10.0 / n**0.5
+    assert abs(azimuth.std() / 10.0 - 1.0) < 4.5 / (2 * n) ** 0.5
+
+
+@pytest.mark.parametrize("name", names())
+def test_no_constant_solves_a_packaged_task(name: str) -> None:
+    """What is sought differs from run to run by far more than what is demanded."""
+    if load(name).task is None:
+        pytest.skip("no task")
+    task = task_of(name, {"instrument.sampling": "20 Hz"} if "rate_table" in name else None)
+    truth = task.world.truth(task.world.cast(range(12)), 12)
+    for q in task.quantities:
+        apart = q.error(truth[q.name][1:], truth[q.name][:1])
+        # Where a run differs by twice what is demanded, all eleven differences are smaller in 1e-4 of all choices.
+        assert np.abs(apart).max() > q.demanded, (name, q.name)
+
+
 def test_another_effect_at_the_end_leaves_the_draws_before_as_they_were() -> None:
     before = load("north_finder/undeclared").cast(3)
     tone = {"undeclared.tone": {"c": "+- 1 deg/h", "s": "0 deg/h", "f": "3 Hz"}}
@@ -156,7 +178,8 @@ def test_another_effect_at_the_end_leaves_the_draws_before_as_they_were() -> Non
 
 
 def test_a_scenario_without_random_values_is_cast_as_it_was_built() -> None:
-    scenario = load("north_finder/undeclared", {"declared.bias.c": "1 deg/h", "declared.scale_factor.c": "3 ppm"})
+    exact = {"declared.bias.c": "1 deg/h", "declared.scale_factor.c": "3 ppm", "table.azimuth": "65 deg"}
+    scenario = load("north_finder/undeclared", exact)
     assert np.array_equal(scenario.cast(0).instruments[0].theta, scenario.rig.instruments[0].theta)
     assert scenario.cast(0).plant == scenario.cast(1).plant == scenario.rig.plant
 
@@ -267,7 +290,7 @@ def test_the_scale_factor_test_turns_the_table_twenty_times_at_every_rate() -> N
 
 
 def test_the_undeclared_eccentricity_stands_at_45_deg_to_the_earth_rate() -> None:
-    scenario = load("north_finder/undeclared")
+    scenario = load("north_finder/undeclared", {"table.azimuth": "65 deg"})
     (hidden,) = (p.values for p in scenario.planted if p.origin == "undeclared")
     there = table(scenario, 0).azimuth + 45 * DEG
     np.testing.assert_allclose(hidden, 2 * ARCSEC * np.array([-np.sin(there), np.cos(there)]), rtol=1e-6)

@@ -91,7 +91,7 @@ def test_what_is_drawn_has_the_mean_and_the_deviation_that_were_given() -> None:
 
 def test_a_reading_of_the_sight_has_the_errors_of_the_table() -> None:
     # 500 runs: standard deviation of 28 arcsec to 3.2 %, within 4 of them; p = 6e-5.
-    scenario, n = load(PUBLISHED, {"duration": "1 s"}), 500
+    scenario, n = load(PUBLISHED, {"duration": "1 s", "sight.installation": "30 arcmin"}), 500
     readings = scenario.cast(range(n)).run(0, 1, n).references
     error = readings["sight_heading"].values[:, 0] - readings["heading"].values[:, 0] - 30 * ARCMIN
     assert error.std() == pytest.approx(np.hypot(20, 20) * ARCSEC, rel=0.13)
@@ -227,7 +227,12 @@ def test_a_profile_of_turns_is_no_profile_of_a_table_and_a_sight_belongs_to_a_ve
 
 
 def test_a_rest_is_written_as_a_static_recording_of_both_triads(tmp_path: Path) -> None:
-    resting = {"profile": {"kind": "rest"}, "duration": "3 s", "output.truth": True}
+    resting = {
+        "profile": {"kind": "rest"},
+        "duration": "3 s",
+        "output.truth": True,
+        "sight.installation": "30 arcmin",
+    }
     manifest = load_manifest(simulate(PUBLISHED, tmp_path, 4, changes=resting))
     assert manifest.procedure == "static" and "table_angle" not in manifest.channels
     (run,) = read_recordings(manifest)

@@ -25,6 +25,8 @@ from insenv.scenario.same import SameInstrument
 from insenv.settle import settle
 
 NORTH = "north_finder/undeclared"
+#: Where the eccentricity stands at 45 deg to the Earth rate.
+THERE = {"table.azimuth": "65 deg"}
 
 
 def shift() -> float:
@@ -49,7 +51,7 @@ LATER = [pytest.param(seed, marks=pytest.mark.slow) for seed in (12, 13)]
 @pytest.mark.parametrize("seed", [11, *LATER])
 def test_an_eccentric_encoder_is_settled_by_what_is_proposed(seed: int) -> None:
     said: list[str] = []
-    story = settle(NORTH, seed=seed, progress=said.append)
+    story = settle(NORTH, seed=seed, changes=THERE, progress=said.append)
     assert story.ending == "settled" and story.wanted is not None and story.raw is not None
     first, second = story.chapters
     assert first.found.verdict == "confounded" and not first.separates
@@ -72,7 +74,7 @@ def test_an_eccentric_encoder_is_settled_by_what_is_proposed(seed: int) -> None:
 @pytest.mark.slow
 def test_a_rate_locked_to_the_table_is_settled_by_turning_the_base() -> None:
     locked = {"angle_locked_rate:1": {"c": "0.1 deg/h", "s": "0.05 deg/h"}}
-    story = settle(NORTH, seed=2, changes={"undeclared": locked})
+    story = settle(NORTH, seed=2, changes=THERE | {"undeclared": locked})
     assert story.ending == "settled" and "base_turned" in story.chapters[-1].changes
     (added,) = story.chapters[-1].found.targets[0].added
     assert (added.effect, added.order, added.confounded_with) == ("angle_locked_rate", 1, ())

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from insenv.plants.vehicle import Vehicle
 from insenv.rig import Fitted, Rig
 from insenv.scenario.plant import told_by
 from insenv.scenario.schema import RANDOM, ScenarioTable
+from insenv.scenario.values import uncertain
 from insenv.scenario.vehicle import Spread, stacked
 
 #: First number of every generator's place.
@@ -111,14 +113,23 @@ def truth(
 
 
 def _turntable(table: ScenarioTable, plant: Turntable, level_sd: tuple[float, float], seed: int) -> Turntable:
-    """The table with its azimuth, uniform on the circle, and its level error."""
-    if table.table is not None and table.table.azimuth == RANDOM:
+    """The table with its azimuth, uniform on the circle or near what is given, and its level error."""
+    text = None if table.table is None else table.table.azimuth
+    if text == RANDOM:
         plant = replace(plant, azimuth=float(np.pi * (1 - 2 * generator(seed, AZIMUTH).random())))
+    elif sd := _deviation(text):
+        plant = replace(plant, azimuth=float(plant.azimuth + sd * generator(seed, AZIMUTH).standard_normal()))
     if any(level_sd):
         z = generator(seed, LEVEL).standard_normal(2)
         east, north = (float(m + s * d) for m, s, d in zip(plant.level_error, level_sd, z, strict=True))
         plant = replace(plant, level_error=(east, north))
     return plant
+
+
+@cache
+def _deviation(azimuth: str | None) -> float:
+    """Of an azimuth as it is written [rad]."""
+    return uncertain(azimuth or "0 deg", "rad", "table.azimuth")[1]
 
 
 def _effect(p: Planted, plant: Plant, run: tuple[int, int], k: int) -> Planted:

@@ -180,7 +180,7 @@ def _turntable(table: ScenarioTable, shared: dict[str, Any], path: Path) -> tupl
     drawn = turntable.azimuth == RANDOM
     plant = Turntable(
         tilt=given(turntable.tilt, "angle", f"{where}.tilt", np.pi / 2),
-        azimuth=0.0 if drawn else given(turntable.azimuth, "angle", f"{where}.azimuth", 0.0),
+        azimuth=0.0 if drawn else uncertain(turntable.azimuth or "0 deg", "rad", f"{where}.azimuth")[0],
         max_rate=positive(turntable.max_rate, "rate", f"{where}.max_rate", np.inf),
         max_acceleration=positive(
             turntable.max_acceleration, "angular acceleration", f"{where}.max_acceleration", np.inf

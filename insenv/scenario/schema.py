@@ -48,9 +48,9 @@ class EncoderTable(Table):
 class TurntableTable(Table):
     """``[table]``: ``tilt`` of the input axis above its plane, ``azimuth`` at table angle 0, limits.
 
-    ``azimuth`` may be "random"; ``level_error`` is a small rotation of the table about east and north. The recording
-    has the encoder's ``logged_angle``, and as ``logged_rate`` that of the servo, the controller's command, which jumps,
-    or the change of the encoder's reading.
+    ``azimuth`` may be "random" or "65 deg +- 10 deg"; ``level_error`` is a small rotation of the table about east and
+    north. The recording has the encoder's ``logged_angle``, and as ``logged_rate`` that of the servo, the controller's
+    command, which jumps, or the change of the encoder's reading.
     """
 
     tilt: str | None = None

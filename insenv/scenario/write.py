@@ -7,6 +7,7 @@ last. The undeclared effects are in none of them but the truth.
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -27,7 +28,7 @@ from insenv.plants.vehicle import Vehicle
 from insenv.rig import Readings
 from insenv.scenario.build import Scenario
 from insenv.scenario.schema import RANDOM, UNITS, OutputTable, TurntableTable, family, family_name
-from insenv.scenario.values import given, not_negative
+from insenv.scenario.values import PLUS_MINUS, given, not_negative
 from insenv.sensors.chain import Sensor
 from insenv.sensors.counter import count
 
@@ -276,7 +277,7 @@ def _mounted(scenario: Scenario, plant: Plant) -> dict[str, object]:
     table = scenario.table.table
     found: dict[str, object] = {}
     if isinstance(plant, Turntable) and table is not None:
-        if table.azimuth == RANDOM:
+        if table.azimuth == RANDOM or re.search(PLUS_MINUS, table.azimuth or ""):
             found["azimuth"] = plant.azimuth
         if table.level_error is not None:
             found["level_error"] = list(plant.level_error)
