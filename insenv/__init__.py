@@ -30,7 +30,7 @@ def _register() -> None:
         if f"insenv/{name}-v0" not in registry:
             register(
                 id=f"insenv/{name}-v0",
-                entry_point=f"insenv.envs.{module}:{name}Env",
+                entry_point=f"insenv.envs.{module}:made",
                 vector_entry_point=f"insenv.envs.{module}:{name}VectorEnv",
             )
 

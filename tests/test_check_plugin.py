@@ -18,13 +18,14 @@ import pytest
 from command import Ended, run
 
 from estimators.two_position_joint import TwoPositionJoint
+from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Estimate
 from insenv.core.plugins import ESTIMATORS, POLICIES, find, names
 from insenv.core.recording import Recording
 from insenv.core.rows import row_of, rows
 from insenv.core.stateful import Adapter, adapted
 from insenv.evaluate.check import check_plugin
-from insenv.evaluate.check_estimator import check_estimator
+from insenv.evaluate.check_estimator import check_estimator, unasked
 from insenv.evaluate.check_policy import check_policy
 from insenv.evaluate.check_rules import DeclinedError
 from insenv.evaluate.trials import ENVIRONMENTS, RUNS, Trial, cut, events, trial
@@ -158,6 +159,26 @@ class Remembers(Mean):
         return Estimate(known.names, known.units, known.mean + self.seen, known.cov)
 
 
+class InDegrees(Mean):
+    told = ("azimuth", "deg")
+
+    def estimate(self, state: Any) -> Estimate:
+        known = super().estimate(state)
+        return Estimate(self.told[:1], self.told[1:], known.mean, known.cov)
+
+
+class PerHour(InDegrees):
+    told = ("rate", "deg/h")
+
+
+class NoUnit(InDegrees):
+    told = ("rate", "gyros")
+
+
+class RateForAngle(InDegrees):
+    told = ("azimuth", "rad/s")
+
+
 class HasNoEstimate:
     def __init__(self, datasheet: Datasheet) -> None:
         self.datasheet = datasheet
@@ -179,6 +200,10 @@ BROKEN = {
     SpoilsData: "update() changes the block",
     Remembers: "nothing in self",
     HasNoEstimate: "it has no method estimate()",
+    InDegrees: "tells 'azimuth' in 'deg', 0.0174533 of the SI unit",
+    PerHour: "tells 'rate' in 'deg/h', 4.84814e-06 of the SI unit",
+    NoUnit: "tells 'rate' in 'gyros', which is no unit",
+    RateForAngle: "tells 'azimuth' in 'rad/s'; wanted 'rad'",
 }
 
 
@@ -204,6 +229,19 @@ class LosesFirstRow(TwoPositionJoint):
         return super().update(
             state, replace(chunk, channels={**chunk.channels, "sight_heading": replace(sight, values=values)})
         )
+
+
+@pytest.mark.parametrize("name", ENVIRONMENTS)
+def test_who_tells_nothing_that_is_asked_for_cannot_be_judged(name: str) -> None:
+    data = recorded(name)
+    (asked,) = data.asked
+    assert unasked(Mean, data) == f"it tells rate; asked for is {asked} [{data.asked[asked]}]"
+    for known in names(ESTIMATORS):
+        try:
+            prior = find(ESTIMATORS, known)(data.datasheet)
+        except InputError:
+            continue
+        assert bool(unasked(find(ESTIMATORS, known), data)) == (asked not in prior.estimate(prior.reset(1)).names)
 
 
 def test_a_chunk_that_begins_with_an_event_is_tried() -> None:
@@ -351,6 +389,7 @@ def test_pieces_of_a_record_are_the_record() -> None:
 
 STRANGERS = """
 import os, time
+from insenv.core.estimate import Estimate
 from test_check_plugin import KeepsItself, Mean
 
 class Hangs(Mean):
@@ -371,6 +410,10 @@ class Prints(KeepsItself):
     def update(self, block):
         print("busy")
         super().update(block)
+
+    def estimate(self):
+        known = super().estimate()
+        return Estimate(("azimuth",), ("rad",), known.mean, known.cov)
 """
 
 
@@ -406,6 +449,8 @@ def test_the_command_says_what_it_found(capsys: pytest.CaptureFixture[str], monk
     assert ended.status == 0
     assert "keeps its state in itself" in ended.out and ended.out.endswith("It keeps the contract.\n")
     assert "busy" not in ended.out
+    ended = run(capsys, monkeypatch, "check-plugin", "levelling", "--env", "NorthFinder")
+    assert ended.status == 1 and "it tells level_c, level_s; asked for is azimuth [rad]" in ended.out
     ended = run(capsys, monkeypatch, "check-plugin", "two_position", "--env", "RateTable")
     assert ended.status == 1 and "no channel 'sight_heading'" in ended.out
 

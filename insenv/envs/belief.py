@@ -47,6 +47,8 @@ class Quantity:
         Standard deviation that is wanted.
     circular : bool
         Whether it is an angle on the full circle: errors are wrapped.
+    unit : str
+        In which an estimator tells it (SI); empty: any.
     """
 
     name: str
@@ -54,6 +56,7 @@ class Quantity:
     limit: float
     demanded: float
     circular: bool = False
+    unit: str = ""
 
     def error(self, mean: Floats, true: Floats) -> Floats:
         """Mean minus truth, wrapped into [-pi, pi) on a circle."""
@@ -110,7 +113,7 @@ class Judge:
         Raises
         ------
         InputError
-            If the estimator does not tell them, or says NaN.
+            If the estimator does not tell them, tells them in another unit, or says NaN.
         """
         batch = len(estimate.mean)
         means, deviations = np.empty((batch, len(self.quantities))), np.empty((batch, len(self.quantities)))
@@ -119,6 +122,8 @@ class Judge:
                 mean, sd = estimate.of(q.name)
             except KeyError as error:
                 raise InputError(f"estimator {self.name!r}: {error.args[0]}; wanted {q.name!r}") from None
+            if q.unit and (unit := estimate.units[estimate.names.index(q.name)]) != q.unit:
+                raise InputError(f"estimator {self.name!r} tells {q.name!r} in {unit!r}; wanted {q.unit!r}")
             if not np.all(np.isfinite(mean)) or np.any(np.isnan(sd)):
                 raise InputError(
                     f"estimator {self.name!r} returned {_odd(mean, sd)} of {q.name!r}; wanted a finite mean and "

@@ -24,6 +24,7 @@ from insenv.core.recording import Channel, Floats
 from insenv.envs.asked import System, scenario_task
 from insenv.envs.belief import Quantity
 from insenv.envs.group import Blocks, Film, Flags
+from insenv.envs.normalised import Maker
 from insenv.envs.single import TaskEnv
 from insenv.envs.task import Task
 from insenv.envs.vector import TaskVectorEnv
@@ -192,7 +193,7 @@ def _world(scenario: Scenario, sheet: Datasheet, asked: Asked) -> NorthFinder:
 
 
 def _north(asked: Asked, sheet: Datasheet) -> tuple[Quantity, ...]:
-    azimuth = Quantity("azimuth", ANY_AZIMUTH, np.pi, asked.demanded, circular=True)
+    azimuth = Quantity("azimuth", ANY_AZIMUTH, np.pi, asked.demanded, circular=True, unit="rad")
     return (azimuth,) if asked.kind == "north-finder" else ()
 
 
@@ -212,6 +213,10 @@ class NorthFinderEnv(TaskEnv):
         render_mode: str | None = None,
     ) -> None:
         super().__init__(north_finder(scenario, changes, estimator, step_s, sampling), render_mode)
+
+
+#: What `gymnasium.make` calls.
+made = Maker(NorthFinderEnv, "north_gls")
 
 
 class NorthFinderVectorEnv(TaskVectorEnv):

@@ -29,6 +29,7 @@ from insenv.design.scale_factor import RATES
 from insenv.envs.asked import System, scenario_task
 from insenv.envs.belief import Quantity
 from insenv.envs.group import Blocks, Film, Flags
+from insenv.envs.normalised import Maker
 from insenv.envs.single import TaskEnv
 from insenv.envs.task import Task
 from insenv.envs.vector import TaskVectorEnv
@@ -229,7 +230,7 @@ def _world(scenario: Scenario, sheet: Datasheet, asked: Asked) -> RateTable:
 def _scale_factor(asked: Asked, sheet: Datasheet) -> tuple[Quantity, ...]:
     known = sheet.told("scale_factor", "gyro")
     prior = known.sd[0] if known is not None and known.sd[0] > 0 else ANY_ERROR
-    return (Quantity("scale_factor", prior, MOST_ERROR, asked.demanded),)
+    return (Quantity("scale_factor", prior, MOST_ERROR, asked.demanded, unit="1"),)
 
 
 _SYSTEM = System("rate table", ("rate-table",), "[table]", _world, _scale_factor)
@@ -248,6 +249,10 @@ class RateTableEnv(TaskEnv):
         render_mode: str | None = None,
     ) -> None:
         super().__init__(rate_table(scenario, changes, estimator, step_s, sampling), render_mode)
+
+
+#: What `gymnasium.make` calls.
+made = Maker(RateTableEnv, "rate_line")
 
 
 class RateTableVectorEnv(TaskVectorEnv):

@@ -104,6 +104,10 @@ class Drawing(ABC):
         self._size = size
         self._layouts: dict[tuple[Any, ...], Any] = {}
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Without the figures, which cannot be pickled and are made anew when a frame is drawn."""
+        return {**self.__dict__, "_layouts": {}}
+
     @abstractmethod
     def kind(self, view: Any) -> tuple[Any, ...]:
         """What of a view decides on the layout."""
@@ -286,6 +290,10 @@ class Window:
         self._pygame: Any = None
         self._clock: Any = None
         self._dismissed = False
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without what is on this screen: a copy opens a window of its own."""
+        return {**self.__dict__, "_pygame": None, "_clock": None}
 
     @property
     def is_open(self) -> bool:

@@ -27,6 +27,7 @@ from insenv.core.recording import Channel, Floats
 from insenv.envs.asked import System, scenario_task
 from insenv.envs.belief import Quantity
 from insenv.envs.group import Blocks, Film, Flags
+from insenv.envs.normalised import Maker
 from insenv.envs.single import TaskEnv
 from insenv.envs.task import Task
 from insenv.envs.vector import TaskVectorEnv
@@ -202,7 +203,7 @@ def _world(scenario: Scenario, sheet: Datasheet, asked: Asked) -> TwoPosition:
 
 def _installation(asked: Asked, sheet: Datasheet) -> tuple[Quantity, ...]:
     told = np.inf if sheet.sight is None else sheet.sight.installation
-    return (Quantity("installation_angle", min(ANY_ANGLE, told), np.pi, asked.demanded, circular=True),)
+    return (Quantity("installation_angle", min(ANY_ANGLE, told), np.pi, asked.demanded, circular=True, unit="rad"),)
 
 
 _SYSTEM = System("two-position calibration", ("two-position",), "[vehicle]", _world, _installation)
@@ -221,6 +222,10 @@ class TwoPositionEnv(TaskEnv):
         render_mode: str | None = None,
     ) -> None:
         super().__init__(two_position(scenario, changes, estimator, step_s, sampling), render_mode)
+
+
+#: What `gymnasium.make` calls.
+made = Maker(TwoPositionEnv, "two_position_joint")
 
 
 class TwoPositionVectorEnv(TaskVectorEnv):

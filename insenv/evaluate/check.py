@@ -61,7 +61,7 @@ class Checked:
     def _verdict(self) -> str:
         if self.faults or any(one.faults for one in self.tried):
             return "It does not keep the contract; each line that begins with a dash says what to mend"
-        return "It takes the recordings of no environment that it was tried on"
+        return "No environment that it was tried on can judge it: each line says what it lacks"
 
 
 def check_plugin(

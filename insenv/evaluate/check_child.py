@@ -10,7 +10,7 @@ from typing import Any
 from insenv.core.errors import InputError
 from insenv.core.plugins import EFFECTS, ESTIMATORS, POLICIES, find, names
 from insenv.core.stateful import Adapter
-from insenv.evaluate.check_estimator import check_estimator
+from insenv.evaluate.check_estimator import check_estimator, unasked
 from insenv.evaluate.check_policy import check_policy
 from insenv.evaluate.check_rules import DeclinedError, FaultError
 from insenv.evaluate.child import Say
@@ -96,7 +96,10 @@ def _on(check: Callable[..., list[str]], plugin: Callable[..., Any], trial: Tria
         say(f"{doing} on {trial.name}", share)
 
     try:
-        return Tried(trial.name, faults=tuple(check(plugin, trial, said)))
+        faults = tuple(check(plugin, trial, said))
+        if not faults and check is check_estimator and (reason := unasked(plugin, trial)):
+            return Tried(trial.name, declined=reason)
+        return Tried(trial.name, faults=faults)
     except DeclinedError as error:
         return Tried(trial.name, declined=str(error))
     except FaultError as error:

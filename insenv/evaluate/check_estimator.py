@@ -31,6 +31,16 @@ def check_estimator(plugin: Callable[..., Any], trial: Trial, say: Say = lambda 
     return _Check(plugin, trial, Asked(say)).faults()
 
 
+def unasked(plugin: Callable[..., Any], trial: Trial) -> str:
+    """Why a sound estimator cannot be judged on such runs: it tells nothing that is asked for; empty: it can."""
+    one = plugin(trial.datasheet)
+    told = one.estimate(one.reset(1)).names
+    if set(told) & set(trial.asked):
+        return ""
+    wanted = ", ".join(f"{name} [{unit}]" for name, unit in trial.asked.items())
+    return f"it tells {', '.join(told)}; asked for is {wanted}"
+
+
 class _Check:
     """An estimator on one trial."""
 
@@ -62,7 +72,15 @@ class _Check:
         found = [self._estimate(self.asked("reset", self.one.reset, batch), batch, True) for batch in (RUNS, 1, None)]
         if not (alike(row(found[0], 1), found[2]) and alike(row(found[1], 0), found[2])):
             raise FaultError("before any data a run of a batch is told other than a run alone; wanted the same prior")
+        self._units(found[0])
         return found[0]
+
+    def _units(self, prior: Estimate) -> None:
+        """What is asked for is told in the unit in which it is judged."""
+        for name, unit in zip(prior.names, prior.units, strict=True):
+            wanted = self.trial.asked.get(name, unit)
+            if unit != wanted:
+                raise FaultError(f"estimate() tells {name!r} in {unit!r}; wanted {wanted!r}")
 
     def _steps(self, batch: int | None, chunks: Sequence[Recording]) -> tuple[Any, Estimate]:
         """State and estimate after chunks; estimates on the way are looked at now and then."""

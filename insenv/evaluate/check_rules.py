@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from copy import deepcopy
 from dataclasses import dataclass, fields, is_dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ import numpy as np
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Estimate
 from insenv.core.recording import Floats
+from insenv.core.units import dimension_of, scale_to_si
 
 #: Difference of two ways to the same estimate, in its deviations: rounding, with room for long sums.
 CLOSE = 1e-4
@@ -107,8 +109,21 @@ def sound(estimate: Any, batch: int | None, prior: bool) -> Estimate:
     if not np.isfinite(estimate.mean).all():
         j = int(np.argwhere(~np.isfinite(estimate.mean))[0][-1])
         raise FaultError(f"{when} has a mean of {estimate.names[j]!r} that is not finite; wanted a number")
+    for name, unit in zip(estimate.names, estimate.units, strict=True):
+        _coherent(when, name, unit)
     _covariance(when, estimate, prior)
     return estimate
+
+
+@cache
+def _coherent(when: str, name: str, unit: str) -> None:
+    """An SI unit, with radians."""
+    try:
+        factor, _ = scale_to_si(unit, dimension_of(unit), name)
+    except InputError:
+        raise FaultError(f"{when} tells {name!r} in {unit!r}, which is no unit; wanted an SI unit or 'rad'") from None
+    if abs(factor - 1.0) > _ROUNDING:
+        raise FaultError(f"{when} tells {name!r} in {unit!r}, {factor:.6g} of the SI unit; wanted SI units and radians")
 
 
 def _covariance(when: str, estimate: Estimate, prior: bool) -> None:

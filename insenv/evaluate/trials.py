@@ -7,7 +7,7 @@ simulator, and what it gets there is all that it can know.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
 
@@ -64,6 +64,8 @@ class Trial:
         Of a plain estimator, before each step.
     low, high : ndarray, shape (a,)
         Bounds of an action.
+    asked : mapping of str to str
+        What an estimator is asked for, with its SI unit.
     """
 
     name: str
@@ -72,6 +74,7 @@ class Trial:
     estimates: tuple[Estimate, ...]
     low: Floats
     high: Floats
+    asked: Mapping[str, str] = field(default_factory=dict)
 
 
 class _Commanded:
@@ -115,7 +118,8 @@ def trial(name: str) -> Trial:
         estimates.append(watched.estimate(state, RUNS))
     box = task.action_space
     low, high = np.asarray(box.low, float), np.asarray(box.high, float)
-    return Trial(name, task.datasheet, tuple(chunk for _, chunk in played.chunks), tuple(estimates), low, high)
+    chunks, asked = tuple(chunk for _, chunk in played.chunks), {q.name: q.unit for q in task.quantities}
+    return Trial(name, task.datasheet, chunks, tuple(estimates), low, high, asked)
 
 
 def cut(chunks: Sequence[Recording], n: int) -> list[Recording]:
