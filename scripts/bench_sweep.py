@@ -22,7 +22,8 @@ from bench_line import Line, cpu
 from insenv.effects.bias import Bias
 from insenv.effects.noise import AngleRandomWalk, RateRandomWalk
 from insenv.effects.scale import ScaleFactor
-from insenv.evaluate.play import Work, play
+from insenv.evaluate.play import Work, play_on
+from insenv.evaluate.remote import Here
 from insenv.evaluate.runs import Episodes
 from insenv.plants.turntable import Turntable
 from insenv.rig import Fitted, Normals, Rig
@@ -85,7 +86,7 @@ def judging() -> Iterator[Line]:
 
     def played(*names: str) -> Callable[[], object]:
         work = Work("north_finder/published", names, "constant_rate", 0, JUDGED)
-        return lambda: play(work, lambda doing, share: None)
+        return lambda: play_on(Here(), work, lambda doing, share: None)
 
     each = WANTED / JUDGED
     ours = cpu(played(*ESTIMATORS), 3) * each

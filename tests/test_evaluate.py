@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import threading
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -46,6 +47,17 @@ def test_the_numbers_are_those_of_the_errors() -> None:
     assert found.spread[0] == pytest.approx(np.sqrt(13) / 3, rel=0.01)
     assert found.efficiency is not None and found.efficiency[0] == pytest.approx(0.64, rel=0.02)
     assert nees(table(errors, 3.0), ["x"])[0] == pytest.approx(13 / 9, rel=0.02)
+
+
+def test_errors_beyond_the_bound_are_told_and_those_at_the_bound_are_not() -> None:
+    rng, bound = np.random.default_rng(5), 1e-4
+    # At the bound: a false alarm of 1e-6 in each of 200 sets.
+    for n in [2, 16, 64, 400] * 50:
+        assert not score(table(bound * rng.standard_normal(n), bound), "x", "rad", bound).beyond
+    for n, share in ((16, 0.2), (64, 0.5), (400, 0.8)):
+        assert score(table(share * bound * rng.standard_normal(n), bound), "x", "rad", bound).beyond
+    assert score(table(np.zeros(16), bound), "x", "rad", bound).beyond
+    assert not score(table(np.zeros(16), bound), "x", "rad", None).beyond
 
 
 def test_nees_takes_correlation_into_account() -> None:
@@ -181,6 +193,8 @@ def test_there_is_no_bound_without_a_model() -> None:
 
 
 PLUGINS = """
+import gc
+import sys
 import time
 import numpy as np
 from insenv.core.estimate import Estimate
@@ -206,6 +220,34 @@ class SaysNaN(Sound):
     def estimate(self):
         mean = np.full(1, np.nan if self.passed else 0.0)
         return Estimate(("azimuth",), ("rad",), mean, np.eye(1))
+
+class Cheats(Sound):
+    # Looks for the truth in all frames and all objects of its process.
+
+    def update(self, block):
+        super().update(block)
+        self.truth = None
+        frame = sys._getframe()
+        while frame is not None:
+            for value in list(frame.f_locals.values()):
+                self.look(value)
+            frame = frame.f_back
+        for value in gc.get_objects():
+            self.look(value)
+
+    def look(self, value):
+        if type(value).__name__ in ("Group", "Rig", "Scenario", "Turntable"):
+            value = getattr(value, "truth", None) or {"azimuth": getattr(value, "azimuth", None)}
+        if type(value) is dict and value.get("azimuth") is not None:
+            found = np.ravel(value["azimuth"])
+            if self.truth is None and found.dtype.kind == "f":
+                self.truth = float(found[0])
+
+    def estimate(self):
+        mean = np.full(1, 0.0 if self.truth is None else self.truth)
+        return Estimate(("azimuth",), ("rad",), mean, np.eye(1) * 1e-20)
+
+    truth = None
 """
 
 
@@ -214,6 +256,17 @@ def plugins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A module of plug-ins that other processes can import."""
     (tmp_path / "evaluated_plugins.py").write_text(PLUGINS)
     monkeypatch.syspath_prepend(str(tmp_path))
+
+
+@pytest.mark.usefixtures("plugins")
+def test_a_cheat_finds_the_truth_in_the_simulators_process_alone() -> None:
+    """Where it does, its score is called beyond the bound; where plug-ins are played it finds nothing."""
+    task = dict(seeds=range(2), changes={"duration": "6 s", "task.step": "3 s"})
+    for limit in (None, 60.0):
+        cheat = evaluate("NorthFinder", ["evaluated_plugins:Cheats"], ["constant_rate"], limit=limit, **task)
+        (errors,) = (each["azimuth"] for each in cheat.errors.values())
+        # Run 0 is told its own truth; run 1, which this cheat confuses with run 0, is not.
+        assert (errors[0] == 0.0) == (limit is None)
 
 
 @pytest.mark.slow
@@ -283,6 +336,18 @@ def test_the_json_has_si_units_and_intervals() -> None:
     assert azimuth["unit"] == "rad" and low < azimuth["rms"]["value"] < high < 2e-4
     assert failed == {"estimator": "<c>", "policy": "p", "fault": "estimator '<c>' failed in update: ValueError: no"}
     assert second["fault"] is None and found["paired"][0]["rms"]["interval"][0] > 0
+
+
+def test_a_pair_beyond_the_bound_is_named_everywhere() -> None:
+    found = made()
+    known = score(table(np.full(50, 1e-9), 1e-4, "azimuth"), "azimuth", "rad", 9e-5)
+    told = replace(found, scored=(replace(found.scored[0], scores=(known,)), *found.scored[1:]))
+    sentence = "Beyond the bound: a under p, azimuth: rms 0.000206 against 18.56 arcsec."
+    assert sentence in words.summary(told) and sentence in to_html(told) and "beyond the bound" in words.summary(told)
+    assert "eyond the bound" not in words.summary(found) + to_html(found)
+    written = words.to_json(told)
+    flags = [q["beyond_bound"] for pair in written["pairs"][:2] for q in pair["quantities"]]
+    assert flags == [True, False] and written["beyond_bound_false_alarm"] == 1e-6
 
 
 def test_the_text_has_a_row_for_each_pair() -> None:

@@ -165,15 +165,20 @@ def _odd(mean: Floats, sd: Floats) -> str:
     return f"mean {np.ravel(mean)[row]:g} and deviation {np.ravel(sd)[row]:g}"
 
 
-def judge(name: str, datasheet: Datasheet, quantities: tuple[Quantity, ...]) -> Judge:
-    """The estimator of that name, told what the datasheet says.
+def judge(
+    name: str,
+    datasheet: Datasheet,
+    quantities: tuple[Quantity, ...],
+    made: Callable[[Datasheet], Estimator] | None = None,
+) -> Judge:
+    """The estimator of that name, told what the datasheet says; ``made`` makes it where it is not installed here.
 
     Raises
     ------
     InputError
         If it is not installed or refuses the datasheet.
     """
-    made = find(ESTIMATORS, name)
+    made = find(ESTIMATORS, name) if made is None else made
     try:
         estimator = made(datasheet)
     except InputError:

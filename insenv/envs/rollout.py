@@ -296,15 +296,15 @@ def _asked(task: Task, estimator: str | None) -> Task:
     return replace(task, quantities=quantities, judge=replace(watched, quantities=quantities))
 
 
-def made(policy: str, datasheet: Datasheet) -> Policy:
-    """The policy of that name, told what the datasheet says.
+def made(policy: str, datasheet: Datasheet, plugin: Callable[[Datasheet], Policy] | None = None) -> Policy:
+    """The policy of that name, told what the datasheet says; ``plugin`` makes it where it is not installed here.
 
     Raises
     ------
     InputError
         If it is not installed or cannot be made.
     """
-    plugin = find(POLICIES, policy)
+    plugin = find(POLICIES, policy) if plugin is None else plugin
     try:
         found: Policy = plugin(datasheet)
     except InputError:

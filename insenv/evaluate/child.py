@@ -65,6 +65,7 @@ class Child:
             [sys.executable, "-c", _PROGRAM],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
+            start_new_session=True,  # what it starts ends with it
             env={**os.environ, "PYTHONPATH": paths, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
         )
         self._lines: queue.Queue[bytes | None] = queue.Queue()
@@ -106,6 +107,8 @@ class Child:
     def end(self) -> None:
         """Leave nothing behind."""
         with suppress(OSError):
+            if hasattr(os, "killpg"):
+                os.killpg(self._process.pid, signal.SIGKILL)
             self._process.kill()
         self._process.wait()
         self._reader.join()

@@ -19,9 +19,10 @@ from typing import Any
 import numpy as np
 
 from insenv.core.errors import InputError
-from insenv.core.plugins import ESTIMATORS, POLICIES, find
+from insenv.core.plugins import ESTIMATORS, POLICIES, find, names
 from insenv.evaluate.child import Child, Ended, Say
-from insenv.evaluate.play import Answers, Played, Work, play
+from insenv.evaluate.play import Answers, Played, Work, play_on
+from insenv.evaluate.remote import Here
 from insenv.evaluate.runs import Table, task_of
 from insenv.evaluate.scores import Paired, Scored, nees, paired, quantities, score
 from insenv.scenario import load
@@ -116,7 +117,7 @@ def evaluate(  # noqa: PLR0913 -- what is judged, and how the work is done
         If something that was named does not exist, the scenario is not one of the environment, or no pair works.
     """
     name = _scenario(environment, scenario, changes or {})
-    pairs = _pairs(estimators, policies)
+    pairs = _pairs(estimators, policies, limit)
     if len(seeds) < 2 or seeds.start < 0 or jobs < 1 or every < 1 or not (limit is None or limit > 0):
         raise InputError(
             f"{len(seeds)} seeds from {seeds.start}, {jobs} jobs, every = {every} and a limit of {limit} s given; "
@@ -153,12 +154,20 @@ def _scenario(environment: str, scenario: str | None, changes: Mapping[str, Any]
     return name
 
 
-def _pairs(estimators: Sequence[str], policies: Sequence[str]) -> list[tuple[str, str]]:
-    for group, kind, some in ((ESTIMATORS, "estimator", estimators), (POLICIES, "policy", policies)):
+def _pairs(estimators: Sequence[str], policies: Sequence[str], limit: float | None) -> list[tuple[str, str]]:
+    for kind, some in (("estimator", estimators), ("policy", policies)):
         if not some or len(set(some)) < len(some):
             raise InputError(f"{kind} {', '.join(some) or 'none'} given; wanted one or more, each once")
-        for name in some:
+    named = [(group, name) for group, some in ((ESTIMATORS, estimators), (POLICIES, policies)) for name in some]
+    # What is not installed under a name is code that this process does not run, for it will hold errors and truths.
+    code = tuple(
+        (group, name) for group, name in named if limit is not None and name not in names(group) and ":" in name
+    )
+    for group, name in named:
+        if (group, name) not in code and (limit is None or name not in names(group)):
             find(group, name)
+    if code and (fault := Child("insenv.evaluate.host:found", code, limit or LIMIT).wait().fault):
+        raise InputError(fault)
     return [(estimator, policy) for policy, estimator in product(policies, estimators)]
 
 
@@ -212,7 +221,7 @@ def _worked(work: Sequence[Work], jobs: int, limit: float | None, say: Callable[
 def _answered(piece: Work, limit: float | None, told: Say) -> tuple[Answers, list[tuple[str, ...]]]:
     """What the runs of a piece gave, and estimators that are to be played again."""
     if limit is None:
-        return play(piece, told), []
+        return play_on(Here(), piece, told), []
     ended = Child("insenv.evaluate.play:play", piece, limit).wait(lambda child: told(child.doing, child.share))
     return _blamed(ended, piece.estimators, piece.policy) if ended.fault else (ended.result, [])
 

@@ -59,6 +59,7 @@ def to_html(found: Evaluation) -> str:
         first=words.first(found),
         parts=parts,
         faults=found.faults,
+        beyond=words.beyond(found),
         version=insenv.__version__,
     )
 

@@ -6,7 +6,6 @@ measured, are the same runs whichever estimator is beside. They are simulated on
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -14,10 +13,11 @@ from typing import Any
 import numpy as np
 
 from insenv.core.errors import InputError
-from insenv.core.estimate import Estimate, Estimator, Policy
+from insenv.core.estimate import Estimate
 from insenv.core.recording import Floats, Recording
 from insenv.envs.belief import Judge, judge
 from insenv.envs.task import Task
+from insenv.evaluate.remote import Stage
 
 
 class FaultError(InputError):
@@ -26,33 +26,6 @@ class FaultError(InputError):
     def __init__(self, estimator: str, text: str) -> None:
         super().__init__(text)
         self.estimator = estimator
-
-
-class Timed:
-    """An estimator, and the CPU time of its calls."""
-
-    def __init__(self, estimator: Estimator) -> None:
-        self.estimator, self.cpu = estimator, 0.0
-
-    def _taken(self, method: str, *given: Any) -> Any:
-        began = time.process_time()
-        try:
-            return getattr(self.estimator, method)(*given)
-        finally:
-            self.cpu += time.process_time() - began
-
-    def reset(self, batch: int | None = None) -> Any:
-        """As of the estimator."""
-        return self._taken("reset", batch)
-
-    def update(self, state: Any, chunk: Recording) -> Any:
-        """As of the estimator."""
-        return self._taken("update", state, chunk)
-
-    def estimate(self, state: Any) -> Estimate:
-        """As of the estimator."""
-        found: Estimate = self._taken("estimate", state)
-        return found
 
 
 @dataclass(frozen=True)
@@ -65,12 +38,13 @@ class Member:
         Asked for what both the task wants and the estimator tells.
     prior : Estimate
         Of one run, before any data.
-    timed : Timed
+    timed : object
+        The estimator, with ``cpu``, the time of its calls [s].
     """
 
     judge: Judge
     prior: Estimate
-    timed: Timed
+    timed: Any
 
     @property
     def name(self) -> str:
@@ -78,22 +52,21 @@ class Member:
         return self.judge.name
 
 
-def member(name: str, task: Task) -> Member:
-    """An estimator by name, for a task.
+def member(name: str, task: Task, stage: Stage) -> Member:
+    """An estimator by name, for a task, where it is played.
 
     Raises
     ------
     InputError
         If it cannot be made, or tells nothing of what the task asks for.
     """
-    watched = judge(name, task.datasheet, ())
+    watched = judge(name, task.datasheet, (), stage.estimator(name))
     prior = watched.estimate(watched.begin(1), 1)
     quantities = tuple(q for q in task.quantities if q.name in prior.names)
     if not quantities:
         wanted = ", ".join(q.name for q in task.quantities) or "nothing: it cannot be evaluated"
         raise InputError(f"estimator {name!r} tells {', '.join(prior.names)}; {task.name} asks for {wanted}")
-    timed = Timed(watched.estimator)
-    return Member(replace(watched, estimator=timed, quantities=quantities), prior, timed)
+    return Member(replace(watched, quantities=quantities), prior, watched.estimator)
 
 
 @dataclass(frozen=True)
@@ -117,8 +90,8 @@ class Panel(Judge):
         return tuple(self._each(lambda one, _: one.judge.begin(batch), [None] * len(self.members)))
 
     def update(self, state: Any, chunk: Recording) -> Any:
-        """States after a chunk, of which each estimator has a copy: what one does to it the others do not see."""
-        return tuple(self._each(lambda one, own: one.judge.update(own, _copy(chunk)), state))
+        """States after a chunk."""
+        return tuple(self._each(lambda one, own: one.judge.update(own, chunk), state))
 
     def estimate(self, state: Any, batch: int) -> Estimate:
         """All estimates, side by side."""
@@ -185,36 +158,3 @@ def _sound(one: Member, estimate: Estimate) -> Estimate:
 
 def _numbered(k: int, name: str) -> str:
     return f"{k}:{name}" if k else name
-
-
-def _copy(chunk: Recording) -> Recording:
-    channels = {name: replace(channel, values=channel.values.copy("K")) for name, channel in chunk.channels.items()}
-    return replace(chunk, t=chunk.t.copy(), channels=channels)
-
-
-class Watched:
-    """A policy, and whether it ever looked at an estimate (``looked``)."""
-
-    def __init__(self, name: str, policy: Policy) -> None:
-        self.name, self.policy, self.looked = name, policy, False
-
-    def reset(self, batch: int | None = None) -> Any:
-        """As of the policy."""
-        return self.policy.reset(batch)
-
-    def act(self, state: Any, chunk: Recording | None, estimate: Estimate | None) -> tuple[Floats, Any]:
-        """As of the policy."""
-        noted = None if estimate is None else _Noted(estimate.names, estimate.units, estimate.mean, estimate.cov)
-        if noted is not None:
-            object.__setattr__(noted, "watched", self)
-        return self.policy.act(state, chunk, noted)
-
-
-class _Noted(Estimate):
-    """An estimate that says so to its ``watched`` policy when anything of it is looked at."""
-
-    def __getattribute__(self, name: str) -> Any:
-        watched = object.__getattribute__(self, "__dict__").get("watched")
-        if watched is not None:
-            watched.looked = True
-        return object.__getattribute__(self, name)

@@ -1,19 +1,26 @@
-"""The part of `insenv.evaluate.evaluation` that plays runs: estimators under one policy, in a process of its own."""
+"""The part of `insenv.evaluate.evaluation` that plays runs: estimators under one policy.
+
+The simulator has a process of its own, and the plug-ins another, which never holds the truth.
+"""
 
 from __future__ import annotations
 
 import json
 import time
 from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from insenv.core.errors import InputError
+from insenv.core.estimate import Policy
 from insenv.core.recording import Recording
 from insenv.envs.rollout import Progress, RollOut, made, roll_out
 from insenv.envs.task import Task
 from insenv.evaluate.bounds import bounds
 from insenv.evaluate.child import Say
-from insenv.evaluate.panel import FaultError, Member, Panel, Watched, errors, member, panel
+from insenv.evaluate.panel import FaultError, Member, Panel, errors, member, panel
+from insenv.evaluate.remote import Apart, Stage
 from insenv.evaluate.runs import Table, table_of, task_of
 from insenv.scenario import load
 
@@ -83,13 +90,19 @@ class _LookedError(Exception):
 
 
 def play(work: Work, say: Say) -> Answers:
-    """Play the runs: once for all estimators where the policy looks at no estimate, else for each.
+    """Play the runs, the plug-ins in another process: once for all estimators where the policy looks at no estimate.
 
     Raises
     ------
     InputError
         If the scenario cannot be used.
     """
+    with closing(Apart()) as stage:
+        return play_on(stage, work, say)
+
+
+def play_on(stage: Stage, work: Work, say: Say) -> Answers:
+    """As `play`, the plug-ins wherever they are."""
     say("its import", 0.0)
     task = task_of(work.scenario, json.loads(work.changes))
     faults: dict[str, str] = {}
@@ -97,27 +110,27 @@ def play(work: Work, say: Say) -> Answers:
     for name in work.estimators:
         say(f"estimator {name!r} before any data", 0.0)
         try:
-            members.append(member(name, task))
+            members.append(member(name, task, stage))
         except InputError as error:
             faults[name] = str(error)
-    return faults | _shared(work, task, members, say)
+    return faults | _shared(stage, work, task, members, say)
 
 
-def _shared(work: Work, task: Task, members: Sequence[Member], say: Say) -> Answers:
+def _shared(stage: Stage, work: Work, task: Task, members: Sequence[Member], say: Say) -> Answers:
     """Of estimators that were made, on runs that are simulated once if that can be."""
     try:
-        return _together(work, task, members, say) if members else {}
+        return _together(stage, work, task, members, say) if members else {}
     except _LookedError:
-        found = (_shared(work, task, [one], say) for one in members)
+        found = (_shared(stage, work, task, [one], say) for one in members)
         return {name: answer for each in found for name, answer in each.items()}
     except FaultError as error:
         rest = [one for one in members if one.name != error.estimator]
-        return {error.estimator: str(error)} | _shared(work, task, rest, say)
+        return {error.estimator: str(error)} | _shared(stage, work, task, rest, say)
     except InputError as error:
         return {one.name: str(error) for one in members}
 
 
-def _together(work: Work, task: Task, members: Sequence[Member], say: Say) -> Answers:
+def _together(stage: Stage, work: Work, task: Task, members: Sequence[Member], say: Say) -> Answers:
     """One simulation for all.
 
     Raises
@@ -129,7 +142,7 @@ def _together(work: Work, task: Task, members: Sequence[Member], say: Say) -> An
     InputError
         If the policy fails.
     """
-    watched = Watched(work.policy, made(work.policy, task.datasheet))
+    watched: Any = made(work.policy, task.datasheet, stage.policy(work.policy))
     where, share = f"step 1 of policy {work.policy!r}", 0.0
 
     def tell(name: str) -> None:
@@ -144,14 +157,14 @@ def _together(work: Work, task: Task, members: Sequence[Member], say: Say) -> An
 
     judge = panel(members, tell)
     try:
-        return _rolled(work, replace(task, quantities=judge.quantities, judge=judge), watched, progress)
+        return _rolled(stage, work, replace(task, quantities=judge.quantities, judge=judge), watched, progress)
     except InputError as error:
         if watched.looked and len(members) > 1 and not isinstance(error, FaultError):
             raise _LookedError from error
         raise
 
 
-def _rolled(work: Work, task: Task, policy: Watched, progress: Progress) -> Answers:
+def _rolled(stage: Stage, work: Work, task: Task, policy: Policy, progress: Progress) -> Answers:
     """The runs, with the CPU time of each estimator; the first one once more for its motion where bounds are wanted."""
     judge = task.judge
     assert isinstance(judge, Panel)
@@ -159,9 +172,9 @@ def _rolled(work: Work, task: Task, policy: Watched, progress: Progress) -> Answ
     roll_out(replace(task, steps=1), policy, None, work.seeds[:1], keep=False)
     for one in judge.members:
         one.timed.cpu = 0.0
-    began = time.process_time()
+    began = time.process_time() + stage.cpu
     played = roll_out(task, policy, None, work.seeds, keep=False, every=work.every, progress=progress)
-    spent, own = time.process_time() - began, [one.timed.cpu for one in judge.members]
+    spent, own = time.process_time() + stage.cpu - began, [one.timed.cpu for one in judge.members]
     first = None
     if work.bound:
         first = roll_out(task, policy, None, work.seeds[:1], every=work.every, progress=progress).recording(0)

@@ -5,6 +5,9 @@ r"""What runs say of an estimator, with intervals that hold with 95 %.
 with the error e, told deviation s and covariance P of the q quantities that are asked for. NEES and the spread of z are
 1 where an estimator tells the truth of itself. Two pairs are compared on the same seeds: the difference of their
 root mean squares is mean d / (r_a + r_b), and most of the chance is in both and cancels.
+
+Where sum (e / bound)^2 is below the quantile 1e-6 of chi^2 with as many degrees of freedom as runs, an estimator says
+more than its data can tell: it has seen the truth, or has guessed what hardly differs from run to run.
 Source: Bar-Shalom, Li and Kirubarajan, Estimation with Applications to Tracking and Navigation (2001), section 5.4.
 """
 
@@ -14,11 +17,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import chi2
 
 from insenv.core.recording import Floats
 from insenv.evaluate.runs import Table
 from insenv.evaluate.sweeps import QUANTILE, moments
 
+#: Probability with which an honest estimator that reaches the bound is called better than it.
+FALSE_ALARM = 1e-6
 #: A value with half of its 95 % interval.
 Value = tuple[float, float]
 
@@ -40,6 +46,8 @@ class Score:
     bound : float, optional
         Least standard deviation.
     efficiency : tuple of float, optional
+    chance : float, optional
+        Probability that an unbiased estimator which reaches the bound errs as little as this in so many runs.
     """
 
     quantity: str
@@ -51,6 +59,12 @@ class Score:
     spread: Value
     bound: float | None = None
     efficiency: Value | None = None
+    chance: float | None = None
+
+    @property
+    def beyond(self) -> bool:
+        """Whether the errors are smaller than the bound allows, by more than chance."""
+        return self.chance is not None and self.chance < FALSE_ALARM
 
 
 @dataclass(frozen=True)
@@ -133,6 +147,7 @@ def score(table: Table, quantity: str, unit: str, bound: float | None) -> Score:
         spread=moments([z]).rms if np.isfinite(z).all() else (np.inf, np.nan),
         bound=bound,
         efficiency=efficiency,
+        chance=None if bound is None else float(chi2.cdf(np.sum((error / bound) ** 2), len(error))),
     )
 
 

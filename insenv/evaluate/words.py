@@ -13,7 +13,7 @@ from insenv.core.errors import InputError
 from insenv.core.files import write_whole
 from insenv.core.units import ARCSEC, PPM
 from insenv.evaluate.evaluation import Evaluation
-from insenv.evaluate.scores import Paired, Score, Scored, Value
+from insenv.evaluate.scores import FALSE_ALARM, Paired, Score, Scored, Value
 
 SCHEMA = "insenv.evaluate/1"
 #: How SI units are shown.
@@ -93,9 +93,23 @@ def summary(found: Evaluation) -> str:
         if others := paired_rows(found, quantity):
             lines += ["", f"{quantity} [{name}], difference from {first(found)} on the same runs"]
             lines += columns(PAIRED, others)
+    if warned := beyond(found):
+        lines += ["", *warned]
     if found.faults:
         lines += ["", "Without a result:", *(f"- {fault}" for fault in found.faults)]
     return "\n".join(lines)
+
+
+def beyond(found: Evaluation) -> list[str]:
+    """A sentence for each pair that errs less than the bound allows."""
+    return [
+        f"Beyond the bound: {one.estimator} under {one.policy}, {s.quantity}: rms {s.rms[0] / shown(s.unit)[1]:.3g} "
+        f"against {s.bound / shown(s.unit)[1]:.4g} {shown(s.unit)[0]}. Who knows the data alone errs as little once in "
+        f"{1 / FALSE_ALARM:,.0f} evaluations: it knows the truth, or has guessed what hardly differs from run to run."
+        for one in found.scored
+        for s in one.scores
+        if s.beyond and s.bound is not None
+    ]
 
 
 def write_json(found: Evaluation, path: str | os.PathLike[str]) -> Path:
@@ -119,6 +133,7 @@ def to_json(found: Evaluation) -> dict[str, Any]:
         "scenario": found.scenario,
         "seeds": [found.first, found.first + found.count - 1],
         "every": found.every,
+        "beyond_bound_false_alarm": FALSE_ALARM,
         "pairs": [_pair(one) for one in found.scored],
         "paired": [_difference(one) for one in found.paired],
     }
@@ -160,7 +175,7 @@ def _row(one: Scored, s: Score) -> tuple[str, ...]:
         f"{s.told / scale:.4g}",
         number(s.spread),
         number(one.nees),
-        number(s.efficiency),
+        number(s.efficiency) + (" beyond the bound" if s.beyond else ""),
         f"{one.time:.6g}",
         f"{1e3 * one.cpu:.3g}",
         f"{1e3 * one.cpu_estimator:.3g}",
@@ -195,6 +210,8 @@ def _score(s: Score) -> dict[str, Any]:
         "z_spread": _interval(s.spread),
         "bound": s.bound,
         "efficiency": None if s.efficiency is None else _interval(s.efficiency),
+        "beyond_bound": s.beyond,
+        "chance_within_bound": s.chance,
     }
 
 
