@@ -36,7 +36,12 @@ def test_a_normalised_environment_is_one_that_gymnasium_takes(name: str) -> None
     env = made(name, normalised=True)
     assert isinstance(env, Normalised)
     for space in (env.action_space, env.observation_space):
-        assert space.dtype == np.float32 and np.all(space.low == -1) and np.all(space.high == 1)
+        assert (
+            isinstance(space, gymnasium.spaces.Box)
+            and space.dtype == np.float32
+            and np.all(space.low == -1)
+            and np.all(space.high == 1)
+        )
     check_env(env, skip_render_check=True)
     spec = gymnasium.make(f"insenv/{name}-v0", normalised=True, **SETTINGS[name]).spec
     assert spec is not None and isinstance(gymnasium.make(spec).unwrapped, Normalised)

@@ -261,9 +261,10 @@ def plugins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("plugins")
 def test_a_cheat_finds_the_truth_in_the_simulators_process_alone() -> None:
     """Where it does, its score is called beyond the bound; where plug-ins are played it finds nothing."""
-    task = dict(seeds=range(2), changes={"duration": "6 s", "task.step": "3 s"})
+    short = {"duration": "6 s", "task.step": "3 s"}
     for limit in (None, 60.0):
-        cheat = evaluate("NorthFinder", ["evaluated_plugins:Cheats"], ["constant_rate"], limit=limit, **task)
+        names = ["evaluated_plugins:Cheats"], ["constant_rate"]
+        cheat = evaluate("NorthFinder", *names, range(2), limit=limit, changes=short)
         (errors,) = (each["azimuth"] for each in cheat.errors.values())
         # Run 0 is told its own truth; run 1, which this cheat confuses with run 0, is not.
         assert (errors[0] == 0.0) == (limit is None)

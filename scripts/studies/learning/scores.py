@@ -110,6 +110,14 @@ def returns(env: Any, act: Act, runs: int) -> tuple[Floats, Floats]:
     return found, steps
 
 
+def drawn(space: Any) -> Act:
+    return lambda _: space.sample()
+
+
+def steady(command: float) -> Act:
+    return lambda _: np.array([command, 0.0], np.float32)
+
+
 def shown(values: Floats) -> str:
     return f"{values.mean():.2f} ± {1.96 * values.std(ddof=1) / len(values) ** 0.5:.2f}"
 
@@ -144,8 +152,8 @@ def studied(name: str, runs: int, steps: int) -> Section:
 
     for label, where in (("random", plain), ("random, normalised", env)):
         where.action_space.seed(0)
-        played(label, where, lambda _, space=where.action_space: space.sample())
-    constants = {c: returns(env, lambda _, c=c: np.array([c, 0.0], np.float32), runs) for c in study.constants}
+        played(label, where, drawn(where.action_space))
+    constants = {c: returns(env, steady(c), runs) for c in study.constants}
     best = max(constants, key=lambda c: float(constants[c][0].mean()))
     add(f"constant, {best:g} of the largest command", constants[best][0], constants[best][1] * task.step_s)
     for policy in study.policies:
