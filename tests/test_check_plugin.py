@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+import struct
 import subprocess
 import sys
 import sysconfig
@@ -25,10 +27,12 @@ from insenv.core.recording import Recording
 from insenv.core.rows import row_of, rows
 from insenv.core.stateful import Adapter, adapted
 from insenv.evaluate.check import check_plugin
+from insenv.evaluate.check_child import SIMULATOR
 from insenv.evaluate.check_estimator import check_estimator, unasked
 from insenv.evaluate.check_policy import check_policy
 from insenv.evaluate.check_rules import DeclinedError
-from insenv.evaluate.trials import ENVIRONMENTS, RUNS, Trial, cut, events, trial
+from insenv.evaluate.runs import task_of
+from insenv.evaluate.trials import _TRIALS, ENVIRONMENTS, RUNS, Trial, cut, events, trial
 
 ROOT = Path(__file__).parents[1]
 EXAMPLE = ROOT / "docs/example_plugin"
@@ -229,6 +233,17 @@ class LosesFirstRow(TwoPositionJoint):
         return super().update(
             state, replace(chunk, channels={**chunk.channels, "sight_heading": replace(sight, values=values)})
         )
+
+
+@pytest.mark.parametrize("name", ENVIRONMENTS)
+def test_what_a_plugin_is_tried_on_holds_neither_simulator_nor_truth(name: str) -> None:
+    data = pickle.dumps(recorded(name))
+    assert not [module for module in SIMULATOR if module.encode() in data]
+    scenario, changes, *_ = _TRIALS[name]
+    task = task_of(scenario, changes)
+    truth = task.world.truth(task.world.cast(range(RUNS)), RUNS)
+    for asked in recorded(name).asked:
+        assert not [value for value in truth[asked] if struct.pack("<d", value) in data]
 
 
 @pytest.mark.parametrize("name", ENVIRONMENTS)

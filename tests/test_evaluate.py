@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import pickle
+import struct
 import threading
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -20,10 +23,13 @@ from insenv.envs.rollout import roll_out
 from insenv.evaluate import play as runs_played
 from insenv.evaluate import words
 from insenv.evaluate.bounds import bounds
+from insenv.evaluate.check_child import SIMULATOR
 from insenv.evaluate.child import Child, Ended
 from insenv.evaluate.evaluation import Evaluation, _blamed, evaluate
+from insenv.evaluate.host import Answer, Request
 from insenv.evaluate.page import to_html
-from insenv.evaluate.play import Played, Work, play
+from insenv.evaluate.play import Played, Work, play, play_on
+from insenv.evaluate.remote import Apart, Here
 from insenv.evaluate.runs import episodes, task_of
 from insenv.evaluate.scores import Paired, Scored, nees, paired, score
 
@@ -268,6 +274,32 @@ def test_a_cheat_finds_the_truth_in_the_simulators_process_alone() -> None:
         (errors,) = (each["azimuth"] for each in cheat.errors.values())
         # Run 0 is told its own truth; run 1, which this cheat confuses with run 0, is not.
         assert (errors[0] == 0.0) == (limit is None)
+
+
+def test_no_truth_goes_over_to_the_plugins(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All that is sent while runs are played, byte by byte; and the answers are those of this process."""
+    sent: list[bytes] = []
+    ask = Apart.ask
+
+    def noted(self: Apart, request: Request, chunk: Recording | None = None) -> Answer:
+        sent.append(pickle.dumps((request, None if chunk is None else replace(chunk, label=""))))
+        return ask(self, request, chunk)
+
+    monkeypatch.setattr(Apart, "ask", noted)
+    work = Work("north_finder/published", ("revolution", "north_gls"), "greedy_north", 0, 3, json.dumps(SHORT))
+    with closing(Apart()) as stage:
+        apart = play_on(stage, work, lambda doing, share: None)
+    here = play_on(Here(), work, lambda doing, share: None)
+    for name, found in apart.items():
+        own = here[name]
+        assert isinstance(found, Played) and isinstance(own, Played)
+        for column, values in found.table.items():
+            np.testing.assert_array_equal(values, own.table[column])
+    task = task_of("north_finder/published", SHORT)
+    truth = task.world.truth(task.world.cast(range(3)), 3)
+    everything = b"".join(sent)
+    assert not [value for value in truth["azimuth"] if struct.pack("<d", value) in everything]
+    assert not [m for m in (*SIMULATOR, "published") if m.encode() in everything]
 
 
 @pytest.mark.slow
