@@ -23,6 +23,7 @@ from insenv.envs.two_position_view import Renderer, draw
 STEPS = 620
 PRIOR = np.pi / np.sqrt(3)
 INSTALLATION, HEADING = 30 * ARCMIN, 20 * DEG
+PUBLISHED = SHORT | {"sight.installation": "30 arcmin"}
 SIZE = (960, 600)
 #: Centre and radius of the dial with an estimator [pixels], and colours of sight and belief.
 CENTRE, RADIUS = np.array([213.6, 228.0]), 155.0
@@ -209,7 +210,7 @@ def play(env: Any, actions: Any) -> View:
 
 @pytest.mark.parametrize("estimator", [None, SURE])
 def test_history_of_a_run(estimator: str | None) -> None:
-    changes = SHORT | {"vehicle.heading": "30 deg", "sight.readings": "turns"}
+    changes = PUBLISHED | {"vehicle.heading": "30 deg", "sight.readings": "turns"}
     env = gymnasium.make(ID, changes=changes, estimator=estimator, render_mode="rgb_array").unwrapped
     view = play(env, [STAY, TURN, *[STAY] * 5])
     np.testing.assert_allclose(view.history.time, np.arange(1.0, 8.0))
@@ -228,7 +229,7 @@ def test_history_of_a_run(estimator: str | None) -> None:
 
 
 def test_without_an_estimated_heading_the_gyro_carries_the_sighting_on() -> None:
-    env = gymnasium.make(ID, changes=SHORT, estimator="two_position_cases:OnlyTheAngle", render_mode="rgb_array")
+    env = gymnasium.make(ID, changes=PUBLISHED, estimator="two_position_cases:OnlyTheAngle", render_mode="rgb_array")
     view = play(env.unwrapped, [STAY, TURN, *[STAY] * 4])
     assert view.believed_heading is not None and view.believed_installation is not None
     believed = view.believed_heading[0] + view.believed_installation[0]
