@@ -10,6 +10,7 @@ from typing import Any
 from insenv.core.errors import InputError
 from insenv.core.plugins import EFFECTS, ESTIMATORS, POLICIES, find, names
 from insenv.core.stateful import Adapter
+from insenv.core.units import dimension_of
 from insenv.evaluate.check_estimator import check_estimator, unasked
 from insenv.evaluate.check_policy import check_policy
 from insenv.evaluate.check_rules import DeclinedError, FaultError
@@ -78,6 +79,7 @@ def tried(job: tuple[str, str, tuple[Trial, ...]], say: Say) -> tuple[Tried, ...
         If there is none of that name.
     """
     name, group, trials = job
+    dimension_of("rad")  # what reads units is loaded before the first call, whose time is watched
     plugin = find(group, name)
     check = check_estimator if group == ESTIMATORS else check_policy
     found = tuple(_on(check, plugin, trial, say) for trial in trials)

@@ -36,7 +36,7 @@ class Request:
     Attributes
     ----------
     what : str
-        "make", "rows", or a method of a plug-in.
+        "import", "make", "rows", or a method of a plug-in.
     key : int
         The plug-in.
     state : int, optional
@@ -106,6 +106,9 @@ class Host:
         return msgspec.structs.replace(found, cpu=time.process_time() - began, looked=looked)
 
     def _answered(self, request: Request) -> Answer:
+        if request.what == "import":
+            find(*request.given)
+            return Answer()
         state = None if request.state is None else self._things[request.state]
         if request.what in ("make", "rows"):
             thing = _made(*request.given) if request.what == "make" else rows(state, *request.given)

@@ -97,13 +97,14 @@ def play(work: Work, say: Say) -> Answers:
     InputError
         If the scenario cannot be used.
     """
+    say("its import", 0.0)
     with closing(Apart()) as stage:
+        stage.load(work.estimators, work.policy)
         return play_on(stage, work, say)
 
 
 def play_on(stage: Stage, work: Work, say: Say) -> Answers:
     """As `play`, the plug-ins wherever they are."""
-    say("its import", 0.0)
     task = task_of(work.scenario, json.loads(work.changes))
     faults: dict[str, str] = {}
     members = []

@@ -12,7 +12,7 @@ import pickle
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import Any, NoReturn, Protocol
@@ -85,6 +85,12 @@ class Apart:
     def policy(self, name: str) -> Callable[[Datasheet], Any]:
         """As of a `Stage`."""
         return lambda datasheet: _Policy(self, self._made(POLICIES, name, datasheet), name)
+
+    def load(self, estimators: Sequence[str], policy: str) -> None:
+        """Import plug-ins, which may take long; what cannot be imported is told where it is made."""
+        for group, name in (*((ESTIMATORS, name) for name in estimators), (POLICIES, policy)):
+            with suppress(Exception):
+                self.ask(Request("import", given=(group, name)))
 
     def ask(self, request: Request, chunk: Recording | None = None) -> Answer:
         """What the other process answers; a chunk that it has already is not sent again."""
