@@ -31,7 +31,6 @@ from insenv.evaluate.check_child import SIMULATOR
 from insenv.evaluate.check_estimator import check_estimator, unasked
 from insenv.evaluate.check_policy import check_policy
 from insenv.evaluate.check_rules import DeclinedError
-from insenv.evaluate.runs import task_of
 from insenv.evaluate.trials import _TRIALS, ENVIRONMENTS, RUNS, Trial, cut, events, trial
 
 ROOT = Path(__file__).parents[1]
@@ -237,6 +236,8 @@ class LosesFirstRow(TwoPositionJoint):
 
 @pytest.mark.parametrize("name", ENVIRONMENTS)
 def test_what_a_plugin_is_tried_on_holds_neither_simulator_nor_truth(name: str) -> None:
+    from insenv.evaluate.runs import task_of  # a simulator, which the plug-ins of this module must not import
+
     data = pickle.dumps(recorded(name))
     assert not [module for module in SIMULATOR if module.encode() in data]
     scenario, changes, *_ = _TRIALS[name]
