@@ -264,7 +264,10 @@ def rate_table(runs: int) -> Section:
 
 
 #: What the weights of the repository took.
-TRAINED = "100 000 steps of 5 s in 18 minutes on a core that was shared"
+TRAINED = (
+    "100 000 steps of 5 s in 18 minutes on a core that was shared, when the reward still was the information less the "
+    "square of the last error"
+)
 
 
 def learnt(runs: int) -> Section:
