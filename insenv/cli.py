@@ -26,6 +26,7 @@ import click
 from insenv import __version__
 from insenv.core.errors import InputError
 from insenv.core.progress import Progress, allow_code_option, check_folder, check_reports, tell
+from insenv.data.commands import init, of_data
 from insenv.evaluate.commands import check_plugin, evaluate
 from insenv.procedure.commands import design
 
@@ -69,6 +70,7 @@ def close_loop(
     """
     from insenv.calibration import calibration
     from insenv.close import close, opened
+    from insenv.data.init import is_data
     from insenv.report.html import write_html
     from insenv.report.json import write_json
     from insenv.report.text import summary
@@ -83,6 +85,8 @@ def close_loop(
         p.resolve() for p in (json_path, html_path) if p
     ]:
         raise InputError(f"{calibration_path}: named for the calibration and for a report; wanted two files")
+    if is_data(Path(manifest)):
+        manifest = str(of_data(Path(manifest)))
     found = close(manifest, None if effects is None else effects.split(","), alpha, seed, Progress())
     # Files first, and of them the one that takes time: a pipe that breaks or Ctrl-C then costs neither half.
     if html_path is not None:
@@ -270,6 +274,7 @@ def _kept(store: Path | None) -> str:
     return f"what is done is in {store}, and the same command with --resume goes on"
 
 
+insenv.add_command(init)
 insenv.add_command(check_plugin)
 insenv.add_command(evaluate)
 insenv.add_command(design)

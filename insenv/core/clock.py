@@ -144,7 +144,7 @@ def _plain(t: Floats, steps: Floats, ticks: Floats, unclear: NDArray[np.bool_]) 
     """The period [s] whose phase the stamps keep better: mean of the clear steps, or of those like the median."""
     middle = float(np.median(steps))
     like = steps[np.abs(steps - middle) <= 0.05 * middle]
-    tried = [float(like.mean())] if middle > 0 else []
+    tried = [float(like.mean())] if middle > 0 and len(like) else []  # none where the median lies between two steps
     if not unclear.all():
         tried.append(float(steps[~unclear].sum() / ticks[~unclear].sum()))
     return max(tried or [_usual(steps)], key=lambda period: float(np.mean(np.abs(_turns(t, period)))))

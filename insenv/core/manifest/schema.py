@@ -150,7 +150,9 @@ def parse(path: Path) -> ManifestTable:
     InputError
         If the file cannot be read, is not TOML, or has an unknown key or a value of the wrong type.
     """
-    table = convert(tree(path, "manifest"), ManifestTable, (), path, "manifest")
+    tables = tree(path, "manifest")
+    check_answered(tables, path)
+    table = convert(tables, ManifestTable, (), path, "manifest")
     channels = {
         name: convert(v, ChannelTable, ("channels", name), path, "manifest") for name, v in table.channels.items()
     }
@@ -165,6 +167,35 @@ def nearest(wrong: str, known: Iterable[str]) -> str:
         return f"did you mean {close[0]!r}?"
     names = [name if name.isprintable() and name else repr(name) for name in known[:20]]
     return f"there are {', '.join(names) or 'none'}{', ...' if len(known) > 20 else ''}"
+
+
+#: What `insenv init` writes where it has a question.
+OPEN = "?"
+
+
+def check_answered(tables: dict[str, Any], path: Path) -> None:
+    """Refuse a manifest in which questions of `insenv init` are open.
+
+    Raises
+    ------
+    InputError
+        If a value in one of its tables is "?"; names all of them.
+    """
+    found = [key for name, value in tables.items() if isinstance(value, dict | list) for key in _open(value, (name,))]
+    if not found:
+        return
+    noun = "an answer is" if len(found) == 1 else f"{len(found)} answers are"
+    shown_keys = ", ".join(found[:8]) + (", ..." if len(found) > 8 else "")
+    raise InputError(f'{path}: {noun} missing: {shown_keys}; wanted each "?" replaced, as the line above it asks')
+
+
+def _open(value: object, steps: Steps) -> list[str]:
+    """Dotted keys at and below ``steps`` that are open."""
+    if isinstance(value, dict):
+        return [key for name, one in value.items() for key in _open(one, (*steps, name))]
+    if isinstance(value, list):
+        return [key for i, one in enumerate(value) for key in _open(one, (*steps, i))]
+    return [_dotted(steps)] if value == OPEN else []
 
 
 #: Files that a user may give in place of their manifest.
@@ -187,7 +218,10 @@ def tree(path: Path, noun: str) -> dict[str, Any]:
     """
     if path.suffix.lower() in DATA and path.exists():
         example = f'data = "{path.name}", [channels], [model]'
-        raise InputError(f"{path}: is a file of data; wanted the {noun} that says what its columns are ({example})")
+        hint = f"; insenv init {path} writes one" if noun == "manifest" else ""
+        raise InputError(
+            f"{path}: is a file of data; wanted the {noun} that says what its columns are ({example}){hint}"
+        )
     try:
         content = path.read_bytes()
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name

@@ -54,15 +54,30 @@ def read_mat(path: Path, columns: Sequence[Column]) -> Table:
     InputError
         If the file is damaged, or needs h5py and has none, or a column is missing, no number or no vector.
     """
+    return text.read_text(path, columns) if is_text(path) else table_of(path, columns, mat_arrays(path))
+
+
+def is_text(path: Path) -> bool:
+    """Whether a file is a table in text that only bears the suffix ``.mat``."""
+    with path.open("rb") as file:
+        return text.looks_like_numbers(file.read(1024))
+
+
+def mat_arrays(path: Path) -> dict[str, Any]:
+    """All variables of a MATLAB file (versions 4 to 7.3), those of structures as ``outer.inner``.
+
+    Raises
+    ------
+    InputError
+        If the file is damaged, or needs h5py and has none.
+    """
     with path.open("rb") as file:
         head = file.read(1024)
     if any(head[offset:].startswith(_HDF5) for offset in _HDF5_OFFSETS):
-        return table_of(path, columns, _load_hdf5(path))
-    if text.looks_like_numbers(head):
-        return text.read_text(path, columns)
+        return _load_hdf5(path)
     with decoding(path, "a MATLAB file"):
         check_size(path, unfolded(path), path.stat().st_size)
-        return table_of(path, columns, _flatten(_load_mat(path, head)))
+        return _flatten(_load_mat(path, head))
 
 
 def _load_mat(path: Path, head: bytes) -> dict[str, Any]:

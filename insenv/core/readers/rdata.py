@@ -29,6 +29,17 @@ def read_rda(path: Path, columns: Sequence[Column]) -> Table:
     InputError
         If rdata is not installed, the file is damaged or too large, or a column is missing, no number or no vector.
     """
+    return table_of(path, columns, rda_arrays(path))
+
+
+def rda_arrays(path: Path) -> dict[str, Any]:
+    """All vectors, matrices and columns of data frames of an R file, by name.
+
+    Raises
+    ------
+    InputError
+        If rdata is not installed, or the file is damaged or too large.
+    """
     try:
         import rdata
     except ImportError:
@@ -39,7 +50,7 @@ def read_rda(path: Path, columns: Sequence[Column]) -> Table:
         arrays: dict[str, Any] = {}
         for name, value in tree.items():
             arrays |= _flat(name, value)
-    return table_of(path, columns, arrays)
+    return arrays
 
 
 def _check_size(path: Path) -> None:

@@ -22,6 +22,17 @@ def read_xlsx(path: Path, columns: Sequence[Column], reading: Reading = WHOLE) -
     InputError
         If openpyxl is not installed, the file is damaged, or header, row or number is not what it should be.
     """
+    return csv_table(path, as_text(path), columns, reading)
+
+
+def as_text(path: Path) -> bytes:
+    """The first sheet as a table in text, tabs between its cells.
+
+    Raises
+    ------
+    InputError
+        If openpyxl is not installed, or the file is damaged.
+    """
     try:
         import openpyxl
     except ImportError:
@@ -36,7 +47,7 @@ def read_xlsx(path: Path, columns: Sequence[Column], reading: Reading = WHOLE) -
         for row in book.worksheets[0].iter_rows(values_only=True):
             writer.writerow(["" if cell is None else _text(cell) for cell in row])
         book.close()
-    return csv_table(path, text.getvalue().encode(), columns, reading)
+    return text.getvalue().encode()
 
 
 def _text(cell: object) -> str:

@@ -167,8 +167,8 @@ def _with_units(
 
 def _is_unit(column: Column, text: str) -> bool:
     """Whether ``text`` is a unit that the column's channel may have."""
-    dimension = CHANNELS[column.channel]
-    for one in (dimension, INCREMENTS.get(dimension, dimension)):
+    dimension = CHANNELS.get(column.channel)  # None: a column that no channel has been given yet
+    for one in CHANNELS.values() if dimension is None else (dimension, INCREMENTS.get(dimension, dimension)):
         try:
             scale_to_si(text, one, "unit")
         except InputError:

@@ -1,0 +1,1 @@
+"""Recordings as they come: what a stranger's data file holds, before there is a manifest for it."""

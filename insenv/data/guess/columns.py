@@ -1,0 +1,291 @@
+"""Which column is which channel: by its heading, else by its numbers.
+
+A file without headings is told apart by its numbers where these leave one reading: a column that runs forwards in even
+steps is the time; of columns in threes, those of steady magnitude 9.8 or 1 are accelerometers, and those by which
+gravity turns in them are gyros, in the order x, y, z. What is not told so is asked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from insenv.core.errors import InputError
+from insenv.core.manifest.spec import CHANNELS
+from insenv.core.recording import Floats
+from insenv.data.guess import numbers
+from insenv.data.guess.draft import Question, Sure
+from insenv.data.guess.heading import Heading, read_heading
+from insenv.data.guess.listing import Listed, Listing
+
+AXES = ("x", "y", "z")
+
+
+@dataclass(frozen=True)
+class Role:
+    """A column with the channel that it is."""
+
+    column: Listed
+    heading: Heading
+    sure: Sure = "stated"
+
+
+@dataclass(frozen=True)
+class Roles:
+    """Columns by channel, what is left out, and what must be asked of them."""
+
+    by_channel: Mapping[str, Role]
+    left_out: tuple[str, ...] = ()
+    questions: tuple[Question, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def triad(self, kind: str) -> list[str]:
+        """Channels x, y, z of a kind, if all three are there; else none."""
+        names = [f"{kind}_{axis}" for axis in AXES]
+        return names if all(name in self.by_channel for name in names) else []
+
+    def of(self, kind: str) -> list[str]:
+        """Channels of a kind: gyro, gyro_x, ..."""
+        return [name for name in self.by_channel if name.split("_")[0] == kind]
+
+
+def assign(listing: Listing, answers: Mapping[str, str]) -> Roles:
+    """Channels of a file; ``answers`` may hold "columns" (headings for all) and "gyro.column" and the like.
+
+    Raises
+    ------
+    InputError
+        If an answer names a column that is not there.
+    """
+    columns = _headed(listing, answers)
+    headings = [read_heading(c.heading, c.row_unit) for c in columns]
+    headings = _letters(columns, headings)
+    named = [Role(c, _with_known_unit(c, h)) for c, h in zip(columns, headings, strict=True)]
+    roles = _by_heading(named) if any(c.heading for c in columns) else _by_numbers(listing)
+    return _instruments_asked(_chosen(roles, columns, answers), listing, columns)
+
+
+def _headed(listing: Listing, answers: Mapping[str, str]) -> tuple[Listed, ...]:
+    """Columns with the headings that the user gave."""
+    if "columns" not in answers:
+        return listing.columns
+    names = [name.strip() for name in answers["columns"].split(",")]
+    if len(names) != len(listing.columns):
+        found = f"{len(names)} names for {len(listing.columns)} columns"
+        raise InputError(f"{listing.file}: columns: {found}; wanted one for each ('-': left out)")
+    return tuple(replace(c, heading=name, row_unit=None) for c, name in zip(listing.columns, names, strict=True))
+
+
+def _with_known_unit(column: Listed, heading: Heading) -> Heading:
+    """The heading with the unit that a format is known for (Kalibr, PX4)."""
+    if column.known_unit is None or heading.kind in ("", "other"):
+        return heading
+    return replace(heading, unit=column.known_unit, written=None)
+
+
+def _letters(columns: Sequence[Listed], headings: list[Heading]) -> list[Heading]:
+    """Headings p, q, r are rates of turn where all three are there."""
+    bare = [c.heading.split("[")[0].split("(")[0].strip().lower() for c in columns]
+    if not {"p", "q", "r"} <= set(bare):
+        return headings
+    axis = dict(zip("pqr", AXES, strict=True))
+    return [
+        read_heading(f"gyro_{axis[b]}{c.heading[len(b) :]}", c.row_unit) if b in axis else h
+        for c, b, h in zip(columns, bare, headings, strict=True)
+    ]
+
+
+def _by_heading(named: Sequence[Role]) -> Roles:
+    """Channels by what the headings say."""
+    found: dict[str, list[Role]] = {}
+    left: list[str] = []
+    kinds = [role.heading.kind for role in named]
+    for role in named:
+        kind = role.heading.kind
+        if kind == "rate":
+            kind = "table_rate" if "gyro" in kinds else "gyro"
+            role = replace(role, sure="assumed")
+        if kind in ("gyro", "accel"):
+            found.setdefault(f"{kind}_{role.heading.axis}" if role.heading.axis else kind, []).append(role)
+        elif kind in ("time", "table", "table_rate", "table_angle", "temperature", "power"):
+            found.setdefault(kind, []).append(role)
+        else:
+            left.append(role.column.heading or f"column {role.column.key}")
+    return _one_each(_alone(_sound(found, left)), left)
+
+
+def _sound(found: dict[str, list[Role]], left: list[str]) -> dict[str, list[Role]]:
+    """Without columns whose numbers cannot be what the heading says: a time that does not run, watts for power-ups."""
+    kept: dict[str, list[Role]] = {}
+    for name, roles in found.items():
+        sound = [r for r in roles if _is_sound(name, r)]
+        left += [r.column.heading for r in roles if r not in sound]
+        if sound:
+            kept[name] = sound
+    return kept
+
+
+def _is_sound(name: str, role: Role) -> bool:
+    values = role.column.values
+    if name == "time":
+        return numbers.clock(values).step > 0
+    if name == "power":
+        return bool(np.all(values >= 1) and np.all(values == np.rint(values)) and np.all(np.diff(values) >= 0))
+    return True
+
+
+def _alone(found: dict[str, list[Role]]) -> dict[str, list[Role]]:
+    """A single gyro or accelerometer without its letter: which axis of what it is does not matter to a file of one."""
+    for kind in ("gyro", "accel"):
+        names = [name for name in found if name.split("_")[0] == kind]
+        other = [name for name in found if name.split("_")[0] in ("gyro", "accel") and name not in names]
+        if len(names) == 1 and not other and names[0] != kind:
+            found[kind] = found.pop(names[0])
+    return found
+
+
+def _one_each(found: Mapping[str, Sequence[Role]], left: list[str]) -> Roles:
+    """One column for each channel; a question where there are several."""
+    roles: dict[str, Role] = {}
+    questions: list[Question] = []
+    for name, several in found.items():
+        if len(several) == 1:
+            roles[name] = several[0]
+            continue
+        headings = [r.column.heading for r in several]
+        if name in ("temperature", "power"):
+            left += headings[1:]
+            roles[name] = replace(several[0], sure="assumed")
+            continue
+        left += headings
+        what = {"gyro": "a gyro", "accel": "an accelerometer"}.get(name, name.replace("_", " "))
+        hint = next((r.column.heading for r in several if r.heading.unit), "") if name == "time" else ""
+        text = f"Several columns read like {what}: {', '.join(headings)}. Which one?"
+        questions.append(Question(f"{name}.column", text, hint, choices=(*headings, "-")))
+    return Roles(roles, tuple(left), tuple(questions))
+
+
+# ------------------------------------------------------------------------------------- without headings
+
+
+def _by_numbers(listing: Listing) -> Roles:
+    """Channels of columns without headings, where the numbers leave one reading."""
+    columns = list(listing.columns)
+    roles: dict[str, Role] = {}
+    if columns and _runs(columns[0]):
+        roles["time"] = Role(columns.pop(0), Heading("time"), "numbers")
+    threes = [columns[i : i + 3] for i in range(0, len(columns), 3)] if len(columns) % 3 == 0 else []
+    heavy = [three for three in threes if _is_gravity(three)]
+    if len(heavy) == 1:
+        roles |= _triad("accel", heavy[0])
+        turned = [three for three in threes if three is not heavy[0] and _turns(three, heavy[0])]
+        if len(turned) == 1:
+            roles |= _triad("gyro", turned[0])
+    used = [role.column for role in roles.values()]
+    return Roles(roles, tuple(f"column {c.key}" for c in columns if c not in used))
+
+
+def _triad(kind: str, three: Sequence[Listed]) -> dict[str, Role]:
+    return {f"{kind}_{a}": Role(c, Heading(kind, a), "numbers") for a, c in zip(AXES, three, strict=True)}
+
+
+def _runs(column: Listed) -> bool:
+    """Whether a column runs forwards all the time, in steps that are mostly even."""
+    steps = np.diff(column.values)
+    middle = float(np.median(steps)) if len(steps) else 0.0
+    return middle > 0 and bool(np.mean(steps > 0) > 0.99) and bool(np.mean(np.abs(steps - middle) < 0.5 * middle) > 0.8)
+
+
+def _matrix(three: Sequence[Listed]) -> Floats:
+    return np.column_stack([c.values for c in three])
+
+
+def _is_gravity(three: Sequence[Listed]) -> bool:
+    """Whether a triad reads gravity: a steady magnitude that is 9.8, 1, or a count's."""
+    force = _matrix(three)
+    magnitude = np.linalg.norm(numbers.blocks(force, max(1, min(10, len(force) // 20))), axis=1)
+    low, middle, high = np.quantile(magnitude, (0.2, 0.5, 0.8))
+    whole = all(numbers.whole(c.values) for c in three)
+    return bool(middle > 0 and high - low < 0.1 * middle and numbers.force_unit(float(middle), whole)[0])
+
+
+def _turns(three: Sequence[Listed], heavy: Sequence[Listed]) -> bool:
+    found = numbers.turning(_matrix(three), _matrix(heavy), 0.01)
+    return found is not None and found.correlation > numbers.TURNED
+
+
+# ---------------------------------------------------------------------------------------------- answers
+
+
+def _chosen(roles: Roles, columns: Sequence[Listed], answers: Mapping[str, str]) -> Roles:
+    """The roles with the columns that the user names for a channel, as "gyro.column" = "rate_1"."""
+    by_channel = dict(roles.by_channel)
+    questions = list(roles.questions)
+    left = list(roles.left_out)
+    for key, answer in answers.items():
+        channel, _, what = key.rpartition(".")
+        if what != "column" or channel not in CHANNELS:
+            continue
+        questions = [q for q in questions if q.key != key]
+        if answer == "-":
+            by_channel.pop(channel, None)
+            continue
+        match = [c for c in columns if answer in (c.heading, str(c.key))]
+        if not match:
+            there = ", ".join(c.heading or str(c.key) for c in columns)
+            raise InputError(f"{key} = {answer!r}: no such column; there are {there}")
+        heading = read_heading(match[0].heading, match[0].row_unit)
+        kind, _, axis = channel.partition("_") if channel.startswith(("gyro_", "accel_")) else (channel, "", "")
+        if heading.kind.split("_")[0] != kind.split("_")[0]:
+            heading = read_heading(f"{channel} [{heading.written or heading.unit}]")
+        by_channel[channel] = Role(match[0], replace(heading, kind=kind, axis=axis), "answered")
+        left = [one for one in left if one != match[0].heading]
+    return replace(roles, by_channel=by_channel, questions=tuple(questions), left_out=tuple(left))
+
+
+def _instruments_asked(roles: Roles, listing: Listing, columns: Sequence[Listed]) -> Roles:
+    """The roles, with a question for the columns where no instrument was found, or some columns have no name."""
+    names = [c.heading or str(c.key) for c in columns]
+    bare = not any(c.heading for c in columns)
+    found = roles.of("gyro") + roles.of("accel") + [q.key for q in roles.questions]
+    if found and not (bare and roles.left_out):
+        return roles
+    told = {role.column.key: channel for channel, role in roles.by_channel.items()}
+    known = [f"{told[c.key]}" if c.key in told else "?" for c in columns]
+    if bare:
+        text = (
+            f"{listing.file.name} has no header line. Its {len(columns)} columns begin with {_row(columns)}. Name them "
+            f"as a header would, '-' for what is not wanted, such as: {_example(len(columns))}"
+        )
+    else:
+        text = (
+            f"No heading of {', '.join(names)} says gyro or accelerometer. Name the columns as a header would, '-' for "
+            f"what is not wanted, such as: {_example(len(columns))}"
+        )
+    hint = ",".join(known) if "?" not in known else ""
+    return replace(roles, questions=(Question("columns", text, hint), *roles.questions))
+
+
+def _row(columns: Sequence[Listed]) -> str:
+    return ", ".join(f"{c.values[0]:.6g}" for c in columns[:10]) + (", ..." if len(columns) > 10 else "")
+
+
+def _example(count: int) -> str:
+    names = [
+        "time [s]",
+        "gyro_x [deg/s]",
+        "gyro_y [deg/s]",
+        "gyro_z [deg/s]",
+        "accel_x [g]",
+        "accel_y [g]",
+        "accel_z [g]",
+    ]
+    if count in (3, 6):
+        names = names[1:]
+    if count == 1:
+        names = ["gyro [deg/s]"]
+    if count == 2:
+        names = ["time [s]", "gyro [deg/s]"]
+    return ",".join((names + ["-"] * count)[:count])

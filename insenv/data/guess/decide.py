@@ -1,0 +1,309 @@
+"""Files and answers -> the draft of a manifest: units, time, table, mounting and procedure, each decided or asked.
+
+The decisions follow one another: the time gives the period, with which gravity tells the unit of gyros; a gyro's unit
+and its table's settle each other. So a draft is made anew after every answer, and asks no more than it must.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from insenv.core.errors import InputError
+from insenv.core.recording import Floats
+from insenv.core.sampling import UnevenError, sampling
+from insenv.core.units import quantity, scale_to_si
+from insenv.data.guess import numbers, rates
+from insenv.data.guess.columns import AXES, Roles, assign
+from insenv.data.guess.draft import Channel, Choice, Draft, Question
+from insenv.data.guess.heading import is_unit
+from insenv.data.guess.listing import Listing
+from insenv.data.guess.rates import Units
+
+#: Attitudes in which a triad rested from which on the recording is one of several positions.
+SEVERAL = 5
+#: Axes of a triad of which one points up or down, so that the triad is right-handed.
+AXES_BY_UP: Mapping[str, str] = {"+z": "RFU", "-z": "FRD", "+x": "URF", "-x": "DFR", "+y": "FUR", "-y": "RDF"}
+#: No sampler is as fast [Hz]: a stated unit of time is doubted there.
+FASTEST = 2e4
+#: Rows at either end that are not looked at for the clock: there may be strays.
+ENDS = 6
+_PSINS = ("gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z")
+
+
+@dataclass
+class _Said:
+    """What was decided so far."""
+
+    channels: list[Channel] = field(default_factory=list)
+    questions: list[Question] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+
+def draft(listings: Sequence[Listing], answers: Mapping[str, str]) -> Draft:
+    """The draft of one manifest for files that are runs of one instrument.
+
+    Parameters
+    ----------
+    listings : sequence of Listing
+        A run each, all of the same columns.
+    answers : mapping
+        Question to its answer.
+
+    Raises
+    ------
+    InputError
+        If the files differ in their columns, or an answer is none to its question.
+    """
+    _check_alike(listings)
+    files = tuple(listing.file for listing in listings)
+    if listings[0].format == "psins-imu":
+        return _psins(files)
+    longest = max(listings, key=lambda one: one.rows)
+    roles = assign(longest, answers)
+    said = _Said(questions=list(roles.questions), notes=list(dict.fromkeys(n for one in listings for n in one.notes)))
+    period = _time(said, roles, longest, answers)
+    units = rates.decided(roles, period, answers)
+    said.questions += units.questions
+    said.notes += units.notes
+    for name in roles.by_channel:
+        if name.split("_")[0] in ("gyro", "accel"):
+            said.channels.append(_instrument(roles, units, name))
+    _table(said, roles, units)
+    _others(said, roles, answers)
+    procedure = _procedure(roles, listings)
+    mounting = dict(units.mounting)
+    if procedure.value == "static" and "axes" not in mounting:
+        _axes(mounting, roles, units)
+    targets, declared = _model(roles, procedure.value or "static")
+    return Draft(
+        files=files,
+        format=longest.format,
+        rows=sum(one.rows for one in listings),
+        channels=tuple(said.channels),
+        questions=tuple(said.questions),
+        targets=targets,
+        declared=declared,
+        procedure=procedure,
+        mounting=mounting,
+        read=_reading(listings),
+        resample=_resample(listings, said.channels[0], roles),
+        left_out=roles.left_out,
+        notes=tuple(said.notes),
+    )
+
+
+def _check_alike(listings: Sequence[Listing]) -> None:
+    first = listings[0]
+    for other in listings[1:]:
+        same = [(c.key, c.heading) for c in other.columns] == [(c.key, c.heading) for c in first.columns]
+        if not same or other.format != first.format:
+            raise InputError(f"{other.file}: its columns are not those of {first.file.name}; wanted runs of one kind")
+
+
+def _psins(files: tuple[Path, ...]) -> Draft:
+    """A log of PSINS says everything itself."""
+    channels = tuple(
+        Channel(name, name, name, Choice("", "the log's header", "stated"), {"quantity": "increment"})
+        for name in _PSINS
+    )
+    return Draft(files, "psins-imu", 0, channels, targets=_PSINS, notes=("units, time and site: the log's header",))
+
+
+# ----------------------------------------------------------------------------------------------------- time
+
+
+def _time(said: _Said, roles: Roles, listing: Listing, answers: Mapping[str, str]) -> float | None:
+    """The channel time; the period of the rows [s], where it is known."""
+    if "time" not in roles.by_channel:
+        return _rate(said, listing, answers)
+    role = roles.by_channel["time"]
+    clock = numbers.clock(role.column.values)
+    heading, column = role.column.heading, role.column.key
+    choice = _time_unit(said, role.heading.unit, clock, answers, heading or f"column {column}")
+    said.channels.append(Channel("time", column, heading, choice))
+    if choice.value is None:
+        return None
+    return scale_to_si(choice.value, "time", "time.unit")[0] * clock.step
+
+
+def _rate(said: _Said, listing: Listing, answers: Mapping[str, str]) -> float | None:
+    """A time that is known by its rate, or asked."""
+    if answers.get("time.rate") == "row":
+        said.channels.append(Channel("time", "row", "", Choice("", "a row counts as a second", "answered")))
+        return 1.0
+    if "time.rate" in answers:
+        rate = quantity(answers["time.rate"], "frequency", "time.rate")
+        said.channels.append(Channel("time", None, "", Choice(answers["time.rate"], "your answer", "answered")))
+        return 1.0 / rate if rate > 0 else None
+    if listing.rate is not None:
+        choice = Choice(f"{listing.rate:g} Hz", "a line above the header", "stated")
+        said.channels.append(Channel("time", None, "", choice))
+        return 1.0 / listing.rate
+    text = (
+        "No column is a time that runs forwards. At which rate were the rows taken? ('row': a row counts as a second)"
+    )
+    said.questions.append(Question("time.rate", text, "", ("frequency",), ("row",), quantity=True))
+    said.channels.append(Channel("time", None, "", Choice(None, "no column of time", "open")))
+    return None
+
+
+def _time_unit(
+    said: _Said, stated: str | None, clock: numbers.Clock, answers: Mapping[str, str], heading: str
+) -> Choice:
+    """The unit of the stamps."""
+    if "time.unit" in answers:
+        scale_to_si(answers["time.unit"], "time", "time.unit")
+        return Choice(answers["time.unit"], "your answer", "answered")
+    step = f"steps of {clock.step:.6g}"
+    if stated is not None and clock.step * scale_to_si(stated, "time", "time.unit")[0] * FASTEST > 1:
+        return Choice(stated, f"the heading; {step}", "stated")
+    if stated is None and clock.unit:
+        return Choice(clock.unit, step, "numbers")
+    hint = next((u for u in ("ms", "us", "s", "ns") if u in clock.others), "")
+    why = f"The heading says {stated}, which {step} make too fast" if stated else f"{heading} runs in {step}"
+    shown = ", ".join(f"{u}: {_hertz(clock.step, u)}" for u in clock.others)
+    said.questions.append(Question("time.unit", f"{why}. In which unit? ({shown})", hint, ("time",)))
+    return Choice(None, step, "open")
+
+
+def _hertz(step: float, unit: str) -> str:
+    return f"{1 / (step * numbers.SECONDS[unit]):.4g} Hz"
+
+
+def _resample(listings: Sequence[Listing], time: Channel, roles: Roles) -> str | None:
+    """A rate of means where rows follow no clock, as `insenv close-loop` would propose it."""
+    if time.unit.value in (None, "") or "time" not in roles.by_channel:
+        return None
+    factor = scale_to_si(time.unit.value, "time", "time.unit")[0]
+    found: list[float] = []
+    even: list[float] = []
+    for listing in listings:
+        stamps = next(c.values for c in listing.columns if c.key == time.column)[ENDS:-ENDS] * factor
+        try:
+            even.append(0.5 / float(np.median(np.diff(sampling(listing.file, stamps, str, None).t))))
+        except UnevenError as error:
+            found.append(error.rate)
+        except (InputError, ValueError, ZeroDivisionError):
+            continue  # what is wrong with the time is told by the readers
+    if not found:
+        return None
+    rate = min([*found, *even])
+    nice = 10.0 ** np.floor(np.log10(rate))
+    return f"{nice * max(m for m in (1, 2, 5) if m * nice <= rate * (1 + 1e-9)):g} Hz"
+
+
+# ------------------------------------------------------------------------------------------------- channels
+
+
+def _instrument(roles: Roles, units: Units, name: str) -> Channel:
+    """A gyro or an accelerometer."""
+    kind = name.split("_")[0]
+    role, choice = roles.by_channel[name], units.by_kind[kind]
+    extra: dict[str, str | bool | float] = {}
+    dimension = {"gyro": "angle", "accel": "velocity"}[kind]
+    if role.heading.increment or (choice.value is not None and is_unit(choice.value, dimension)):
+        extra["quantity"] = "increment"
+    if kind in units.offsets:
+        extra["offset"] = units.offsets[kind]
+    return Channel(name, role.column.key, role.column.heading, choice, extra)
+
+
+def _table(said: _Said, roles: Roles, units: Units) -> None:
+    """The table's rate and angle."""
+    for name in ("table_rate", "table_angle"):
+        if name not in units.table:
+            continue
+        role, choice, wrapped = units.table[name]
+        extra = {"wrapped": True} if wrapped else {}
+        said.channels.append(Channel(name, role.column.key, role.column.heading, choice, extra))
+
+
+def _others(said: _Said, roles: Roles, answers: Mapping[str, str]) -> None:
+    """Temperature and power-ups."""
+    if "temperature" in roles.by_channel:
+        role = roles.by_channel["temperature"]
+        choice = _temperature(role.heading.unit, role.column.values, answers)
+        if choice.value is None:
+            text = f"In which unit is {role.column.heading} (it reads {np.median(role.column.values):.4g})?"
+            said.questions.append(Question("temperature.unit", text, "", ("temperature",)))
+        said.channels.append(Channel("temperature", role.column.key, role.column.heading, choice))
+    if "power" in roles.by_channel:
+        role = roles.by_channel["power"]
+        said.channels.append(
+            Channel("power", role.column.key, role.column.heading, Choice("", "whole, never falling", "assumed"))
+        )
+
+
+def _temperature(stated: str | None, values: Floats, answers: Mapping[str, str]) -> Choice:
+    if "temperature.unit" in answers:
+        scale_to_si(answers["temperature.unit"], "temperature", "temperature.unit")
+        return Choice(answers["temperature.unit"], "your answer", "answered")
+    low, middle, high = float(values.min()), float(np.median(values)), float(values.max())
+    reads = f"it reads {middle:.4g}"
+    if stated is not None:
+        return Choice(stated, "the heading", "stated")
+    if low > 200 and high < 420:
+        return Choice("K", reads, "numbers")
+    # Sensors give degC; degF would be written beside it.
+    return (
+        Choice("degC", f"{reads}; no unit in the file", "assumed")
+        if low > -70 and high < 150
+        else Choice(None, reads, "open")
+    )
+
+
+# ---------------------------------------------------------------------------------------------------- model
+
+
+def _procedure(roles: Roles, listings: Sequence[Listing]) -> Choice:
+    """Table, several positions or static."""
+    if {"table", "table_rate", "table_angle"} & set(roles.by_channel):
+        return Choice("rate-table", "a column of the table", "stated")
+    names = roles.triad("accel")
+    if not names or any(roles.by_channel[name].heading.increment for name in names):
+        return Choice("static", "no table, no accelerometers that tell of attitudes", "assumed")
+    keys = [roles.by_channel[name].column.key for name in names]
+    force = [np.column_stack([c.values for k in keys for c in one.columns if c.key == k]) for one in listings]
+    count = numbers.attitudes(np.concatenate(force))
+    if count >= SEVERAL:
+        return Choice("multi-position", f"rests in {count} attitudes", "numbers")
+    return Choice("static", "no table; rests in few attitudes", "numbers")
+
+
+def _axes(mounting: dict[str, Choice], roles: Roles, units: Units) -> None:
+    """Where the axes of a resting triad point, as gravity says; not one whose readings are none of gravity's."""
+    names, unit = roles.triad("accel"), units.by_kind.get("accel")
+    if not names or unit is None or unit.value is None or not is_unit(unit.value, "acceleration"):
+        return
+    force = np.column_stack([roles.by_channel[name].column.values for name in names])
+    if not numbers.force_fits(numbers.gravity(force), scale_to_si(unit.value, "acceleration", "accel.unit")[0]):
+        return
+    up = numbers.up(force)
+    if up not in ("", "+z"):
+        which = f"{'minus ' if up[0] == '-' else ''}{up[1]} points up, as gravity says"
+        mounting["axes"] = Choice(AXES_BY_UP[up], which, "numbers")
+
+
+def _model(roles: Roles, procedure: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Targets and declared effects: a bias each, with a table the scale factor."""
+    gyros, accels = sorted(roles.of("gyro")), sorted(roles.of("accel"))
+    if procedure == "multi-position":
+        gyros = gyros if len(gyros) == len(AXES) and "gyro" not in gyros else []
+        return (*accels, *gyros), ("accel_bias", "bias") if gyros else ("accel_bias",)
+    if procedure == "rate-table" and gyros:
+        return tuple(gyros), ("bias", "scale_factor")
+    return (*gyros, *accels), ("bias",)
+
+
+def _reading(listings: Sequence[Listing]) -> dict[str, str | int]:
+    """Keys of ``[read]``."""
+    found: dict[str, str | int] = {}
+    if skip := max(one.skip_lines for one in listings):
+        found["skip_lines"] = skip
+    if any(one.incomplete for one in listings):
+        found["incomplete"] = "leave out"
+    return found

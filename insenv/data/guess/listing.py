@@ -1,0 +1,366 @@
+"""All columns of a data file, as its reader would give them: headings, numbers, and how the file is to be read.
+
+Of a text file the first lines tell the delimiter and the first row of numbers; what stands above it is the header line,
+a row of units, comments, or settings of the logger such as ``Fs,100``. The numbers then come through the readers that
+`insenv close-loop` uses, so that what is shown here is what is read there.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from insenv.core.errors import InputError
+from insenv.core.manifest.checks import SUFFIXES
+from insenv.core.manifest.spec import Reading, RunSpec
+from insenv.core.readers import Column, arrays, rdata, read_table, spreadsheet
+from insenv.core.readers.conventions import unit_of
+from insenv.core.readers.novatel import NAMES
+from insenv.core.readers.rows import is_number
+from insenv.core.readers.table import decoding
+from insenv.core.readers.text import Line
+from insenv.core.recording import Floats, Mounting, Site
+
+#: Of a text file so much is looked at for its layout, and so many lines.
+HEAD_BYTES, HEAD_LINES = 400_000, 400
+#: Rows in a line that must look alike for the first of them to be one of data.
+ALIKE = 3
+#: Rows that are looked at for what they hold; more are read where a long file is told apart by them.
+MOST_ROWS = 400_000
+#: Share of cells in a column that must be numbers.
+NUMERIC = 0.9
+_FREQUENCY = re.compile(
+    r"(fs|f_s|(sampling|sample|output|data)[ _]*(rate|frequency|freq))( *[\[(]? *hz *[\])]?)?", re.I
+)
+#: Key, heading and the word of a row of units, of each wanted column.
+_Named = list[tuple[str | int, str, str | None]]
+
+
+@dataclass(frozen=True)
+class Listed:
+    """One column: ``key`` for the manifest, heading ("" where there is none), the unit row's word, numbers."""
+
+    key: str | int
+    heading: str
+    values: Floats
+    row_unit: str | None = None
+    known_unit: str | None = None
+
+
+@dataclass(frozen=True)
+class Listing:
+    """A data file.
+
+    Attributes
+    ----------
+    file : Path
+    format : str
+        As a manifest names it.
+    columns : tuple of Listed
+        Those that hold numbers, in the file's order.
+    labels : tuple of str
+        Headings of the columns that hold text.
+    header : int
+        Line of the header; 0 where there is none.
+    rate : float or None
+        Sampling rate that stands above the header [Hz].
+    skip_lines : int
+        Lines above the first row of a file without a header.
+    incomplete : bool
+        Whether some rows lack a value.
+    notes : tuple of str
+        What else there is to say.
+    """
+
+    file: Path
+    format: str
+    columns: tuple[Listed, ...]
+    labels: tuple[str, ...] = ()
+    header: int = 0
+    rate: float | None = None
+    skip_lines: int = 0
+    incomplete: bool = False
+    notes: tuple[str, ...] = ()
+
+    @property
+    def rows(self) -> int:
+        """Number of rows."""
+        return len(self.columns[0].values) if self.columns else 0
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """Layout of a text: delimiter, header cells, line of the header, line of the first row, which columns are what."""
+
+    delimiter: str | None
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    header: int
+    first: int
+    numeric: tuple[int, ...]
+    width: int
+    rate: float | None = None
+    texts: tuple[int, ...] = field(default=())
+
+
+def listing(path: Path, names: Sequence[str] = ()) -> Listing:
+    """Columns of the file at ``path``; ``names`` are headings for one that has none.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, its format is not known, or it holds no table of numbers.
+    """
+    if not path.is_file():
+        raise InputError(f"{path}: {'is a folder' if path.is_dir() else 'no such file'}; wanted a data file")
+    kind = SUFFIXES.get(path.suffix.lower(), "")
+    if path.suffix.lower() in (".bag", ".db3", ".mcap"):
+        raise InputError(f"{path}: a ROS bag; wanted its messages as a table (ros2 topic echo --csv, rostopic echo -p)")
+    if kind == "psins-imu":
+        return Listing(path, kind, ())
+    found = _archive(path, kind) if kind in ("npz", "mat", "rda", "parquet") else _text(path, kind)
+    if not found.columns:
+        raise InputError(f"{path}: no column of numbers was found; wanted a table, a row for each time")
+    return _named(found, names)
+
+
+def _named(found: Listing, names: Sequence[str]) -> Listing:
+    """The listing with headings of the user's own."""
+    if not names:
+        return found
+    if len(names) != len(found.columns):
+        raise InputError(
+            f"{found.file}: --columns names {len(names)} columns; wanted {len(found.columns)}, one for each"
+        )
+    return replace(
+        found, columns=tuple(replace(c, heading=n.strip()) for c, n in zip(found.columns, names, strict=True))
+    )
+
+
+# ------------------------------------------------------------------------------------------------- archives
+
+
+def _archive(path: Path, kind: str) -> Listing:
+    """Columns of a file of named arrays."""
+    if kind == "mat" and arrays.is_text(path):
+        return _text(path, "text")
+    if kind == "npz":
+        with decoding(path, "npz"), np.load(path, allow_pickle=False) as archive:
+            named: Mapping[str, Any] = {name: archive[name] for name in archive.files}
+    elif kind == "parquet":
+        named = _parquet(path)
+    else:
+        named = arrays.mat_arrays(path) if kind == "mat" else rdata.rda_arrays(path)
+    flat = [column for name, array in named.items() for column in _of_array(name, array)]
+    if not flat:
+        return Listing(path, kind, ())
+    length = Counter(len(c.values) for c in flat).most_common(1)[0][0]
+    left = sorted({arrays.matrix_of(str(c.key)) for c in flat if len(c.values) != length})
+    notes = (f"arrays of another length are not looked at: {', '.join(left)}",) if left else ()
+    return Listing(path, kind, tuple(c for c in flat if len(c.values) == length), notes=notes)
+
+
+def _parquet(path: Path) -> dict[str, Any]:
+    try:
+        from pyarrow import parquet
+    except ImportError:
+        raise InputError(f"{path}: Parquet needs pyarrow; install insenv[io]") from None
+    with decoding(path, "Parquet"):
+        table = parquet.read_table(path)
+        return {name: table.column(name).to_numpy() for name in table.column_names}
+
+
+def _of_array(name: str, array: Any) -> list[Listed]:
+    """Columns of an array; those of a matrix of three are x, y and z, of another width have no heading."""
+    array = np.asarray(array)
+    if array.dtype.kind not in "iuf" or array.ndim not in (1, 2) or array.size < 2:
+        return []
+    if array.ndim == 1 or 1 in array.shape:
+        return [Listed(name, name, np.ravel(array).astype(float))]
+    if array.shape[0] <= arrays.MOST_CHANNELS and array.shape[1] >= arrays.WIDE * array.shape[0]:
+        array = array.T
+    if array.shape[1] > arrays.MOST_CHANNELS:
+        return []
+    headed = array.shape[1] == 3
+    return [
+        Listed(f"{name}[{i}]", f"{name}[{i}]" if headed else "", array[:, i].astype(float))
+        for i in range(array.shape[1])
+    ]
+
+
+# ---------------------------------------------------------------------------------------------------- texts
+
+
+def _text(path: Path, kind: str) -> Listing:
+    """Columns of a text table, a workbook or the text log of a receiver."""
+    if kind == "xlsx":
+        content = spreadsheet.as_text(path)[:HEAD_BYTES]
+    else:
+        with path.open("rb") as file:
+            content = file.read(HEAD_BYTES)
+    if b"RAWIMU" in content:
+        return _read(path, "novatel", [(name, name, None) for name in NAMES])
+    if b"\0" in content:
+        known = f"one of {', '.join(SUFFIXES)}"
+        raise InputError(f"{path}: is no text; wanted {known}, or a manifest by hand with format = 'float64-le'")
+    layout = _layout(path, content.decode("utf-8-sig", "replace"))
+    named: _Named = (
+        [(layout.names[i], layout.names[i], layout.units[i]) for i in layout.numeric] if layout.names else []
+    )
+    if kind == "xlsx" or (kind == "csv" and layout.delimiter is None and not named):
+        kind = kind if kind == "xlsx" else "text"
+    elif kind not in ("csv", "text"):
+        kind = "csv" if named and layout.delimiter else "text"
+    texts = tuple(layout.names[i] for i in layout.texts) if layout.names else ()
+    if named and layout.delimiter is None and kind == "csv":
+        kind = "text"
+    whole = replace(
+        _first_that_reads(path, kind, layout, named),
+        header=layout.header,
+        rate=layout.rate,
+        labels=texts,
+    )
+    index = {c.key: i for i, c in enumerate(whole.columns)}
+    headings = [str(c.heading) for c in whole.columns]
+    return replace(whole, columns=tuple(replace(c, known_unit=_known(headings, index[c.key])) for c in whole.columns))
+
+
+def _known(headings: list[str], i: int) -> str | None:
+    """The unit that a heading is known by among the others, as of Kalibr and PX4."""
+    found = unit_of(headings, i)
+    return found if found and f"[{found}]" not in headings[i] and f"({found})" not in headings[i] else None
+
+
+def _first_that_reads(path: Path, kind: str, layout: _Layout, named: _Named) -> Listing:
+    """The file by its names; by its indices, where the header does not fit its rows; without incomplete rows."""
+    bare: _Named = [(i, layout.names[i] if layout.names else "", None) for i in layout.numeric]
+    tries = [(kind, named, 0)] if named and len({n for n, _, _ in named}) == len(named) else []
+    if kind != "xlsx":
+        tries.append(("text", bare, 0 if layout.names else layout.first - 1))
+    error: InputError | None = None
+    for incomplete in (False, True):
+        for one, wanted, skip in tries:
+            try:
+                return _read(path, one, wanted, skip, incomplete)
+            except InputError as fault:
+                error = error or fault
+    assert error is not None
+    raise error
+
+
+def _read(path: Path, kind: str, wanted: _Named, skip: int = 0, incomplete: bool = False) -> Listing:
+    """The wanted columns through the reader of the format."""
+    run = RunSpec(path, kind, path.name, Mounting(), Site(), Reading(0, skip, incomplete))
+    columns = [Column(str(i), key) for i, (key, _, _) in enumerate(wanted)]
+    table = read_table(run, columns)
+    return Listing(
+        path,
+        kind,
+        tuple(Listed(key, text, table.values[str(i)], unit) for i, (key, text, unit) in enumerate(wanted)),
+        skip_lines=skip,
+        incomplete=incomplete,
+        notes=table.notes,
+    )
+
+
+def _layout(path: Path, text: str) -> _Layout:
+    """Where the rows of numbers begin, and what stands above them.
+
+    Raises
+    ------
+    InputError
+        If no rows of numbers are found.
+    """
+    lines = [Line(path, n, 0, 0, t) for n, t in enumerate(text.splitlines()[:HEAD_LINES], 1) if t.strip()]
+    split = [(line, line.delimiter(), _cells(line)) for line in lines]
+    shapes = Counter((d, len(c)) for _, d, c in split if _is_row(c, d))
+    if not shapes:
+        raise InputError(f"{path}: no rows of numbers among its first {len(lines)} lines; wanted a table of them")
+    shape = max(shapes, key=lambda s: (shapes[s], s[1]))
+    at = [i for i, (_, d, c) in enumerate(split) if (d, len(c)) == shape and _is_row(c, d)]
+    few = min(ALIKE, len(at))
+    first = next((a for a, b in zip(at, at[few - 1 :], strict=False) if b - a < few + 1), None)
+    if first is None:
+        raise InputError(
+            f"{path}: its rows are not alike, two kinds of them in turn; wanted a table, a time in each row"
+        )
+    delimiter, width = shape
+    rows = [c for _, d, c in split[first:] if len(c) == width]
+    numeric = tuple(i for i in range(width) if _numeric([row[i] for row in rows], delimiter))
+    header, units = _header(split[:first], delimiter, width)
+    names: tuple[str, ...] = ()
+    if header is not None:
+        names = tuple(cell.strip() for cell in split[header][2])[:width]
+    top = header if header is not None else first
+    texts = tuple(i for i in range(width) if i not in numeric and any(row[i].strip() for row in rows))
+    line = 0 if header is None else split[header][0].number
+    return _Layout(delimiter, names, units, line, split[first][0].number, numeric, width, _rate(split[:top]), texts)
+
+
+def _cells(line: Line) -> list[str]:
+    try:
+        return replace(line, text=line.text.lstrip().lstrip("#%")).cells(line.delimiter())
+    except InputError:
+        return [line.text]
+
+
+def _value(cell: str, delimiter: str | None) -> str:
+    """A cell with a point for a decimal comma."""
+    return cell.strip().replace(",", ".") if delimiter in ("\t", ";") else cell.strip()
+
+
+def _is_row(cells: Sequence[str], delimiter: str | None) -> bool:
+    """Whether half of the cells that are not empty are numbers."""
+    full = [_value(c, delimiter) for c in cells if c.strip()]
+    return bool(full) and 2 * sum(map(is_number, full)) >= len(full)
+
+
+def _numeric(cells: Sequence[str], delimiter: str | None) -> bool:
+    full = [_value(c, delimiter) for c in cells if c.strip()]
+    return bool(full) and sum(map(is_number, full)) >= NUMERIC * len(full)
+
+
+def _header(
+    above: Sequence[tuple[Line, str | None, list[str]]], delimiter: str | None, width: int
+) -> tuple[int | None, tuple[str, ...]]:
+    """Index of the header among the lines above the rows, and the words of a row of units below it."""
+    fits = [
+        i
+        for i, (line, _, cells) in enumerate(above)
+        if _fits(line, delimiter, width) and not any(is_number(c) for c in cells if c.strip())
+    ]
+    none = ("",) * width
+    if not fits or fits[-1] != len(above) - 1:
+        return None, none
+    if len(fits) > 1 and fits[-2] == fits[-1] - 1:
+        units = tuple(cell.strip(" ()[]") for cell in above[fits[-1]][2])
+        if len(units) == width and len(above[fits[-2]][2]) >= width:
+            return fits[-2], units
+    return fits[-1], none
+
+
+def _fits(line: Line, delimiter: str | None, width: int) -> bool:
+    """Whether a line parts into as many cells as a row, or one more (a date behind the last heading)."""
+    try:
+        cells = replace(line, text=line.text.lstrip().lstrip("#%")).cells(delimiter)
+    except InputError:
+        return False
+    return len(cells) in (width, width + 1) and (width > 1 or len(cells) == width)
+
+
+def _rate(above: Sequence[tuple[Line, str | None, list[str]]]) -> float | None:
+    """The sampling rate that a line above the header states [Hz]."""
+    for line, _, _ in above:
+        parts = [part.strip() for part in re.split(r"[,;:=\t]", line.text.lstrip("#% ")) if part.strip()]
+        if len(parts) < 2 or not _FREQUENCY.fullmatch(parts[0]):
+            continue
+        number = re.fullmatch(r"([0-9.eE+-]+) *(hz)?", parts[1], re.I)
+        if number and is_number(number[1]) and float(number[1]) > 0:
+            return float(number[1])
+    return None
