@@ -177,3 +177,9 @@ def test_a_sampler_that_was_late_itself_is_left_out_there(tmp_path: Path) -> Non
     wrong = np.flatnonzero(t != c["time"])
     assert set(wrong.tolist()) <= set(np.flatnonzero(recording.left_out["gyro"]).tolist())
     np.testing.assert_allclose(recording.channels["table_angle"].values, c["table_angle"], rtol=0, atol=5e-4)
+
+
+def test_a_median_between_two_steps_is_no_fault() -> None:
+    """Of an even number of uneven steps no step need be like the median."""
+    t = np.cumsum(np.tile([0.01, 0.01, 0.05, 0.3], 125))
+    assert not clock_of(t[:-1]).steady
