@@ -19,7 +19,19 @@ Randomness
     Row ``i`` of a batch is the run with seed ``seed + i``, bit for bit.
 """
 
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from importlib.machinery import ModuleSpec
+    from types import ModuleType
+
 __version__ = "0.1.0"
+
+_REGISTRATION = "gymnasium.envs.registration"
 
 
 def _register() -> None:
@@ -35,4 +47,32 @@ def _register() -> None:
             )
 
 
-_register()
+class _WithGymnasium:
+    """Registers the environments when gymnasium is imported: `insenv --version` need not wait for it."""
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """Spec of gymnasium's registration, whose module registers ours at its end; of nothing else."""
+        if fullname != _REGISTRATION:
+            return None
+        import importlib.util
+
+        sys.meta_path.remove(self)
+        spec = importlib.util.find_spec(fullname)
+        if spec is None or spec.loader is None:
+            return None
+        execute = spec.loader.exec_module
+
+        def then_register(module: ModuleType) -> None:
+            execute(module)
+            _register()
+
+        spec.loader.exec_module = then_register  # type: ignore[method-assign]
+        return spec
+
+
+if _REGISTRATION in sys.modules:
+    _register()
+else:
+    sys.meta_path.insert(0, _WithGymnasium())

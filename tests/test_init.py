@@ -69,7 +69,7 @@ def turned_by_hand(gyro: float = 1.0, accel: float = 1.0, seed: int = 1) -> dict
     }
 
 
-TIME = {"time": np.arange(8000) * DT}
+TIME: dict[str, Floats] = {"time": np.arange(8000.0) * DT}
 
 
 def on_table(gain: float = 1.0, unit: float = 1.0, seed: int = 1) -> dict[str, Floats]:
@@ -174,6 +174,17 @@ def test_an_angle_that_jumps_by_a_turn_tells_its_unit(turn: float, unit: str, tm
 def test_a_gyro_of_known_unit_tells_that_of_its_table(size: float, unit: str, tmp_path: Path) -> None:
     found = drafted(table(tmp_path / "a.csv", on_table(unit=size)))
     assert units(found)["table_rate"] == unit and not found.questions
+
+
+def test_a_command_that_jumps_with_its_gyro_holds_for_the_interval(tmp_path: Path) -> None:
+    columns = on_table()
+    covers = [c.extra.get("covers") for c in drafted(table(tmp_path / "a.csv", columns)).channels]
+    assert covers == [None, "interval", "interval"]
+    t = columns["time"]
+    smooth = 10 * np.sin(t / 20)
+    smooth_columns = {"time": t, "gyro (deg/s)": smooth + 0.01 * np.cos(7 * t), "table_rate": smooth}
+    covers = [c.extra.get("covers") for c in drafted(table(tmp_path / "b.csv", smooth_columns)).channels]
+    assert covers == [None, None, None]
 
 
 @pytest.mark.parametrize(("gain", "hint"), [(-1.0, "-90 deg"), (-0.87, "-90 deg"), (0.87, "90 deg"), (0.5, "")])

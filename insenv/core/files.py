@@ -15,21 +15,11 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
-
 from insenv.core.errors import InputError
+from insenv.core.names import is_standard_output
 
 Format = Literal["npz", "csv", "parquet"]
 Columns = Mapping[str, Any]
-
-
-#: Names of the standard output; what is written there is text, and the summary goes to standard error.
-STANDARD_OUTPUT = ("-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1")
-
-
-def is_standard_output(path: str | os.PathLike[str] | None) -> bool:
-    """Whether ``path`` is a name of the standard output."""
-    return path is not None and os.fspath(path) in STANDARD_OUTPUT
 
 
 @contextmanager
@@ -109,6 +99,8 @@ def _toml(value: object) -> str:
 
 
 def _write_npz(path: Path, columns: Columns) -> None:
+    import numpy as np  # here and not above: commands that compute nothing need not wait for it
+
     with path.open("wb") as file:  # a name would be given a suffix
         np.savez(file, **columns)
 

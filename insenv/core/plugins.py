@@ -10,11 +10,13 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from difflib import get_close_matches
 from functools import cache
-from importlib.metadata import EntryPoint, entry_points
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from insenv.core.errors import InputError
-from insenv.core.stateful import adapted
+from insenv.core.names import CODE_ALLOWED
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 #: Entry-point groups.
 ESTIMATORS, POLICIES, EFFECTS = "insenv.estimators", "insenv.policies", "insenv.effects"
@@ -22,8 +24,6 @@ _MODULE = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")
 _KINDS = {ESTIMATORS: "estimator", POLICIES: "policy", EFFECTS: "effect"}
 
 
-#: Environment variable that allows code named in files to a command and the processes that it starts: "1".
-CODE_ALLOWED = "INSENV_ALLOW_CODE"
 _allowed = ContextVar("code that files name is allowed", default=False)
 
 
@@ -88,6 +88,8 @@ def find(group: str, name: str) -> Callable[..., Any]:
 @cache
 def _installed(group: str) -> dict[str, EntryPoint]:
     """Entry points by name; read once, for it costs milliseconds."""
+    from importlib.metadata import entry_points
+
     return {point.name: point for point in entry_points(group=group)}
 
 
@@ -98,4 +100,6 @@ def _imported(kind: str, name: str, module: str, attribute: str) -> Callable[...
         raise InputError(f"{kind} {name!r} cannot be imported ({error}); wanted an importable module:Name") from None
     if not callable(found):
         raise InputError(f"{kind} {name!r} is a {type(found).__name__}; wanted a class")
+    from insenv.core.stateful import adapted  # here: it brings NumPy, which naming plug-ins does not need
+
     return found if kind == "effect" else adapted(found)

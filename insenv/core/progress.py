@@ -9,8 +9,7 @@ from pathlib import Path
 import click
 
 from insenv.core.errors import InputError
-from insenv.core.files import is_standard_output
-from insenv.core.plugins import CODE_ALLOWED
+from insenv.core.names import CODE_ALLOWED, is_standard_output
 
 
 class Progress:

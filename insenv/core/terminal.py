@@ -7,9 +7,7 @@ for it elsewhere, as where a log is shown in colour.
 from __future__ import annotations
 
 import os
-import shutil
 import sys
-import textwrap
 
 import click
 
@@ -36,6 +34,8 @@ def paint(text: str, colour: str | None = None, bold: bool | None = None, err: b
 
 def width(most: int = 120) -> int:
     """Columns of the terminal, at most ``most``; 80 or what COLUMNS says where there is none."""
+    import shutil
+
     return min(most, shutil.get_terminal_size((80, 24)).columns)
 
 
@@ -46,4 +46,6 @@ def shortened(text: str, size: int) -> str:
 
 def wrapped(text: str, indent: str) -> str:
     """``text`` in lines as wide as the terminal, each behind ``indent``."""
+    import textwrap
+
     return textwrap.fill(text, width(), initial_indent=indent, subsequent_indent=" " * len(indent))

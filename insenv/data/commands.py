@@ -38,7 +38,7 @@ def init(data: tuple[Path, ...], out: Path | None, answers: tuple[str, ...], col
       insenv init my_gyro.csv
       insenv init run1.csv run2.csv --out test.toml --set gyro.unit=deg/s
     """
-    from insenv.core.files import is_standard_output
+    from insenv.core.names import is_standard_output
     from insenv.core.progress import check_folder
     from insenv.data.init import init as write
 

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from insenv.core.errors import InputError
-from insenv.core.files import is_standard_output, write_whole
+from insenv.core.files import write_whole
 from insenv.core.manifest.schema import DATA
+from insenv.core.names import is_standard_output
 from insenv.core.units import quantity, scale_to_si
 from insenv.data.guess.decide import draft
 from insenv.data.guess.draft import Draft, Question

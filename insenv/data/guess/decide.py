@@ -207,6 +207,8 @@ def _instrument(roles: Roles, units: Units, name: str) -> Channel:
     dimension = {"gyro": "angle", "accel": "velocity"}[kind]
     if role.heading.increment or (choice.value is not None and is_unit(choice.value, dimension)):
         extra["quantity"] = "increment"
+    elif kind == "gyro" and units.covers:
+        extra["covers"] = units.covers
     if kind in units.offsets:
         extra["offset"] = units.offsets[kind]
     return Channel(name, role.column.key, role.column.heading, choice, extra)
@@ -218,7 +220,9 @@ def _table(said: _Said, roles: Roles, units: Units) -> None:
         if name not in units.table:
             continue
         role, choice, wrapped = units.table[name]
-        extra = {"wrapped": True} if wrapped else {}
+        extra: dict[str, str | bool | float] = {"wrapped": True} if wrapped else {}
+        if name == "table_rate" and units.covers:
+            extra["covers"] = units.covers
         said.channels.append(Channel(name, role.column.key, role.column.heading, choice, extra))
 
 

@@ -33,6 +33,8 @@ GYRO_COUNTS = ("1/131 deg/s", "1/65.5 deg/s", "1/32.8 deg/s", "1/16.4 deg/s", "8
 )
 #: Correlation above which turning tells a unit (rad/s and deg/s are a factor of 57 apart), and a table does.
 TURNED, FOLLOWS = 0.8, 0.9
+#: Jumps of a command that must be there.
+JUMPS = 3
 #: Rows of a block, blocks that must turn, and how far a gain may be from a unit's.
 BLOCK, TURNING_BLOCKS, UNIT_TOLERANCE = 10, 20, 0.12
 
@@ -175,6 +177,22 @@ def gain(gyro: Floats, table: Floats) -> Gain:
 def pairs(size: float, gyros: Sequence[str], tables: Sequence[str], tolerance: float) -> list[tuple[str, str]]:
     """Units of a gyro and of a table that make a gain of ``size`` (in their numbers) one."""
     return [(g, t) for g in gyros for t in tables if abs(size * RATES[g] / RATES[t] - 1) < tolerance]
+
+
+def jumps_at_once(gyro: Floats, command: Floats, gain: float) -> bool:
+    """Whether a command jumps, and the gyro with it within the row: shape (n,) each, ``gain`` of the gyro over it.
+
+    Then both are means over the interval that ends at their row: a command between two rows is one of the two values,
+    not their mean.
+    """
+    steps = np.diff(command)
+    span = float(np.ptp(command))
+    still = np.abs(steps) < 1e-3 * span
+    jumps = np.flatnonzero(np.abs(steps) > 0.1 * span)
+    if span == 0 or gain == 0 or np.mean(still) < 0.9 or len(jumps) < JUMPS:
+        return False
+    reached = (gyro[jumps + 1] - gyro[jumps]) / (gain * steps[jumps])
+    return bool(np.median(np.abs(reached - 1)) < 0.1)
 
 
 def turn_unit(angle: Floats) -> tuple[str, bool]:

@@ -31,12 +31,16 @@ UNSIGNED = 32768
 
 @dataclass
 class Units:
-    """Units by kind ("gyro", "accel"), offsets of raw counts, the table's columns, the mounting, and what is open."""
+    """Units by kind ("gyro", "accel"), offsets of raw counts, the table's columns, the mounting, and what is open.
+
+    ``covers`` is "interval" where a gyro and its table's rate are means over their rows' intervals.
+    """
 
     by_kind: dict[str, Choice] = field(default_factory=dict)
     offsets: dict[str, float | str] = field(default_factory=dict)
     table: dict[str, tuple[Role, Choice, bool]] = field(default_factory=dict)
     mounting: dict[str, Choice] = field(default_factory=dict)
+    covers: str = ""
     questions: list[Question] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
@@ -55,7 +59,18 @@ def decided(roles: Roles, period: float | None, answers: Mapping[str, str]) -> U
     if table is not None:
         _table_unit(units, roles, period, table, answers)
         _mounting(units, roles, period, table, answers)
+        _covers(units, roles, period, table)
     return units
+
+
+def _covers(units: Units, roles: Roles, period: float | None, table: tuple[str, Role]) -> None:
+    """Whether gyro and command are means over their rows' intervals: a command that jumps tells."""
+    name, gain = _gain(roles, period, table)
+    if table[0] != "table_rate" or gain is None:
+        return
+    if numbers.jumps_at_once(roles.by_channel[name].column.values, table[1].column.values, gain):
+        units.covers = "interval"
+        units.notes.append("the gyro jumps with the command within a row: both hold for the interval that ends there")
 
 
 def _matrix(roles: Roles, names: list[str]) -> Floats:

@@ -128,7 +128,7 @@ def rows(draft: Draft) -> Sequence[tuple[str, str, str, str, str]]:
 def _extra(key: str, value: object) -> str:
     if value is True:
         return key
-    return f"{key} {value}" if key != "quantity" else str(value)
+    return str(value) if key == "quantity" else f"{key} {value}"
 
 
 def question_text(question: Question) -> str:
