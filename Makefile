@@ -29,11 +29,13 @@ check: $(VENV)/.installed-check
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python docs/fromcode.py --check
 	$(BIN)/sphinx-build -W --keep-going -q docs docs/_build/html
 
 format: $(VENV)/.installed-check
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+	$(BIN)/python docs/fromcode.py
 
 bench: $(VENV)/.installed-test
 	@$(BIN)/python scripts/bench.py

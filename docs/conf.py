@@ -17,6 +17,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 extensions = ["myst_parser", "fromcode"]
 myst_enable_extensions = ["deflist", "dollarmath"]
 myst_heading_anchors = 3
+root_doc = "contents"  # the table of contents of the site; index.md is a page for people
 exclude_patterns = ["_build"]
 
 html_theme = "furo"

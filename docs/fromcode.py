@@ -1,8 +1,10 @@
-"""Sphinx extension: fills parts of pages from the code, so that they cannot go stale.
+"""What pages show of the code, so that they cannot go stale.
 
 ``effects.md``: one section for each physical family (a module of `insenv.effects`), with the module's
-docstring, which opens with its equations, and a table of its effects. ``method.md``: the constants of
-`insenv.identify` with the comments above them.
+docstring, which opens with its equations, and a table of its effects. It stands in the page itself, for those who read
+it where Sphinx does not: ``python docs/fromcode.py`` renews it (`make format`), with ``--check`` it says whether it is
+what the code says (`make check`). ``method.md``: the constants of `insenv.identify` with the comments above them, filled
+in by Sphinx.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ import sys
 from collections.abc import Callable, Iterator
 from importlib import import_module
 from itertools import groupby
+from pathlib import Path
 from typing import Any
 
 import insenv.identify
@@ -22,8 +25,10 @@ from insenv.effects.base import CurveEffect, DrivenEffect, Effect, LinearEffect,
 from insenv.effects.catalogue import ALL, CATALOGUE, TRIAD
 from insenv.report.words import EFFECTS
 
-#: What stands in a page where text from the code is to come.
-MARK = "%FROM-CODE%"
+#: What stands in a page where text from the code is to come, at the build.
+MARK = "<!-- %FROM-CODE% -->"
+#: What stands in a page above the text from the code that is written into it, down to its end.
+WRITTEN = "<!-- From the code, down to the end: make format renews it. -->"
 #: From the special to the general: a `MemoryEffect` is a `CurveEffect` too.
 _KINDS: tuple[type[Effect], ...] = (MemoryEffect, CurveEffect, LinearEffect, NoiseEffect, DrivenEffect)
 _RULE = re.compile(r"^={3,}( +={3,})+$", re.MULTILINE)
@@ -115,7 +120,23 @@ def _constants() -> Iterator[tuple[str, str, str]]:
             yield ", ".join(f"{info.name}.{name}" for name in names.split(", ")), values, meaning
 
 
-PAGES: dict[str, Callable[[], str]] = {"effects": catalogue, "method": constants}
+PAGES: dict[str, Callable[[], str]] = {"method": constants}
+_EFFECTS = Path(__file__).parent / "effects.md"
+
+
+def written() -> str:
+    """The page of effects as it should be."""
+    above, mark, _ = _EFFECTS.read_text(encoding="utf-8").partition(WRITTEN)
+    return f"{above}{mark}\n\n{catalogue()}\n"
+
+
+def main() -> None:
+    """Renew the page of effects; with --check say whether it is renewed."""
+    found = written()
+    if "--check" not in sys.argv:
+        _EFFECTS.write_text(found, encoding="utf-8")
+    elif _EFFECTS.read_text(encoding="utf-8") != found:
+        sys.exit(f"{_EFFECTS}: is not what the code says; make format renews it")
 
 
 def _fill(app: Any, docname: str, source: list[str]) -> None:
@@ -135,3 +156,7 @@ def setup(app: Any) -> dict[str, bool]:
     app.connect("source-read", _fill)
     app.connect("env-get-outdated", _always_again)
     return {"parallel_read_safe": True}
+
+
+if __name__ == "__main__":
+    main()

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
+#: Environments by name, and the module of `insenv.envs` that has each.
+ENVIRONMENTS = {"NorthFinder": "north_finder", "TwoPosition": "two_position", "RateTable": "rate_table"}
 _REGISTRATION = "gymnasium.envs.registration"
 
 
@@ -38,7 +40,7 @@ def _register() -> None:
     """Tell gymnasium of the environments, by name: what they need is imported when one is made."""
     from gymnasium.envs.registration import register, registry
 
-    for name, module in (("NorthFinder", "north_finder"), ("TwoPosition", "two_position"), ("RateTable", "rate_table")):
+    for name, module in ENVIRONMENTS.items():
         if f"insenv/{name}-v0" not in registry:
             register(
                 id=f"insenv/{name}-v0",

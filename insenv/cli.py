@@ -19,20 +19,51 @@ import warnings
 from collections.abc import Mapping
 from io import TextIOWrapper
 from pathlib import Path
-from typing import Any, Literal, NoReturn
+from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 import click
 
 from insenv import __version__
 from insenv.core.errors import InputError
-from insenv.core.progress import Progress, allow_code_option, check_folder, check_reports, tell
+from insenv.core.names import KINDS
+from insenv.core.progress import (
+    Progress,
+    allow_code_option,
+    check_folder,
+    check_reports,
+    tell,
+    verbosity,
+    verbosity_options,
+)
+from insenv.core.terminal import examples, width
 from insenv.data.commands import init, of_data
 from insenv.evaluate.commands import check_plugin, evaluate
 from insenv.procedure.commands import design
 
+if TYPE_CHECKING:
+    from insenv.identify.findings import Findings
 
-@click.group(invoke_without_command=True)
-@click.version_option(__version__, prog_name="insenv")
+
+class _Commands(click.Group):
+    """The commands, each with the whole first sentence of its help."""
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write a line for each command."""
+        shown = [(name, (self.commands[name].help or "").partition("\n\n")[0]) for name in self.list_commands(ctx)]
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, " ".join(text.split())) for name, text in shown])
+
+
+@click.group(
+    cls=_Commands,
+    invoke_without_command=True,
+    epilog=examples(
+        "insenv close-loop my_gyro.csv    what does the model of my gyro lack?",
+        "insenv list environments         what there is: effects, scenarios, recordings ...",
+    ),
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+)
+@click.version_option(__version__, "-V", "--version", prog_name="insenv")
 @click.pass_context
 def insenv(context: click.Context) -> None:
     """Simulate inertial instruments, and trace measured errors to the effects that a model lacks."""
@@ -40,12 +71,23 @@ def insenv(context: click.Context) -> None:
         click.echo(context.get_help())
 
 
-@insenv.command("close-loop")
+@insenv.command(
+    "close-loop",
+    epilog=examples(
+        "insenv close-loop my_gyro.csv --html report.html", "insenv close-loop psins_lasergyro --json - | jq .verdict"
+    ),
+)
 @allow_code_option
+@verbosity_options
 @click.argument("manifest")
 @click.option("--json", "json_path", type=click.Path(path_type=Path), help="Write the findings as JSON.")
 @click.option("--html", "html_path", type=click.Path(path_type=Path), help="Write an HTML report in one file.")
-@click.option("--calibration", "calibration_path", type=click.Path(path_type=Path), help="Write what explains it.")
+@click.option(
+    "--calibration",
+    "calibration_path",
+    type=click.Path(path_type=Path),
+    help="Write the calibration, for insenv apply.",
+)
 @click.option("--effects", help="Try these effects only, separated by commas.")
 @click.option("--alpha", default=0.01, show_default=True, help="Probability of a false discovery, per target.")
 @click.option("--seed", default=0, show_default=True, help="Seed of the noise that calibrates the search.")
@@ -64,9 +106,9 @@ def close_loop(
 ) -> None:
     """Find the residual of the declared model and the effect that it lacks.
 
-    MANIFEST is a TOML file, or the name of a recording of `insenv datasets`. With --in-environment it is a scenario, or
-    the name of a packaged one, and --seed that of its instrument: what its first run leaves confounded is settled by
-    the experiments that the loop proposes.
+    MANIFEST is a TOML file, a data file (its manifest is then written first, as by insenv init), or the name of a
+    recording of insenv datasets. With --in-environment it is a scenario, or the name of a packaged one, and --seed that
+    of its instrument: what its first run leaves confounded is settled by the experiments that the loop proposes.
     """
     from insenv.calibration import calibration
     from insenv.close import close, opened
@@ -95,7 +137,18 @@ def close_loop(
         write_json(found, json_path)
     if calibration_path is not None:
         calibration(found, opened(manifest)).save(calibration_path)
-    tell(summary(found), html_path, json_path, calibration_path)
+    tell(summary(found, width(100)), html_path, json_path, calibration_path, verdict=_verdict(found))
+
+
+def _verdict(found: Findings) -> str:
+    """The verdict and what was added, in one line."""
+    several = len(found.targets) > 1
+    added = [
+        (f"{target.target}: " if several else "") + ", ".join(dict.fromkeys(one.effect for one in target.added))
+        for target in found.targets
+        if target.added
+    ]
+    return f"{found.verdict}{': ' if added else ''}{'; '.join(added)}"
 
 
 def _belong_together(of_recording: Mapping[str, object], played: Mapping[str, Any]) -> None:
@@ -126,15 +179,16 @@ def _settle(scenario: str, paths: tuple[Path | None, Path | None], search: tuple
     tell(summary(story), html_path, json_path)
 
 
-@insenv.command("apply")
+@insenv.command("apply", epilog=examples("insenv apply calibration.json next_run.toml --out corrected"))
 @allow_code_option
+@verbosity_options
 @click.argument("calibration", type=click.Path(path_type=Path))
 @click.argument("manifest")
 @click.option("--out", required=True, type=click.Path(path_type=Path), help="Folder to write into.")
 def apply_calibration(calibration: Path, manifest: str, out: Path) -> None:
     """Take what CALIBRATION explains out of the recordings of MANIFEST, and write them with a manifest beside.
 
-    CALIBRATION is a file of `insenv close-loop --calibration`, MANIFEST as there.
+    CALIBRATION is a file of insenv close-loop --calibration, MANIFEST as there.
     """
     from insenv.calibration import correct, load_calibration
     from insenv.calibration.write import told
@@ -146,8 +200,9 @@ def apply_calibration(calibration: Path, manifest: str, out: Path) -> None:
     click.echo(path)
 
 
-@insenv.command("rate-test")
+@insenv.command("rate-test", epilog=examples("insenv rate-test unit7.toml unit8.toml --html test.html"))
 @allow_code_option
+@verbosity_options
 @click.argument("manifests", nargs=-1, required=True, metavar="MANIFEST...")
 @click.option("--json", "json_path", type=click.Path(path_type=Path), help="Write the results as JSON.")
 @click.option("--html", "html_path", type=click.Path(path_type=Path), help="Write a test report in one HTML file.")
@@ -155,7 +210,8 @@ def apply_calibration(calibration: Path, manifest: str, out: Path) -> None:
     "--zeros",
     default="auto",
     show_default=True,
-    help="Static output to take off: auto, ends, interleaved, none.",
+    type=click.Choice(["auto", "ends", "interleaved", "none"]),
+    help="Static output to take off.",
 )
 @click.option("--warm-up", default="0 s", show_default=True, help="Time after each power-up that the bias leaves out.")
 @click.option("--averaging", help="Averaging times of the bias stability, separated by commas: '10 ms, 1 s, 100 s'.")
@@ -188,8 +244,9 @@ def rate_test(
     tell(summary(found), html_path, json_path)
 
 
-@insenv.command()
+@insenv.command(epilog=examples("insenv simulate scenarios/staircase.toml --out out/staircase"))
 @allow_code_option
+@verbosity_options
 @click.argument("scenario", type=click.Path(path_type=Path))
 @click.option("--out", required=True, type=click.Path(path_type=Path), help="Folder to write into.")
 @click.option("--seed", default=0, show_default=True, help="Seed of the run.")
@@ -201,7 +258,7 @@ def simulate(scenario: Path, out: Path, seed: int) -> None:
     click.echo(run(scenario, out, seed, lambda done, total: say(f"{done / total:4.0%} of {total} samples")))
 
 
-@insenv.command()
+@insenv.command(epilog=examples("insenv datasets --fetch psins_lasergyro"))
 @click.argument("names", nargs=-1)
 @click.option("--fetch", is_flag=True, help="Fetch NAMES, or all, into the cache.")
 def datasets(names: tuple[str, ...], fetch: bool) -> None:
@@ -217,8 +274,12 @@ def datasets(names: tuple[str, ...], fetch: bool) -> None:
         click.echo(registry.table())
 
 
-@insenv.command("sweep")
+@insenv.command(
+    "sweep",
+    epilog=examples("insenv sweep north_finder/published --policy constant_rate --estimator north_gls --seeds 200"),
+)
 @allow_code_option
+@verbosity_options
 @click.argument("scenario")
 @click.option("--policy", required=True, help="Name of a policy, or module:Name.")
 @click.option("--estimator", required=True, help="Name of an estimator, or module:Name.")
@@ -228,7 +289,13 @@ def datasets(names: tuple[str, ...], fetch: bool) -> None:
 @click.option("--resume", is_flag=True, help="Go on with what --store holds of this sweep.")
 @click.option("--jobs", default=1, show_default=True, help="Processes on this machine.")
 @click.option("--cluster", help="Dask scheduler instead, tcp://host:port.")
-@click.option("--path", default="samples", show_default=True, help="How to simulate: samples, or means over dwells.")
+@click.option(
+    "--path",
+    default="samples",
+    show_default=True,
+    type=click.Choice(["samples", "dwells"]),
+    help="How to simulate: samples, or means over dwells.",
+)
 @click.option("--block", help="Length of a dwell, such as '0.1 s'; a step of the task.")
 @click.option("--every", default=1, show_default=True, help="Steps after which the estimator is asked.")
 def sweep_runs(  # noqa: PLR0913 -- an argument for each option
@@ -259,7 +326,7 @@ def sweep_runs(  # noqa: PLR0913 -- an argument for each option
     length = None if block is None else quantity(block, "time", "--block")
     job = Episodes(scenario, estimator, policy, path=path, block=length, every=every)
     try:
-        found = run(job, first, seeds, store, backend(jobs, cluster), resume, progress=True)
+        found = run(job, first, seeds, store, backend(jobs, cluster), resume, progress=verbosity() >= 0)
     except KeyboardInterrupt:
         _end(f"interrupted; {_kept(store)}", 130)
     except LostError as error:
@@ -278,6 +345,58 @@ insenv.add_command(init)
 insenv.add_command(check_plugin)
 insenv.add_command(evaluate)
 insenv.add_command(design)
+
+
+@insenv.command("list", epilog=examples("insenv list effects", "insenv list recordings"))
+@click.argument("kind", type=click.Choice(KINDS))
+def list_kind(kind: str) -> None:
+    """List what there is of a KIND, with a line each: the names that other commands and files take."""
+    from insenv.shelf import listed
+
+    click.echo(listed(kind, width()))
+
+
+class _Name(click.ParamType):
+    """A text that the shell may complete with the names of a kind, separated by commas, or with files."""
+
+    name = "text"
+
+    def __init__(self, kind: str, files: bool = False) -> None:
+        self.kind, self.files = kind, files
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[click.shell_completion.CompletionItem]:
+        """Names that begin with what stands behind the last comma."""
+        from click.shell_completion import CompletionItem
+
+        from insenv.shelf import names
+
+        before, comma, last = incomplete.rpartition(",")
+        found = [CompletionItem(f"{before}{comma}{name}") for name in names(self.kind) if name.startswith(last)]
+        return [*found, CompletionItem(incomplete, type="file")] if self.files else found
+
+
+#: Arguments and options that take names of a kind; true: or a file.
+_NAMED: Mapping[tuple[str, str], tuple[str, bool]] = {
+    ("close-loop", "manifest"): ("recordings", True),
+    ("close-loop", "effects"): ("effects", False),
+    ("close-loop", "estimator"): ("estimators", False),
+    ("apply", "manifest"): ("recordings", True),
+    ("datasets", "names"): ("recordings", False),
+    ("sweep", "scenario"): ("scenarios", True),
+    ("sweep", "policy"): ("policies", False),
+    ("sweep", "estimator"): ("estimators", False),
+    ("evaluate", "env"): ("environments", False),
+    ("evaluate", "estimator"): ("estimators", False),
+    ("evaluate", "policy"): ("policies", False),
+    ("evaluate", "scenario"): ("scenarios", True),
+    ("check-plugin", "env"): ("environments", False),
+    ("design", "scenario"): ("scenarios", True),
+    ("design", "estimator"): ("estimators", False),
+}
+for (_command, _parameter), (_kind, _or_file) in _NAMED.items():
+    next(p for p in insenv.commands[_command].params if p.name == _parameter).type = _Name(_kind, _or_file)
 
 
 def main() -> None:

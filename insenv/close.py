@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from difflib import get_close_matches
 from pathlib import Path
 
 from insenv import datasets
@@ -103,6 +104,10 @@ def opened(
             progress(f"fetching {name}")
             datasets.fetch(name)
         return datasets.load(name)
+    if not Path(name).suffix and "/" not in name and not Path(name).exists():
+        near = get_close_matches(name, datasets.names(), 1)
+        hint = f"did you mean {near[0]!r}?" if near else "wanted a manifest in TOML, or one of `insenv list recordings`"
+        raise InputError(f"{name}: neither a file nor a published recording; {hint}")
     return load_manifest(Path(manifest), allow_code=allow_code)
 
 

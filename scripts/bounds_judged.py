@@ -33,7 +33,7 @@ in simulation: `insenv evaluate` on scenarios whose effects are all declared. Th
 python scripts/bounds_judged.py --seeds {seeds}
 ```
 
-The bounds are those of [](../evaluate.md): `insenv.design.information`, `insenv.design.alignment`,
+The bounds are those of [judging plug-ins](../evaluate.md): `insenv.design.information`, `insenv.design.alignment`,
 `insenv.design.scale_factor`. Intervals hold with 95 %; with R runs that of a ratio is about 1.39 / sqrt(R).
 `told / bound` is the deviation that the estimator tells over the bound: what it leaves unused by choice."""
 

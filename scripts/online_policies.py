@@ -35,7 +35,7 @@ from insenv.evaluate.runs import task_of
 PAGE = Path(__file__).parents[1] / "docs/results/online_policies.md"
 HEAD = """# Policies that close the loop on line
 
-`greedy_...` and `horizon_...` ([](../estimators.md)) decide while they measure; here they are beside the documented
+`greedy_...` and `horizon_...` ([estimators](../estimators.md)) decide while they measure; here they are beside the documented
 procedures on the same runs, at equal time and at equal accuracy. Written by `python scripts/online_policies.py`.
 `insenv evaluate --policy horizon_north,...` takes them by name. Intervals hold with 95 % (bootstrap over runs, seeded);
 differences are of the same runs.
@@ -195,7 +195,7 @@ def two_positions(runs: int) -> Section:
     horizon, three = a2("horizon_two_position"), a2("three_rests")
     verdict = (
         f"`horizon_two_position` needs {horizon.time.mean():.0f} s for what takes `three_rests` "
-        f"{three.time.mean():.0f} s, and the published procedure 776 s ([](two_position.md)). "
+        f"{three.time.mean():.0f} s, and the published procedure 776 s ([two positions](two_position.md)). "
         "Here the information depends on no reading, so "
         "its plan could be written down beforehand: rests of 30, 51 and 57 s instead of equal thirds. With the "
         "realistic vehicle, whose sway no plan knows of, the loop is worth more: "
@@ -238,7 +238,7 @@ def rate_table(runs: int) -> Section:
     header = ("policy", "faults found", "false alarms", "time [s]", "K, rms [ppm]", "K, told [ppm]")
     lines = (
         f"{runs} runs of a B-215 with a fault of 0.034 deg/s at an unknown rate, and {runs} without, as in "
-        "[](fog_test.md).",
+        "[rate table](fog_test.md).",
         "",
         *table(header, rows),
     )

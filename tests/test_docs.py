@@ -182,7 +182,7 @@ def test_every_verdict_is_explained() -> None:
 
 def test_every_effect_is_on_its_page() -> None:
     """Those of the catalogue with their parameters, and those whose names are reserved."""
-    page = fromcode().catalogue()
+    page = text("effects")
     for effect in CATALOGUE:
         row = next(line for line in page.split("\n") if line.startswith(f"| `{effect.id}`"))
         assert f"`{effect.linear[0].name}`" in row
@@ -200,6 +200,47 @@ def test_the_pages_leave_room_for_what_comes_from_the_code() -> None:
     code = fromcode()
     for page in code.PAGES:
         assert text(page).count(code.MARK) == 1
+    assert text("effects") == code.written(), "make format renews it"
+
+
+# ------------------------------------------------------------------------------- as GitHub shows the pages
+
+ALL_PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+ALL_PAGES = [page for page in ALL_PAGES if "_build" not in page.parts]
+
+
+def links(page: Path) -> list[tuple[str, str]]:
+    """Text and target of each link and picture outside of code."""
+    bare = re.sub(r"`[^`\n]*`", "code", _BLOCK.sub("", page.read_text(encoding="utf-8")))
+    return re.findall(r"\[([^\[\]]*)\]\(([^()\s]+)\)", bare)
+
+
+def anchors(page: Path) -> set[str]:
+    """What GitHub calls the headings of a page."""
+    bare = _BLOCK.sub("", page.read_text(encoding="utf-8"))
+    headings = re.findall(r"^#+ (.+)$", bare, re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.strip().lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("page", ALL_PAGES, ids=lambda page: page.stem)
+def test_every_link_has_a_text_and_leads_somewhere(page: Path) -> None:
+    for shown, target in links(page):
+        assert shown.strip(), f"{page.name}: the link to {target} has no text"
+        file, _, anchor = target.partition("#")
+        if target.startswith(("http://", "https://", "mailto:")):
+            continue
+        there = (page.parent / file).resolve() if file else page
+        assert there.exists(), f"{page.name}: {target} is not there"
+        assert not anchor or anchor in anchors(there), f"{page.name}: {target}: no such heading"
+
+
+@pytest.mark.parametrize("page", [page for page in ALL_PAGES if page.stem != "contents"], ids=lambda page: page.stem)
+def test_every_page_is_plain_markdown(page: Path) -> None:
+    """Directives and roles of Sphinx would be shown as they are typed; so would a placeholder."""
+    whole = page.read_text(encoding="utf-8")
+    outside = re.sub(r"<!--.*?-->", "", _BLOCK.sub("", whole), flags=re.DOTALL)
+    assert not re.search(r"^(```|:::)\{", whole, re.MULTILINE), page
+    assert not re.search(r"\{(doc|ref|term|numref)\}`|%[A-Z-]+%", outside), page
 
 
 def test_the_layers_are_those_of_the_import_contract() -> None:

@@ -8,6 +8,8 @@ import os
 STANDARD_OUTPUT = ("-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1")
 #: Environment variable that allows code named in files to a command and the processes that it starts: "1".
 CODE_ALLOWED = "INSENV_ALLOW_CODE"
+#: Kinds that `insenv list` lists.
+KINDS = ("effects", "scenarios", "instruments", "estimators", "policies", "environments", "recordings")
 
 
 def is_standard_output(path: str | os.PathLike[str] | None) -> bool:

@@ -49,3 +49,8 @@ def wrapped(text: str, indent: str) -> str:
     import textwrap
 
     return textwrap.fill(text, width(), initial_indent=indent, subsequent_indent=" " * len(indent))
+
+
+def examples(*lines: str) -> str:
+    """End of a command's help: how it is called; click leaves a paragraph behind a backspace as it is."""
+    return "\b\n" + "\n".join(["Example:", *(f"  {line}" for line in lines)])

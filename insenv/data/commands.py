@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from insenv.core.errors import InputError
-from insenv.core.terminal import is_terminal, paint, shortened, width, wrapped
+from insenv.core.terminal import examples, is_terminal, paint, shortened, width, wrapped
 
 if TYPE_CHECKING:
     from insenv.data.guess.draft import Draft, Question
@@ -20,7 +20,10 @@ if TYPE_CHECKING:
 _COLOURS = {"stated": "green", "answered": "green", "numbers": "green", "assumed": "yellow", "open": "red"}
 
 
-@click.command("init")
+@click.command(
+    "init",
+    epilog=examples("insenv init my_gyro.csv", "insenv init run1.csv run2.csv --out test.toml --set gyro.unit=deg/s"),
+)
 @click.argument("data", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="DATA...")
 @click.option("--out", type=click.Path(path_type=Path), help="Manifest to write; '-': standard output. [DATA's .toml]")
 @click.option("--set", "answers", multiple=True, metavar="KEY=VALUE", help="Answer a question: --set gyro.unit=deg/s.")
@@ -28,15 +31,10 @@ _COLOURS = {"stated": "green", "answered": "green", "numbers": "green", "assumed
 @click.option("--force", is_flag=True, help="Replace a manifest that is there.")
 @click.option("--no-input", is_flag=True, help="Ask nothing, also on a terminal.")
 def init(data: tuple[Path, ...], out: Path | None, answers: tuple[str, ...], columns: str | None, **how: bool) -> None:
-    r"""Write the manifest of data files: what each column is, in which unit.
+    """Write the manifest of data files: what each column is, in which unit.
 
     DATA is a CSV, text, npz, Parquet, MATLAB, Excel or R file; several are runs of one instrument. Headings and
     numbers tell what they can; what would change a result and is not told is asked, or marked in the manifest.
-
-    \b
-    Example:
-      insenv init my_gyro.csv
-      insenv init run1.csv run2.csv --out test.toml --set gyro.unit=deg/s
     """
     from insenv.core.names import is_standard_output
     from insenv.core.progress import check_folder

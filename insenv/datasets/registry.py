@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 
 from insenv.core.errors import InputError
@@ -49,7 +50,9 @@ def manifest_path(name: str) -> Path:
         If there is no such recording.
     """
     if name not in SIZES:
-        raise InputError(f"no recording {name!r}; there are {', '.join(SIZES)}")
+        near = get_close_matches(name, SIZES, 1)
+        wanted = f"did you mean {near[0]!r}?" if near else f"there are {', '.join(SIZES)}"
+        raise InputError(f"no recording {name!r}; {wanted}")
     return _MANIFESTS / f"{name}.toml"
 
 

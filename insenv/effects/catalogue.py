@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from difflib import get_close_matches
 from functools import cache
 
 from insenv.core.errors import InputError
@@ -133,8 +134,11 @@ def by_key(key: str, plug_in: str = "") -> Effect:
     if found is None and (name in names(EFFECTS) or plug_in):
         found = _plug_in(name if name in names(EFFECTS) else plug_in)
     if found is None:
-        known = ", ".join(dict.fromkeys((*(effect.id for effect in ALL), *names(EFFECTS))))
-        raise InputError(f"unknown effect {key!r}, wanted one of {known}")
+        known = tuple(dict.fromkeys((*(effect.id for effect in ALL), *names(EFFECTS))))
+        near = get_close_matches(name, known, 1)
+        all_of = f"wanted one of {', '.join(known)}"
+        hint = f"did you mean {near[0]!r}? All: insenv list effects" if near else all_of
+        raise InputError(f"unknown effect {key!r}; {hint}")
     if not colon:
         return found
     if not hasattr(found, "order"):

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from insenv.core.errors import InputError
+from insenv.core.manifest.schema import nearest
 from insenv.core.plugins import EFFECTS, ESTIMATORS, POLICIES
 from insenv.evaluate.check_child import Kind, Tried
 from insenv.evaluate.child import Child
@@ -91,7 +92,7 @@ def check_plugin(
     wanted = ENVIRONMENTS if environments is None else tuple(environments)
     for each in wanted:
         if each not in ENVIRONMENTS:
-            raise InputError(f"environment {each!r} given; wanted one of {', '.join(ENVIRONMENTS)}")
+            raise InputError(f"environment {each!r} given; {nearest(each, ENVIRONMENTS)}")
     ended = Child("insenv.evaluate.check_child:kind", name, limit).wait()
     if not isinstance(found := ended.result, Kind):
         raise InputError(ended.fault if name in ended.fault else f"plug-in {name!r} {ended.fault}")

@@ -10,13 +10,15 @@ from pathlib import Path
 
 import click
 
-from insenv.core.progress import Progress, allow_code_option, check_reports, tell
+from insenv.core.progress import Progress, allow_code_option, check_reports, tell, verbosity_options
+from insenv.core.terminal import examples
 
 #: Time between two sentences of what is being done [s].
 _PAUSE = 2.0
 
 
-@click.command("check-plugin")
+@click.command("check-plugin", epilog=examples("insenv check-plugin north_gls --env NorthFinder"))
+@verbosity_options
 @click.argument("name")
 @click.option("--env", help="Environments to try it on, separated by commas; all by default.")
 @click.option("--limit", default="60 s", show_default=True, help="Longest time of one call.")
@@ -36,8 +38,12 @@ def check_plugin(name: str, env: str | None, limit: str) -> None:
         sys.exit(1)
 
 
-@click.command("evaluate")
+@click.command(
+    "evaluate",
+    epilog=examples("insenv evaluate --env NorthFinder --estimator revolution,north_gls --policy constant_rate"),
+)
 @allow_code_option
+@verbosity_options
 @click.option("--env", required=True, help="NorthFinder, TwoPosition or RateTable.")
 @click.option("--estimator", required=True, help="Names of estimators, or module:Name, separated by commas.")
 @click.option("--policy", required=True, help="Names of policies, or module:Name, separated by commas.")

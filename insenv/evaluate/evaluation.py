@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from insenv.core.errors import InputError
+from insenv.core.manifest.schema import nearest
 from insenv.core.plugins import ESTIMATORS, POLICIES, find, names
 from insenv.evaluate.child import Child, Ended, Say
 from insenv.evaluate.play import Answers, Played, Work, play_on
@@ -142,7 +143,7 @@ def evaluate(  # noqa: PLR0913 -- what is judged, and how the work is done
 
 def _scenario(environment: str, scenario: str | None, changes: Mapping[str, Any]) -> str:
     if environment not in ENVIRONMENTS:
-        raise InputError(f"environment {environment!r} given; wanted one of {', '.join(ENVIRONMENTS)}")
+        raise InputError(f"environment {environment!r} given; {nearest(environment, ENVIRONMENTS)}")
     usual, kinds = ENVIRONMENTS[environment]
     name = usual if scenario is None else scenario
     loaded = load(name, changes)

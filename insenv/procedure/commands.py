@@ -7,7 +7,8 @@ from pathlib import Path
 import click
 
 from insenv.core.errors import InputError
-from insenv.core.progress import Progress, allow_code_option, check_reports, tell
+from insenv.core.progress import Progress, allow_code_option, check_reports, tell, verbosity_options
+from insenv.core.terminal import examples
 
 #: Time between two sentences of what is being done [s].
 _PAUSE = 2.0
@@ -15,8 +16,9 @@ _PAUSE = 2.0
 DESIGNED_FILE = "designed.toml"
 
 
-@click.command("design")
+@click.command("design", epilog=examples('insenv design north_finder/realistic --time "300 s" --html best.html'))
 @allow_code_option
+@verbosity_options
 @click.argument("scenario")
 @click.option("--demanded", help="Deviation to reach in the least time, '30 arcsec'; or 'published'.")
 @click.option("--time", "time_", help="Time in which to reach the least deviation: '300 s'.")
@@ -24,7 +26,13 @@ DESIGNED_FILE = "designed.toml"
 @click.option("--estimator", help="Plug-in that the procedures are played with; the best documented one of the task.")
 @click.option("--seeds", default=64, show_default=True, help="Runs that each procedure is played for.")
 @click.option("--no-verify", is_flag=True, help="Search alone: nothing is played.")
-@click.option("--search", default="auto", show_default=True, help="auto, grid, simplex or cma.")
+@click.option(
+    "--search",
+    default="auto",
+    show_default=True,
+    type=click.Choice(["auto", "grid", "simplex", "cma"]),
+    help="How the best is searched for.",
+)
 @click.option("--search-seed", default=0, show_default=True, help="Seed of the search.")
 @click.option("--jobs", default=1, show_default=True, help="Processes at a time.")
 @click.option("--out", type=click.Path(path_type=Path), help=f"Folder for {DESIGNED_FILE}, made where it is missing.")

@@ -19,6 +19,11 @@ def names() -> tuple[str, ...]:
     return tuple(sorted(f"{path.parent.name}/{path.stem}" for path in _HOME.glob("*/*.toml")))
 
 
+def path_of(name: str) -> Path:
+    """File of the packaged scenario ``name``."""
+    return _HOME / f"{name}.toml"
+
+
 def changed(changes: Mapping[str, Any] | None) -> dict[str, Any]:
     """What a caller changes, as a dict of its own.
 
@@ -42,7 +47,7 @@ def source(path: Path | str, changes: Mapping[str, Any] | None) -> tuple[dict[st
     """
     name = Path(path).as_posix()
     if name in names():
-        path = _HOME / f"{name}.toml"
+        path = path_of(name)
     elif not (Path(path).suffix or Path(path).exists()):
         near = get_close_matches(name, names(), 1)
         wanted = f"did you mean {near[0]!r}?" if near else f"wanted a TOML file, or one of {', '.join(names())}"

@@ -157,13 +157,16 @@ def _force(units: Units, roles: Roles, answers: Mapping[str, str]) -> None:
 
 def _ask(units: Units, kind: str, reads: str, hint: str, written: str | None, dimensions: tuple[str, ...]) -> None:
     """A question for the unit of a kind."""
+    who = {"accel": "an accelerometer", "gyro": "a gyro"}[kind]
     said = f" (the heading says {written})" if written else ""
-    of = {"accel": "m/s^2, g; of raw counts the size of one", "gyro": "deg/s, rad/s; of raw counts the size of one"}[
-        kind
-    ]
-    also = "" if len(dimensions) == 1 else f"; {'deg' if kind == 'gyro' else 'm/s'} if each row holds an increment"
-    facts = f"; {reads}" if reads else ""
-    text = f"In which unit are {_words(kind).lower()}{said}{facts}? ({of}{also})"
+    facts = f" {reads[0].upper()}{reads[1:]}." if reads else ""
+    example = {
+        "accel": "m/s^2, g; of raw counts one's size, as 0.000061 g",
+        "gyro": "deg/s, rad/s; of raw counts one's size",
+    }
+    step = {"accel": "m/s, where a row holds an increment", "gyro": "deg, where a row holds an increment"}
+    wanted = f"{example[kind]}; {step[kind]}" if len(dimensions) > 1 else step[kind].partition(",")[0]
+    text = f"In which unit does {who} read{said}?{facts} Wanted: {wanted}."
     units.questions.append(Question(f"{kind}.unit", text, hint, dimensions))
     units.by_kind[kind] = Choice(None, reads or "no unit in the heading", "open")
 
@@ -237,7 +240,7 @@ def _by_table(roles: Roles, period: float | None, table: tuple[str, Role], hint:
     found = numbers.pairs(abs(gain), ("deg/s", "rad/s"), tables, 0.25) or numbers.pairs(
         abs(gain), ("deg/s", "rad/s"), ("deg/s", "rad/s", "rpm"), 0.25
     )
-    said = f"{name} reads {gain:.4g} times the table's {'rate' if table[0] == 'table_rate' else 'rate in rad/s'}"
+    said = f"{name} reads {gain:.3g} times the table's rate{'' if table[0] == 'table_rate' else ' in rad/s'}"
     return (found[0][0] if found else hint), said
 
 
@@ -310,11 +313,11 @@ def _table_unit(
         if known:
             near = numbers.pairs(abs(gain), (known,), tables, ALONG)
             told = near[0][1] if near else ""
-            reads = f"the gyro reads {abs(gain):.4g} times it"
+            reads = f"the gyro reads {abs(gain):.3g} times it"
         near = numbers.pairs(abs(gain), (known,) if known else ("deg/s", "rad/s"), tables, 0.25)
         if choice is None and stated is not None and near and all(t != stated for _, t in near):
             fitting = f"as with a gyro in {near[0][0]} and a table in {near[0][1]}"
-            reads = f"the heading says {stated}, but the gyro reads {abs(gain):.4g} times it, {fitting}"
+            reads = f"the heading says {stated}, but the gyro reads {abs(gain):.3g} times it, {fitting}"
             stated = None
         hint = near[0][1] if near else ""
     else:
@@ -324,8 +327,8 @@ def _table_unit(
     if choice is None and told and reads and "heading" not in reads:
         choice = Choice(told, reads, "numbers")
     if choice is None:
-        facts = f": {reads}" if reads else ""
-        text = f"In which unit is the table's rate, {role.column.heading}{facts}? (deg/s, rad/s, rpm)"
+        facts = f" {reads[0].upper()}{reads[1:]}." if reads else ""
+        text = f"In which unit is the table's rate, {role.column.heading}?{facts} Wanted: deg/s, rad/s, rpm."
         units.questions.append(Question(key, text, hint, ("rate", "angle")))
         choice = Choice(None, reads or "no unit in the heading", "open")
     units.table[name] = (role, choice, False)
