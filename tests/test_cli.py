@@ -307,7 +307,7 @@ BAD_FILES: dict[str, tuple[Callable[[Path], None], tuple[str, ...]]] = {
 }
 
 BAD_OPTIONS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
-    "unknown effect": (("--effects", "bias_drift,bais"), ("bais", "wanted one of")),
+    "unknown effect": (("--effects", "bias_drift,bais"), ("bais", "did you mean 'bias'")),
     "no effect": (("--effects", ""), ("unknown effect ''",)),
     "noise to try": (("--effects", "rate_random_walk"), ("rate_random_walk", "noise")),
     "alpha of zero": (("--alpha", "0"), ("alpha = 0", "between 0 and 1")),

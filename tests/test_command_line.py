@@ -1,0 +1,166 @@
+"""The command line as its users know it: help, names, colour, completion, what is said and where."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import click
+import pytest
+from click.shell_completion import ShellComplete
+from click.testing import CliRunner
+from command import Ended, run, write
+
+from insenv import cli, shelf
+from insenv.core import progress, terminal
+from insenv.core.errors import InputError
+from insenv.core.names import KINDS
+
+Command = Callable[..., Ended]
+
+
+@pytest.fixture
+def insenv(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Command:
+    return lambda *args: run(capsys, monkeypatch, *args)
+
+
+@pytest.mark.parametrize("name", [*cli.insenv.commands])
+def test_every_help_is_whole_and_ends_with_an_example_that_is_one(name: str) -> None:
+    shown = CliRunner().invoke(cli.insenv, [name, "-h"]).stdout
+    assert "..." not in shown.split("Options:")[1].split("Example:")[0].replace("DATA...", "").replace(
+        "KEY=VALUE]...", ""
+    )
+    lines = [line.strip() for line in shown.partition("Example:")[2].splitlines() if line.strip()]
+    assert lines
+    for line in lines:
+        assert line.startswith(f"insenv {name}")
+        words = [word.strip("'\"") for word in line.split("|")[0].split()[2:]]
+        cli.insenv.commands[name].make_parser(click.Context(cli.insenv.commands[name])).parse_args(words)
+
+
+def test_the_list_of_commands_has_whole_sentences() -> None:
+    shown = CliRunner().invoke(cli.insenv, ["-h"]).stdout
+    assert "..." not in shown.split("Commands:")[1].split("Example")[0]
+    assert all(f"\n  {name}" in shown for name in cli.insenv.commands)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_list_names_all_of_a_kind_with_a_line_each(kind: str, insenv: Command) -> None:
+    ended = insenv("list", kind)
+    assert ended.status == 0
+    for name in shelf.names(kind):
+        (line,) = [line for line in ended.out.splitlines() if line.startswith(f"{name} ")]
+        assert len(line.split()) > 2
+
+
+def test_a_kind_that_is_none_is_refused_with_the_nearest(insenv: Command) -> None:
+    assert insenv("list", "efects").status == 2
+    with pytest.raises(InputError, match="did you mean 'effects'"):
+        shelf.names("efects")
+
+
+@pytest.mark.parametrize(
+    ("args", "meant"),
+    [
+        (("close-lop", "a"), "close-loop"),
+        (("close-loop", "a.toml", "--jsn", "b"), "--json"),
+        (("close-loop", "psins_lasrgyro"), "psins_lasergyro"),
+        (("datasets", "--fetch", "tofupilot_termal"), "tofupilot_thermal"),
+        (("sweep", "north_finder/publishd", "--policy", "constant_rate", "--estimator", "north_gls"), "published"),
+        (("evaluate", "--env", "NorthFindr", "--estimator", "north_gls", "--policy", "constant_rate"), "NorthFinder"),
+        (("evaluate", "--env", "NorthFinder", "--estimator", "north_gl", "--policy", "constant_rate"), "north_gls"),
+        (("check-plugin", "north_gl"), "north_gls"),
+    ],
+)
+def test_a_wrong_name_is_answered_with_the_nearest(args: tuple[str, ...], meant: str, insenv: Command) -> None:
+    ended = insenv(*args)
+    assert ended.status == 2 and ended.err.count("\n") == 1
+    assert "id you mean" in ended.err and meant in ended.err
+
+
+@pytest.mark.parametrize(
+    ("words", "incomplete", "found"),
+    [
+        ([], "clo", "close-loop"),
+        (["close-loop"], "--js", "--json"),
+        (["close-loop"], "psins", "psins_lasergyro"),
+        (["close-loop", "a.toml", "--effects"], "tone,bias_st", "tone,bias_step"),
+        (["sweep"], "north_finder/pu", "north_finder/published"),
+        (["evaluate", "--env"], "North", "NorthFinder"),
+        (["evaluate", "--env", "NorthFinder", "--estimator"], "north_", "north_gls"),
+        (["rate-test", "a.toml", "--zeros"], "inter", "interleaved"),
+        (["list"], "pol", "policies"),
+    ],
+)
+def test_the_shell_completes_commands_options_and_names(words: list[str], incomplete: str, found: str) -> None:
+    complete = ShellComplete(cli.insenv, {}, "insenv", "_INSENV_COMPLETE")
+    assert found in [item.value for item in complete.get_completions(words, incomplete)]
+
+
+def test_the_version_waits_for_nothing_heavy() -> None:
+    program = (
+        "import sys\n"
+        "sys.argv = ['insenv', '--version']\n"
+        "import insenv.cli as c\n"
+        "try: c.main()\n"
+        "except SystemExit: pass\n"
+        "print([m for m in ('numpy', 'scipy', 'gymnasium', 'pint', 'matplotlib', 'msgspec') if m in sys.modules])"
+    )
+    folder = str(Path(cli.__file__).parents[1])
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={**os.environ, "PYTHONPATH": folder},
+    )
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+@pytest.mark.parametrize("first", ["insenv", "gymnasium"])
+def test_the_environments_are_registered_whichever_is_imported_first(first: str) -> None:
+    other = {"insenv": "gymnasium", "gymnasium": "insenv"}[first]
+    program = f"import {first}\nimport {other}\nimport gymnasium\nprint(gymnasium.spec('insenv/RateTable-v0').id)"
+    folder = str(Path(cli.__file__).parents[1])
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, "PYTHONPATH": folder},
+    )
+    assert done.stdout.strip() == "insenv/RateTable-v0", done.stderr
+
+
+def test_the_verdict_is_last_and_quiet_says_it_alone(insenv: Command, tmp_path: Path) -> None:
+    manifest = write(tmp_path)
+    options = ("--effects", "scale_factor_asymmetry", "--html", tmp_path / "a.html")
+    ended = insenv("close-loop", manifest, *options)
+    assert ended.out.splitlines()[-1] == "effects-found: scale_factor_asymmetry"
+    quiet = insenv("close-loop", manifest, "-q", "--effects", "scale_factor_asymmetry")
+    assert (quiet.out, quiet.err) == ("effects-found: scale_factor_asymmetry\n", "")
+    loud = insenv("close-loop", manifest, "-v", "--effects", "scale_factor_asymmetry")
+    assert "[  0." in loud.err and "declared model" in loud.err
+
+
+def test_colour_is_for_terminals_that_want_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("NO_COLOR", "FORCE_COLOR"):
+        monkeypatch.delenv(name, raising=False)
+    assert terminal.paint("a", "red") == "a"  # the standard output of a test is none
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    assert terminal.paint("a", "red").startswith("\x1b[")
+    monkeypatch.setenv("NO_COLOR", "1")
+    assert terminal.paint("a", "red") == "a"
+
+
+def test_progress_tells_what_is_left(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [100.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    say = progress.Progress()
+    now[0] += 10
+    say("25% of 8 parts")
+    say("the search")
+    assert capsys.readouterr().err.splitlines() == ["[ 10.0 s] 25% of 8 parts, 30 s left", "[ 10.0 s] the search"]
