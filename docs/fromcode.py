@@ -2,9 +2,9 @@
 
 ``effects.md``: one section for each physical family (a module of `insenv.effects`), with the module's
 docstring, which opens with its equations, and a table of its effects. It stands in the page itself, for those who read
-it where Sphinx does not: ``python docs/fromcode.py`` renews it (`make format`), with ``--check`` it says whether it is
-what the code says (`make check`). ``method.md``: the constants of `insenv.identify` with the comments above them, filled
-in by Sphinx.
+it where Sphinx does not: ``python docs/fromcode.py`` renews it (`make format`), and tells with ``--check`` whether that
+is to be done (`make check`). ``method.md``: the constants of `insenv.identify` with the comments above them, filled in
+by Sphinx.
 """
 
 from __future__ import annotations

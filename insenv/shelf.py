@@ -58,7 +58,7 @@ def _first(text: str | None) -> str:
 def _effects() -> tuple[str, ...]:
     from insenv.effects.catalogue import catalogue
 
-    return tuple(effect.id for effect in catalogue())
+    return tuple(dict.fromkeys(effect.id for effect in catalogue()))
 
 
 def _effect(name: str) -> str:

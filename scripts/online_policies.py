@@ -35,8 +35,9 @@ from insenv.evaluate.runs import task_of
 PAGE = Path(__file__).parents[1] / "docs/results/online_policies.md"
 HEAD = """# Policies that close the loop on line
 
-`greedy_...` and `horizon_...` ([estimators](../estimators.md)) decide while they measure; here they are beside the documented
-procedures on the same runs, at equal time and at equal accuracy. Written by `python scripts/online_policies.py`.
+`greedy_...` and `horizon_...` ([estimators](../estimators.md)) decide while they measure; here they are beside the
+documented procedures on the same runs, at equal time and at equal accuracy. Written by
+`python scripts/online_policies.py`.
 `insenv evaluate --policy horizon_north,...` takes them by name. Intervals hold with 95 % (bootstrap over runs, seeded);
 differences are of the same runs.
 """

@@ -474,10 +474,10 @@ def test_the_command_says_what_it_found(capsys: pytest.CaptureFixture[str], monk
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        (["north_glls"], "plug-in 'north_glls' is not installed; wanted one of correlation"),
+        (["north_glls"], "plug-in 'north_glls' is not installed; did you mean 'north_gls'"),
         (["no_such_module:X"], "cannot be imported"),
         (["json:loads"], "has neither estimate() nor act()"),
-        (["north_gls", "--env", "Sea"], "environment 'Sea' given; wanted one of NorthFinder"),
+        (["north_gls", "--env", "Sea"], "environment 'Sea' given; there are NorthFinder"),
         (["north_gls", "--limit", "long"], "--limit"),
     ],
 )

@@ -379,7 +379,7 @@ def test_runs_are_of_one_kind(tmp_path: Path) -> None:
     first, second = table(tmp_path / "a.csv", on_table()), table(tmp_path / "b.csv", on_table(seed=2))
     made = init([first, second], tmp_path / "both.toml")
     assert tomllib.loads(made.path.read_text())["data"] == ["a.csv", "b.csv"]
-    table(second, {"time": np.arange(50) * DT, "other": np.ones(50)})
+    table(second, {"time": np.arange(50.0) * DT, "other": np.ones(50)})
     with pytest.raises(InputError, match=r"b\.csv: its columns are not those of a\.csv"):
         init([first, second], tmp_path / "more.toml")
 

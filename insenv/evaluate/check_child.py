@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from difflib import get_close_matches
 from typing import Any
 
 from insenv.core.errors import InputError
@@ -115,8 +116,10 @@ def _found(name: str) -> tuple[str, Any]:
         for group in groups:
             if name in names(group):
                 return group, find(group, name)
-        known = ", ".join(n for group in groups for n in names(group))
-        raise InputError(f"plug-in {name!r} is not installed; wanted one of {known}, or module:Name")
+        known = [n for group in groups for n in names(group)]
+        near = get_close_matches(name, known, 1)
+        wanted = f"did you mean {near[0]!r}?" if near else f"wanted one of {', '.join(known)}, or module:Name"
+        raise InputError(f"plug-in {name!r} is not installed; {wanted}")
     try:
         found = find(EFFECTS, name)  # as it is written, not adapted
     except InputError as error:
