@@ -222,4 +222,4 @@ def _remarks(line: RateLineResult | None, told: bool) -> Iterator[str]:
     if line.zero_method == "none":
         yield "No static output was taken off the dwells: their offset holds the bias."
     if np.isnan(line.earth_rate):
-        yield "The Earth rate is in every bias: the manifest tells no latitude."
+        yield "The Earth rate is in every bias: no latitude in the manifest."

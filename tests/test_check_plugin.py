@@ -463,7 +463,7 @@ def test_what_would_end_the_check_is_told(name: str, sentence: str) -> None:
 def test_the_command_says_what_it_found(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     ended = run(capsys, monkeypatch, "check-plugin", "strangers_plugins:Prints", "--env", "NorthFinder")
     assert ended.status == 0
-    assert "keeps its state in itself" in ended.out and ended.out.endswith("It keeps the contract.\n")
+    assert "keeps its state in itself" in ended.out and ended.out.endswith("OK: it keeps the contract.\n")
     assert "busy" not in ended.out
     ended = run(capsys, monkeypatch, "check-plugin", "levelling", "--env", "NorthFinder")
     assert ended.status == 1 and "it tells level_c, level_s; asked for is azimuth [rad]" in ended.out

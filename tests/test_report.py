@@ -491,8 +491,8 @@ def test_found_effects_are_named_by_where_they_sit(added: list[Added], text: str
 
 def test_the_same_probability_is_said_once() -> None:
     first, second = found.chances([tone(5.0), tone(6.0, p=0.004), tone(7.0, p=1e-30)])
-    assert first == "Tones at 5.000 and 7.000 Hz: noise alone would imitate each with probability p < 10⁻¹⁵."
-    assert second == "A tone at 6.000 Hz: noise alone would imitate it with probability p = 0.004."
+    assert first == "Tones at 5.000 and 7.000 Hz: chance of seeing this from noise alone, each: p < 10⁻¹⁵."
+    assert second == "A tone at 6.000 Hz: chance of seeing this from noise alone: p = 0.004."
 
 
 def test_several_tones_share_one_heading_and_one_meaning() -> None:

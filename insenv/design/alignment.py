@@ -72,7 +72,7 @@ def told(sheet: Datasheet) -> Instrument:
         If it tells no latitude.
     """
     if sheet.site.latitude is None:
-        raise InputError("the datasheet tells no latitude; wanted it, for heading comes from the Earth's rate")
+        raise InputError("no latitude in the datasheet; wanted it, for heading comes from the Earth's rate")
     biases = [sheet.told("bias", name) for name in ("gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y")]
     sd = [_ANY[1 if j < 3 else 2] if d is None else d.sd[0] for j, d in enumerate(biases)]
     walk, velocity = (sheet.coefficient(name, "angle_random_walk") for name in ("gyro_x", "accel_x"))

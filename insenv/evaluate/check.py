@@ -57,7 +57,7 @@ class Checked:
             elif not one.faults:
                 lines.append(f"  {one.environment:{width}}  sound")
             lines += [f"  {one.environment:{width}}  - {fault}" for fault in one.faults]
-        return "\n".join([*lines, "It keeps the contract." if self.kept else f"{self._verdict()}."])
+        return "\n".join([*lines, "OK: it keeps the contract." if self.kept else f"{self._verdict()}."])
 
     def _verdict(self) -> str:
         if self.faults or any(one.faults for one in self.tried):

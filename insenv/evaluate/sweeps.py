@@ -127,7 +127,7 @@ def summary(job: Episodes, store: Store) -> str:
     )
     lines = [
         f"{job.scenario}: policy {job.policy}, estimator {job.estimator}, {how}",
-        f"{count} runs of {time:.6g} s in the mean; intervals hold with 95 %",
+        f"{count} runs of {time:.6g} s in the mean; +- are 95 % intervals",
     ]
     if not names:
         lines.append("The estimator tells nothing of what the task asks for.")
@@ -146,7 +146,7 @@ def _lines(name: str, si: str, store: Store) -> list[str]:
         f"  mean error          {_with(error.mean)}",
         f"  standard deviation  {_with(error.deviation)}",
         f"  root mean square    {_with(error.rms)}",
-        f"  deviation told, rms {told.rms[0]:.5g}",
+        f"  claimed deviation   {told.rms[0]:.5g} rms",
         f"  spread of z-scores  {_with(score.rms)}",
     ]
 

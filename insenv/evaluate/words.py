@@ -84,7 +84,7 @@ def bound(found: Evaluation, quantity: str) -> str:
 
 def summary(found: Evaluation) -> str:
     """In words and numbers, for a terminal."""
-    lines = [head(found), "Intervals hold with 95 %."]
+    lines = [head(found), "+- are 95 % intervals."]
     for quantity, unit in asked(found):
         name = shown(unit)[0]
         lines += ["", f"{quantity} [{name}]", *columns(HEADER, rows(found, quantity))]

@@ -58,10 +58,10 @@ def to_html(found: Designed) -> str:
         head=[f"{words.asked(found)}.", *words.sentences(found)],
         remarks=found.remarks,
         tables=[
-            ("Played; intervals hold with 95 %", words.CHECKS, words.check_rows(found)),
+            ("Checked by Monte Carlo; +- are 95 % intervals", words.CHECKS, words.check_rows(found)),
             ("Time against accuracy", words.FRONT, words.front_rows(found)),
             (
-                f"What an effect that nobody told of does, rms over runs [{words.unit(found)}]",
+                f"Sensitivity to undeclared effects, rms over runs [{words.unit(found)}]",
                 words.INFLUENCES,
                 words.influence_rows(found),
             ),

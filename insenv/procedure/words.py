@@ -78,10 +78,13 @@ def summary(found: Designed) -> str:
     lines = [title(found), f"{asked(found)}.", *sentences(found), *(f"Remark: {r}." for r in found.remarks)]
     lines += ["", "Time against accuracy", *columns(FRONT, front_rows(found))]
     if found.checks:
-        lines += ["", f"Played, seeds {found.seeds.start} to {found.seeds.stop - 1}; intervals hold with 95 %"]
+        lines += [
+            "",
+            f"Checked by Monte Carlo, seeds {found.seeds.start} to {found.seeds.stop - 1}; +-: 95 % intervals",
+        ]
         lines += columns(CHECKS, check_rows(found))
     if found.influences:
-        lines += ["", f"What an effect that nobody told of does, rms over runs [{unit(found)}]"]
+        lines += ["", f"Sensitivity to undeclared effects, rms over runs [{unit(found)}]"]
         lines += columns(INFLUENCES, influence_rows(found))
     return "\n".join(lines)
 

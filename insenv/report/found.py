@@ -56,8 +56,8 @@ def chances(added: Sequence[Added]) -> list[str]:
         same.setdefault(p_value(one.p_value), []).append(one)
     said = []
     for p, group in same.items():
-        what, each = listed(group), "it" if len(group) == 1 else "each"
-        said.append(f"{what[:1].upper()}{what[1:]}: noise alone would imitate {each} with probability p {p}.")
+        what, each = listed(group), "" if len(group) == 1 else ", each"
+        said.append(f"{what[:1].upper()}{what[1:]}: chance of seeing this from noise alone{each}: p {p}.")
     return said
 
 

@@ -35,7 +35,7 @@ def headline(target: TargetFindings, who: str = "") -> str:
         return f"Nothing but {found} is missing from the declared model of {who}, and the means are as good without."
     return {
         "effects-found": f"The declared model of {who} lacked {found}.",
-        "effects-found-incomplete": f"The declared model of {who} lacked {found}, and that is not all.",
+        "effects-found-incomplete": f"The declared model of {who} lacked {found}, and something is still unexplained.",
         "confounded": _ambiguous(target, who),
         "generic-only": f"The declared model of {who} lacks something that no physical effect explains; "
         f"what describes it is generic: {found or 'a smooth curve'}.",
@@ -201,7 +201,8 @@ def outcome(rejected: Rejected) -> str:
     if least is None:
         return rejected.reason
     at = "".join(f" at {name} = {unit_for(unit, value).show(value, 2)}" for name, (value, unit) in least.at.items())
-    return f"{rejected.reason}; found from {unit_for(least.unit, least.value).show(least.value, 2)} on{at}"
+    size = unit_for(least.unit, least.value).show(least.value, 2)
+    return f"{rejected.reason}; {size} or more would have been detected{at}"
 
 
 def scored(held_out: HeldOut) -> str:
