@@ -100,7 +100,7 @@ def asking() -> Ask:
         from insenv.data.init import fault
 
         if not shown:
-            click.echo(table(draft), err=True)
+            click.echo(table(draft, questions=False), err=True)
             click.echo("\nEnter takes what stands in brackets; '?' leaves the rest open.", err=True)
             shown = True
         click.echo(f"\n{wrapped(f'{question.key}: {question.text}', '')}", err=True)
@@ -115,7 +115,7 @@ def asking() -> Ask:
     return ask
 
 
-def table(draft: Draft) -> str:
+def table(draft: Draft, questions: bool = True) -> str:
     """The draft as a table, and its open questions."""
     from insenv.data.guess.written import SURE, question_text, rows
 
@@ -135,5 +135,5 @@ def table(draft: Draft) -> str:
     lines += ["", wrapped(f"({meant})", "  ")]
     lines += [wrapped(f"left out: {', '.join(draft.left_out)}", "  ")] if draft.left_out else []
     lines += [wrapped(f"note: {note}", "  ") for note in draft.notes]
-    lines += [f"\n{wrapped(question_text(question), '? ')}" for question in draft.questions]
+    lines += [f"\n{wrapped(question_text(question), '? ')}" for question in draft.questions if questions]
     return "\n".join(lines)
