@@ -405,9 +405,9 @@ def test_help_and_version_go_to_standard_output() -> None:
 
 def test_a_process_ends_with_the_status_and_one_sentence(tmp_path: Path) -> None:
     manifest = write(tmp_path, MANIFEST.replace('"deg/s"', '"deg/sx"', 1))
-    refused(process("close-loop", manifest, "--json", tmp_path / "a.json"), ("channels.gyro.unit",))
+    refused(process("close-loop", "--quiet", manifest, "--json", tmp_path / "a.json"), ("channels.gyro.unit",))
     assert not (tmp_path / "a.json").exists()
-    refused(process("close-loop", tmp_path / "no\nname.toml"), ("no\N{REPLACEMENT CHARACTER}name.toml",))
+    refused(process("close-loop", "--quiet", tmp_path / "no\nname.toml"), ("no\N{REPLACEMENT CHARACTER}name.toml",))
 
 
 def test_a_terminal_without_the_signs_and_a_closed_pipe_get_no_traceback(tmp_path: Path) -> None:

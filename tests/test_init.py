@@ -229,10 +229,14 @@ def test_a_unit_that_is_none_is_asked(tmp_path: Path) -> None:
 
 
 def test_an_angle_in_a_name_is_no_increment(tmp_path: Path) -> None:
-    """People write rad for rad/s; in brackets it is stated."""
+    """People write rad for rad/s: an increment is one where the name says so, or the user."""
     columns = {"time [s]": np.arange(500) * DT, "gyro_rad": np.sin(np.arange(500.0))}
     assert set(asked(drafted(table(tmp_path / "a.csv", columns)))) == {"gyro.unit"}
-    columns["dtheta [rad]"] = columns.pop("gyro_rad")
+    columns["gyro [rad]"] = columns.pop("gyro_rad")
+    assert set(asked(drafted(table(tmp_path / "a.csv", columns)))) == {"gyro.unit"}
+    answered = drafted(tmp_path / "a.csv", gyro__unit="rad")
+    assert answered.channels[1].extra == {"quantity": "increment"}
+    columns["dtheta [rad]"] = columns.pop("gyro [rad]")
     assert drafted(table(tmp_path / "a.csv", columns)).channels[1].extra == {"quantity": "increment"}
 
 
@@ -317,6 +321,10 @@ def test_any_file_ends_in_a_draft_or_in_one_sentence(content: bytes, tmp_path: P
         ("Magnetometer X (uT)", "other", "x", None),
         ("linear_acceleration_covariance.0", "other", "", None),
         ("gyro_x_bias", "other", "x", None),
+        ("gyro_accuracy", "other", "", None),
+        ("gyro_timestamp", "other", "", None),
+        ("time_min", "time", "", "min"),
+        ("gyro [rad]", "gyro", "", None),
         ("field.angular_velocity.z", "gyro", "z", None),
         ("dtheta_x", "gyro", "x", None),
         ("GyroX", "gyro", "x", None),

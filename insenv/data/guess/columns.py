@@ -113,7 +113,11 @@ def _by_heading(named: Sequence[Role]) -> Roles:
             found.setdefault(kind, []).append(role)
         else:
             left.append(role.column.heading or f"column {role.column.key}")
-    return _one_each(_alone(_sound(found, left)), left)
+    found = _alone(_sound(found, left))
+    for kind in ("gyro", "accel"):
+        if all(f"{kind}_{axis}" in found for axis in AXES) and kind in found:
+            left += [role.column.heading for role in found.pop(kind)]  # beside a triad: its magnitude, a copy
+    return _one_each(found, left)
 
 
 def _sound(found: dict[str, list[Role]], left: list[str]) -> dict[str, list[Role]]:

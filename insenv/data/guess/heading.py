@@ -74,6 +74,20 @@ _OTHER = (
     | {"yaw", "heading", "euler", "orientation", "attitude", "lat", "latitude", "lon", "longitude", "alt", "altitude"}
     | {"baro", "pressure", "status", "flag", "valid", "gps", "gnss", "covariance", "humidity", "voltage", "battery"}
     | {"bias", "std", "sd", "var", "variance", "error", "err", "rms", "utm", "zone", "gravity", "user", "checksum"}
+    | {
+        "accuracy",
+        "precision",
+        "quality",
+        "norm",
+        "magnitude",
+        "mag2",
+        "abs",
+        "total",
+        "mean",
+        "avg",
+        "average",
+        "date",
+    }
 )
 #: One letter before the axis, in one word: gx, wy, az, fz.
 _LETTER = {"g": "gyro", "w": "gyro", "a": "accel", "f": "accel", "m": "other", "b": "other", "h": "other", "v": "other"}
@@ -96,6 +110,9 @@ _SUFFIXES: Mapping[str, tuple[str, str]] = {
     **dict.fromkeys(("ms", "msec", "millis", "milliseconds", "mstime"), ("time", "ms")),
     **dict.fromkeys(("us", "usec", "micros", "microseconds", "ustime", "timeus"), ("time", "us")),
     **dict.fromkeys(("ns", "nsec", "nanos", "nanoseconds"), ("time", "ns")),
+    **dict.fromkeys(("min", "mins", "minute", "minutes"), ("time", "min")),
+    **dict.fromkeys(("h", "hr", "hrs", "hour", "hours"), ("time", "h")),
+    **dict.fromkeys(("d", "day", "days"), ("time", "day")),
     **dict.fromkeys(("c", "degc", "deg_c", "celsius"), ("temperature", "degC")),
     **dict.fromkeys(("k", "kelvin"), ("temperature", "K")),
     **dict.fromkeys(("f", "degf", "deg_f", "fahrenheit"), ("temperature", "degF")),
@@ -156,7 +173,8 @@ def read_heading(text: str, row_unit: str | None = None) -> Heading:
         kind = "table_rate" if is_unit(unit, "rate") else "table_angle"
     if kind in ("", "rate") and axis and bracket and is_unit(unit_in(bracket, "gyro") or "", "rate"):
         kind, unit = "gyro", unit_in(bracket, "gyro")
-    increment = increment or (unit is not None and kind in INCREMENT and is_unit(unit, INCREMENT[kind]))
+    if unit is not None and not increment and kind in INCREMENT and is_unit(unit, INCREMENT[kind]):
+        bracket, unit = unit, None  # people write rad for rad/s: whether it is an increment is asked
     return Heading(kind, axis, unit, bracket if unit is None else None, increment)
 
 
@@ -190,7 +208,7 @@ def _kind(tokens: Iterable[str], axis: str) -> str:  # noqa: C901, PLR0911, PLR0
     pairs = {f"{a}{b}" for a, b in zip(list(tokens), list(tokens)[1:], strict=False)}
     if words & _TEMPERATURE:
         return "temperature"
-    if words & _OTHER:
+    if words & _OTHER or (words & _TIME and words & (_GYRO | _ACCEL)):
         return "other"
     if words & _TABLE:
         if words & _RATE or pairs & {"angularvelocity", "angularrate"}:
