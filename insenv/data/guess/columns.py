@@ -21,6 +21,8 @@ from insenv.data.guess.heading import Heading, read_heading
 from insenv.data.guess.listing import Listed, Listing
 
 AXES = ("x", "y", "z")
+#: No sampler is as fast [s].
+SHORTEST = 5e-5
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,8 @@ def assign(listing: Listing, answers: Mapping[str, str]) -> Roles:
     columns = _headed(listing, answers)
     headings = [read_heading(c.heading, c.row_unit) for c in columns]
     headings = _letters(columns, headings)
-    named = [Role(c, _with_known_unit(c, h)) for c, h in zip(columns, headings, strict=True)]
+    known = _is_convention(columns)
+    named = [Role(c, _with_known_unit(c, h) if known else h) for c, h in zip(columns, headings, strict=True)]
     roles = _by_heading(named) if any(c.heading for c in columns) else _by_numbers(listing)
     return _instruments_asked(_chosen(roles, columns, answers), listing, columns)
 
@@ -76,6 +79,14 @@ def _headed(listing: Listing, answers: Mapping[str, str]) -> tuple[Listed, ...]:
         found = f"{len(names)} names for {len(listing.columns)} columns"
         raise InputError(f"{listing.file}: columns: {found}; wanted one for each ('-': left out)")
     return tuple(replace(c, heading=name, row_unit=None) for c, name in zip(listing.columns, names, strict=True))
+
+
+def _is_convention(columns: Sequence[Listed]) -> bool:
+    """Whether headings are those of a tool whose units are known: its stamps run as they must, at 20 kHz or less."""
+    stamps = [c for c in columns if c.known_unit in numbers.SECONDS]
+    return bool(stamps) and all(
+        numbers.clock(c.values).step * numbers.SECONDS[str(c.known_unit)] > SHORTEST for c in stamps
+    )
 
 
 def _with_known_unit(column: Listed, heading: Heading) -> Heading:

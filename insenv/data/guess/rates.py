@@ -193,7 +193,7 @@ def _gyro(
         units.by_kind["gyro"] = choice
         return
     turned = None if increment else _turned(roles, period or ANY_PERIOD)
-    told = numbers.rate_unit(turned.scale) if turned and period is not None else ""
+    told = (numbers.rate_unit(turned.scale) if period is not None else _hint(turned.scale, None)) if turned else ""
     reads = "gravity turns with them" if turned else ""
     if stated is not None and not is_unit(stated, "angle"):
         against = told and abs(scale_to_si(told, "rate", "")[0] / scale_to_si(stated, "rate", "")[0] - 1) > 0.5
@@ -201,7 +201,7 @@ def _gyro(
             reads, written, stated = f"gravity turns as if in {told}", stated, None
     if stated is not None:
         units.by_kind["gyro"] = Choice(stated, f"the heading{f'; {reads}' if reads else ''}", "stated")
-    elif told and not written:
+    elif told and not written and period is not None:
         units.by_kind["gyro"] = Choice(told, reads, "numbers")
     else:
         hint = told or (_hint(turned.scale, period) if turned else "")
