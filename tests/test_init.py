@@ -488,3 +488,23 @@ def test_a_terminal_is_asked(insenv: Command, tmp_path: Path, monkeypatch: pytes
     ended = insenv("init", plain(tmp_path, "time,gyro,table_rate"))
     assert ended.status == 0 and "wanted a rate" in ended.err
     assert load_manifest(tmp_path / "run.toml").channels["gyro"].unit == "deg/s"
+
+
+def test_units_of_a_tool_are_taken_where_its_stamps_run_as_they_must(tmp_path: Path) -> None:
+    """Kalibr counts nanoseconds and writes no units; the same headings beside seconds are somebody else's."""
+    columns = turned_by_hand()
+    names = {f"gyro_{a}": f"omega_{a}" for a in "xyz"} | {f"accel_{a}": f"alpha_{a}" for a in "xyz"}
+    theirs = {names[name]: values for name, values in columns.items()}
+    stamps = 1.4e18 + 1e7 * np.arange(8000.0)
+    path = tmp_path / "a.csv"
+    lines = [",".join(["timestamp", *theirs])]
+    lines += [
+        ",".join([f"{t:.0f}", *(f"{v:.9g}" for v in row)]) for t, *row in zip(stamps, *theirs.values(), strict=True)
+    ]
+    path.write_text("\n".join(lines) + "\n")
+    found = {c.name: c.unit for c in drafted(path).channels}
+    assert (found["time"].value, found["gyro_x"].value, found["gyro_x"].sure) == ("ns", "rad/s", "stated")
+    assert found["accel_z"].value == "m/s^2"
+    in_degrees = {n: v / DEG if n.startswith("omega") else v for n, v in theirs.items()}
+    found = {c.name: c.unit for c in drafted(table(path, {"timestamp": TIME["time"], **in_degrees})).channels}
+    assert (found["time"].value, found["gyro_x"].value) == ("s", None)

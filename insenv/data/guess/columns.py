@@ -91,8 +91,10 @@ def _is_convention(columns: Sequence[Listed]) -> bool:
 
 def _with_known_unit(column: Listed, heading: Heading) -> Heading:
     """The heading with the unit that a format is known for (Kalibr, PX4)."""
-    if column.known_unit is None or heading.kind in ("", "other"):
+    if column.known_unit is None or heading.kind == "other":
         return heading
+    if heading.kind == "":
+        heading = replace(heading, kind="accel" if column.known_unit == "m/s^2" else "")
     return replace(heading, unit=column.known_unit, written=None)
 
 
