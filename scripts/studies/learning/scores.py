@@ -38,7 +38,8 @@ HEAD = """# What policies earn
 Returns of the [environments](../environments.md): score of the last belief less the cost of time. Written by
 `python scripts/studies/learning/scores.py`. `random` draws from the whole action space, of the environment as it is and
 of the `normalised` one; `constant` always gives one command, the best of a few. The documented policies are those of
-[estimators](../estimators.md). PPO (Stable-Baselines3) sees the normalised observation and nothing else, on one thread; `before`
+[estimators](../estimators.md). PPO (Stable-Baselines3) sees the normalised observation and nothing else, on one
+thread; `before`
 is the same network before its first step. All are judged on the same runs, seeds that no training saw; intervals hold
 with 95 %.
 """
