@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 # Two workers share the machine; threads inside each would only fight over its cores.
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 NUMBA_NUM_THREADS=1
 
-.PHONY: help demo test check format bench constraints clean
+.PHONY: help demo test check format pages bench constraints clean
 .DEFAULT_GOAL := help
 
 help:
@@ -14,6 +14,7 @@ help:
 	@echo 'make test         the whole test suite'
 	@echo 'make check        format, lint, types, import contracts, docs'
 	@echo 'make format       format and mend what ruff can mend'
+	@echo 'make pages        which results pages are older than the code behind them'
 	@echo 'make bench        speed against the named alternatives'
 	@echo 'make constraints  renew constraints.txt'
 	@echo 'make clean        remove the environment and all output'
@@ -36,6 +37,9 @@ format: $(VENV)/.installed-check
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 	$(BIN)/python docs/fromcode.py
+
+pages: $(VENV)/.installed-test
+	@$(BIN)/python scripts/pages.py
 
 bench: $(VENV)/.installed-test
 	@$(BIN)/python scripts/bench.py

@@ -3,10 +3,13 @@ r"""Alignment of a body that rests, turns on the spot and rests again: what the 
 The first reading of sight and level sets the computed attitude; from there the static mechanisation runs without
 correction (`insenv.core.strapdown`). Its error, phi of C' = exp(-[phi x]) C, is known for all time from
 
-    x = (phi_E, phi_N, phi_U at the first reading;  gyro biases x, y, z;  accelerometer biases x, y),
-    E(t) = R_n' exp([phi x]) exp(-[J b x]) R_n,     C = E C',     f' = E^T g up + C' nabla,
+    x = (phi_E, phi_N, phi_U at the first reading;  b, gyro biases x, y, z;  nabla, accelerometer biases x, y, z;
+         m, misalignments of the gyros x and y to z, and the z gyro's scale factor),
+    E(t) = R_n' exp([phi x]) exp(-[(J b + S m) x]) R_n,     C = E C',     f' = E^T g up + C' nabla,
 
-J = integral of R_n C' dt, R_n the turn of the navigation frame. To run stored data again from a corrected attitude is
+J = integral of R_n C' dt, S = integral of R_n C' w_z dt, R_n the turn of the navigation frame. The z accelerometer's
+bias counts where the body leans, m where it turns; neither is told, both are in the covariance with what the datasheet
+declares of them. To run stored data again from a corrected attitude is
 to turn the forces by E(t): a second pass needs no data but the sums of the first. phi_U is the installation angle plus
 the errors of the sight. Conventions: ENU, RFU, headings clockwise; see `insenv.core.attitude`.
 """
@@ -20,7 +23,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from estimators.alignment_told import ACCELS, GYROS, Sighting, Told
+from estimators.alignment_told import ACCELS, GYROS, PARAMETERS, Sighting, Told
 from insenv.core.attitude import angles_from_dcm, dcm_from_angles, dcm_from_quaternion, dcm_from_rotation_vector
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Estimate
@@ -48,7 +51,7 @@ class Aligned:
     rows, sums : ndarray, shape (..., WIDTH) and (..., RESTS, SUMS)
         See `estimators.alignment_kernel`.
     cells : tuple of ndarray, shape (..., blocks, CELL)
-    sights : ndarray, shape (..., 9)
+    sights : ndarray, shape (..., 12)
         The first reading; of all: number, sum of reading minus computed heading, sums of what phi_U depends on.
     fit : object
         What else an estimator keeps.
@@ -74,7 +77,8 @@ class Alignment:
     Parameters
     ----------
     datasheet : Datasheet
-        Biases are declared as effect "bias" of gyro_x ... accel_y; noise as "angle_random_walk" of these.
+        Biases are declared as effect "bias" of gyro_x ... accel_z, "cross_axis" of gyro_x and gyro_y to z and
+        "scale_factor" of gyro_z as such; noise as "angle_random_walk" of gyro_x ... accel_y.
     sighting : Sighting, optional
         As the datasheet has it, or Table 1 of the paper.
     settle : float
@@ -100,7 +104,7 @@ class Alignment:
         shape = () if batch is None else (batch,)
         start = np.broadcast_to([1.0, 0.0, 0.0, 0.0], (*shape, 4)).copy()
         rows, sums = np.zeros((*shape, k.WIDTH)), np.zeros((*shape, k.RESTS, k.SUMS))
-        return Aligned(None, start, rows, sums, (), np.zeros((*shape, 9)))
+        return Aligned(None, start, rows, sums, (), np.zeros((*shape, 12)))
 
     def update(self, state: Aligned, chunk: Recording) -> Aligned:
         """Take in the IMU, "sight_heading", "level_pitch", "level_roll" [rad] and "turning"; see `Alignment`."""
@@ -141,7 +145,7 @@ class Alignment:
         k, rows = kernel(), state.rows.copy()
         flat = navigation.quaternion.reshape(-1, 4)
         k.begin(np.ascontiguousarray(flat), self.told.rate, rows.reshape(-1, k.WIDTH), np.empty((3, 3)), np.empty(9))
-        sights = np.zeros((*state.batch, 9))
+        sights = np.zeros((*state.batch, 12))
         sights[..., 0], sights[..., 1], sights[..., 5] = heading, 1.0, 1.0
         return replace(state, navigation=navigation, start=navigation.quaternion, rows=rows, sights=sights), first
 
@@ -169,6 +173,7 @@ class Alignment:
             velocity,
             path.quaternion.reshape(-1, n, 4),
             flat_turning,
+            np.ascontiguousarray(gyro[..., 2]).reshape(-1, n),
             np.array([told.dt, before, self.size, settle, *told.rate]),
             rows.reshape(-1, k.WIDTH),
             flat_sums,
@@ -193,7 +198,8 @@ class Alignment:
         turned, J = self.turned(state)
         up = np.broadcast_to(turned[:, 2], (*state.batch, 3))  # third row of R_n'
         change = wrapped(np.where(there, sight, 0.0) - heading)
-        new = np.concatenate([np.ones_like(change)[..., None], change[..., None], up, -times(up, J)], axis=-1)
+        late = (-times(up, J), -times(up, self.twisted(state)))
+        new = np.concatenate([np.ones_like(change)[..., None], change[..., None], up, *late], axis=-1)
         sights = state.sights.copy()
         sights[..., 1:] += np.where(there[..., None], new, 0.0)
         return replace(state, sights=sights)
@@ -207,26 +213,31 @@ class Alignment:
         J = state.rows[..., k.J : k.J + 9] + since * state.rows[..., k.LAST : k.LAST + 9]
         return turned, J.reshape(*state.batch, 3, 3)
 
+    def twisted(self, state: Aligned) -> Floats:
+        """S now, the Earth's share of it included, shape (..., 3, 3)."""
+        k, J = kernel(), self.turned(state)[1]
+        return state.rows[..., k.TWIST : k.TWIST + 9].reshape(*state.batch, 3, 3) + self.told.rate[1] * J
+
     def time(self, state: Aligned) -> float:
         """Since the first reading [s]."""
         return 0.0 if state.navigation is None else state.navigation.samples * self.told.dt
 
     def prior(self, state: Aligned) -> tuple[Floats, Floats]:
-        """Mean and covariance of x before the data, shapes (..., 8) and (..., 8, 8)."""
-        mean = np.broadcast_to(self.told.prior_mean, (*state.batch, 8)).copy()
+        """Mean and covariance of x before the data, shapes (..., 12) and (..., 12, 12)."""
+        mean = np.broadcast_to(self.told.prior_mean, (*state.batch, PARAMETERS)).copy()
         return mean, self.told.prior(state.sights[..., 0])
 
     def told_of(self, state: Aligned, x: Floats, walk: Floats, cov: Floats) -> Estimate:
-        """Estimate of everything from x, shape (..., 8).
+        """Estimate of everything from x, shape (..., 12).
 
         walk : horizontal forces that the walk of the attitude has made until now, shape (..., 2) [m/s^2].
-        cov : of both, shape (..., 10, 10).
+        cov : of both, shape (..., 14, 14).
         """
         if state.navigation is None:
             return self.untold(state.batch)
-        turned, J = self.turned(state)
+        (turned, J), S, n = self.turned(state), self.twisted(state), PARAMETERS
         first = dcm_from_rotation_vector(x[..., :3])
-        drift = dcm_from_rotation_vector(-times(J, x[..., 3:6], 0))
+        drift = dcm_from_rotation_vector(-times(J, x[..., 3:6], 0) - times(S, x[..., 9:12], 0))
         correction = turned.T @ (first @ drift) @ turned
         g, t = self.told.gravity, self.time(state)
         walked = np.stack([walk[..., 1] / g, -walk[..., 0] / g, np.zeros(state.batch)], axis=-1)
@@ -236,15 +247,17 @@ class Alignment:
         s = state.sights
         count = s[..., 1:2]
         # Of later sightings: reading minus computed heading, plus phi_U then; of the first the latter is phi_U at once.
-        depends = s[..., 3:9] / count
-        lead = depends - np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
-        installation = wrapped(s[..., 0] - started) + s[..., 2] / count[..., 0] + np.sum(lead * x[..., :6], axis=-1)
-        L = np.zeros((*state.batch, 9, 10))
-        L[..., 0, :6] = depends
-        to_now = np.zeros((*state.batch, 3, 10))
+        depends = np.zeros((*state.batch, n))
+        depends[..., :6], depends[..., 9:] = s[..., 3:9] / count, s[..., 9:] / count
+        lead = depends - np.eye(n)[2]
+        installation = wrapped(s[..., 0] - started) + s[..., 2] / count[..., 0] + np.sum(lead * x, axis=-1)
+        L = np.zeros((*state.batch, 9, n + 2))
+        L[..., 0, :n] = depends
+        to_now = np.zeros((*state.batch, 3, n + 2))
         to_now[..., :3] = turned.T
         to_now[..., 3:6] = -turned.T @ first @ J
-        to_now[..., 0, 9], to_now[..., 1, 8] = 1 / g, -1 / g
+        to_now[..., 9:n] = -turned.T @ first @ S
+        to_now[..., 0, n + 1], to_now[..., 1, n] = 1 / g, -1 / g
         L[..., 1:4, :] = slopes @ to_now
         L[..., range(4, 9), range(3, 8)] = 1.0
         spread = L @ cov @ np.swapaxes(L, -1, -2)
@@ -256,8 +269,8 @@ class Alignment:
     def untold(self, batch: tuple[int, ...]) -> Estimate:
         """Before any reading: nothing is known of the heading, the body stands nearly level."""
         s = self.told.sighting
-        mean = np.broadcast_to(np.concatenate([np.zeros(4), self.told.mean]), (*batch, 9)).copy()
-        deviations = np.concatenate([[s.installation, np.pi / np.sqrt(3), 10 * DEG, 10 * DEG], self.told.sd])
+        mean = np.broadcast_to(np.concatenate([np.zeros(4), self.told.mean[:5]]), (*batch, 9)).copy()
+        deviations = np.concatenate([[s.installation, np.pi / np.sqrt(3), 10 * DEG, 10 * DEG], self.told.sd[:5]])
         return Estimate(self.names, self.units, mean, np.broadcast_to(np.diag(deviations**2), (*batch, 9, 9)).copy())
 
 

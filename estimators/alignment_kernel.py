@@ -6,8 +6,10 @@ R_n(t) = exp([omega_ie t x]) the turn of the navigation frame since the first re
     sum x^q (q = 0..6),     sum x^i v_j (i = 0..3; j east, north, up),
 
 taken at every sample. J = integral of R_n C_b^n dt, by which gyro biases have entered the attitude, goes on through
-the turns; it is taken by trapezoids from sample to sample while the body turns, of `LATTICE` samples at rest. Blocks of
-``block`` samples keep the mean velocity and J for those who ask.
+the turns; it is taken by trapezoids from sample to sample while the body turns, of `LATTICE` samples at rest. So is
+the twist S = integral of R_n C_b^n w_z dt while the body turns, w_z the rate that it turns at about z less the Earth's,
+by which the z gyro's scale factor and the misalignments of x and y to z have entered the attitude. Blocks of ``block``
+samples keep the mean velocity, J and S for those who ask.
 
 Each row runs alone through the same loop: chunks and batches make no difference.
 """
@@ -29,12 +31,12 @@ RESTS = 4
 #: Samples between two values of R_n C_b^n at rest.
 LATTICE = 50
 #: Places in the array of a row: number of the rest, samples to be left out, samples in the rest, velocity at its start
-#: and before the present sample, time and value of the last R_n C_b^n, J, sums and fill of the present block.
-REST, LEFT, COUNT, START, BEFORE, TIME, LAST, J, BLOCK, FILL, WIDTH = 0, 1, 2, 3, 6, 9, 10, 19, 28, 30, 31
-#: Sums of a rest: 7 powers, 4 x 3 moments, time of its start, J and R_n C_b^n there.
-POWERS, MOMENTS, BEGAN, J_START, A_START, SUMS = 0, 7, 19, 20, 29, 38
-#: A block: rest that it lies in whole (-1: none), time of its end, mean velocity east and north, J at its end.
-WHERE, END, MEAN, J_END, CELL = 0, 1, 2, 4, 13
+#: and before the present sample, time and value of the last R_n C_b^n, J, sums and fill of the present block, S.
+REST, LEFT, COUNT, START, BEFORE, TIME, LAST, J, BLOCK, FILL, TWIST, WIDTH = 0, 1, 2, 3, 6, 9, 10, 19, 28, 30, 31, 40
+#: Sums of a rest: 7 powers, 4 x 3 moments, time of its start, J, R_n C_b^n and S there.
+POWERS, MOMENTS, BEGAN, J_START, A_START, TWIST_START, SUMS = 0, 7, 19, 20, 29, 38, 47
+#: A block: rest that it lies in whole (-1: none), time of its end, mean velocity east and north, J and S at its end.
+WHERE, END, MEAN, J_END, TWIST_END, CELL = 0, 1, 2, 4, 13, 22
 
 
 def jit(function: Callable[..., Any]) -> Any:
@@ -97,12 +99,13 @@ def begin(quaternion, rate, rows, r, a):
 
 @jit
 def gather(  # noqa: C901, PLR0912, PLR0913, PLR0915 -- one loop over samples; numba wants it in one function
-    velocity, attitude, turning, numbers, rows, sums, cells, where, r, a
+    velocity, attitude, turning, about_z, numbers, rows, sums, cells, where, r, a
 ):
     """Take a chunk in.
 
     velocity, attitude : of the mechanisation at the ends of the samples, shapes (R, n, 3) and (R, n, 4).
-    turning : shape (R, n), not zero while the body turns. numbers : dt, samples before, samples per block, samples
+    turning : shape (R, n), not zero while the body turns. about_z : increments of the z gyro, shape (R, n).
+    numbers : dt, samples before, samples per block, samples
     left out after a turn, Earth rate north and up. rows : (R, WIDTH). sums : (R, RESTS, SUMS).
     cells : (R, blocks that end in the chunk, CELL), or none. where : (R, n), the rest of each sample (-1: none), or
     shape (R, 0). r, a : scratch of shapes (3, 3) and (9,).
@@ -129,8 +132,13 @@ def gather(  # noqa: C901, PLR0912, PLR0913, PLR0915 -- one loop over samples; n
                     rest[BEGAN] = t - dt
                     for j in range(9):
                         rest[J_START + j], rest[A_START + j] = row[J + j], row[LAST + j]
+                        rest[TWIST_START + j] = row[TWIST + j]
             if moves or sample % LATTICE == 0 or sample % size == 0:
                 _inertial(attitude[i, k], t, rate, r, a)
+                if moves:
+                    half = 0.5 * (about_z[i, k] - rate[1] * dt)
+                    for j in range(9):
+                        row[TWIST + j] += half * (row[LAST + j] + a[j])
                 _onward(row, a, t)
             if not moves:
                 row[COUNT] += 1.0
@@ -177,6 +185,6 @@ def gather(  # noqa: C901, PLR0912, PLR0913, PLR0915 -- one loop over samples; n
                     cell[MEAN] = row[BLOCK] / size
                     cell[MEAN + 1] = row[BLOCK + 1] / size
                     for j in range(9):
-                        cell[J_END + j] = row[J + j]
+                        cell[J_END + j], cell[TWIST_END + j] = row[J + j], row[TWIST + j]
                     done += 1
                 row[BLOCK], row[BLOCK + 1], row[FILL] = 0.0, 0.0, 0.0

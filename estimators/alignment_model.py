@@ -1,6 +1,6 @@
 r"""What the parameters of `estimators.alignment` make of forces and velocities, compiled.
 
-    f' - g up = (E^T - 1) g up + C' nabla,      E = R_n' exp([phi x]) exp(-[J b x]) R_n
+    f' - g up = (E^T - 1) g up + C' nabla,      E = R_n' exp([phi x]) exp(-[(J b + S m) x]) R_n
 
 and its derivatives: a change theta of the corrected frame, C <- exp([theta x]) C, changes f' by E^T (up x theta) g.
 """
@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from estimators.alignment_kernel import A_START, BEGAN, J_START, frame, jit
+from estimators.alignment_kernel import A_START, BEGAN, J_START, TWIST_START, frame, jit
 
 
 @jit
@@ -38,19 +38,21 @@ def _product(a, b, out):
 
 
 @jit
-def force(x, t, turned, held, numbers, work, f, D):  # noqa: PLR0913 -- scratch is given: no array is made in a loop
+def force(x, t, turned, twist, held, numbers, work, f, D):  # noqa: PLR0913 -- scratch is given, none made in a loop
     """Horizontal specific force in the computed frame less gravity, and its derivative by x.
 
-    x : phi_0 (3), gyro biases (3), biases of the accelerometers x and y. t : time. turned, held : J and R_n C_b^n,
-    nine numbers each. numbers : g, Earth rate north and up. work : scratch, shape (6, 3, 3). f : shape (2,).
-    D : shape (2, 8).
+    x : as of `estimators.alignment`. t : time. turned, twist, held : J, S of the turns and R_n C_b^n, nine numbers
+    each. numbers : g, Earth rate north and up. work : scratch, shape (6, 3, 3). f : shape (2,). D : shape (2, 12).
     """
     g = numbers[0]
     e0, e1, e, r, m = work[0], work[1], work[2], work[3], work[4]
     frame(t, (numbers[1], numbers[2]), r)
-    psi = work[5, 0]
+    psi, up = work[5, 0], numbers[2]
     for i in range(3):
-        psi[i] = -(turned[3 * i] * x[3] + turned[3 * i + 1] * x[4] + turned[3 * i + 2] * x[5])
+        psi[i] = 0.0
+        for j in range(3):
+            # The Earth's rate about z is there all the time: with it a misalignment acts as a bias.
+            psi[i] -= turned[3 * i + j] * (x[3 + j] + up * x[9 + j]) + twist[3 * i + j] * x[9 + j]
     _rotation(x[0:3], e0)
     _rotation(psi, e1)
     _product(e0, e1, e)
@@ -65,7 +67,8 @@ def force(x, t, turned, held, numbers, work, f, D):  # noqa: PLR0913 -- scratch 
         b2 = r[0, h] * m[0, 2] + r[1, h] * m[1, 2] + r[2, h] * m[2, 2]
         cx = r[0, h] * held[0] + r[1, h] * held[3] + r[2, h] * held[6]
         cy = r[0, h] * held[1] + r[1, h] * held[4] + r[2, h] * held[7]
-        f[h] = g * b2 + cx * x[6] + cy * x[7]
+        cz = r[0, h] * held[2] + r[1, h] * held[5] + r[2, h] * held[8]
+        f[h] = g * b2 + cx * x[6] + cy * x[7] + cz * x[8]
         # up x theta = (-theta_N, theta_E, 0); theta = R_n' theta_0.
         q0 = g * (b1 * r[0, 0] - b0 * r[0, 1])
         q1 = g * (b1 * r[1, 0] - b0 * r[1, 1])
@@ -79,19 +82,21 @@ def force(x, t, turned, held, numbers, work, f, D):  # noqa: PLR0913 -- scratch 
         p2 = q0 * e0[0, 2] + q1 * e0[1, 2] + q2 * e0[2, 2]
         for j in range(3):
             D[h, 3 + j] = -(p0 * turned[j] + p1 * turned[3 + j] + p2 * turned[6 + j])
-        D[h, 6], D[h, 7] = cx, cy
+            D[h, 9 + j] = up * D[h, 3 + j] - (p0 * twist[j] + p1 * twist[3 + j] + p2 * twist[6 + j])
+        D[h, 6], D[h, 7], D[h, 8] = cx, cy, cz
 
 
 @jit
 def polynomials(x, sums, dt, numbers, work, turned, f, D, a, B):  # noqa: PLR0913 -- as `force`
     """Coefficients of the velocity in x = t / T of a rest of length T, and their derivatives by the parameters.
 
-    x : (R, 8). sums : (R, P, SUMS). a : (R, P, 2, 4), of powers 0 to 3, filled. B : (R, P, 2, 4, 8), filled.
-    turned, f, D : scratch of shapes (9,), (3, 2), (3, 2, 8). The force is taken at the start, middle and end.
+    x : (R, 12). sums : (R, P, SUMS). a : (R, P, 2, 4), of powers 0 to 3, filled. B : (R, P, 2, 4, 12), filled.
+    turned, f, D : scratch of shapes (9,), (3, 2), (3, 2, 12). The force is taken at the start, middle and end.
     """
     for i in range(x.shape[0]):
         for p in range(sums.shape[1]):
             rest = sums[i, p]
+            twist = rest[TWIST_START : TWIST_START + 9]
             T = rest[0] * dt
             if T == 0.0:
                 continue
@@ -107,13 +112,13 @@ def polynomials(x, sums, dt, numbers, work, turned, f, D, a, B):  # noqa: PLR091
                     turned[3 + j] += 0.5 * s * s * w1
                     turned[6 + j] += 0.5 * s * s * w2
                     work[6, 0, j], work[6, 1, j], work[6, 2, j] = c0 + s * w0, c1 + s * w1, c2 + s * w2
-                force(x[i], rest[BEGAN] + s, turned, work[6].ravel(), numbers, work, f[k], D[k])
+                force(x[i], rest[BEGAN] + s, turned, twist, work[6].ravel(), numbers, work, f[k], D[k])
             for h in range(2):
                 y0, y1, y2 = f[0, h], f[1, h], f[2, h]
                 a[i, p, h, 1] = T * y0
                 a[i, p, h, 2] = T * 0.5 * (4 * y1 - 3 * y0 - y2)
                 a[i, p, h, 3] = T * (2.0 / 3.0) * (y0 - 2 * y1 + y2)
-                for j in range(8):
+                for j in range(12):
                     y0, y1, y2 = D[0, h, j], D[1, h, j], D[2, h, j]
                     B[i, p, h, 1, j] = T * y0
                     B[i, p, h, 2, j] = T * 0.5 * (4 * y1 - 3 * y0 - y2)

@@ -22,6 +22,8 @@ UNTOLD_SD = 3 * DEG
 ORIENTATION_SD, TRACKING_SD = 20 * ARCSEC, 20 * ARCSEC
 #: A deviation that stands for none, as a share of those above; noise that stands for none.
 _NONE, _NO_WALK, _NO_VELOCITY_WALK = 1e-9, 1e-12, 1e-9
+#: Length of x, see `estimators.alignment`.
+PARAMETERS = 12
 #: Channels of the IMU.
 GYROS, ACCELS = ("gyro_x", "gyro_y", "gyro_z"), ("accel_x", "accel_y", "accel_z")
 
@@ -49,8 +51,9 @@ class Told:
     latitude, gravity, dt : float
     walk, velocity_walk : float
         Angle and velocity random walk of the horizontal channels [rad/sqrt(s)], [m/s/sqrt(s)].
-    mean, sd : ndarray, shape (5,)
-        Biases of the gyros and of the accelerometers x and y.
+    mean, sd : ndarray, shape (9,)
+        Biases of the gyros and of the accelerometers, misalignments of the gyros x and y to z, scale factor of the z
+        gyro; the last three are none where nothing is declared.
     sighting : Sighting
     """
 
@@ -70,11 +73,15 @@ class Told:
         site = datasheet.site
         if site.latitude is None:
             raise InputError("two-position calibration: the datasheet has no latitude; wanted site.latitude")
-        silent = (GYRO_SD, GYRO_SD, VERTICAL_SD, ACCEL_SD, ACCEL_SD)
-        mean, sd = np.zeros(5), np.array(silent)
-        for j, name in enumerate((*GYROS, *ACCELS[:2])):
-            if (declared := datasheet.told("bias", name)) is not None:
-                mean[j], sd[j] = declared.mean[0], max(declared.sd[0], _NONE * silent[j])
+        silent = (GYRO_SD, GYRO_SD, VERTICAL_SD, ACCEL_SD, ACCEL_SD, ACCEL_SD, _NONE, _NONE, _NONE)
+        mean, sd = np.zeros(len(silent)), np.array(silent)
+        declared = [datasheet.told("bias", name) for name in (*GYROS, *ACCELS)]
+        declared += [datasheet.told("cross_axis", name) for name in GYROS[:2]]
+        declared += [datasheet.told("scale_factor", GYROS[2])]
+        for j, one in enumerate(declared):
+            if one is not None:
+                # Of a misalignment the part to z is the last of three.
+                mean[j], sd[j] = one.mean[-1], max(one.sd[-1], _NONE * min(silent[j], 1.0))
         walks = [
             float(np.sqrt(np.mean([datasheet.coefficient(name, "angle_random_walk") ** 2 for name in names])))
             for names in (GYROS[:2], ACCELS[:2])
@@ -104,13 +111,13 @@ class Told:
 
     @property
     def prior_mean(self) -> Floats:
-        """Of x, shape (8,)."""
+        """Of x, shape (12,)."""
         return np.concatenate([np.zeros(3), self.mean])
 
     def prior(self, heading: Floats) -> Floats:
-        """Covariance of x, shape (..., 8, 8), where the sight says ``heading``, shape (...)."""
+        """Covariance of x, shape (..., 12, 12), where the sight says ``heading``, shape (...)."""
         s = self.sighting
-        cov = np.zeros((*np.shape(heading), 8, 8))
+        cov = np.zeros((*np.shape(heading), PARAMETERS, PARAMETERS))
         across, along = max(s.pitch, _NONE) ** 2, max(s.roll, _NONE) ** 2
         # Pitch is an error about the body's right axis (cos, -sin) of heading, roll about its forward axis (sin, cos).
         c, n = np.cos(heading), np.sin(heading)
@@ -118,7 +125,7 @@ class Told:
         cov[..., 1, 1] = across * n * n + along * c * c
         cov[..., 0, 1] = cov[..., 1, 0] = (along - across) * c * n
         cov[..., 2, 2] = s.installation**2 + s.orientation**2 + s.tracking**2
-        cov[..., range(3, 8), range(3, 8)] = self.sd**2
+        cov[..., range(3, PARAMETERS), range(3, PARAMETERS)] = self.sd**2
         return cov
 
 

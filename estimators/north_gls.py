@@ -23,7 +23,8 @@ What is free, and what holds it:
   for a fifth of the turning; equal halves cost nothing) it is free, and the condition is gone.
 
 Drifts that no polynomial follows (flicker, rate random walk, a wandering lock-in threshold) enter the covariance with
-their density S at one cycle per turn, 2 S / (T level^2). A declared lock-in is subtracted; a declared rate of order 1
+their density S at one cycle per turn, 2 S / (T level^2); so does what pulses at one rate do beyond a white error of the
+angle (`insenv.design.rate_noise`). A declared lock-in is subtracted; a declared rate of order 1
 that is locked to the angle (a magnetic field) is subtracted and its deviation added, for nothing tells it from the
 Earth. A level error (east, north) = (dE, dN) of the table turns the apparent azimuth by dN tan L; with an accelerometer
 on the datasheet it is estimated (`estimators.levelling`) and taken out.
@@ -44,7 +45,7 @@ from insenv.core.estimate import Datasheet, Estimate
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats, Recording
 from insenv.design.polynomial import BIAS_SD, SCALE_SD
-from insenv.design.rate_noise import density, lock_in, white_angle
+from insenv.design.rate_noise import density, leak, lock_in, pulses, walk_density, white_angle
 from insenv.effects.angle import EncoderHarmonic
 from insenv.effects.lock_in import LockIn
 
@@ -58,6 +59,8 @@ FREE_SD, KNOWN_SD = EncoderHarmonic().linear[0].sd, 1e-15
 CIRCLE = np.pi**2 / 3
 #: Least precision of a prior as a share of what the data tell of its parameter with all others known.
 RIDGE = 1e-12
+#: Turns beyond which a walk's density is all.
+_MANY = 30.0
 #: Angle random walk that stands for none [rad/sqrt(s)]: a datasheet without noise weighs all samples alike.
 _NO_NOISE = 1e-12
 
@@ -118,6 +121,7 @@ class NorthGls:
         self._precision, self._mean = self._priors()
         levelled = "accel_x" in datasheet.noise or any(d.target == "accel_x" for d in datasheet.declared)
         self._levelling = Levelling(datasheet) if levelled else None
+        self._known: dict[float, float] = {}
 
     def reset(self, batch: int | None = None) -> GlsState:
         """No data."""
@@ -231,11 +235,48 @@ class NorthGls:
         spread = _sandwich(gradient, cov)
         used = np.maximum(rows[:, kernel.USED], self.datasheet.dt)
         rate = (rows[:, kernel.FORWARD] + rows[:, kernel.BACKWARD]) / used
-        drift = 2 * density(self.datasheet, rate, self.share) / used
+        drift = (
+            2 * (density(self.datasheet, rate, self.share) + self._leaks(rows, rate) + self._pulses(rows, rate)) / used
+        )
         spread[:, 0, 0] += (extra + np.where(turns, drift, 0.0)) / level**2
         mean = np.stack([np.arctan2(s, c), np.sum(gradient[:, 1] * solution, axis=-1)], axis=-1)
         self._before_data(turns & self._found(cov), mean, spread)
         return mean, spread
+
+    def _leaks(self, rows: Floats, rate: Floats) -> Floats:
+        """What random walks leak into few turns one way beyond their density there [(rad/s)^2 / Hz]."""
+        walk = walk_density(self.datasheet, rate, self.share)
+        turned = np.maximum(rows[:, kernel.FORWARD], rows[:, kernel.BACKWARD]) / (2 * np.pi)
+        one_way = (np.minimum(rows[:, kernel.FORWARD], rows[:, kernel.BACKWARD]) == 0) & (turned > 0.5)
+        beyond = np.zeros(len(rows))
+        if np.any(walk > 0):
+            each = [
+                leak(round(min(n, _MANY), 2), self.degree) if w else 1.0 for n, w in zip(turned, one_way, strict=True)
+            ]
+            beyond = walk * (np.array(each) - 1)
+        return beyond
+
+    def _pulses(self, rows: Floats, rate: Floats) -> Floats:
+        """Density of the pulses' error beyond that of a white one, where the table holds one rate."""
+        sheet = self.datasheet
+        mean = rate * self.block * sheet.dt
+        apart = np.abs(np.abs(rows[:, kernel.TURN]) - mean) > 1e-6 * mean + self._numbers[-1]
+        beyond = np.zeros(len(rows))
+        if not sheet.pulse:
+            return beyond
+        ways = np.stack([rows[:, kernel.FORWARD], rows[:, kernel.BACKWARD]])
+        for r in np.flatnonzero(~apart & (rows[:, kernel.USED] > 0)):
+            share = ways[:, r] / ways[:, r].sum()
+            beyond[r] = sum(
+                w * (self._pulsed(s * float(rate[r])) - 1) for w, s in zip(share, (1, -1), strict=True) if w
+            )
+        return np.asarray(beyond * sheet.pulse**2 / 12 * sheet.dt * rate**2)
+
+    def _pulsed(self, rate: float) -> float:
+        key = float(f"{rate:.9g}")
+        if key not in self._known:
+            self._known[key] = pulses(self.datasheet, key)
+        return self._known[key]
 
     def _present(self, rows: Floats) -> tuple[Floats, np.ndarray[Any, np.dtype[np.bool_]]]:
         """Weights of the coefficients in the scale factor at the present time and rate; whether the table turned."""

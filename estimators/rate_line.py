@@ -18,14 +18,15 @@ from __future__ import annotations
 import re
 import zlib
 from dataclasses import dataclass
+from functools import cached_property
 from math import sin
 from typing import Literal, final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from estimators import rate_dwells, rate_line_fits, rate_line_reference, rate_line_result
-from estimators.rate_dwells import OUTPUT, POWER, RATE, TEMPERATURE, TIME, Found
+from estimators import rate_dwells, rate_line_drift, rate_line_fits, rate_line_reference, rate_line_result
+from estimators.rate_dwells import OUTPUT, POWER, RATE, START, TEMPERATURE, TIME, Found
 from insenv.core.earth import EARTH_RATE
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Estimate
@@ -141,13 +142,14 @@ class RateLine:
         power = found.dwells[..., POWER]
         last = np.where(there, power, 0.0).max(axis=-1, initial=0.0)[..., None]
         used = there & (power == last) if self.power_ups == "last" else there
-        weights, d = rate_line_fits.robust(x, y, white, used, weighed=True)
+        slow = self._slow(found, used)
+        weights, d = rate_line_fits.robust(x, y, white, used, weighed=True, slow=slow)
         variance = white + d[..., None]
-        fit = rate_line_fits.line(x, y, weights, variance)
-        sd = np.sqrt(variance)
+        fit = rate_line_fits.line(x, y, weights, variance, slow)
+        sd = np.sqrt(variance + rate_line_fits.of_residuals(x, weights, slow))
         worst, worst_sd = rate_line_fits.largest(fit.residual(x, y), sd, used & (weights > 0))
         full = np.maximum(np.where(used, np.abs(x), 0.0).max(axis=-1, initial=0.0), 1e-12)
-        halves = rate_line_fits.halves(x, y, weights, variance)
+        halves = rate_line_fits.halves(x, y, weights, variance, slow)
         spread = self._repeats((x, y, weights), variance, power)
         known = np.isfinite(fit.k) & (used.sum(axis=-1) > 2)
         return self._told(fit, known, (halves, (worst / full, worst_sd / full), spread))
@@ -191,6 +193,21 @@ class RateLine:
         there = np.arange(d.shape[-2]) < found.count[..., None]
         time = np.where(there, d[..., TIME], np.inf)
         return d[..., RATE] * self.share, d[..., OUTPUT], self._noise(found)[..., None] / time, there
+
+    def _slow(self, found: Found, used: NDArray[np.bool_]) -> Floats:
+        """Covariance that flicker and walks give the dwells of each power-up that is used, shape (..., m, m)."""
+        d = found.dwells
+        total = np.zeros((*used.shape, used.shape[-1]))
+        for q in range(1, int(np.where(used, d[..., POWER], 0.0).max(initial=0.0)) + 1):
+            mine = used & (d[..., POWER] == q)
+            every = np.where(d[..., POWER] == q, d[..., START], np.inf)
+            began = every.min(axis=-1, initial=np.inf)
+            total += rate_line_drift.drift(self._covariance, d[..., START], d[..., TIME], mine, began)
+        return total
+
+    @cached_property
+    def _covariance(self) -> rate_line_drift.Covariance | None:
+        return rate_line_drift.covariance_of(self.datasheet)
 
     def _repeats(self, points: tuple[Floats, Floats, Floats], variance: Floats, power: Floats) -> tuple[Floats, Floats]:
         """Standard deviation of K over the power-ups and its own, relative, each of shape (...)."""

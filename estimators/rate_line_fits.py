@@ -9,7 +9,8 @@ median of |r| / sigma that of a Gaussian:
 
     sigma_i^2 = N^2 / T_i + d^2,     median |r_i| / sigma_i = 0.6745 sqrt((m - 2) / m)
 
-All arrays are (..., m); points that are not there have the weight zero.
+Noise that outlasts a point has a covariance C between them, shape (..., m, m): c' C c is added to the variances, and
+the spread d is that beyond (1 - H) C (1 - H)'. All arrays are (..., m); points that are not there have the weight zero.
 Source: Huber and Ronchetti, Robust Statistics, 2nd ed. (2009), chapters 7 and 13.
 """
 
@@ -48,20 +49,43 @@ class Line:
         return left
 
 
-def line(x: Floats, y: Floats, w: Floats, variance: Floats) -> Line:
-    """Least squares with the weights ``w``; ``variance`` is that of the points. All of shape (..., m)."""
+def line(x: Floats, y: Floats, w: Floats, variance: Floats, slow: Floats | None = None) -> Line:
+    """Least squares with the weights ``w``; ``variance`` is that of the points. All of shape (..., m).
+
+    ``slow``: covariance of noise that outlasts a point, shape (..., m, m).
+    """
+    of_k, of_f = _shares(x, w)
+    parts = [(a * b * variance).sum(axis=-1) for a, b in ((of_k, of_k), (of_f, of_f), (of_k, of_f))]
+    if slow is not None:
+        parts = [
+            p + _both(a, slow, b) for p, (a, b) in zip(parts, ((of_k, of_k), (of_f, of_f), (of_k, of_f)), strict=True)
+        ]
+    k = (of_k * np.where(w > 0, y, 0.0)).sum(axis=-1)
+    return Line(k, (of_f * np.where(w > 0, y, 0.0)).sum(axis=-1), *parts)
+
+
+def _both(a: Floats, middle: Floats, b: Floats) -> Floats:
+    return np.asarray((a[..., None, :] @ middle @ b[..., None])[..., 0, 0])
+
+
+def _shares(x: Floats, w: Floats) -> tuple[Floats, Floats]:
+    """Weight of each point in K and in F_0, shape (..., m); NaN where there are not two rates."""
     total = w.sum(axis=-1)
     some = np.where(total > 0, total, np.nan)
-    xm, ym = (w * x).sum(axis=-1) / some, (w * y).sum(axis=-1) / some
+    xm = (w * x).sum(axis=-1) / some
     away = np.where(w > 0, x - xm[..., None], 0.0)
     spread = (w * away**2).sum(axis=-1)
     span = np.abs(away).max(axis=-1, initial=0.0)
     spread = np.where(span > 1e-6, spread, np.nan)
     of_k = w * away / spread[..., None]
-    k = (of_k * (y - ym[..., None])).sum(axis=-1)
-    of_f = w / some[..., None] - xm[..., None] * of_k
-    parts = [(a * b * variance).sum(axis=-1) for a, b in ((of_k, of_k), (of_f, of_f), (of_k, of_f))]
-    return Line(k, ym - k * xm, *parts)
+    return of_k, w / some[..., None] - xm[..., None] * of_k
+
+
+def of_residuals(x: Floats, w: Floats, slow: Floats) -> Floats:
+    """What the covariance ``slow`` of the points makes of their residuals' variances, shape (..., m)."""
+    of_k, of_f = (np.nan_to_num(share) for share in _shares(x, w))
+    left = np.eye(x.shape[-1]) - x[..., None] * of_k[..., None, :] - of_f[..., None, :]
+    return np.asarray(np.sum((left @ slow) * left, axis=-1))
 
 
 def setting_spread(residual: Floats, white: Floats, there: NDArray[np.bool_]) -> Floats:
@@ -92,19 +116,23 @@ def _median(values: Floats, m: NDArray[np.int64]) -> Floats:
     return median
 
 
-def robust(x: Floats, y: Floats, white: Floats, there: NDArray[np.bool_], *, weighed: bool) -> tuple[Floats, Floats]:
+def robust(
+    x: Floats, y: Floats, white: Floats, there: NDArray[np.bool_], *, weighed: bool, slow: Floats | None = None
+) -> tuple[Floats, Floats]:
     """Weights of the robust line, shape (..., m), and the spread d^2 from setting to setting, shape (...).
 
-    ``weighed``: the weights are also by the inverse of the points' variances; else equal.
+    ``weighed``: the weights are also by the inverse of the points' variances; else equal. ``slow``: covariance of noise
+    that outlasts a point, shape (..., m, m).
     """
     tests = there.astype(float)
-    weights, d = tests, np.zeros(there.shape[:-1])
+    weights, d, own = tests, np.zeros(there.shape[:-1]), white
     for round_ in range(_ROUNDS):
         fit = line(x, y, weights, white)
         left = np.nan_to_num(fit.residual(x, y))
         if round_ in _SPREADS:
-            d = setting_spread(left, white, there)
-        sigma = np.sqrt(white + d[..., None] + _LEAST)
+            own = white if slow is None else white + of_residuals(x, weights, slow)
+            d = setting_spread(left, own, there)
+        sigma = np.sqrt(own + d[..., None] + _LEAST)
         u = np.abs(left) / sigma
         if round_ < _ROUNDS // 2:
             kept = np.minimum(1.0, _HUBER / np.maximum(u, 1e-9))
@@ -114,11 +142,13 @@ def robust(x: Floats, y: Floats, white: Floats, there: NDArray[np.bool_], *, wei
     return weights, d
 
 
-def halves(x: Floats, y: Floats, w: Floats, variance: Floats) -> tuple[Floats, Floats]:
+def halves(x: Floats, y: Floats, w: Floats, variance: Floats, slow: Floats | None = None) -> tuple[Floats, Floats]:
     """Asymmetry |K(+) - K(-)| / mean of both and its standard deviation, each of shape (...)."""
-    plus, minus = (line(x, y, np.where(side, w, 0.0), variance) for side in (x > 0, x < 0))
-    mean = 0.5 * (plus.k + minus.k)
-    return np.abs(plus.k - minus.k) / np.abs(mean), np.sqrt(plus.var_k + minus.var_k) / np.abs(mean)
+    shares = [_shares(x, np.where(side, w, 0.0))[0] for side in (x > 0, x < 0)]
+    plus, minus = ((share * np.where(w > 0, y, 0.0)).sum(axis=-1) for share in shares)
+    apart, mean = shares[0] - shares[1], 0.5 * (plus + minus)
+    square = (apart**2 * variance).sum(axis=-1) + (0.0 if slow is None else _both(apart, slow, apart))
+    return np.abs(plus - minus) / np.abs(mean), np.sqrt(square) / np.abs(mean)
 
 
 def largest(values: Floats, sd: Floats, there: NDArray[np.bool_]) -> tuple[Floats, Floats]:

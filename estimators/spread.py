@@ -15,7 +15,8 @@ For one correlation over T whole revolutions the jumps give (2 / (T A))^2 E^2 (c
 is unknown. What is declared and not in `estimators.told.KNOWN` is left out. A lock-in with the threshold W counts as
 -W^2 / (2 u), a scale factor of -W^2 / (2 u^2).
 
-The error of pulses is taken for white. Where noise and drift move the count of a revolution by much less than a
+The error of pulses is taken for white from turn to turn, within a turn at one rate it has the density of
+`insenv.design.rate_noise.pulses`. Where noise and drift move the count of a revolution by much less than a
 pulse it repeats from turn to turn: at a tenth of the published random walk the azimuth's deviation is told up to
 twice too large, that of the scale factor a fifth too small.
 """
@@ -97,7 +98,9 @@ def solved(turns: Turns, errors: Errors, weigh: Callable[..., Any], outputs: int
     weigh(closed, count, coefficients, known, time)
     axis = (float(errors.axis.share), float(errors.axis.vertical))
     turning = TURN / np.where(closed[..., T] > 0, closed[..., T], np.inf)
-    noise = (errors.density(np.maximum(turning, 1e-9)), errors.angle_error**2, errors.axis.dt)
+    turning = np.maximum(turning, 1e-9)
+    angle = errors.inside(turning * closed[..., WAY]), errors.angle_error**2
+    noise = (errors.density(turning), angle, errors.axis.dt)
     _solve((closed, count, coefficients, known, time), (noise, errors.told, axis), x, cov)
     return known.reshape(front), x.reshape(*front, outputs), cov.reshape(*front, outputs, outputs)
 
@@ -131,7 +134,7 @@ def _solve(weighed, told, x, cov):  # type: ignore[no-untyped-def]
                 c = weights[j, o]
                 x[r, o] += c[0] * s[j, N] + c[1] * s[j, BC] + c[2] * s[j, BS]
         _rate_noise(s, weights, noise[0][r], cov[r])
-        _angle_noise(s, weights, noise[1], noise[2], cov[r])
+        _angle_noise(s, weights, (noise[1][0][r], noise[1][1]), noise[2], cov[r])
         for p in range(len(columns[0])):
             column = (columns[0][p], columns[1][p], columns[2], axis, time[r])
             _systematic(s, weights, column, cov[r])
@@ -153,12 +156,13 @@ def _rate_noise(s, coefficients, density, cov):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _angle_noise(s, coefficients, variance, dt, cov):  # type: ignore[no-untyped-def]
+def _angle_noise(s, coefficients, variances, dt, cov):  # type: ignore[no-untyped-def]
     k = cov.shape[0]
+    within, variance = variances
     jump = np.zeros(k)
     for j in range(len(s)):
         v = s[j]
-        inside = variance * 2 * np.pi**2 * dt / v[T]
+        inside = within[j] * 2 * np.pi**2 * dt / v[T]
         follows = j > 0 and s[j - 1, STRETCH] == v[STRETCH]
         last = j + 1 == len(s) or s[j + 1, STRETCH] != v[STRETCH]
         ca, sa = cos(v[ANGLE]), sin(v[ANGLE])

@@ -11,7 +11,7 @@ from estimators.turns import Axis
 from insenv.core.estimate import Datasheet, Declared
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats
-from insenv.design.rate_noise import density, white_angle
+from insenv.design.rate_noise import density, pulses, white_angle
 from insenv.effects.base import CurveEffect, LinearEffect
 from insenv.effects.catalogue import by_key
 
@@ -54,6 +54,23 @@ class Errors:
         else:
             walk = k / turning**2
         return n + b / turning + 2 * walk
+
+    def inside(self, rate: Floats) -> Floats:
+        """Variance of the white angle error as whole turns at steady table rates [rad/s] see it, of their shape."""
+        sheet = self.datasheet
+        variance = np.full(np.shape(rate), self.angle_error**2)
+        if self.target != "gyro" or not sheet.pulse or sheet.encoder_noise:  # a rate that is known to no 1e-6 averages
+            return variance
+        found = np.round(rate, 9)
+        for one in np.unique(found):
+            if one not in self._pulsed:
+                self._pulsed[one] = pulses(sheet, float(one)) - 1
+            variance[found == one] += self._pulsed[one] * sheet.pulse**2 / 12
+        return variance
+
+    @cached_property
+    def _pulsed(self) -> dict[float, float]:
+        return {}
 
     @cached_property
     def told(self) -> tuple[Floats, Floats, float]:

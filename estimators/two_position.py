@@ -3,7 +3,8 @@ r"""Two-position calibration as published: a cubic for each position, one pass, 
 The first result corrects the attitude, propagated to the end of the position; through the turn it is only tracked, and
 equations (14) to (16) of `estimators.two_position_equations` hold at the second position. The installation angle is
 the sum of both phi_U less the sight's error. What the method leaves out (biases in the first position, eps_U, products
-of misalignments) is in the covariance.
+of misalignments) is in the covariance. The velocity is zero where a position begins: a body that sways or comes to rest
+slowly breaks the method and its covariance; `two_position_tied` has a constant for that.
 
 Source: Guo, Li, He (2018), DOI 10.11977/j.issn.1004-2474.2018.01.016.
 """
@@ -16,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimators.alignment import NAMES, UNITS, Aligned, Alignment, angles_of, kernel, symmetric, wrapped
+from estimators.alignment_told import PARAMETERS as N
 from estimators.alignment_told import Told
 from estimators.least_squares import ALPHA
 from estimators.two_position_equations import Position, Second, identify_position, identify_second
@@ -129,6 +131,7 @@ class _Problem:
         self.time = estimator.time(state)
         turned, J = estimator.turned(state)
         self.turned, self.J = turned, J.reshape(-1, 3, 3)
+        self.S = estimator.twisted(state).reshape(-1, 3, 3)
         self.computed = state.navigation.dcm.reshape(-1, 3, 3)
         self.started = angles_from_dcm(dcm_from_quaternion(state.start).reshape(-1, 3, 3))
         sums = state.sums.reshape(-1, k.RESTS, k.SUMS)
@@ -251,23 +254,24 @@ class _Problem:
     def _second_moments(self) -> Floats:
         """Of x about zero: the method knows of no declared bias."""
         cov = self.prior_cov.copy()
-        cov[:, range(3, 8), range(3, 8)] += self.told.mean**2
+        cov[:, range(3, N), range(3, N)] += self.told.mean**2
         return cov
 
     def _true(self) -> Floats:
-        """What the values' errors are before any correction, by x: shape (R, 9, 8), with the sign of a truth."""
+        """What the values' errors are before any correction, by x: shape (R, 9, 12), with the sign of a truth."""
         slopes = angles_of(self.computed)[1]
-        M = np.zeros((self.runs, 9, 8))
+        M = np.zeros((self.runs, 9, N))
         M[:, 0, 2] = 1.0
         to_now = np.concatenate([np.broadcast_to(self.turned.T, (self.runs, 3, 3)), -self.turned.T @ self.J], axis=-1)
         M[:, 1:4, :6] = slopes @ to_now
+        M[:, 1:4, 9:] = slopes @ (-self.turned.T @ self.S)
         M[:, range(4, 9), range(3, 8)] = 1.0
         return M
 
     def _linear(self) -> tuple[Floats, Floats, Floats]:
-        """Covariance of the coefficients (R, 12, 12), derivatives by x (.., 8), covariance with the walk (.., 2)."""
+        """Covariance of the coefficients (R, 12, 12), derivatives by x (.., 12), covariance with the walk (.., 2)."""
         rests, used = self.rests, self.rests.span.shape[1]
-        _, D8 = rests.predicted(self.estimator, np.zeros((self.runs, 8)))
+        _, by_x = rests.predicted(self.estimator, np.zeros((self.runs, N)))
         own = [1, 2, 3, 5, 6, 7]
         fit = np.zeros((self.runs, used, 6, 8))
         for h in range(2):
@@ -279,8 +283,8 @@ class _Problem:
         scale = (span ** -np.tile([1.0, 2.0, 3.0], 2)).reshape(self.runs, -1)
         sigma = sigma * scale[:, :, None] * scale[:, None, :]
         self._products(sigma)
-        D = np.where(rests.good[..., None, None], D8[:, :, own], 0.0).reshape(self.runs, -1, 8) * scale[..., None]
-        whole, lines = np.zeros((self.runs, 12, 12)), np.zeros((self.runs, 12, 8))
+        D = np.where(rests.good[..., None, None], by_x[:, :, own], 0.0).reshape(self.runs, -1, N) * scale[..., None]
+        whole, lines = np.zeros((self.runs, 12, 12)), np.zeros((self.runs, 12, N))
         whole[:, : 6 * used, : 6 * used], lines[:, : 6 * used] = sigma, D
         late = np.zeros((self.runs, 12, 2))
         late[:, : 6 * used] = walk * scale[..., None]

@@ -5,7 +5,7 @@ own for each rest, and of noise: angle random walk, velocity random walk, and a 
 size the scatter of the blocks tells; for a few seconds after a turn more, for the vehicle may still be moving.
 `estimators.two_position_joint_kernel` whitens it. The velocity of the turns is not used (a lever arm of 0.5 m costs
 62 arcmin). The vertical gyro bias is held by its prior: without one the estimate is worse than the published method.
-The first `alignment_kernel.RESTS` rests are used; memory: 104 bytes for each block of a run.
+The first `alignment_kernel.RESTS` rests are used; memory: 176 bytes for each block of a run.
 Source: S. M. Kay, Fundamentals of Statistical Signal Processing 1 (1993), sections 8.9 and 13.
 """
 
@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from estimators.alignment import Aligned, Alignment, kernel
+from estimators.alignment_told import PARAMETERS as N
 from estimators.alignment_told import Sighting
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Estimate
@@ -63,34 +64,37 @@ class TwoPositionJoint(Alignment):
         shape, k = state.batch, kernel()
         runs = int(np.prod(shape))
         cells = np.concatenate([c.reshape(runs, -1, k.CELL) for c in (*state.cells, np.empty((*shape, 0, k.CELL)))], 1)
-        x, force, cov = self._solved(cells, mean.reshape(runs, 8), prior.reshape(runs, 8, 8), self.time(state))
-        return self.told_of(state, x.reshape(*shape, 8), force.reshape(*shape, 2), cov.reshape(*shape, 10, 10))
+        x, force, cov = self._solved(cells, mean.reshape(runs, N), prior.reshape(runs, N, N), self.time(state))
+        return self.told_of(state, x.reshape(*shape, N), force.reshape(*shape, 2), cov.reshape(*shape, N + 2, N + 2))
 
     def _solved(self, cells: Floats, mean: Floats, prior: Floats, now: float) -> tuple[Floats, Floats, Floats]:
         """As `estimators.two_position_tied.minimum_variance`."""
         runs = len(mean)
-        normal, walk = np.empty((runs, 9, 9)), np.empty((runs, 2, 10))
+        normal, walk = np.empty((runs, N + 1, N + 1)), np.empty((runs, 2, N + 2))
         told = self.told
         noise = ((told.gravity * told.walk) ** 2, told.velocity_walk**2, told.dt, *self.residual)
         sway, x = self._sway(cells, noise), mean.copy()
         root: Any = np.linalg.cholesky(prior)
-        scratch = np.empty((6, 3, 3)), np.empty(9), np.empty(9), np.empty(2), np.empty((2, 8)), np.empty((2, 4, 9))
+        scratch = (
+            *(np.empty((6, 3, 3)), np.empty(9), np.empty(9), np.empty(9)),
+            *(np.empty(2), np.empty((2, N)), np.empty((2, 4, N + 1))),
+        )
         cells, loop = np.ascontiguousarray(cells), _loops().gather
         for step in range(STEPS + 1):
             loop(x, cells, sway, noise, told.numbers, now, *scratch, normal, walk)
-            known = _t(root) @ normal[:, :8, :8] @ root + np.eye(8)
+            known = _t(root) @ normal[:, :N, :N] @ root + np.eye(N)
             if step == STEPS:
                 break
             offset = np.linalg.solve(root, (x - mean)[..., None])
-            x = x + (root @ np.linalg.solve(known, _t(root) @ normal[:, :8, 8:] - offset))[..., 0]
+            x = x + (root @ np.linalg.solve(known, _t(root) @ normal[:, :N, N:] - offset))[..., 0]
         spread = root @ np.linalg.inv(known) @ _t(root)
-        lean = walk[:, :, :8]
-        cov = np.empty((runs, 10, 10))
-        cov[:, :8, :8] = spread
-        cov[:, 8:, :8] = -lean @ spread
-        cov[:, :8, 8:] = _t(cov[:, 8:, :8])
-        cov[:, 8:, 8:] = walk[:, :, 9:] * np.eye(2) + lean @ spread @ _t(lean)
-        return x, walk[:, :, 8].copy(), cov
+        lean = walk[:, :, :N]
+        cov = np.empty((runs, N + 2, N + 2))
+        cov[:, :N, :N] = spread
+        cov[:, N:, :N] = -lean @ spread
+        cov[:, :N, N:] = _t(cov[:, N:, :N])
+        cov[:, N:, N:] = walk[:, :, N + 1 :] * np.eye(2) + lean @ spread @ _t(lean)
+        return x, walk[:, :, N].copy(), cov
 
     def _sway(self, cells: Floats, noise: tuple[float, ...]) -> Floats:
         """Variance of the white part of the mean velocities, shape (R,)."""

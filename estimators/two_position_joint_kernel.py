@@ -18,12 +18,14 @@ from __future__ import annotations
 
 import math
 
-from estimators.alignment_kernel import CELL, END, J_END, MEAN, WHERE, jit
+from estimators.alignment_kernel import CELL, END, J_END, MEAN, TWIST_END, WHERE, jit
 from estimators.alignment_model import force
 
 #: Variance of the velocity at the start of a rest [m^2/s^2]: it may be anything.
 FREE = 1.0
-assert CELL == J_END + 9
+#: Length of x, see `estimators.alignment`.
+N = 12
+assert TWIST_END == J_END + 9 and CELL == TWIST_END + 9
 
 
 @jit
@@ -43,15 +45,15 @@ def scatter(cells, out):
 
 @jit
 def gather(  # noqa: C901, PLR0912, PLR0913, PLR0915 -- one loop over blocks; scratch is given
-    x, cells, sway, noise, numbers, now, work, turned, held, f, D, line, normal, walk
+    x, cells, sway, noise, numbers, now, work, turned, twist, held, f, D, line, normal, walk
 ):
     """Normal equations of the residual at x, and the walk's force now.
 
-    x : (R, 8). cells : (R, K, CELL). sway : (R,), variance of the white part. noise : q_a, q_v,
+    x : (R, N). cells : (R, K, CELL). sway : (R,), variance of the white part. noise : q_a, q_v,
     sampling interval (a mean is of samples at the ends of theirs), speed and time constant of what a turn leaves.
-    normal : (R, 9, 9), sums of whitened products, the residual last. walk : (R, 2, 10), for each channel the force
-    of regressors and residual, and its variance. line : scratch of shape (2, 4, 9): velocity, force of noise filter,
-    and model's velocity. The rest is scratch, or as in `force`.
+    normal : (R, N + 1, N + 1), sums of whitened products, the residual last. walk : (R, 2, N + 2), for each channel the
+    force of regressors and residual, and its variance. line : scratch of shape (2, 4, N + 1): velocity, force of noise
+    filter, and model's velocity. The rest is scratch, or as in `force`.
     """
     qa, qv, dt, speed, tau = noise
     for i in range(x.shape[0]):
@@ -79,7 +81,8 @@ def gather(  # noqa: C901, PLR0912, PLR0913, PLR0915 -- one loop over blocks; sc
                 early = cells[i, k - 1, J_END + j] if k else 0.0
                 turned[j] = 0.5 * (early + cell[J_END + j])
                 held[j] = (cell[J_END + j] - early) / T
-            force(x[i], 0.5 * (start + end), turned, held, numbers, work, f, D)
+                twist[j] = cell[TWIST_END + j]  # a block lies in a rest: it stays
+            force(x[i], 0.5 * (start + end), turned, twist, held, numbers, work, f, D)
             # Prediction shared by all columns: z = v + a T / 2.
             n0, n1 = qv * T / 2 + qa * T**3 / 8, qa * T * T / 6
             white = sway[i]
@@ -91,27 +94,27 @@ def gather(  # noqa: C901, PLR0912, PLR0913, PLR0915 -- one loop over blocks; sc
             k0, k1 = c0 / s, c1 / s
             for h in range(2):
                 one = line[h]
-                for j in range(9):
+                for j in range(N + 1):
                     # What the model makes of the mean velocity, and the velocity at the end.
-                    push = D[h, j] if j < 8 else f[h]
+                    push = D[h, j] if j < N else f[h]
                     mean = one[2, j] + 0.5 * (T + dt) * push
                     one[2, j] += T * push
-                    z = mean if j < 8 else cell[MEAN + h] - mean
+                    z = mean if j < N else cell[MEAN + h] - mean
                     e = z - one[0, j] - 0.5 * T * one[1, j]
                     one[0, j] += T * one[1, j] + k0 * e
                     one[1, j] += k1 * e
                     one[3, j] = e
-                for j in range(9):
+                for j in range(N + 1):
                     e = one[3, j] / s
                     for m in range(j + 1):
                         normal[i, j, m] += e * one[3, m]
             p00 = p00 + 2 * T * p01 + T * T * p11 + qv * T + qa * T**3 / 3 - k0 * c0
             p01 = p01 + T * p11 + qa * T * T / 2 - k0 * c1
             p11 = p11 + qa * T - k1 * c1
-        for j in range(9):
+        for j in range(N + 1):
             for m in range(j):
                 normal[i, m, j] = normal[i, j, m]
         for h in range(2):
-            for j in range(9):
+            for j in range(N + 1):
                 walk[i, h, j] = line[h, 1, j]
-            walk[i, h, 9] = p11 + qa * (now - before)
+            walk[i, h, N + 1] = p11 + qa * (now - before)

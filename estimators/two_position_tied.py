@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from estimators.alignment import Aligned, Alignment, kernel
+from estimators.alignment_told import PARAMETERS as N
 from insenv.core.estimate import Estimate
 from insenv.core.recording import Floats
 
@@ -36,9 +37,9 @@ class TwoPositionTied(Alignment):
         """What is known now; the prior before data."""
         mean, prior = self.prior(state)
         flat = Rests.of(self, state)
-        x, walk, cov = minimum_variance(self, flat, mean.reshape(-1, 8), prior.reshape(-1, 8, 8), self.time(state))
+        x, walk, cov = minimum_variance(self, flat, mean.reshape(-1, N), prior.reshape(-1, N, N), self.time(state))
         shape = state.batch
-        return self.told_of(state, x.reshape(*shape, 8), walk.reshape(*shape, 2), cov.reshape(*shape, 10, 10))
+        return self.told_of(state, x.reshape(*shape, N), walk.reshape(*shape, 2), cov.reshape(*shape, N + 2, N + 2))
 
 
 class Rests:
@@ -71,12 +72,12 @@ class Rests:
         return cls(state.sums.reshape(-1, k.RESTS, k.SUMS), estimator.told.dt)
 
     def predicted(self, estimator: Alignment, x: Floats) -> tuple[Floats, Floats]:
-        """Coefficients of the velocity, shape (R, P, 8), and derivatives by x, shape (R, P, 8, 8)."""
-        a, B = np.zeros((*self.span.shape, 2, 4)), np.zeros((*self.span.shape, 2, 4, 8))
-        scratch = np.empty((7, 3, 3)), np.empty(9), np.empty((3, 2)), np.empty((3, 2, 8))
+        """Coefficients of the velocity, shape (R, P, 8), and derivatives by x, shape (R, P, 8, 12)."""
+        a, B = np.zeros((*self.span.shape, 2, 4)), np.zeros((*self.span.shape, 2, 4, N))
+        scratch = np.empty((7, 3, 3)), np.empty(9), np.empty((3, 2)), np.empty((3, 2, N))
         numbers = estimator.told.numbers
         _model().polynomials(np.ascontiguousarray(x), self.sums, self.dt, numbers, *scratch, a, B)
-        return a.reshape(*self.span.shape, 8), B.reshape(*self.span.shape, 8, 8)
+        return a.reshape(*self.span.shape, 8), B.reshape(*self.span.shape, 8, N)
 
     def noise(self, estimator: Alignment, K: Floats) -> tuple[Floats, Floats]:
         """Covariance of K m over all rests, shape (R, P k, P k), and with the walk now, shape (R, P k, 2).
@@ -129,7 +130,7 @@ def tied(rests: Rests, rate: tuple[float, float]) -> Floats:
 def minimum_variance(
     estimator: Alignment, rests: Rests, mean: Floats, prior: Floats, now: float
 ) -> tuple[Floats, Floats, Floats]:
-    """x, shape (R, 8), force of the attitude's walk, (R, 2), and the covariance of both, (R, 10, 10)."""
+    """x, shape (R, 12), force of the attitude's walk, (R, 2), and the covariance of both, (R, 14, 14)."""
     K = tied(rests, estimator.told.rate)
     runs, used, k, _ = K.shape
     S, C = rests.noise(estimator, K)
@@ -142,11 +143,11 @@ def minimum_variance(
     for _ in range(PASSES):
         a, D = rests.predicted(estimator, x)
         left = (K @ (rests.moments - (rests.gram @ a[..., None])[..., 0])[..., None]).reshape(runs, -1)
-        A = (K @ rests.gram @ D).reshape(runs, used * k, 8) @ root
+        A = (K @ rests.gram @ D).reshape(runs, used * k, N) @ root
         y = np.concatenate([A, left[..., None], C], axis=-1) / size[..., None]
         whitened: Any = np.linalg.solve(half, y)
-        white, residual, walk = whitened[..., :8], whitened[..., 8:9], whitened[..., 9:]
-        normal = _t(white) @ white + np.eye(8)
+        white, residual, walk = whitened[..., :N], whitened[..., N : N + 1], whitened[..., N + 1 :]
+        normal = _t(white) @ white + np.eye(N)
         offset = np.linalg.solve(root, (x - mean)[..., None])
         x += (root @ np.linalg.solve(normal, _t(white) @ residual - offset))[..., 0]
     # The last step is taken into account: what is left of the residual tells of the walk.
@@ -154,12 +155,12 @@ def minimum_variance(
     force = (_t(walk) @ (residual - white @ moved))[..., 0]
     spread = np.linalg.inv(normal)
     lean = _t(walk) @ white
-    cov = np.empty((runs, 10, 10))
-    cov[:, :8, :8] = root @ spread @ _t(root)
-    cov[:, 8:, :8] = -lean @ spread @ _t(root)
-    cov[:, :8, 8:] = _t(cov[:, 8:, :8])
+    cov = np.empty((runs, N + 2, N + 2))
+    cov[:, :N, :N] = root @ spread @ _t(root)
+    cov[:, N:, :N] = -lean @ spread @ _t(root)
+    cov[:, :N, N:] = _t(cov[:, N:, :N])
     q = (estimator.told.gravity * estimator.told.walk) ** 2
-    cov[:, 8:, 8:] = q * now * np.eye(2) - _t(walk) @ walk + lean @ spread @ _t(lean)
+    cov[:, N:, N:] = q * now * np.eye(2) - _t(walk) @ walk + lean @ spread @ _t(lean)
     return x, force, cov
 
 

@@ -244,6 +244,30 @@ def rate_test(
     tell(summary(found), html_path, json_path)
 
 
+@insenv.command("estimate", epilog=examples("insenv estimate recording.toml --with north_gls"))
+@allow_code_option
+@verbosity_options
+@click.argument("manifest")
+@click.option("--with", "estimator", required=True, help="Name of an estimator, or module:Name.")
+@click.option("--json", "json_path", type=click.Path(path_type=Path), help="Write the estimates as JSON.")
+@click.option("--html", "html_path", type=click.Path(path_type=Path), help="Write an HTML report in one file.")
+def estimate_recording(manifest: str, estimator: str, json_path: Path | None, html_path: Path | None) -> None:
+    """Estimate what a recording tells: any estimator on the runs of MANIFEST, with its [datasheet].
+
+    MANIFEST is a TOML file, or the name of a recording of `insenv datasets`.
+    """
+    from insenv.estimate import estimate
+    from insenv.report.estimate import summary, write_html, write_json
+
+    check_reports(json_path, html_path)
+    found = estimate(manifest, estimator, Progress())
+    if html_path is not None:
+        write_html(found, html_path)
+    if json_path is not None:
+        write_json(found, json_path)
+    tell(summary(found), html_path, json_path)
+
+
 @insenv.command(epilog=examples("insenv simulate scenarios/staircase.toml --out out/staircase"))
 @allow_code_option
 @verbosity_options
@@ -384,6 +408,8 @@ _NAMED: Mapping[tuple[str, str], tuple[str, bool]] = {
     ("close-loop", "estimator"): ("estimators", False),
     ("apply", "manifest"): ("recordings", True),
     ("datasets", "names"): ("recordings", False),
+    ("estimate", "manifest"): ("recordings", True),
+    ("estimate", "estimator"): ("estimators", False),
     ("sweep", "scenario"): ("scenarios", True),
     ("sweep", "policy"): ("policies", False),
     ("sweep", "estimator"): ("estimators", False),

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from matplotlib.figure import Figure
+from pages import written
 from tqdm import tqdm
 
 
@@ -38,4 +39,4 @@ def write(path: Path, head: str, sections: Iterator[Section], count: int) -> Non
         text += [f"\n## {section.title}\n", *section.lines, "", *shown, f"**Verdict.** {section.verdict}"]
         for name, picture in section.pictures.items():
             picture.savefig(path.parent / f"{name}.png", dpi=110)
-    path.write_text("\n".join(text) + "\n", encoding="utf-8")
+    written(path, "\n".join(text) + "\n")

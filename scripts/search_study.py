@@ -24,6 +24,7 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
+from pages import stamped
 from scipy.fft import dct
 from search_study_page import Case, Found, Job, page
 from tqdm import tqdm
@@ -225,7 +226,7 @@ def main() -> None:
     text = page(found, options.snr, ALPHA, **facts(options))
     options.out.parent.mkdir(parents=True, exist_ok=True)
     beside = options.out.with_name(f".{options.out.name}.part")
-    beside.write_text(text, encoding="utf-8")
+    beside.write_text(stamped(text, Path(__file__)), encoding="utf-8")
     os.replace(beside, options.out)
     print(text)
 

@@ -19,6 +19,7 @@ from insenv.core.plugins import ESTIMATORS, find
 from insenv.core.recording import Channel, Floats, Recording
 from insenv.core.rows import rows
 from insenv.core.units import ARCSEC, DEG
+from insenv.design.rate_noise import pulses
 
 DT = 0.01
 
@@ -106,7 +107,9 @@ def test_random_walk_and_pulses_give_the_closed_forms() -> None:
     # Both ends at the angle of the first row's end; the sine of the azimuth's error is what they add to.
     at = RATE * 0.01 - azimuth
     samples, step = time / 0.01, RATE * 0.01
-    wanted = 2 / (time * case.level) * PULSE / 12**0.5 * np.sqrt(2 * np.sin(at) ** 2 + 0.5 * samples * step**2)
+    # Within a turn pulses at one rate are no white noise.
+    inside = 0.5 * samples * step**2 * pulses(sheet, RATE)
+    wanted = 2 / (time * case.level) * PULSE / 12**0.5 * np.sqrt(2 * np.sin(at) ** 2 + inside)
     np.testing.assert_allclose(estimator.estimate(state).sd[:, 0], wanted, rtol=2e-3)
 
 

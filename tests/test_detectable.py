@@ -11,6 +11,7 @@ import pytest
 from simulated_runs import Simulated, declared_for, drawn_noise, gyro_run, manifest, use
 
 from insenv.core.recording import Recording
+from insenv.effects.base import OUTPUT
 from insenv.effects.catalogue import CATALOGUE, by_key
 from insenv.identify.detectable import Sensitivity, _strength
 from insenv.identify.findings import Detectable
@@ -67,6 +68,10 @@ def test_it_grows_with_the_noise() -> None:
 
 def test_what_has_no_single_size_has_none() -> None:
     all_of_them = smallest(traced(gyro_run("reversal", 5, duration=DURATION).recording))
+    units = [unit for d in all_of_them.values() if d for unit in (d.unit, *(u for _, u in d.at.values()))]
+    assert len(units) > 10 and not any(OUTPUT in unit for unit in units)  # each in the unit of what was measured
+    anomaly = all_of_them["scale_factor_anomaly"]
+    assert anomaly is not None and anomaly.at["u0"][1] == "rad/s"
     assert all_of_them["bias_temperature:2"] is None  # per kelvin and per kelvin squared
     assert all_of_them["spline_time"] is None
     assert all_of_them["encoder_harmonic:1"] is not None

@@ -19,6 +19,7 @@ from insenv.core.rows import rows
 from insenv.core.units import ARCSEC, DEG, PPM
 from insenv.design.information import IncrementNoise, information, north_bound
 from insenv.design.polynomial import BiasPolynomial, ScaleFactorPolynomial
+from insenv.design.rate_noise import pulses
 from insenv.effects.angle import EarthRate, EncoderHarmonic
 from insenv.plants.profile import Piece, constant
 from insenv.plants.turntable import Turntable
@@ -134,6 +135,9 @@ def test_it_equals_least_squares_on_all_samples_within_what_blocks_lose() -> Non
     case, azimuth = Case(), azimuths(4)
     recording = case.run(azimuth)
     mean, sd = found(case, recording).of("azimuth")
+    # There pulses are a white error of the angle; what they have at one cycle a turn is told besides.
+    beyond = (pulses(case.datasheet(), RATE) - 1) * PULSE**2 / 12 * RATE**2 / case.sampling
+    sd = np.sqrt(sd**2 - 2 * beyond / (case.duration * case.level**2))
     for i in range(4):
         exact, deviation, bound = exact_solution(case, recording, i)
         # What is lost of the information differs at random: by sqrt(2 * 0.4 %) of a deviation.

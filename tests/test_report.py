@@ -167,6 +167,13 @@ def test_json_of_several_targets_names_the_target_everywhere() -> None:
 
 
 @every
+def test_no_page_has_a_name_where_a_unit_is_to_be(make: Make) -> None:
+    found = make()
+    for page in (summary(found), to_html(found), json.dumps(to_json(found))):
+        assert OUTPUT not in page and not re.search(r"[/ (]\{[a-z]\}", page)
+
+
+@every
 def test_written_json_is_strict_and_reads_back(make: Make, tmp_path: Path) -> None:
     def refuse(constant: str) -> None:
         raise AssertionError(f"{constant} is not JSON")

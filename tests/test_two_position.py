@@ -98,9 +98,9 @@ def test_two_passes_leave_what_the_vertical_gyro_does() -> None:
 
 
 def test_the_joint_estimate_without_prior_is_exact() -> None:
-    case = replace(BOTH, gyro_sd=(1e-3, 1e-3, 1e-3), accel_sd=1.0)
+    case = replace(BOTH, gyro_sd=(1e-3, 1e-3, 1e-3), accel_sd=1.0, accel_z_sd=0.0)
     errors = table_1()
-    errors.accel[:, 2] = 0.0  # along gravity: no horizontal channel tells of it
+    errors.accel[:, 2] = 0.0  # it makes gravity larger: no horizontal channel tells of it
     estimator = TwoPositionJoint(case.datasheet(), WIDE, sway=0.0, residual=(0.0, 1.0))
     found = estimator.estimate(estimator.update(estimator.reset(1), recording(case, errors)))
     limits = {"pitch": 1e-6, "roll": 1e-6, "heading": 5e-4, "gyro_x": 1e-6, "gyro_y": 1e-6}
@@ -288,7 +288,8 @@ def test_what_is_told_is_taken_and_what_is_not_has_a_name() -> None:
     sheet = Case(told_noise=A).datasheet()
     told = Told.of(sheet)
     assert told.walk == pytest.approx(A[0]) and told.velocity_walk == pytest.approx(A[1])
-    np.testing.assert_allclose(told.sd, [GYRO, GYRO, GYRO, ACCEL, ACCEL])
+    np.testing.assert_allclose(told.sd[:6], [GYRO, GYRO, GYRO, ACCEL, ACCEL, ACCEL])
+    assert (told.sd[6:] < 1e-8).all()  # no misalignment and no scale factor where none is declared
     silent = Told.of(Datasheet(100.0, 620.0, Site(LATITUDE)))
     assert silent.sighting.pitch == UNTOLD_SD and silent.sighting.installation == INSTALLATION_SD
     assert silent.sd[2] == pytest.approx(0.01 * DEG_PER_HOUR) and silent.walk > 0

@@ -37,6 +37,7 @@ class Case:
     heading: float = 0.0
     gyro_sd: tuple[float, float, float] = (GYRO, GYRO, GYRO)
     accel_sd: float = ACCEL
+    accel_z_sd: float | None = None
     told_noise: tuple[float, float] | None = None
     turn_s: float = TURN_S
 
@@ -51,7 +52,9 @@ class Case:
     def datasheet(self) -> Datasheet:
         walk, velocity_walk = self.told_noise or self.noise
         declared = [Declared("bias", f"gyro_{a}", (0.0,), (s,)) for a, s in zip(_AXES, self.gyro_sd, strict=True)]
-        declared += [Declared("bias", f"accel_{a}", (0.0,), (self.accel_sd,)) for a in _AXES]
+        z_sd = self.accel_sd if self.accel_z_sd is None else self.accel_z_sd
+        accels = zip(_AXES, (self.accel_sd, self.accel_sd, z_sd), strict=True)
+        declared += [Declared("bias", f"accel_{a}", (0.0,), (s,)) for a, s in accels]
         return Datasheet(
             self.sampling,
             self.duration,

@@ -157,6 +157,39 @@ class Estimate:
         return self.mean[..., j], np.sqrt(self.cov[..., j, j])
 
 
+@dataclass(frozen=True)
+class Estimated:
+    """What an estimator makes of one run.
+
+    Attributes
+    ----------
+    label : str
+    rows : int
+    duration : float
+        [s]
+    estimate : Estimate
+        Shapes (k,) and (k, k).
+    prior : Estimate
+        What the datasheet alone tells.
+    """
+
+    label: str
+    rows: int
+    duration: float
+    estimate: Estimate
+    prior: Estimate
+
+
+@dataclass(frozen=True)
+class Estimation:
+    """Estimates of all runs of a recording, in SI units."""
+
+    manifest: str
+    title: str
+    estimator: str
+    runs: tuple[Estimated, ...]
+
+
 class Estimator(Protocol):
     """Turns recordings into estimates.
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from insenv.core.errors import InputError
 from insenv.core.manifest import ChannelSpec, Manifest, RunSpec
-from insenv.core.manifest.spec import ACCELEROMETERS, CHANNELS, GYROS, INCREMENTS, Quantity
+from insenv.core.manifest.spec import ACCELEROMETERS, CHANNELS, EVENTS, GYROS, INCREMENTS, Quantity
 from insenv.core.readers import Column, Table, read_table
 from insenv.core.readers.table import rows_of
 from insenv.core.recording import GAP, Channel, Covers, Floats, Recording, Segment, Site
@@ -230,6 +230,8 @@ def time(manifest: Manifest, run: RunSpec, table: Table, first: int = 0) -> Floa
 def _channel(manifest: Manifest, run: RunSpec, table: Table, name: str, dt: float | Floats) -> Channel:
     """One channel in SI units."""
     spec, dimension = manifest.channels[name], CHANNELS[name]
+    if name == "turning":
+        return Channel(table.values[name], SI_UNITS[dimension], spec.covers or "interval")
     if dimension == "number":
         check_power(run.file, table.values[name], table.place)
         return Channel(table.values[name], SI_UNITS[dimension])
@@ -261,6 +263,8 @@ def _scaled(manifest: Manifest, run: RunSpec, table: Table, name: str, dimension
     low = 0.0 if name == "temperature" else -LARGEST
     high = LAST_SECOND if name == "time" else LARGEST
     sound = (values >= low) & (values <= high)
+    if name in EVENTS:
+        sound |= np.isnan(values)
     if not sound.all():
         row = int(np.argmin(sound))
         found = f"{values[row]:.6g} in SI units"

@@ -39,11 +39,13 @@ def save(  # noqa: PLR0913 - what a manifest says, entry by entry
     held_out: HeldOut | None = None,
     fit_rows: RowRanges = (),
     data_format: Format = "npz",
+    datasheet: Mapping[str, object] | None = None,
 ) -> None:
     """Write ``recordings`` beside ``manifest`` and the manifest itself; existing files are replaced.
 
     The data files are named after the manifest: ``run.toml`` has ``run_1.npz``, ``run_2.npz``, ...
-    Gaps, segments, delays, site and mounting are kept: ``read_recordings`` gives back what was saved.
+    Gaps, segments, delays, site and mounting are kept: ``read_recordings`` gives back what was saved. ``datasheet``:
+    the table of `insenv.scenario.measured`.
 
     Raises
     ------
@@ -59,11 +61,30 @@ def save(  # noqa: PLR0913 - what a manifest says, entry by entry
         manifest.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{manifest}: cannot be written ({error.strerror or error})") from None
+    text += toml(nested("datasheet", datasheet or {}))
     with ExitStack() as stack:  # left in reverse order: the manifest appears when its data are there
         stack.enter_context(replacing(manifest)).write_text(text, encoding="utf-8")
         for name, recording in zip(names, recordings, strict=True):
             path = stack.enter_context(replacing(manifest.parent / name))
             WRITERS[data_format](path, _table(recording))
+
+
+def nested(head: str, table: Mapping[str, object]) -> list[tuple[str, Mapping[str, object]]]:
+    """A table and the tables and lists of tables in it, each under its own head."""
+    found: list[tuple[str, Mapping[str, object]]] = []
+    own: dict[str, object] = {}
+    for name, value in table.items():
+        if isinstance(value, Mapping):
+            found += nested(f"{head}.{_key(name)}", value)
+        elif isinstance(value, list) and value and isinstance(value[0], Mapping):
+            found += [(f"[[{head}.{_key(name)}]]", one) for one in value]
+        else:
+            own[name] = value
+    return [(f"[{head}]", own), *found]
+
+
+def _key(name: str) -> str:
+    return name if name.replace("_", "").isalnum() else f'"{name}"'
 
 
 def _check_alike(recordings: Sequence[Recording]) -> None:

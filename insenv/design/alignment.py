@@ -116,7 +116,8 @@ def procedure(rest: float, turns: Sequence[float], turn_s: float) -> tuple[Stret
 class Knowledge:
     """Covariance of the states, shape (8, 8), and of where they stood at the start, as it grows.
 
-    ``cov`` holds phi now, the biases, and phi at the start: shape (11, 11).
+    ``cov`` holds phi now, the biases, and phi at the start: shape (11, 11); behind them phi_U at each time that was
+    marked by `sighted`.
     """
 
     cov: Floats
@@ -132,7 +133,24 @@ class Knowledge:
     def sd(self) -> Floats:
         """Deviations of phi at the start (3), gyro biases (3), accelerometer biases (2)."""
         deviation = np.sqrt(np.diagonal(self.cov))
-        return np.concatenate([deviation[8:], deviation[3:8]])
+        return np.concatenate([deviation[8:11], deviation[3:8]])
+
+    def sighted(self) -> Knowledge:
+        """The same, which remembers phi_U now: a sighting tells of it."""
+        n = len(self.cov)
+        again = np.append(np.arange(n), 2)
+        return Knowledge(self.cov[np.ix_(again, again)], self.heading, self.time)
+
+    def target(self, tracking: float) -> float:
+        r"""Deviation of the installation angle with the target's azimuth, from all sightings [rad].
+
+        The first was at the start, of the others each was marked. A sighting reads phi_U = theta + t_k, t_k of the
+        deviation ``tracking``; with P the covariance of phi_U at their times, of all data, that of theta is
+        1 / (1' (P + tracking^2)^-1 1).
+        """
+        at = np.arange(10, len(self.cov))
+        spread = self.cov[np.ix_(at, at)] + tracking**2 * np.eye(len(at))
+        return float(np.sum(np.linalg.inv(spread)) ** -0.5)
 
 
 def unknowing(instrument: Instrument, heading: float = 0.0) -> Knowledge:
@@ -225,8 +243,8 @@ def advance(instrument: Instrument, cov: Floats, heading: float, dt: float, seen
     """What a step of ``dt`` seconds about ``heading`` [rad] does to the covariance of the states."""
     rate = earth_rate_enu(instrument.latitude)
     g = float(gravity(instrument.latitude, instrument.altitude))
-    F, H, Q, R, cross = step_model(instrument, heading, dt, rate, g)
-    gain: Floats = np.zeros((11, 2))
+    F, H, Q, R, cross = _remembering(step_model(instrument, heading, dt, rate, g), len(cov))
+    gain: Floats = np.zeros((len(cov), 2))
     onward: Floats = F @ cov @ F.T + Q
     if seen:
         S = H @ cov @ H.T + R
@@ -234,6 +252,18 @@ def advance(instrument: Instrument, cov: Floats, heading: float, dt: float, seen
         gain = np.asarray(np.linalg.solve(S, lean.T).T)
         onward = onward - gain @ lean.T
     return Step(0.5 * (onward + onward.T), F, H, gain)
+
+
+def _remembering(
+    model: tuple[Floats, Floats, Floats, Floats, Floats], size: int
+) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    """The model of a step with states behind the eleven that stay as they are."""
+    F, H, Q, R, cross = model
+    if (more := size - len(F)) == 0:
+        return model
+    onward = np.eye(size)
+    onward[: len(F), : len(F)] = F
+    return onward, np.pad(H, ((0, 0), (0, more))), np.pad(Q, (0, more)), R, np.pad(cross, ((0, more), (0, 0)))
 
 
 def step_model(

@@ -10,7 +10,9 @@ it, which is nothing where the angle random walk rules from reading to reading.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +35,60 @@ RATES = 1401
 INTERVAL = 0.1
 #: Most cells, and the share of the largest rate by which the rate of a cell may differ from its first.
 CELLS, STEADY = 1500, 0.03
+
+
+@dataclass(frozen=True)
+class Line:
+    """What a scale factor is: slope of the line through a warm gyro's outputs at table rates evenly spread.
+
+    Attributes
+    ----------
+    share : float
+        Of the table's rate that the input axis sees.
+    largest : float
+        Table rate [rad/s] at which the line ends; it begins at its negative.
+    temperature, reference : float
+        Of the warm gyro, and of its declared effects of temperature [K].
+    """
+
+    share: float
+    largest: float
+    temperature: float
+    reference: float
+
+    @cached_property
+    def table(self) -> Floats:
+        """Rates of the table [rad/s]."""
+        return np.linspace(-self.largest, self.largest, RATES)
+
+    @cached_property
+    def motion(self) -> Motion:
+        """What the gyro is exposed to, one interval a rate."""
+        return Motion(
+            t=np.arange(RATES + 1.0),
+            rate=self.table * self.share,
+            temperature=np.full(RATES + 1, self.temperature),
+            reference_temperature=self.reference,
+        )
+
+    def counts(self, effect: Effect) -> bool:
+        """Whether an effect has a part in the slope: of rate and temperature alone, and no local fault."""
+        return effect.steady(self.motion) and not effect.local
+
+    def slope(self, outputs: Floats) -> Floats:
+        """Slope through ``outputs``, shape (..., RATES) [rad/s], shape (...)."""
+        return np.asarray(np.sum(outputs * self.table, axis=-1) / np.sum(self.table * self.table))
+
+    def error(self, effects: Sequence[Effect], theta: Floats) -> Floats:
+        """Slope less one of a gyro with these ``effects``, parameters of shape (..., p), shape (...)."""
+        found = np.full(np.shape(theta)[:-1], self.share - 1.0)
+        first = 0
+        for effect in effects:
+            last = first + len(effect.params)
+            if self.counts(effect):
+                found = found + self.slope(effect.apply(self.motion.rate, self.motion, theta[..., first:last])[0])
+            first = last
+        return found
 
 
 @dataclass(frozen=True)
@@ -138,20 +194,13 @@ def slope(told: Declared, datasheet: Datasheet, largest: float) -> tuple[dict[st
     The slope is per table rate, so that a gyro that leans has the sine of its tilt.
     """
     share = float(np.sin(datasheet.mounting.tilt))
-    table = np.linspace(-largest, largest, RATES)
-    warm = np.full(RATES + 1, datasheet.reference_temperature)
-    line = Motion(
-        t=np.arange(RATES + 1.0),
-        rate=table * share,
-        temperature=warm,
-        reference_temperature=datasheet.reference_temperature,
-    )
+    line = Line(share, largest, datasheet.reference_temperature, datasheet.reference_temperature)
     weights, first = dict.fromkeys(told.sensor.names, 0.0), 0
     for effect in told.sensor.effects:
         last = first + len(effect.params)
-        if effect.steady(line) and not effect.local:
-            columns = effect.jacobian(line.rate, line, told.mean[first:last])
-            of_rate = table @ columns / np.sum(table * table)
+        if line.counts(effect):
+            columns = effect.jacobian(line.motion.rate, line.motion, told.mean[first:last])
+            of_rate = line.slope(np.moveaxis(columns, -1, 0))
             weights |= dict(zip(told.sensor.names[first:last], of_rate.tolist(), strict=True))
         first = last
     return weights, share - 1.0

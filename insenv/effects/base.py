@@ -71,6 +71,10 @@ class Param:
     per_rate: bool = False
     low: float = -np.inf
 
+    def unit_on(self, measured: str) -> str:
+        """Unit where ``measured`` is that of what is measured."""
+        return self.unit.replace(OUTPUT, measured)
+
 
 @dataclass(frozen=True)
 class Effect(ABC):
@@ -107,6 +111,8 @@ class Effect(ABC):
         Whether it describes without naming a cause.
     of_run : bool
         Whether it is another one in every run: clocks are started anew.
+    carries : tuple of str
+        Noises that it brings along from the channels that it is made of: a rate that is integrated has a walk.
     """
 
     id: ClassVar[str] = ""
@@ -123,6 +129,7 @@ class Effect(ABC):
     becomes: ClassVar[tuple[str, ...]] = ()
     generic: ClassVar[bool] = False
     of_run: ClassVar[bool] = False
+    carries: ClassVar[tuple[str, ...]] = ()
 
     @property
     @abstractmethod

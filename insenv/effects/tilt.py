@@ -3,7 +3,8 @@
     c th + drift t
 
 with th the angle by which the base has turned, integrated from the gyros, and c gravity if the tilt is real.
-The ramp takes up what a constant gyro offset and the Earth's rate leave in th.
+The ramp takes up what a constant gyro offset and the Earth's rate leave in th; the gyros' angle random walk stays in
+it, as a walk of the accelerometer's output that its maker's figures know nothing of.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ class BaseTilt(LinearEffect):
     instruments = ("accelerometer",)
     of_time = True
     belongs = "input"
+    carries = ("rate_random_walk",)
 
     def basis(self, u: Floats, motion: Motion) -> Floats:
         """Mean tilt and mean time of each interval, shape (..., n, 2)."""

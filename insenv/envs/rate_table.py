@@ -23,9 +23,8 @@ from gymnasium import spaces
 from gymnasium.vector import AutoresetMode
 
 from insenv.core.estimate import Datasheet
-from insenv.core.motion import Motion
 from insenv.core.recording import Channel, Floats
-from insenv.design.scale_factor import RATES
+from insenv.design.scale_factor import Line
 from insenv.envs.asked import System, scenario_task
 from insenv.envs.belief import Quantity
 from insenv.envs.group import Blocks, Film, Flags
@@ -185,25 +184,9 @@ def line_slope(fitted: Fitted, plant: Turntable, largest: float) -> Floats:
 
     Per table rate, so that a gyro that leans has the cosine of it: sin(tilt) (1 + e) - 1.
     """
-    share = float(np.sin(plant.tilt))
-    table = np.linspace(-largest, largest, RATES)
-    u = table * share
-    settled = plant.temperature.at(np.full(RATES + 1, np.inf))
-    motion = Motion(
-        t=np.arange(RATES + 1.0),
-        rate=u,
-        temperature=settled,
-        reference_temperature=plant.reference_temperature,
-    )
-    slope = np.full(np.shape(fitted.theta)[:-1], share - 1.0)
-    first = 0
-    for effect in fitted.sensor.effects:
-        theta = fitted.theta[..., first : first + len(effect.params)]
-        first += len(effect.params)
-        if effect.steady(motion) and not effect.local:
-            added = effect.apply(u, motion, theta)[0]
-            slope = slope + np.sum(added * table, axis=-1) / np.sum(table * table)
-    return slope
+    settled = float(plant.temperature.at(np.array([np.inf]))[0])
+    line = Line(float(np.sin(plant.tilt)), largest, settled, plant.reference_temperature)
+    return line.error(fitted.sensor.effects, fitted.theta)
 
 
 def rate_table(

@@ -21,6 +21,7 @@ from insenv.envs.group import Blocks
 from insenv.envs.single import TaskEnv
 from insenv.envs.task import Task
 from insenv.envs.turns import Command, turn_angle
+from insenv.scenario.measured import sheet_table
 
 #: Share of a rest that is held out.
 HELD_OUT = 0.25
@@ -80,9 +81,9 @@ class Recorder(gymnasium.Wrapper[Blocks, Floats, Blocks, Floats], RecordConstruc
     def save(self, folder: Path | str) -> Path:
         """Write the recording and its manifest, which declares what the scenario declares, into ``folder``.
 
-        Channels that a manifest does not know, such as the readings of a sight, are left out. Of a vehicle that turned,
-        the angle that it was commanded to turn by is written as ``table_angle``, the Earth rate is declared, and where
-        the scenario holds nothing out, the middle of each rest is.
+        The datasheet is written, too: ``insenv estimate`` knows what an estimator in the environment did. Of a vehicle
+        that turned, the angle that it was commanded to turn by is written as ``table_angle``, the Earth rate is
+        declared, and where the scenario holds nothing out, the middle of each rest is.
 
         Returns
         -------
@@ -126,7 +127,8 @@ def save_runs(folder: Path | str, task: Task, runs: Sequence[Played]) -> Path:
         kept.append(one)
     title = f"{task.name}, {kept[0].label}" + (f" and {len(kept) - 1} more" if len(kept) > 1 else "")
     path = Path(folder) / "manifest.toml"
-    save(path, kept, model, title=title, noise=_noise(task), held_out=_held_out(task, kept))
+    sheet = sheet_table(task.datasheet)
+    save(path, kept, model, title=title, noise=_noise(task), held_out=_held_out(task, kept), datasheet=sheet)
     return path
 
 

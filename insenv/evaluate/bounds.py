@@ -1,7 +1,7 @@
 r"""The least deviation that an estimator of what a task asks for can have, for the motion that was played.
 
     north:         M = X' C^-1 X + diag(1 / sd_j^2),   X: Earth's rate, declared effects (`insenv.design.information`)
-    installation:  P_UU(0) of eight states (`insenv.design.alignment`), with the sight's errors
+    installation:  phi_U at all sightings, of eight states (`insenv.design.alignment`), with the sight's errors
     scale factor:  slope of the line, all noises of the datasheet, power-ups (`insenv.evaluate.rate_bound`)
 
 What the datasheet does not tell of is not in it, nor, of north, what makes it larger (flicker noise, effects that are
@@ -13,13 +13,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from insenv.core.earth import EARTH_RATE
 from insenv.core.estimate import Datasheet
 from insenv.core.motion import Motion
 from insenv.core.recording import Recording
-from insenv.design.alignment import Stretch
-from insenv.design.alignment import bound as alignment_bound
+from insenv.design.alignment import Stretch, after, last, unknowing
 from insenv.design.alignment import told as instrument
 from insenv.design.information import IncrementNoise, information, north_bound
 from insenv.design.rate_noise import white_angle
@@ -102,25 +102,24 @@ def _installation(sheet: Datasheet, run: Recording) -> float:
     told = sheet.sight
     if told is None or sheet.site.latitude is None:
         return np.inf
-    inertial = alignment_bound(instrument(sheet), _stretches(run), float(_first(run))).installation
-    data = np.hypot(inertial, np.hypot(told.orientation, told.tracking))
+    seen = run.values("sight_heading", "rad")
+    at = np.flatnonzero(np.isfinite(seen))
+    box = instrument(sheet)
+    known = unknowing(box, float(seen[at[0]]) if len(at) else 0.0)
+    for stretch, sighted in _stretches(run, at[1:] + 1):
+        known = last(after(box, known, stretch, turning_data=True), known)
+        known = known.sighted() if sighted else known
+    data = np.hypot(known.target(told.tracking), told.orientation)
     return float((data**-2 + told.installation**-2.0) ** -0.5)
 
 
-def _first(run: Recording) -> float:
-    """The first sighting [rad]."""
-    seen = run.values("sight_heading", "rad")
-    known = seen[np.isfinite(seen)]
-    return float(known[0]) if len(known) else 0.0
-
-
-def _stretches(run: Recording) -> list[Stretch]:
-    """Rests and turns, whose angle the gyro that points up tells."""
+def _stretches(run: Recording, cuts: NDArray[np.int64]) -> list[tuple[Stretch, bool]]:
+    """Rests and turns, whose angle the gyro that points up tells, and whether each ends with a cut."""
     turning = run.values("turning", "1") > 0
     up, dt = run.values("gyro_z", "rad/s"), run.dt
-    edges = [0, *(np.flatnonzero(np.diff(turning)) + 1).tolist(), len(turning)]
+    edges = sorted({0, *(np.flatnonzero(np.diff(turning)) + 1).tolist(), *cuts.tolist(), len(turning)})
     return [
-        Stretch((b - a) * dt, float(up[a:b].sum() * dt) if turning[a] else 0.0)
+        (Stretch((b - a) * dt, float(up[a:b].sum() * dt) if turning[a] else 0.0), b in cuts)
         for a, b in zip(edges[:-1], edges[1:], strict=True)
         if b > a
     ]

@@ -81,7 +81,10 @@ class Sensitivity:
         if strength > 0.99 * STRONGEST:
             return None
         name, unit, _ = self.problem.names(one.term)[0]
-        at = {p.name: (x, p.unit) for p, x in zip(one.term.effect.shapes, one.term.shape, strict=True)}
+        at = {
+            p.name: (x, p.unit_on(self.problem.unit))
+            for p, x in zip(one.term.effect.shapes, one.term.shape, strict=True)
+        }
         single = len(one.term.effect.linear) == 1
         value = strength / float(np.sqrt(one.information))
         return Detectable(name.partition("[")[0] if single else "amplitude", value, unit, at)

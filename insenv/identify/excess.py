@@ -2,7 +2,7 @@
 
 1. Excess over the declared noise: twice the gain in likelihood of noise fitted freely over noise held to at most what
    the maker declares (with a tolerance, for declared figures are not exact). A noise term that is not declared counts
-   as absent, except quantisation.
+   as absent, except quantisation and what an effect of the model carries along from the channels it is made of.
 2. Shape: in groups of modes the whitened power over its expectation is chi-square; its largest deviation, and the
    largest distance of the cumulated periodogram from a straight line, show a hump that no noise term can follow.
 3. Loudness: transformed back, the whitened residual is white in time; its power in windows of some bins and more, over
@@ -72,6 +72,8 @@ def _excess_p(problem: Problem, fit: Fit, declared: dict[str, float]) -> float:
     pooled = pool(problem, fit.design)
     free = fit_noise(pooled, fit.design.prior, restricted=True, start=fit.noise.power)
     most = most_power(declared)
+    for carried in {name for term in fit.model for name in term.effect.carries}:
+        most[_place(carried)] = np.inf  # the noise of another channel, of which no figure is told
     # Where rows were lost the angle errors of counts do not cancel: two of them are left at each loss.
     most[_place("angle_random_walk")] += 2 * _lost(problem) * _most("quantization", {"quantization": 0.0, **declared})
     held = fit_noise(pooled, fit.design.prior, restricted=True, most=most)

@@ -157,7 +157,7 @@ class Problem:
 
     def names(self, term: Term) -> list[tuple[str, str, float]]:
         """Name, unit and prior standard deviation of each column of a term."""
-        rows = [(p.name, p.unit.replace(OUTPUT, self.unit), p.sd * self._prior_scale(p)) for p in term.effect.linear]
+        rows = [(p.name, p.unit_on(self.unit), p.sd * self._prior_scale(p)) for p in term.effect.linear]
         if not term.per_run or len(self.exposures) == 1:
             return rows
         return [(f"{name}[{run + 1}]", unit, sd) for name, unit, sd in rows for run in range(len(self.exposures))]

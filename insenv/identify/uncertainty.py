@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from insenv.core.recording import Floats
-from insenv.effects.base import OUTPUT, CurveEffect
+from insenv.effects.base import CurveEffect
 from insenv.identify import discrepancy, other_forms
 from insenv.identify.findings import Covariance, Estimate
 from insenv.identify.fit import Fit, noise_freedom, spectrum
@@ -180,7 +180,7 @@ def _slopes(problem: Problem, fit: Fit, index: int) -> _Slopes:
     )
     columns = transform(problem.fitted, problem.bins.mean(cells))
     rows = tuple(
-        (p.name, p.unit.replace(OUTPUT, problem.unit), value, 10 * max(p.sd, abs(value)))
+        (p.name, p.unit_on(problem.unit), value, 10 * max(p.sd, abs(value)))
         for p, value in zip(effect.shapes, term.shape, strict=True)
     )
     return _Slopes(columns, rows)

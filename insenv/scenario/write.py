@@ -18,8 +18,9 @@ import numpy as np
 
 from insenv.core.errors import InputError
 from insenv.core.files import WRITERS, replacing, toml
-from insenv.core.manifest.spec import CHANNELS, INCREMENTS
+from insenv.core.manifest.spec import CHANNELS, EVENTS, INCREMENTS
 from insenv.core.recording import Floats
+from insenv.core.save import nested
 from insenv.core.units import scale_to_si
 from insenv.effects.base import OUTPUT, Effect
 from insenv.plants.base import Plant
@@ -27,6 +28,8 @@ from insenv.plants.turntable import Turntable
 from insenv.plants.vehicle import Vehicle
 from insenv.rig import Readings
 from insenv.scenario.build import Scenario
+from insenv.scenario.datasheet import datasheet
+from insenv.scenario.measured import sheet_table
 from insenv.scenario.schema import RANDOM, UNITS, OutputTable, TurntableTable, family, family_name
 from insenv.scenario.values import PLUS_MINUS, given, not_negative
 from insenv.sensors.chain import Sensor
@@ -65,7 +68,7 @@ class Column:
     @property
     def header(self) -> str:
         """Name with unit, as the file's first line has it."""
-        return f"{self.name} ({self.unit})"
+        return f"{self.name} ({self.unit})" if self.unit else self.name
 
     def shown(self, si: Floats, carried: Carried) -> tuple[Floats, Carried]:
         """Values of the column, shape (n,), and what it carries on."""
@@ -121,7 +124,17 @@ def columns(scenario: Scenario) -> tuple[Column, ...]:
             factor, offset = scale_to_si(unit, CHANNELS[name], str(scenario.path))
             column = Column(name, unit, factor, offset, over_interval=over_interval)
             found += _as_logged(column, scenario.table.table, period)
-    return tuple(found)
+    return (*found, *_of_sight(scenario))
+
+
+def _of_sight(scenario: Scenario) -> Iterator[Column]:
+    """What a vehicle's sight and level read, and whether it turns."""
+    plant = scenario.rig.plant
+    if isinstance(plant, Vehicle) and plant.sight is not None:
+        yield Column("turning", "", 1.0, over_interval=True)
+        for name in EVENTS[: 3 if plant.level_error is not None else 1]:
+            unit = UNITS[CHANNELS[name]]
+            yield Column(name, unit, scale_to_si(unit, CHANNELS[name], str(scenario.path))[0])
 
 
 def _as_logged(column: Column, table: TurntableTable | None, period: float) -> list[Column]:
@@ -197,6 +210,7 @@ def manifest(scenario: Scenario, data: str | list[str], seed: int) -> str:
         ("[model]", _model(scenario)),
         *((f"[noise.{target}]", family(table, target).noise) for target in targets),
         ("[held_out]", _told(table.held_out)),
+        *nested("datasheet", sheet_table(datasheet(scenario))),
     ]
     return toml(tables)
 
@@ -220,7 +234,7 @@ def _channel(column: Column, form: str) -> dict[str, object]:
     """What the manifest says of a column; only text files bear the unit in the column's name."""
     entry: dict[str, object] = {
         "column": column.header if form == "csv" else column.name,
-        "unit": column.unit,
+        **({"unit": column.unit} if column.unit else {}),
     }
     if column.increment is not None:
         return entry | {"quantity": "increment"}

@@ -69,4 +69,5 @@ def load_manifest(path: Path | str, folder: Path | str | None = None, allow_code
         resample=checks.resample(table, path),
         source=checks.source(table.source),
         positions=checks.positions(table.positions, table.model.procedure, path),
+        datasheet=table.datasheet,
     )

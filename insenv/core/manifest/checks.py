@@ -223,7 +223,7 @@ def _refuse_keys(name: str, table: schema.ChannelTable, where: str) -> None:
         "wrapped": ("table_angle",),
         "source": ("table_angle", "table_rate"),
         "quantity": rate_type,
-        "covers": rate_type,
+        "covers": (*rate_type, "turning"),
         "offset": rate_type,
         "file": tuple(n for n in CHANNELS if n not in ("time", *BARE)),
         "delay": tuple(n for n in CHANNELS if n not in ("time", *BARE)),

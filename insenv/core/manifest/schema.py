@@ -122,6 +122,29 @@ class ReadTable(Table):
     incomplete: Literal["refuse", "leave out"] = "refuse"
 
 
+class SightSheetTable(Table):
+    """``[datasheet.sight]``: standard deviations."""
+
+    orientation: str | None = None
+    tracking: str | None = None
+    installation: str | None = None
+
+
+class DatasheetTable(Table):
+    """``[datasheet]``: what is known before anything is measured; ``declared`` as in a scenario."""
+
+    sampling: str | None = None
+    duration: str | None = None
+    pulse: str | None = None
+    encoder_noise: str | None = None
+    max_rate: str | None = None
+    max_acceleration: str | None = None
+    level: tuple[str, str] | None = None
+    sight: SightSheetTable | None = None
+    noise: dict[str, dict[str, str]] = field(default_factory=dict)
+    declared: dict[str, Any] = field(default_factory=dict)
+
+
 class ManifestTable(Table):
     """The whole manifest; ``channels`` and ``noise`` are converted entry by entry, to name the faulty one."""
 
@@ -140,6 +163,7 @@ class ManifestTable(Table):
     fit: FitTable = field(default_factory=FitTable)
     read: ReadTable = field(default_factory=ReadTable)
     source: SourceTable | None = None
+    datasheet: DatasheetTable | None = None
 
 
 def parse(path: Path) -> ManifestTable:

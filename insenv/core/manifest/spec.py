@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from insenv.core.manifest.schema import DatasheetTable
 from insenv.core.recording import Covers, Mounting, Origin, Site
 
 Quantity = Literal["rate", "increment"]
@@ -26,10 +27,16 @@ CHANNELS: Mapping[str, str] = {
     "table_rate": "rate",
     "temperature": "temperature",
     "power": "number",
+    "turning": "number",
+    "sight_heading": "angle",
+    "level_pitch": "angle",
+    "level_roll": "angle",
     "segment": "label",
 }
 #: Channels without a unit.
-BARE = ("power", "segment")
+BARE = ("power", "turning", "segment")
+#: Readings that are there in some rows alone: an empty cell or NaN where there is none.
+EVENTS = ("sight_heading", "level_pitch", "level_roll")
 #: Dimension of the integral of a rate-type channel over a sampling period.
 INCREMENTS: Mapping[str, str] = {"rate": "angle", "acceleration": "velocity"}
 
@@ -173,7 +180,7 @@ class Manifest:
     """A manifest, checked, in SI units.
 
     ``noise`` maps each target to its declared noise parameters; ``resample`` is the rate at which means of uneven rows
-    are wanted [Hz], or None.
+    are wanted [Hz], or None. ``datasheet`` is what `insenv.scenario.measured` reads, as written.
     """
 
     path: Path
@@ -188,6 +195,7 @@ class Manifest:
     resample: float | None = None
     source: Source | None = None
     positions: KnownPositions | None = None
+    datasheet: DatasheetTable | None = None
 
     @property
     def procedure(self) -> Procedure:

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from insenv.core.errors import InputError
-from insenv.core.manifest.spec import Reading, RunSpec
+from insenv.core.manifest.spec import EVENTS, Reading, RunSpec
 from insenv.core.readers import arrays, binary, novatel, parquet, psins, rdata, spreadsheet, text
 from insenv.core.readers.table import Column, Table, rows_of
 
@@ -74,8 +74,8 @@ def _chosen(path: Path, table: Table, columns: Sequence[Column], reading: Readin
     if not kept.any():
         raise InputError(f"{path}: read.skip = {reading.skip} leaves nothing of {len(table)} rows; wanted fewer")
     whole = np.ones(len(table), dtype=bool)
-    for values in table.values.values():
-        whole &= np.isfinite(values) | ~np.bool_(reading.incomplete)
+    for channel, values in table.values.items():
+        whole &= np.isfinite(values) | np.bool_(not reading.incomplete or channel in EVENTS)
     lost = int(np.sum(kept & ~whole))
     if lost > MOST_INCOMPLETE * kept.sum():
         found = f"{lost} of {int(kept.sum())} rows lack a value"
@@ -92,7 +92,7 @@ def check_table(path: Path, columns: Sequence[Column], table: Table) -> None:
     check_lengths(path, columns, table)
     for column in columns:
         values = table.values.get(column.channel)
-        if values is not None and not np.isfinite(values).all():
+        if values is not None and column.channel not in EVENTS and not np.isfinite(values).all():
             row = int(np.argmin(np.isfinite(values)))
             hint = "wanted a finite number, or read.incomplete = 'leave out'"
             raise InputError(f"{path}: {table.place(row)}: {column} is {values[row]}; {hint}")

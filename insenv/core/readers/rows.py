@@ -18,6 +18,7 @@ import numpy as np
 
 from insenv.core.errors import InputError
 from insenv.core.manifest.schema import shown
+from insenv.core.manifest.spec import EVENTS
 from insenv.core.readers.conventions import unit_of
 from insenv.core.readers.table import Column, Table, find_column
 from insenv.core.recording import Floats
@@ -141,9 +142,11 @@ def _with_python(body: Body, at: dict[Column, int]) -> _Columns:
 
 
 def _columns(body: Body, at: dict[Column, int], rows: list[list[str]], lines: list[int]) -> _Columns:
-    read = _numbers_or_nan if body.incomplete else _numbers
+    read = {
+        c: _numbers_or_nan if body.incomplete else _read_now_and_then if c.channel in EVENTS else _numbers for c in at
+    }
     return {
-        column: (_labels if column.label else read)(body.path, column, [row[i] for row in rows], lines)
+        column: (_labels if column.label else read[column])(body.path, column, [row[i] for row in rows], lines)
         for column, i in at.items()
     }
 
@@ -178,6 +181,11 @@ def _numbers(path: Path, column: Column, cells: list[str], lines: list[int]) -> 
 
 def _numbers_or_nan(path: Path, column: Column, cells: list[str], lines: list[int]) -> Floats:
     return np.array([float(cell) if is_number(cell) else np.nan for cell in cells])
+
+
+def _read_now_and_then(path: Path, column: Column, cells: list[str], lines: list[int]) -> Floats:
+    """Numbers where there are any: an empty cell is NaN."""
+    return _numbers(path, column, [cell if cell.strip() else "nan" for cell in cells], lines)
 
 
 def _labels(path: Path, column: Column, cells: list[str], lines: list[int]) -> list[str]:
