@@ -133,6 +133,7 @@ def expose(
         gain=response.gain,
         lag=response.lag,
         filtered=response.filtered,
+        window=response.window,
     )
     return Exposure(y, count, cell_of_row, motion, table.rate * share + vertical)
 

@@ -55,6 +55,8 @@ class Motion:
         Seconds by which the output is nearly behind its input; effects of timing are exact there.
     filtered : bool
         Whether that lag is the one of a first-order filter before the reference, and no delay.
+    window : float
+        Time over which the reference is a mean of the rate [s], beside that lag: counts of an encoder over a time. 0: none.
     step : float, optional
         Length of an interval where it is known [s]. The one that ``t`` says is rounded, and differs by that from chunk
         to chunk of a run.
@@ -74,6 +76,7 @@ class Motion:
     gain: float = 1.0
     lag: float = 0.0
     filtered: bool = False
+    window: float = 0.0
     step: float | None = None
 
     @property

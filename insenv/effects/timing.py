@@ -1,7 +1,8 @@
 """Errors of timing.
 
     timing_skew   -c du/dt         the reading is late (c > 0) or early by c seconds; about c0, c (u(t - c0) - u) / c0,
-                                   but exactly -c du/dt where the reference comes through a first-order filter of -c
+                                   but exactly -c du/dt where the reference comes through a first-order filter of -c, and with
+                   the u whose mean it is, where the reference is a mean over a window
     sample_hold   c (held(u) - u)  the output repeats one value for a hold time
 
 ``held(u)`` is, on every interval, the input of the first interval whose middle lies in the same cell of one
@@ -61,7 +62,8 @@ class TimingSkew(LinearEffect):
         about = self.about or motion.lag
         if motion.filtered or not about:
             return columns(u, -interval_slope(edges, motion.dt))
-        return columns(u, (earlier(u, edges, motion, about) - u) / about)
+        whole, at_edges = before_mean(u, edges, motion)
+        return columns(u, (earlier(whole, at_edges, motion, about) - u) / about)
 
 
 def earlier(u: Floats, edges: Floats, motion: Motion, skew: float) -> Floats:
@@ -69,15 +71,47 @@ def earlier(u: Floats, edges: Floats, motion: Motion, skew: float) -> Floats:
 
     Its integral goes by cubics, with the rates at the edges for slopes; beyond the ends the rate stays as it is there.
     """
+    return interval_slope(_turned(u, edges, motion, motion.t - skew), motion.dt)
+
+
+def before_mean(u: Floats, edges: Floats, motion: Motion) -> tuple[Floats, Floats]:
+    """The rate of which ``u`` is the mean over ``motion.window`` around each time, over the intervals and at the edges.
+
+    With M the mean over the window, u = M x. For x stands, with D = 1 - M, u + M D u + 2 M M D D u: 0.1 % off where the
+    motion swings once in five windows. Faster motion is mostly noise, and is made larger by 3/8 at most.
+    """
+    if not motion.window:
+        return u, edges
+    powers = [(u, edges)]
+    for _ in range(4):
+        powers.append(_averaged(*powers[-1], motion))
+    whole, at_edges = (
+        u0 + u1 + u2 - 4 * u3 + 2 * u4 for u0, u1, u2, u3, u4 in zip(*powers, strict=True)
+    )
+    return whole, at_edges
+
+
+def _averaged(u: Floats, edges: Floats, motion: Motion) -> tuple[Floats, Floats]:
+    """Means over the window around each interval and edge: at the edges exact, over an interval by Simpson's rule."""
+
+    def mean(t: Floats) -> Floats:
+        half = 0.5 * motion.window
+        return (_turned(u, edges, motion, t + half) - _turned(u, edges, motion, t - half)) / motion.window
+
+    at_edges, between = mean(motion.t), mean(motion.middle)
+    return (at_edges[..., 1:] + 4 * between + at_edges[..., :-1]) / 6, at_edges
+
+
+def _turned(u: Floats, edges: Floats, motion: Motion, t: Floats) -> Floats:
+    """Integral of the input from the start of the run to times ``t``."""
     rates = np.broadcast_to(edges, (*np.broadcast_shapes(u.shape[:-1], edges.shape[:-1]), edges.shape[-1]))
     total = np.zeros(rates.shape)
     np.cumsum(u * motion.dt, axis=-1, out=total[..., 1:])
-    t = motion.t - skew
     inside = np.clip(t, motion.t[0], motion.t[-1])
     angle = CubicHermiteSpline(motion.t, total, rates, axis=-1)(inside)
     beyond = t - inside
     angle += np.where(beyond < 0, rates[..., :1], rates[..., -1:]) * beyond
-    return interval_slope(angle, motion.dt)
+    return np.asarray(angle)
 
 
 @final

@@ -20,7 +20,7 @@ from scipy.stats import chi2
 from insenv.core.exposure import Exposure, expose
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats, Recording
-from insenv.effects.timing import TimingSkew
+from insenv.effects.timing import TimingSkew, before_mean
 from insenv.identify.clean.response import held_part, lagged
 from insenv.identify.outliers import leaving_out
 from insenv.identify.problem import Model, Problem, regressors
@@ -128,8 +128,8 @@ def aligned(recording: Recording, exposure: Exposure) -> Exposure:
     if motion.filtered:
         edges = motion.rate_edges - motion.lag * np.gradient(motion.rate_edges, motion.dt)
     else:
-        edges = np.interp(motion.t - motion.lag, motion.t, motion.rate_edges)
-    return replace(exposure, u=u, motion=replace(motion, rate=u, rate_edges=edges, lag=0.0))
+        edges = np.interp(motion.t - motion.lag, motion.t, before_mean(exposure.u, motion.rate_edges, motion)[1])
+    return replace(exposure, u=u, motion=replace(motion, rate=u, rate_edges=edges, lag=0.0, window=0.0))
 
 
 def _of_all_runs(

@@ -21,7 +21,7 @@ import numpy as np
 from insenv.core.exposure import Exposure, expose
 from insenv.core.motion import Motion, interval_slope
 from insenv.core.recording import Floats, Recording, Response
-from insenv.effects.timing import SampleHold, earlier
+from insenv.effects.timing import SampleHold, before_mean, earlier
 from insenv.identify.problem import Model
 
 #: Departure of a gain from one up to which it is a small error, as any other.
@@ -36,8 +36,12 @@ TOLD = 4.0
 LONGEST, MOST_ROWS = 0.5, 40_000
 #: Logarithm of the likelihood ratio from which the lag is a filter's, and rows beside each other that count as one.
 DECISIVE, CORRELATED = 5.0, 3.0
-#: Passes, and the departure in robust deviations from which a row has no weight.
-PASSES, FAR = 8, 5.0
+#: The same beside a filter, for one more parameter; windows tried, and the longest one [s] and in lags: one that is late by
+#: less than an eighth of itself would have to look ahead.
+ONE_MORE, TRIES, MOST_WINDOW, LATEST = 2.0, 12, 1.0, 8.0
+#: Passes, the departure in robust deviations from which a row has no weight, and the change of a lag in rows and of the
+#: gain in its deviations that is none.
+PASSES, FAR, SETTLED = 8, 5.0, 1e-3
 
 
 @dataclass(frozen=True)
@@ -74,13 +78,22 @@ class Stretch:
 
 
 def lagged(exposure: Exposure, lag: float) -> Floats:
-    """Input of an exposure ``lag`` seconds earlier, or before a first-order filter of ``-lag``, shape (n,)."""
+    """Input of an exposure ``lag`` seconds earlier, before a first-order filter of ``-lag`` or a mean, shape (n,)."""
     motion = exposure.motion
     if not lag or motion.rate_edges is None:
         return exposure.u
     if motion.filtered:
         return np.asarray(exposure.u - lag * interval_slope(motion.rate_edges, motion.dt))
-    return earlier(exposure.u, motion.rate_edges, motion, lag)
+    return earlier(*before_mean(exposure.u, motion.rate_edges, motion), motion, lag)
+
+
+def with_form(exposure: Exposure, filtered: bool, window: float) -> Exposure:
+    """The exposure whose reference came through a filter, or is a mean over ``window``: that is undone at once."""
+    motion = replace(exposure.motion, filtered=filtered, window=window)
+    if not window or motion.rate_edges is None:
+        return replace(exposure, motion=motion)
+    u, edges = before_mean(exposure.u, motion.rate_edges, motion)
+    return replace(exposure, u=u, motion=replace(motion, rate_edges=edges, window=0.0))
 
 
 def held_part(motion: Motion, u: Floats, hold: float, phase: float) -> Floats:
@@ -145,17 +158,20 @@ def with_response(
 ) -> tuple[Recording, ...]:
     """The recordings with gain and lags said; of a run that tells none, the mean of the others' lags."""
     usual = float(np.mean(list(found.lags.values()))) if found.lags else 0.0
+    each = [
+        Response(gain, found.lags.get(run, usual), 0, found.filtered, found.window) for run in range(len(recordings))
+    ]
     return tuple(
-        replace(r, responses={**r.responses, target: Response(gain, found.lags.get(run, usual), 0, found.filtered)})
-        for run, r in enumerate(recordings)
+        replace(r, responses={**r.responses, target: one}) for r, one in zip(recordings, each, strict=True)
     )
 
 
 @dataclass(frozen=True)
 class Followed:
-    """Gain with its standard deviation, the lag of each run, and whether it is a filter's.
+    """Gain with its standard deviation, the lag of each run, and what is behind it: a delay, a filter or a mean.
 
-    ``misfit`` is the mean square of what is left, beyond `FAR` robust deviations at that bound.
+    ``window`` is the time over which the reference is a mean [s]. ``misfit`` is the mean square of what is left, beyond
+    `FAR` robust deviations at that bound.
     """
 
     gain: float
@@ -163,6 +179,7 @@ class Followed:
     lags: dict[int, float]
     filtered: bool
     misfit: float
+    window: float = 0.0
 
 
 def likelier(
@@ -171,18 +188,56 @@ def likelier(
     lag_of: set[int],
     held: tuple[float, dict[int, float]] | None = None,
 ) -> Followed:
-    """The fit with lags that are delays, or that of a first-order filter of the reference where it is far likelier.
+    """The fit with lags that are delays, or that of a smoothed reference where it is far likelier.
 
-    Both have the same parameters. An encoder's rate is often smoothed before it is logged: it is late, and the faster
-    the motion the smaller. Taken for a delay, that leaves a gain that grows with the rate of the motion.
+    What is logged of an encoder is often smoothed: by a first-order filter, or as counts over a time, which is a mean
+    over a window. It is late, and the faster the motion the smaller. Taken for a delay, that leaves a gain that grows
+    with the rate of the motion. Delay and filter have the same parameters, a mean has one more.
     """
+    delayed = _followed(parts, lags, lag_of, held, filtered=False)
+    if not lag_of:
+        return delayed
     renewed = 1.0 if held is None else max(held[0] / parts[0].exposure.motion.dt, 1.0)
-    rows = sum(float(s.known.sum()) for s in parts) / renewed / CORRELATED
-    delayed, filtered = (_followed(parts, lags, lag_of, held, form) for form in (False, True))
-    if not lag_of or any(lag > 0 for run, lag in filtered.lags.items() if run in lag_of):
-        return delayed  # a filter of the reference makes it late: the output leads
-    likelier_by = 0.5 * rows * np.log(max(delayed.misfit, 1e-300) / max(filtered.misfit, 1e-300))
-    return filtered if likelier_by > DECISIVE else delayed
+    rows = sum(float(s.known.sum()) for s in parts if s.run in lag_of) / renewed / CORRELATED
+
+    def likelier_by(one: Followed, other: Followed) -> float:
+        return float(0.5 * rows * np.log(max(other.misfit, 1e-300) / max(one.misfit, 1e-300)))
+
+    best = delayed
+    filtered = _followed(parts, lags, lag_of, held, filtered=True)
+    # A filter of the reference makes it late: the output leads.
+    if all(lag <= 0 for run, lag in filtered.lags.items() if run in lag_of) and likelier_by(filtered, best) > DECISIVE:
+        best = filtered
+    mean = _mean_over(parts, delayed.lags, lag_of, held)
+    if mean is not None and likelier_by(mean, delayed) > DECISIVE and likelier_by(mean, best) > ONE_MORE:
+        best = mean
+    return best
+
+
+def _mean_over(
+    parts: list[Stretch], lags: dict[int, float], lag_of: set[int], held: tuple[float, dict[int, float]] | None
+) -> Followed | None:
+    """The fit with a reference that is a mean over the likeliest window; None where lags are too short to tell one."""
+    late = min(abs(lags[run]) for run in lag_of)
+    shortest, longest = 2 * parts[0].exposure.motion.dt, min(MOST_WINDOW, LATEST * late)
+    if longest <= shortest:
+        return None
+    moving = [s for s in parts if s.run in lag_of]
+    tried: dict[float, Followed] = {}
+
+    def misfit(log_window: float) -> float:
+        window = float(np.exp(log_window))
+        tried[window] = _followed(moving, lags, lag_of, held, filtered=False, window=window)
+        return tried[window].misfit
+
+    from scipy.optimize import minimize_scalar  # slow to import
+
+    ends = float(np.log(shortest)), float(np.log(longest))
+    minimize_scalar(misfit, bounds=ends, method="bounded", options={"xatol": 0.02, "maxiter": TRIES})
+    best = min(tried.values(), key=lambda one: one.misfit)
+    if len(moving) < len(parts):
+        best = _followed(parts, lags | best.lags, lag_of, held, filtered=False, window=best.window)
+    return best
 
 
 def _followed(
@@ -190,15 +245,16 @@ def _followed(
     lags: dict[int, float],
     lag_of: set[int],
     held: tuple[float, dict[int, float]] | None,
-    form: bool,
+    filtered: bool,
+    window: float = 0.0,
 ) -> Followed:
-    own = [replace(s, exposure=replace(s.exposure, motion=replace(s.exposure.motion, filtered=form))) for s in parts]
+    own = [replace(s, exposure=with_form(s.exposure, filtered, window)) for s in parts]
     gain, sd, found = fitted(own, lags, lag_of, held)
     left = [s.y - gain * _seen(s, found[s.run], held) for s in own]
     left = [(x - np.median(x[s.known > 0]))[s.known > 0] for x, s in zip(left, own, strict=True)]
     together = np.concatenate(left)
     bound = (FAR * 1.4826 * float(np.median(np.abs(together)))) ** 2
-    return Followed(gain, sd, found, form, float(np.mean(np.minimum(together**2, bound))))
+    return Followed(gain, sd, found, filtered, float(np.mean(np.minimum(together**2, bound))), window)
 
 
 def _other(gain: float, sd: float, model: Model) -> bool:
@@ -247,7 +303,7 @@ def fitted(
         scaled = matrix / size * np.sqrt(w)[:, None]
         theta = np.linalg.lstsq(scaled, y * np.sqrt(w), rcond=1e-10)[0]
         left = y - (matrix / size) @ theta
-        gain = float(theta[0] / size[0])
+        before, gain = gain, float(theta[0] / size[0])
         spread = 1.4826 * float(np.median(np.abs(left[w > 0]))) if np.any(w > 0) else 0.0
         sd = spread * float(np.sqrt(max(np.linalg.pinv(scaled.T @ scaled, hermitian=True)[0, 0], 0.0))) / size[0]
         moved = 0.0
@@ -261,7 +317,7 @@ def fitted(
             share = np.clip(1 - (left / (FAR * spread)) ** 2, 0.0, None) ** 2
             ends = np.cumsum([0, *(len(s.y) for s in parts)])
             weights = [share[a:b] * s.known for s, a, b in zip(parts, ends[:-1], ends[1:], strict=True)]
-        if moved < 1e-4 and not spread:
+        if moved < SETTLED and abs(gain - before) < SETTLED * abs(sd):
             break
     return gain, sd, lags
 
@@ -299,10 +355,7 @@ def with_held(
         found[s.run] = float(tried[int(np.argmin(misfits))])
         lags[s.run] = start
     follows = likelier(parts, lags, {s.run for s in parts}, (hold, found))
-    form = [
-        replace(s, exposure=replace(s.exposure, motion=replace(s.exposure.motion, filtered=follows.filtered)))
-        for s in parts
-    ]
+    form = [replace(s, exposure=with_form(s.exposure, follows.filtered, follows.window)) for s in parts]
     share, sd = _share(form, follows.lags, hold, found)
     old = recordings[parts[0].run].responses.get(target, Response()).gain
     gain = old * follows.gain if old != 1.0 else 1.0
