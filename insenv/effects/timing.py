@@ -77,18 +77,24 @@ def earlier(u: Floats, edges: Floats, motion: Motion, skew: float) -> Floats:
 def before_mean(u: Floats, edges: Floats, motion: Motion) -> tuple[Floats, Floats]:
     """The rate of which ``u`` is the mean over ``motion.window`` around each time, over the intervals and at the edges.
 
-    With M the mean over the window, u = M x. For x stands, with D = 1 - M, u + M D u + 2 M M D D u: 0.1 % off where the
-    motion swings once in five windows. Faster motion is mostly noise, and is made larger by 3/8 at most.
+    With M the mean over the window, u = M x. For x stands, with D = 1 - M,
+
+        u + M^p (D + (p + 1) D D) u,        p = 4
+
+    right to the second order in D: 0.4 % off where the motion swings once in five windows. Faster motion is mostly noise,
+    and is made larger by a sixth at most.
     """
     if not motion.window:
         return u, edges
-    powers = [(u, edges)]
-    for _ in range(4):
-        powers.append(_averaged(*powers[-1], motion))
-    whole, at_edges = (
-        u0 + u1 + u2 - 4 * u3 + 2 * u4 for u0, u1, u2, u3, u4 in zip(*powers, strict=True)
-    )
+    power, whole, at_edges = (u, edges), u, edges
+    for share in _UNDONE:
+        power = _averaged(*power, motion)
+        whole, at_edges = whole + share * power[0], at_edges + share * power[1]
     return whole, at_edges
+
+
+#: Coefficients of M, M M, ... there.
+_UNDONE = (0.0, 0.0, 0.0, 6.0, -11.0, 5.0)
 
 
 def _averaged(u: Floats, edges: Floats, motion: Motion) -> tuple[Floats, Floats]:

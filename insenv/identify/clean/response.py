@@ -34,11 +34,12 @@ CHANGING = 0.01
 TOLD = 4.0
 #: Longest lag [s], and rows of a run that are looked at.
 LONGEST, MOST_ROWS = 0.5, 40_000
-#: Logarithm of the likelihood ratio from which the lag is a filter's, and rows beside each other that count as one.
-DECISIVE, CORRELATED = 5.0, 3.0
+#: Logarithm of the likelihood ratio from which the lag is a filter's, and frequencies beside each other that count as
+#: one; share of the square sum of the rate at those of the motion.
+DECISIVE, CORRELATED, MOTION = 5.0, 2.0, 0.999
 #: The same beside a filter, for one more parameter; windows tried, and the longest one [s] and in lags: one that is late by
 #: less than an eighth of itself would have to look ahead.
-ONE_MORE, TRIES, MOST_WINDOW, LATEST = 2.0, 12, 1.0, 8.0
+ONE_MORE, TRIES, MOST_WINDOW, LATEST = 2.0, 8, 1.0, 8.0
 #: Passes, the departure in robust deviations from which a row has no weight, and the change of a lag in rows and of the
 #: gain in its deviations that is none.
 PASSES, FAR, SETTLED = 8, 5.0, 1e-3
@@ -170,16 +171,21 @@ def with_response(
 class Followed:
     """Gain with its standard deviation, the lag of each run, and what is behind it: a delay, a filter or a mean.
 
-    ``window`` is the time over which the reference is a mean [s]. ``misfit`` is the mean square of what is left, beyond
-    `FAR` robust deviations at that bound.
+    ``window`` is the time over which the reference is a mean [s]. ``left`` has for each run with a lag of its own the
+    mean square of what is left at the frequencies of the motion, and how many they are.
     """
 
     gain: float
     sd: float
     lags: dict[int, float]
     filtered: bool
-    misfit: float
+    left: dict[int, tuple[float, int]]
     window: float = 0.0
+
+    @property
+    def log_likelihood(self) -> float:
+        """Up to a constant: Gaussian, with a noise of its own in every run."""
+        return -0.5 / CORRELATED * sum(count * float(np.log(max(power, 1e-300))) for power, count in self.left.values())
 
 
 def likelier(
@@ -197,19 +203,16 @@ def likelier(
     delayed = _followed(parts, lags, lag_of, held, filtered=False)
     if not lag_of:
         return delayed
-    renewed = 1.0 if held is None else max(held[0] / parts[0].exposure.motion.dt, 1.0)
-    rows = sum(float(s.known.sum()) for s in parts if s.run in lag_of) / renewed / CORRELATED
-
-    def likelier_by(one: Followed, other: Followed) -> float:
-        return float(0.5 * rows * np.log(max(other.misfit, 1e-300) / max(one.misfit, 1e-300)))
-
     best = delayed
     filtered = _followed(parts, lags, lag_of, held, filtered=True)
     # A filter of the reference makes it late: the output leads.
-    if all(lag <= 0 for run, lag in filtered.lags.items() if run in lag_of) and likelier_by(filtered, best) > DECISIVE:
+    leads = all(lag <= 0 for run, lag in filtered.lags.items() if run in lag_of)
+    if leads and filtered.log_likelihood > best.log_likelihood + DECISIVE:
         best = filtered
     mean = _mean_over(parts, delayed.lags, lag_of, held)
-    if mean is not None and likelier_by(mean, delayed) > DECISIVE and likelier_by(mean, best) > ONE_MORE:
+    if mean is not None and mean.log_likelihood > max(
+        delayed.log_likelihood + DECISIVE, best.log_likelihood + ONE_MORE
+    ):
         best = mean
     return best
 
@@ -222,22 +225,17 @@ def _mean_over(
     shortest, longest = 2 * parts[0].exposure.motion.dt, min(MOST_WINDOW, LATEST * late)
     if longest <= shortest:
         return None
-    moving = [s for s in parts if s.run in lag_of]
-    tried: dict[float, Followed] = {}
+    tried: list[Followed] = []
 
-    def misfit(log_window: float) -> float:
-        window = float(np.exp(log_window))
-        tried[window] = _followed(moving, lags, lag_of, held, filtered=False, window=window)
-        return tried[window].misfit
+    def loss(log_window: float) -> float:
+        tried.append(_followed(parts, lags, lag_of, held, filtered=False, window=float(np.exp(log_window))))
+        return -tried[-1].log_likelihood
 
     from scipy.optimize import minimize_scalar  # slow to import
 
     ends = float(np.log(shortest)), float(np.log(longest))
-    minimize_scalar(misfit, bounds=ends, method="bounded", options={"xatol": 0.02, "maxiter": TRIES})
-    best = min(tried.values(), key=lambda one: one.misfit)
-    if len(moving) < len(parts):
-        best = _followed(parts, lags | best.lags, lag_of, held, filtered=False, window=best.window)
-    return best
+    minimize_scalar(loss, bounds=ends, method="bounded", options={"xatol": 0.05, "maxiter": TRIES})
+    return max(tried, key=lambda one: one.log_likelihood)
 
 
 def _followed(
@@ -250,11 +248,28 @@ def _followed(
 ) -> Followed:
     own = [replace(s, exposure=with_form(s.exposure, filtered, window)) for s in parts]
     gain, sd, found = fitted(own, lags, lag_of, held)
-    left = [s.y - gain * _seen(s, found[s.run], held) for s in own]
-    left = [(x - np.median(x[s.known > 0]))[s.known > 0] for x, s in zip(left, own, strict=True)]
-    together = np.concatenate(left)
-    bound = (FAR * 1.4826 * float(np.median(np.abs(together)))) ** 2
-    return Followed(gain, sd, found, filtered, float(np.mean(np.minimum(together**2, bound))), window)
+    left = {
+        s.run: _at_motion(was, s.y - gain * _seen(s, found[s.run], held))
+        for was, s in zip(parts, own, strict=True)
+        if s.run in lag_of
+    }
+    return Followed(gain, sd, found, filtered, left, window)
+
+
+def _at_motion(one: Stretch, left: Floats) -> tuple[float, int]:
+    """Mean square of what is left at the frequencies of the motion, and how many they are.
+
+    Beyond them there is only noise, and a form that makes fast motion larger makes that larger too.
+    """
+    from scipy.fft import dct  # slow to import
+
+    known = one.known > 0
+    left = np.where(known, left - np.median(left[known]), 0.0)
+    bound = FAR * 1.4826 * float(np.median(np.abs(left[known])))
+    power = dct(one.input(0.0), norm="ortho")[1:] ** 2
+    count = 1 + int(np.searchsorted(np.cumsum(power), MOTION * float(power.sum())))
+    modes = dct(np.clip(left, -bound, bound), norm="ortho")[1 : count + 1]
+    return float(np.mean(modes**2)), count
 
 
 def _other(gain: float, sd: float, model: Model) -> bool:
