@@ -56,7 +56,7 @@ class Motion:
     filtered : bool
         Whether that lag is the one of a first-order filter before the reference, and no delay.
     window : float
-        Time over which the reference is a mean of the rate [s], beside that lag: counts of an encoder over a time. 0: none.
+        Time over which the reference is a mean of the rate [s], beside that lag, as counts of an encoder are. 0: none.
     step : float, optional
         Length of an interval where it is known [s]. The one that ``t`` says is rounded, and differs by that from chunk
         to chunk of a run.

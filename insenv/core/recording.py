@@ -58,7 +58,7 @@ class Response:
 
     ``ahead`` rows before the first one the output was renewed: bins begin there, so that each holds whole renewals.
     ``filtered``: the lag is no delay but that of a first-order filter, which also makes fast motion smaller.
-    ``window``: what was logged is the mean over so many seconds, which makes it smaller too, and the lag that of the mean.
+    ``window``: what was logged is a mean over so many seconds, which makes it smaller too; the lag is that of the mean.
     """
 
     gain: float = 1.0

@@ -1,8 +1,8 @@
 """Errors of timing.
 
     timing_skew   -c du/dt         the reading is late (c > 0) or early by c seconds; about c0, c (u(t - c0) - u) / c0,
-                                   but exactly -c du/dt where the reference comes through a first-order filter of -c, and with
-                   the u whose mean it is, where the reference is a mean over a window
+                   but exactly -c du/dt where the reference comes through a first-order filter of -c,
+                   and with the u whose mean it is for u(t - c0) where the reference is a mean over a window
     sample_hold   c (held(u) - u)  the output repeats one value for a hold time
 
 ``held(u)`` is, on every interval, the input of the first interval whose middle lies in the same cell of one
@@ -81,8 +81,8 @@ def before_mean(u: Floats, edges: Floats, motion: Motion) -> tuple[Floats, Float
 
         u + M^p (D + (p + 1) D D) u,        p = 4
 
-    right to the second order in D: 0.4 % off where the motion swings once in five windows. Faster motion is mostly noise,
-    and is made larger by a sixth at most.
+    right to the second order in D: 0.4 % off where the motion swings once in five windows. Faster motion is mostly
+    noise, and is made larger by a sixth at most.
     """
     if not motion.window:
         return u, edges

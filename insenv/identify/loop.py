@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -46,6 +47,9 @@ MOST_PASSES = 6
 
 #: Lines that are damped in the bins of one target at most; beyond them what is left has a cause that is no line.
 MOST_DAMPED = 4
+
+#: Share by which bins of two targets may differ in length and be as good as one.
+SAME = 1e-6
 
 #: P-value below which what is left is suspected to be more than the declared noise.
 SUSPECTED = 0.1
@@ -88,18 +92,42 @@ def trace(
         Told what is being done.
     """
     recordings = tuple(with_reference(recording) for recording in recordings)
+    begin = partial(_begin, manifest, recordings, uses, catalogue)
     tracks = []
     for target in manifest.model.targets:
         progress(f"{target}: declared model")
-        tracks.append(_begin(manifest, recordings, uses, target, catalogue))
+        tracks.append(begin(target))
+    # The axes of a unit are compared with each other: one averaging for all of them.
+    width = max(track.problem.bins.width for track in tracks)
+    tracks = [t if width < (1 + SAME) * t.problem.bins.width else begin(t.problem.target, width=width) for t in tracks]
+    found = partial(_found, manifest, alpha=alpha, seed=seed, progress=progress)
+    tracks = found(tracks)
+    for index, track in enumerate(tracks):
+        if _worse(track):
+            progress(f"{track.problem.target}: held-out data are worse without its lines and its hold")
+            plain = found([begin(track.problem.target, width=width, samples=False)])
+            tracks[index] = plain[0]
+    return Outcome(tuple(tracks), alpha, seed)
+
+
+def _found(manifest: Manifest, tracks: list[Track], alpha: float, seed: int, progress: Progress) -> list[Track]:
+    """The tracks with all that was found, each effect tried against all others in its place."""
     for generic in (False, True):
         tracks = _exhausted(tracks, generic, alpha, seed, progress)
         if not generic:
             noise = [dict(manifest.noise.get(track.problem.target, {})) for track in tracks]
             tracks = [_strict(track, n, alpha, seed, progress) for track, n in zip(tracks, noise, strict=True)]
             tracks = [replace(track, hits=None, last_physical=track.hits or ()) for track in tracks]
-    tracks = [settled(track, alpha, seed, progress) for track in tracks]
-    return Outcome(tuple(tracks), alpha, seed)
+    return [settled(track, alpha, seed, progress) for track in tracks]
+
+
+def _worse(track: Track) -> bool:
+    """Whether what was taken out of the samples, a hold or lines, leaves held-out data worse off than nothing added."""
+    plain = track.prepared.plain
+    if track.prepared.held.hold is None and not track.prepared.lines:
+        return False
+    before = held_out_score(plain, solve(plain, track.prepared.model))
+    return track.score.rms > (1 + MOST_GROWTH) * before.rms
 
 
 def _exhausted(tracks: list[Track], generic: bool, alpha: float, seed: int, progress: Progress) -> list[Track]:
@@ -137,12 +165,15 @@ def _begin(
     manifest: Manifest,
     recordings: tuple[Recording, ...],
     uses: tuple[RowUse, ...],
-    target: str,
     catalogue: tuple[Effect, ...],
+    target: str,
+    width: float = 0.0,
+    samples: bool = True,
 ) -> Track:
+    """A target before its search; bins of ``width`` at least, lines and holds found in the ``samples`` taken out."""
     tones = any(effect.id == "tone" for effect in catalogue)
     holds = any(effect.id == "sample_hold" for effect in catalogue)
-    prepared = prepare(manifest, recordings, uses, target, tones, holds)
+    prepared = prepare(manifest, recordings, uses, target, tones and samples, holds and samples, width)
     found, blind = candidates(prepared.problem, catalogue)
     declared = {term.effect.key for term in prepared.model}
     if prepared.held.hold is not None or prepared.held.excluded:  # the samples told: means tell less of it

@@ -86,10 +86,12 @@ def prepare(
     target: str,
     tones: bool = True,
     holds: bool = True,
+    width: float = 0.0,
 ) -> Prepared:
     """Bins and declared model of one target.
 
     Lines above the bin rate are looked for where ``tones`` may be found, an output that is held where ``holds`` may.
+    Bins are at least ``width`` seconds long, unless the manifest says how long.
     """
     if manifest.procedure == "multi-position":
         raise InputError(
@@ -97,7 +99,7 @@ def prepare(
         )
     model = declared_model(manifest, recordings, target)
     uses, moving = at_rest(manifest, recordings, uses, target)
-    rows = _rows_per_bin(manifest, recordings, uses)
+    rows = _rows_per_bin(manifest, recordings, uses, width)
     recordings = responding(recordings, _spans(recordings, uses), target, model)
     clean = _clean(recordings, target, rows, moving)
     recordings, rejected = clean.recordings, clean.rejected
@@ -314,7 +316,10 @@ def _bias_per_run(manifest: Manifest, recordings: tuple[Recording, ...]) -> bool
     return len({replace(recording.mounting, base_turned=0.0) for recording in recordings}) == 1
 
 
-def _rows_per_bin(manifest: Manifest, recordings: tuple[Recording, ...], uses: tuple[RowUse, ...]) -> int:
+def _rows_per_bin(
+    manifest: Manifest, recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], least: float = 0.0
+) -> int:
+    """Rows of a bin, which is at least ``least`` seconds long where the manifest says nothing."""
     dt = recordings[0].dt
     for recording in recordings:
         if abs(recording.dt / dt - 1) > 0.02:
@@ -335,6 +340,8 @@ def _rows_per_bin(manifest: Manifest, recordings: tuple[Recording, ...], uses: t
                 f"recording, {max(len(r) * r.dt for r in recordings):g} s"
             )
         return rows
+    if least:
+        return round(least / dt)
     fitted = sum(int(use.fit.sum()) for use in uses) * dt
     width = min(_nice(fitted / BINS), LONGEST_BIN)
     turn = min((_quickest_turn(r) for r in recordings), default=np.inf)

@@ -16,6 +16,7 @@ from insenv.identify.evidence import held_out_deviate, joint_deviate, log_tail
 from insenv.identify.fit import Fit, solve
 from insenv.identify.lines import strongest_tone
 from insenv.identify.problem import Model, Problem, Term
+from insenv.identify.recurrence import not_in_all_runs
 from insenv.identify.scan import (
     SHAPES_REFITTED,
     Hit,
@@ -73,6 +74,9 @@ def confronted(problem: Problem, fit: Fit, base: Reference, hit: Hit) -> Hit:
     beyond = _beyond_bounds(problem, larger)
     if beyond:
         return replace(hit, deviate=-np.inf, remark=beyond)
+    differs = not_in_all_runs(problem, fit, hit.term)
+    if differs:
+        return replace(hit, deviate=-np.inf, remark=differs)
     freedom = term_freedom(problem, base, hit.term)
     z, information = held_out_deviate(problem, fit, larger, freedom)
     joint = joint_deviate(log_tail(hit.deviate), hit.likelihood_ratio, z, information)

@@ -37,8 +37,8 @@ LONGEST, MOST_ROWS = 0.5, 40_000
 #: Logarithm of the likelihood ratio from which the lag is a filter's, and frequencies beside each other that count as
 #: one; share of the square sum of the rate at those of the motion.
 DECISIVE, CORRELATED, MOTION = 5.0, 2.0, 0.999
-#: The same beside a filter, for one more parameter; windows tried, and the longest one [s] and in lags: one that is late by
-#: less than an eighth of itself would have to look ahead.
+#: The same beside a filter, for one more parameter; windows tried, and the longest one, in seconds and in lags: a mean
+#: that is late by less than an eighth of its window would have to look ahead.
 ONE_MORE, TRIES, MOST_WINDOW, LATEST = 2.0, 8, 1.0, 8.0
 #: Passes, the departure in robust deviations from which a row has no weight, and the change of a lag in rows and of the
 #: gain in its deviations that is none.
@@ -162,9 +162,7 @@ def with_response(
     each = [
         Response(gain, found.lags.get(run, usual), 0, found.filtered, found.window) for run in range(len(recordings))
     ]
-    return tuple(
-        replace(r, responses={**r.responses, target: one}) for r, one in zip(recordings, each, strict=True)
-    )
+    return tuple(replace(r, responses={**r.responses, target: one}) for r, one in zip(recordings, each, strict=True))
 
 
 @dataclass(frozen=True)
