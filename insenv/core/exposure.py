@@ -173,6 +173,9 @@ class _Cells:
         told = programme(self.recording)
         if behind is not None:
             rate, at_edges = self._smoothed(behind)
+            at_rows = self._of_instants(behind)
+            rate = rate + at_rows
+            reference = reference if self._read_beside(names) else reference + at_rows + self._between(behind, names)
         else:
             rate, at_edges = self._followed(names, reference, share, reading)
         if told is not None:
@@ -188,6 +191,23 @@ class _Cells:
         inside = np.concatenate([stops[:1], stops[1:] & stops[:-1], stops[-1:]])
         return np.where(stops, 0.0, rate), np.where(inside, 0.0, at_edges)
 
+    def _of_instants(self, behind: Trajectory) -> Floats:
+        """What a mean of readings at instants is more than the mean over the cells: -dt^2/24 of the second derivative.
+
+        Of a table that swings once a second, read every 10 ms, that is 0.02 % of the rate.
+        """
+        if self.recording.channels[self.target].covers != "instant":
+            return np.zeros(len(self.count))
+        return -(self.recording.dt**2) / 24 * np.diff(behind.acceleration_at(self.edges)) / self._step
+
+    def _between(self, behind: Trajectory, names: tuple[str, ...]) -> Floats:
+        """What the straight line between two readings of an angle leaves of the rate, where edges lie between them."""
+        if names[0] != "table_angle":
+            return np.zeros(len(self.count))
+        times = self.recording.t - self.recording.channels[names[0]].delay
+        bow = behind.angle_at(self.edges) - _at(times, behind.angle_at(times))(self.edges)
+        return np.diff(bow) / self._step
+
     @property
     def _step(self) -> float:
         return float(self.edges[1] - self.edges[0])
@@ -195,18 +215,20 @@ class _Cells:
     def _rate(self, names: tuple[str, ...]) -> Floats:
         """Mean rate over the cells, from the first of the channels ``names``."""
         recording = self.recording
-        channel, own = recording.channels[names[0]], recording.channels[self.target]
+        channel = recording.channels[names[0]]
         full = _table_rate(recording, self.edges, names)
         assert full is not None
-        if names[0] == "table_rate" and channel.source == "encoder" and self._beside(channel, own):
+        if self._read_beside(names):
             # Read at the very times of the target: a mean with its neighbours would mix their noise.
             count, mean = _gather(channel.values, self.cell_of_row, len(self.count))
             return np.where(count > 0, mean, full)
         return _of_rows(recording, self.target, self.cell_of_row, self.count, full, names)
 
-    @staticmethod
-    def _beside(channel: Channel, own: Channel) -> bool:
-        return channel.covers == own.covers == "instant" and channel.delay == own.delay
+    def _read_beside(self, names: tuple[str, ...]) -> bool:
+        """Whether the reference is the reading of a rate at the very times of the target."""
+        channel, own = self.recording.channels[names[0]], self.recording.channels[self.target]
+        measured = names[0] == "table_rate" and channel.source == "encoder"
+        return measured and channel.covers == own.covers == "instant" and channel.delay == own.delay
 
     def _followed(
         self, names: tuple[str, ...], reference: Floats, share: float, reading: Floats

@@ -89,6 +89,10 @@ class Trajectory:
     def _slope(self) -> Any:
         return self._curve.derivative()
 
+    @cached_property
+    def _bend(self) -> Any:
+        return self._curve.derivative(2)
+
     def angle_at(self, t: Floats) -> Floats:
         """Angle at times ``t`` [rad]; beyond the ends the table goes on evenly."""
         inside = np.clip(t, self.t[0], self.t[-1])
@@ -97,6 +101,10 @@ class Trajectory:
     def rate_at(self, t: Floats) -> Floats:
         """Rate at times ``t`` [rad/s]."""
         return np.asarray(self._slope(np.clip(t, self.t[0], self.t[-1])))
+
+    def acceleration_at(self, t: Floats) -> Floats:
+        """Acceleration at times ``t`` [rad/s^2]."""
+        return np.asarray(self._bend(np.clip(t, self.t[0], self.t[-1])))
 
     def stops(self, t: Floats, rate: Floats) -> NDArray[np.bool_]:
         """Where a mean ``rate`` around times ``t``, shape (n,), is nothing but noise for `STOP` of them and more.
@@ -126,13 +134,13 @@ def trajectory(t: Floats, dt: float, values: Floats, of: Of, over_interval: bool
     over_interval : bool
         Whether a rate is the mean over the interval that ends at its time.
     """
-    noise = reading_noise(values)
+    index = np.rint((t - t[0]) / dt).astype(np.int64)
+    noise = reading_noise(values, index)
     if noise == 0 or len(t) < 4 * ORDER:
         return None
     if _stands(values, noise, of):
         level = float(np.mean(values)) if of == "angle" else 0.0
         return Trajectory(t, np.full(len(t), level), noise, np.zeros(len(t)), of, still=True)
-    index = np.rint((t - t[0]) / dt).astype(np.int64)
     n = int(index[-1]) + 1
     # A reading at another time than the even one is off by the change until then.
     off = float(np.abs(t - t[0] - dt * index).max()) * float(np.abs(np.diff(values)).max()) / dt
@@ -164,16 +172,21 @@ def _matters(states: Floats, noise: float, of: Of) -> bool:
     return noise**2 * (6 if of == "angle" else 2) > MATTERS * moved
 
 
-def reading_noise(values: Floats) -> float:
+def reading_noise(values: Floats, index: NDArray[np.int64] | None = None) -> float:
     """Standard deviation of the noise of a reading, from its differences; 0 where that is rounding of the numbers.
 
-    Of readings that repeat at times, as those of a coarse encoder do, it is at least that of their step.
+    Of readings that repeat at times, as those of a coarse encoder do, it is at least that of their step. ``index`` are
+    the numbers of the rows, where some are missing: differences over a gap are motion.
     """
     if len(values) <= ORDER:
         return 0.0
     from scipy.special import comb  # slow to import
 
     change = np.diff(values, ORDER) / np.sqrt(comb(2 * ORDER, ORDER))
+    if index is not None:
+        change = change[index[ORDER:] - index[:-ORDER] == ORDER]
+        if not len(change):
+            return 0.0
     noise = max(float(np.median(np.abs(change))) / _MEDIAN, _step(values) / np.sqrt(12))
     return noise if noise > ROUNDING * float(np.abs(values).max()) else 0.0
 

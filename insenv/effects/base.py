@@ -62,6 +62,8 @@ class Param:
         Whether ``bound`` is a share of the largest input rate instead of an absolute value.
     low : float
         Least credible value: ``-bound`` unless the parameter cannot be negative.
+    least : float
+        Least credible magnitude where the effect is there at all: a share of which less than half is something else.
     """
 
     name: str
@@ -70,6 +72,7 @@ class Param:
     bound: float = np.inf
     per_rate: bool = False
     low: float = -np.inf
+    least: float = 0.0
 
     def unit_on(self, measured: str) -> str:
         """Unit where ``measured`` is that of what is measured."""

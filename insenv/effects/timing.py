@@ -126,7 +126,7 @@ class SampleHold(MemoryEffect):
     """An output that is renewed less often than it is read."""
 
     id = "sample_hold"
-    linear = (Param("c", "1", sd=0.5, bound=1.5),)
+    linear = (Param("c", "1", sd=0.5, bound=1.5, least=0.5),)  # an output is held whole, or it is something else
     shapes = (Param("hold", "s", sd=0.1, low=0.0),)
     source = "Zero-order hold: Oppenheim and Schafer, Discrete-Time Signal Processing, section 4.8"
     instruments = ("gyro",)

@@ -100,7 +100,7 @@ def prepare(
     model = declared_model(manifest, recordings, target)
     uses, moving = at_rest(manifest, recordings, uses, target)
     rows = _rows_per_bin(manifest, recordings, uses, width)
-    recordings = responding(recordings, _spans(recordings, uses), target, model)
+    recordings = responding(recordings, _spans(recordings, uses), target, model, tuple(use.fit for use in uses))
     clean = _clean(recordings, target, rows, moving)
     recordings, rejected = clean.recordings, clean.rejected
     plain = _problem(manifest, recordings, uses, target, rows, reject_lines=False)

@@ -92,6 +92,8 @@ def _beyond_bounds(problem: Problem, fit: Fit) -> str:
         value, slack = float(fit.theta[j]), 3 * float(fit.sd[j])
         if not low - slack <= value <= high + slack:
             return f"its {name} would be {value:.3g}, beyond the credible {low:.3g} to {high:.3g}"
+        if abs(value) + slack < params[name].least:
+            return f"its {name} would be {value:.3g}, less than the credible {params[name].least:.3g}"
     return ""
 
 

@@ -17,6 +17,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from insenv.core.exposure import Exposure, expose
 from insenv.core.motion import Motion, interval_slope
@@ -32,8 +33,8 @@ INCREDIBLE = 0.5
 CHANGING = 0.01
 #: Standard deviations from which on a gain or a lag is told.
 TOLD = 4.0
-#: Longest lag [s], and rows of a run that are looked at.
-LONGEST, MOST_ROWS = 0.5, 40_000
+#: Fewest rows that tell a gain, longest lag [s], and rows of a run that are looked at.
+FEWEST, LONGEST, MOST_ROWS = 64, 0.5, 40_000
 #: Logarithm of the likelihood ratio from which the lag is a filter's, and frequencies beside each other that count as
 #: one; share of the square sum of the rate at those of the motion.
 DECISIVE, CORRELATED, MOTION = 5.0, 2.0, 0.999
@@ -47,12 +48,13 @@ PASSES, FAR, SETTLED = 8, 5.0, 1e-3
 
 @dataclass(frozen=True)
 class Stretch:
-    """Consecutive fitted cells of a run, one a row; ``cells`` is the whole run, and begins at ``first`` of it."""
+    """Cells ``start`` to ``stop`` of a run, one a row; ``used`` are those of them that may be fitted, None: all."""
 
     run: int
     exposure: Exposure
     start: int
     stop: int
+    used: NDArray[np.bool_] | None = None
 
     @property
     def y(self) -> Floats:
@@ -61,8 +63,9 @@ class Stretch:
 
     @property
     def known(self) -> Floats:
-        """Cells that hold a row, shape (n,)."""
-        return (self.exposure.count[self.start : self.stop] > 0).astype(float)
+        """Cells that hold a row and may be fitted, shape (n,)."""
+        there = self.exposure.count[self.start : self.stop] > 0
+        return (there if self.used is None else there & self.used).astype(float)
 
     def input(self, lag: float) -> Floats:
         """The input ``lag`` seconds earlier, shape (n,)."""
@@ -114,7 +117,7 @@ def stretch(recording: Recording, target: str, run: int, span: slice) -> Stretch
     exposure = expose(recording, target)
     cells = exposure.cell_of_row[span]
     cells = cells[cells >= 0]
-    if len(cells) < 64:
+    if len(cells) < FEWEST:
         return None
     start, stop = int(cells[0]), int(cells[-1]) + 1
     if stop - start > MOST_ROWS:
@@ -125,8 +128,26 @@ def stretch(recording: Recording, target: str, run: int, span: slice) -> Stretch
     return Stretch(run, exposure, start, stop) if np.ptp(u) > CHANGING * np.abs(u).max() else None
 
 
+def in_pieces(recording: Recording, target: str, run: int, rows: NDArray[np.bool_]) -> Stretch | None:
+    """All cells of a run of which no stretch is long enough, those of ``rows`` alone to be fitted."""
+    exposure = expose(recording, target)
+    cells = exposure.cell_of_row[rows]
+    cells = cells[cells >= 0]
+    if len(cells) < FEWEST // 8 or cells[-1] - cells[0] > MOST_ROWS:
+        return None
+    start, stop = int(cells[0]), int(cells[-1]) + 1
+    used = np.zeros(stop - start, bool)
+    used[cells - start] = True
+    u = exposure.u[cells]
+    return Stretch(run, exposure, start, stop, used) if np.ptp(u) > CHANGING * np.abs(u).max() else None
+
+
 def responding(
-    recordings: tuple[Recording, ...], spans: tuple[slice, ...], target: str, model: Model
+    recordings: tuple[Recording, ...],
+    spans: tuple[slice, ...],
+    target: str,
+    model: Model,
+    rows: tuple[NDArray[np.bool_], ...] = (),
 ) -> tuple[Recording, ...]:
     """The recordings with the gain of ``target``, and its lag where the table's reading is noisy.
 
@@ -138,11 +159,16 @@ def responding(
     target : str
     model : Model
         Declared terms.
+    rows : tuple of ndarray of bool
+        All rows that may be fitted: where gaps leave no stretch in any run, they are looked at.
     """
     if not target.startswith("gyro"):
         return recordings
     parts = [s for i, (r, span) in enumerate(zip(recordings, spans, strict=True)) if (s := stretch(r, target, i, span))]
     if not parts:
+        pieces = [in_pieces(r, target, i, fit) for i, (r, fit) in enumerate(zip(recordings, rows, strict=False))]
+        parts = [s for s in pieces if s]
+    if sum(float(s.known.sum()) for s in parts) < 0.75 * FEWEST:
         return recordings
     noisy = {s.run for s in parts if (table := recordings[s.run].table) is not None and not table.still}
     gain, sd, _ = fitted(parts, {s.run: 0.0 for s in parts}, lag_of=set())
