@@ -273,14 +273,16 @@ def _followed(
     own = [replace(s, exposure=with_form(s.exposure, filtered, window)) for s in parts]
     gain, sd, found = fitted(own, lags, lag_of, held)
     left = {
-        s.run: _at_motion(was, s.y - gain * _seen(s, found[s.run], held))
+        s.run: _at_motion(
+            was, s.y - gain * _seen(s, found[s.run], held), _slack(s, _slope(s, found[s.run], held), held)
+        )
         for was, s in zip(parts, own, strict=True)
         if s.run in lag_of
     }
     return Followed(gain, sd, found, filtered, left, window)
 
 
-def _at_motion(one: Stretch, left: Floats) -> tuple[float, int]:
+def _at_motion(one: Stretch, left: Floats, slack: Floats) -> tuple[float, int]:
     """Mean square of what is left at the frequencies of the motion, and how many they are.
 
     Beyond them there is only noise, and a form that makes fast motion larger makes that larger too.
@@ -289,7 +291,7 @@ def _at_motion(one: Stretch, left: Floats) -> tuple[float, int]:
 
     known = one.known > 0
     left = np.where(known, left - np.median(left[known]), 0.0)
-    bound = FAR * 1.4826 * float(np.median(np.abs(left[known])))
+    bound = FAR * 1.4826 * float(np.median(np.abs(left[known]))) + slack
     power = dct(one.input(0.0), norm="ortho")[1:] ** 2
     count = 1 + int(np.searchsorted(np.cumsum(power), MOTION * float(power.sum())))
     modes = dct(np.clip(left, -bound, bound), norm="ortho")[1 : count + 1]
@@ -326,16 +328,16 @@ def fitted(
     """
     lags, weights, gain, sd = dict(lags), [s.known for s in parts], 1.0, np.inf
     for _ in range(PASSES):
-        columns, readings = [], []
+        columns, readings, late = [], [], []
         for k, s in enumerate(parts):
             u = _seen(s, lags[s.run], held)
-            step = 0.1 * s.exposure.motion.dt
-            slope = (_seen(s, lags[s.run] + step, held) - _seen(s, lags[s.run] - step, held)) / (2 * step)
+            slope = _slope(s, lags[s.run], held)
             own = np.zeros((len(u), 1 + 2 * len(parts)))
             own[:, 0], own[:, 1 + 2 * k] = u, 1.0
             own[:, 2 + 2 * k] = slope if s.run in lag_of else 0.0
             columns.append(own)
             readings.append(s.y)
+            late.append(_slack(s, slope, held) * (s.run in lag_of))
         matrix, y, w = np.vstack(columns), np.concatenate(readings), np.concatenate(weights)
         size = np.sqrt(np.sum(w[:, None] * matrix**2, axis=0))
         size[size == 0] = 1.0
@@ -353,7 +355,8 @@ def fitted(
                 lags[s.run] = float(np.clip(lags[s.run] + change, -2 * LONGEST, 2 * LONGEST))
                 moved = max(moved, abs(change) / s.exposure.motion.dt)
         if spread:
-            share = np.clip(1 - (left / (FAR * spread)) ** 2, 0.0, None) ** 2
+            far = FAR * spread + np.concatenate(late)
+            share = np.clip(1 - (left / far) ** 2, 0.0, None) ** 2
             ends = np.cumsum([0, *(len(s.y) for s in parts)])
             weights = [share[a:b] * s.known for s, a, b in zip(parts, ends[:-1], ends[1:], strict=True)]
         if moved < SETTLED and abs(gain - before) < SETTLED * abs(sd):
@@ -363,6 +366,20 @@ def fitted(
 
 def _seen(one: Stretch, lag: float, held: tuple[float, dict[int, float]] | None) -> Floats:
     return one.input(lag) if held is None else one.held(lag, held[0], held[1][one.run])
+
+
+def _slope(one: Stretch, lag: float, held: tuple[float, dict[int, float]] | None) -> Floats:
+    """Change of what is seen with the lag."""
+    step = 0.1 * one.exposure.motion.dt
+    return (_seen(one, lag + step, held) - _seen(one, lag - step, held)) / (2 * step)
+
+
+def _slack(one: Stretch, slope: Floats, held: tuple[float, dict[int, float]] | None) -> Floats:
+    """What a row is off by if it is a renewal, or a row, too late: such rows tell the lag, and are no outliers.
+
+    Where a table spins evenly and is stopped now and then, all that tells the lag lies in few rows.
+    """
+    return np.asarray(np.abs(slope) * (one.exposure.motion.dt if held is None else held[0]))
 
 
 @dataclass(frozen=True)
@@ -410,9 +427,11 @@ MOST_PHASES = 64
 def _misfit(one: Stretch, lag: float, hold: float, phase: float) -> float:
     """Square sum that is left of a run with its own gain, lag and level, at that phase."""
     gain, _, lags = fitted([one], {one.run: lag}, {one.run}, (hold, {one.run: phase}))
-    left = one.y - gain * one.held(lags[one.run], hold, phase)
+    held, known, lag = (hold, {one.run: phase}), one.known > 0, lags[one.run]
+    left = (one.y - gain * _seen(one, lag, held))[known]
     left = left - np.median(left)
-    return float(np.sum(np.minimum(left**2, (FAR * 1.4826 * np.median(np.abs(left))) ** 2)))
+    bound = FAR * 1.4826 * float(np.median(np.abs(left))) + _slack(one, _slope(one, lag, held), held)[known]
+    return float(np.sum(np.minimum(left**2, bound**2)))
 
 
 def _share(parts: list[Stretch], lags: dict[int, float], hold: float, phases: dict[int, float]) -> tuple[float, float]:
