@@ -24,6 +24,7 @@ from tqdm import tqdm
 
 #: Cases of each kind, where nothing else is asked.
 COUNTS = {"null": 300, "exact": 120, "realistic": 120, "pair": 60, "unknown": 60, "confounded": 48, "triad": 28}
+COUNTS |= {"student": 60}
 
 
 def jobs(options: argparse.Namespace) -> Iterator[Job]:

@@ -36,7 +36,7 @@ damaged files of the same folder.
 * **Systematic error**: residual minus the noise that the generator put in, on held-out bins.
 * Intervals are exact (Clopper and Pearson), 95 %.
 """
-KINDS = ("null", "exact", "realistic", "pair", "unknown", "confounded", "triad")
+KINDS = ("null", "exact", "realistic", "pair", "unknown", "confounded", "triad", "student")
 FLAGS = ("effects-found-incomplete", "generic-only", "unexplained-structure", "confounded")
 
 
@@ -111,6 +111,17 @@ def full_set(kept: Kept) -> bool:
     return any(required <= {a["key"], *a["rivals"]} for a in kept.get("added", []))
 
 
+def all_named(kept: Kept) -> bool:
+    """Every cause has its name, or is among the rivals of one."""
+    return among(kept)
+
+
+def unfounded(kept: Kept) -> bool:
+    """A name that no cause has, and that is no rival of one that is there."""
+    may = {name for t in truths(kept) for name in (*t["accepted"], *t["rivals"])} | set(kept["case"]["facts"]["may"])
+    return any(not may & {a["key"], *a["rivals"]} for a in kept["added"] if not a["generic"])
+
+
 def settled(kept: Kept) -> bool:
     """After the proposed experiment the cause is named and has no rival of those that it had to be told from."""
     after = kept.get("settled") or {"added": []}
@@ -131,6 +142,7 @@ def wanted(kept: Kept) -> bool:
         "pair": lambda k: exact_set(k) and no_worse(k),
         "unknown": lambda k: flagged(k) and no_worse(k),
         "confounded": full_set,
+        "student": lambda k: all_named(k) and not unfounded(k) and no_worse(k),
         "triad": lambda k: first(k) and no_worse(k) if truths(k) else not flagged(k),
     }
     return tests[kept["kind"]](kept)
@@ -161,6 +173,27 @@ def _null_rows(nulls: Sequence[Kept]) -> Iterator[tuple[str, str, str]]:
         yield f"null, {label}: something added", "<= 2 %", _share(rows, detected)
     gaps = [k for k in nulls if k["case"]["facts"]["gaps"] or k["case"]["facts"]["dropped"]]
     yield "null, gaps or dropped rows: something added", "<= 2 %", _share(gaps, detected)
+
+
+def _student_rows(rows: Sequence[Kept]) -> Iterator[tuple[str, str, str]]:
+    """Student tables with a real encoder: half of them with an error of the gyro beside skew and hold."""
+
+    def has(key: str) -> Callable[[Kept], bool]:
+        return lambda k: any(t["key"] == key for t in truths(k))
+
+    def named(key: str) -> Callable[[Kept], bool]:
+        return lambda k: key in names(k)
+
+    held = [k for k in rows if has("sample_hold")(k)]
+    more = [k for k in rows if k["case"]["number"] % 2]
+    yield "student table: skew named", ">= 95 %", _share(rows, named("timing_skew"))
+    yield "student table: hold named where there is one", ">= 95 %", _share(held, named("sample_hold"))
+    others = [k for k in rows if k not in held]
+    yield "student table: hold named where there is none", "0", _share(others, named("sample_hold"))
+    yield "student table, one error more: named or among the rivals", ">= 80 %", _share(more, all_named)
+    yield "student table: a name without a cause", "<= 5 %", _share(rows, unfounded)
+    z = [k["z"] for k in rows if k["z"] is not None]
+    yield "student table: gain within 2 sd", ">= 93 %", interval(sum(abs(v) <= 2 for v in z), len(z))
 
 
 def table_rows(kept: Sequence[Kept]) -> Iterator[tuple[str, str, str]]:
@@ -198,6 +231,7 @@ def table_rows(kept: Sequence[Kept]) -> Iterator[tuple[str, str, str]]:
     yield "unit at rest: first name right, of detected", "", _share([k for k in triads if detected(k)], first)
     rests = [k for k in kinds["triad"] if not truths(k)]
     yield "unit at rest, null: something added", "<= 2 %", _share(rests, detected)
+    yield from _student_rows(kinds["student"])
     z = [k["z"] for k in kinds["null"] if k["z"] is not None]
     yield "null: z of the scale factor", "0.9-1.1", _spread(z)
     seconds = [k["seconds"] for k in kept]

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from blind import confounded, parts, realistic, strangers, triad
+from blind import confounded, parts, realistic, strangers, student, triad
 from blind.climate import KINDS as CLIMATES
 from blind.files import channel_lines, manifest_text, write_table
 from blind.parts import Part
@@ -22,7 +22,7 @@ from blind.table import Floats, follow
 from blind.world import GRAVITY
 from blind.write import written
 
-KINDS = ("null", "exact", "realistic", "pair", "unknown", "confounded", "triad")
+KINDS = ("null", "exact", "realistic", "pair", "unknown", "confounded", "triad", "student")
 
 
 @dataclass(frozen=True)
@@ -73,6 +73,7 @@ def draw(kind: str, number: int, seed: int, folder: Path, strength: float | None
         "unknown": _unknown,
         "confounded": _confounded,
         "triad": _triad,
+        "student": _student,
     }
     return makers[kind](_Job(kind, number, folder, strength), rng)
 
@@ -232,6 +233,34 @@ def _triad(job: _Job, rng: np.random.Generator) -> Made:
     case = Case(job.kind, job.number, str(path), truths, (), None, facts | {"instant": False})
     _keep(job.folder, case)
     return Made(case, noise, addition, w.rows, np.ones(w.n, np.int64))
+
+
+def _student(job: _Job, rng: np.random.Generator) -> Made:
+    """A cheap gyro beside a real encoder; every second one has an error more."""
+    unit = student.drawn(rng, extra=job.number % 2 == 1)
+    strength = job.strength or float(rng.choice([20.0, 40.0]))
+    files = student.files_of(unit, strength, rng)
+    job.folder.mkdir(parents=True, exist_ok=True)
+    units = {"time": "s", "gyro": "rad/s", "table_rate": "rad/s", "table_angle": "rad"}
+    data = [f"file_{number}.csv" for number in range(1, len(files) + 1)]
+    for name, one in zip(data, files, strict=True):
+        table = np.column_stack(list(one.columns.values()))
+        np.savetxt(job.folder / name, table, "%.10g", ",", header=",".join(one.columns), comments="")
+    channels = [f'{name} = {{ column = "{name}", unit = "{units[name]}" }}' for name in files[0].columns]
+    path = job.folder / "manifest.toml"
+    tables = {"model": {"target": '"gyro"', "declared": '["bias", "scale_factor"]'}}
+    path.write_text(manifest_text(data, channels, tables), encoding="utf-8")
+    truths = [Truth("timing_skew", ("timing_skew",), (), np.inf)]
+    truths += [Truth("sample_hold", ("sample_hold",), (), np.inf)] if unit.hold > 1 else []
+    truths += [Truth(unit.extra, (unit.extra,), (), strength)] if unit.extra else []
+    facts: dict[str, object] = {"rate_hz": 1 / unit.dt, "runs": len(files), "instant": True, "logged": unit.logged}
+    facts |= {"form": unit.form, "motion": list(unit.motion), "may": ["encoder_harmonic:1"] * (unit.eccentricity > 0)}
+    case = Case(job.kind, job.number, str(path), tuple(truths), (), unit.gain - 1, facts)
+    _keep(job.folder, case)
+    rows = np.concatenate([one.columns["time"] for one in files])
+    added = np.concatenate([one.added for one in files])
+    run = np.repeat(np.arange(1, len(files) + 1), [len(one.added) for one in files])
+    return Made(case, np.zeros(len(rows)), added, rows, run)
 
 
 def _believable(chosen: Plan, part: Part, size: float) -> bool:
