@@ -40,7 +40,7 @@ FEWEST, LONGEST, MOST_ROWS = 64, 0.5, 40_000
 DECISIVE, CORRELATED, MOTION = 5.0, 2.0, 0.999
 #: The same beside a filter, for one more parameter; windows tried, and the longest one, in seconds and in lags: a mean
 #: that is late by less than an eighth of its window would have to look ahead.
-ONE_MORE, TRIES, MOST_WINDOW, LATEST = 2.0, 8, 1.0, 8.0
+ONE_MORE, TRIES, MOST_WINDOW, LATEST = 4.0, 8, 1.0, 8.0
 #: Passes, the departure in robust deviations from which a row has no weight, and the change of a lag in rows and of the
 #: gain in its deviations that is none.
 PASSES, FAR, SETTLED = 8, 5.0, 1e-3
