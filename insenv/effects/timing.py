@@ -11,6 +11,7 @@ hold time, counted from the start of the run. A hold time of one interval or les
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Self, final
 
@@ -71,7 +72,7 @@ def earlier(u: Floats, edges: Floats, motion: Motion, skew: float) -> Floats:
 
     Its integral goes by cubics, with the rates at the edges for slopes; beyond the ends the rate stays as it is there.
     """
-    return interval_slope(_turned(u, edges, motion, motion.t - skew), motion.dt)
+    return interval_slope(_integral(u, edges, motion)(motion.t - skew), motion.dt)
 
 
 def before_mean(u: Floats, edges: Floats, motion: Motion) -> tuple[Floats, Floats]:
@@ -99,25 +100,28 @@ _UNDONE = (0.0, 0.0, 0.0, 6.0, -11.0, 5.0)
 
 def _averaged(u: Floats, edges: Floats, motion: Motion) -> tuple[Floats, Floats]:
     """Means over the window around each interval and edge: at the edges exact, over an interval by Simpson's rule."""
+    turned, half = _integral(u, edges, motion), 0.5 * motion.window
 
     def mean(t: Floats) -> Floats:
-        half = 0.5 * motion.window
-        return (_turned(u, edges, motion, t + half) - _turned(u, edges, motion, t - half)) / motion.window
+        return (turned(t + half) - turned(t - half)) / motion.window
 
     at_edges, between = mean(motion.t), mean(motion.middle)
     return (at_edges[..., 1:] + 4 * between + at_edges[..., :-1]) / 6, at_edges
 
 
-def _turned(u: Floats, edges: Floats, motion: Motion, t: Floats) -> Floats:
-    """Integral of the input from the start of the run to times ``t``."""
+def _integral(u: Floats, edges: Floats, motion: Motion) -> Callable[[Floats], Floats]:
+    """Integral of the input from the start of the run, as a function of time."""
     rates = np.broadcast_to(edges, (*np.broadcast_shapes(u.shape[:-1], edges.shape[:-1]), edges.shape[-1]))
     total = np.zeros(rates.shape)
     np.cumsum(u * motion.dt, axis=-1, out=total[..., 1:])
-    inside = np.clip(t, motion.t[0], motion.t[-1])
-    angle = CubicHermiteSpline(motion.t, total, rates, axis=-1)(inside)
-    beyond = t - inside
-    angle += np.where(beyond < 0, rates[..., :1], rates[..., -1:]) * beyond
-    return np.asarray(angle)
+    curve = CubicHermiteSpline(motion.t, total, rates, axis=-1)
+
+    def turned(t: Floats) -> Floats:
+        inside = np.clip(t, motion.t[0], motion.t[-1])
+        beyond = t - inside
+        return np.asarray(curve(inside) + np.where(beyond < 0, rates[..., :1], rates[..., -1:]) * beyond)
+
+    return turned
 
 
 @final

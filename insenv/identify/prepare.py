@@ -100,7 +100,8 @@ def prepare(
     model = declared_model(manifest, recordings, target)
     uses, moving = at_rest(manifest, recordings, uses, target)
     rows = _rows_per_bin(manifest, recordings, uses, width)
-    recordings = responding(recordings, _spans(recordings, uses), target, model, tuple(use.fit for use in uses))
+    fit = tuple(use.fit for use in uses)
+    recordings = responding(recordings, _spans(recordings, uses), target, model, fit, forms=not holds)
     clean = _clean(recordings, target, rows, moving)
     recordings, rejected = clean.recordings, clean.rejected
     plain = _problem(manifest, recordings, uses, target, rows, reject_lines=False)
@@ -110,9 +111,8 @@ def prepare(
         plain = _problem(manifest, recordings, uses, target, rows, reject_lines=False)
     _enough(manifest, plain, model, target)
     held, measured, recordings = _held(recordings, uses, plain, model) if holds else (Look(), recordings, recordings)
-    if held.hold is not None:
-        rows = _whole_holds(manifest, measured, uses, held.hold, rows)
-        plain = _problem(manifest, measured, uses, target, rows, reject_lines=False)
+    rows = _whole_holds(manifest, measured, uses, held.hold, rows)
+    plain = _problem(manifest, measured, uses, target, rows, reject_lines=False)
     lines = _lines(recordings, uses, plain, model) if tones else ()
     if held.hold is not None:
         lines = tuple(line for line in lines if not _of_hold(line, held.hold, plain))
@@ -186,6 +186,10 @@ def _held(
     spans, target = _spans(recordings, uses), plain.target
     look = find_hold(recordings, spans, plain, model)
     if look.hold is None:
+        if any(r.responses.get(target, Response()).lag for r in recordings):  # whose form nobody looked for so far
+            others = [{name: one for name, one in r.responses.items() if name != target} for r in recordings]
+            bare = tuple(replace(r, responses=own) for r, own in zip(recordings, others, strict=True))
+            recordings = responding(bare, spans, target, model, tuple(use.fit for use in uses))
         return look, recordings, recordings
     hold = look.hold
     recordings, beside = with_held(recordings, spans, target, hold.hold, hold.phases)
@@ -211,11 +215,11 @@ def _whole_rows(hold: Hold, dt: float) -> bool:
 
 
 def _whole_holds(
-    manifest: Manifest, recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], hold: Hold, rows: int
+    manifest: Manifest, recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], hold: Hold | None, rows: int
 ) -> int:
     """Rows of a bin that holds whole renewals: within one, noise is held too, and is not white."""
     dt = recordings[0].dt
-    if manifest.held_out.averaging is not None or not _whole_rows(hold, dt):
+    if hold is None or manifest.held_out.averaging is not None or not _whole_rows(hold, dt):
         return rows
     each = round(hold.hold / dt)
     wide = each * -(-rows // each)

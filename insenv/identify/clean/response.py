@@ -148,6 +148,7 @@ def responding(
     target: str,
     model: Model,
     rows: tuple[NDArray[np.bool_], ...] = (),
+    forms: bool = True,
 ) -> tuple[Recording, ...]:
     """The recordings with the gain of ``target``, and its lag where the table's reading is noisy.
 
@@ -161,6 +162,8 @@ def responding(
         Declared terms.
     rows : tuple of ndarray of bool
         All rows that may be fitted: where gaps leave no stretch in any run, they are looked at.
+    forms : bool
+        Whether a lag may be other than a delay; beside a hold that is told later (`with_held`).
     """
     if not target.startswith("gyro"):
         return recordings
@@ -175,7 +178,7 @@ def responding(
     if not noisy and not _other(gain, sd, model):
         return recordings
     lags = {s.run: _coarse(s) if s.run in noisy else 0.0 for s in parts}
-    found = likelier(parts, lags, noisy)
+    found = likelier(parts, lags, noisy) if forms else _followed(parts, lags, noisy, None, filtered=False)
     gain = found.gain if _other(found.gain, found.sd, model) else 1.0
     return with_response(recordings, target, gain, found)
 
