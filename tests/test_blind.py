@@ -229,7 +229,16 @@ def test_more_clear_cases_are_named(
 def test_the_bench_prints_its_table_and_goes_on_where_it_stopped(tmp_path: Path) -> None:
     script = Path(__file__).parent.parent / "scripts" / "blind_bench.py"
     few = [f"--{kind}={n}" for kind, n in {"null": 1, "exact": 1, "realistic": 0, "pair": 0, "unknown": 1}.items()]
-    command = [sys.executable, str(script), *few, "--confounded=0", "--triad=0", "--student=0", "--jobs=1", f"--store={tmp_path}"]
+    command = [
+        sys.executable,
+        str(script),
+        *few,
+        "--confounded=0",
+        "--triad=0",
+        "--student=0",
+        "--jobs=1",
+        f"--store={tmp_path}",
+    ]
     first = subprocess.run(command, capture_output=True, text=True, check=True)
     assert "null: something added | <= 2 % | 0/1" in first.stdout
     times = {path.name: path.stat().st_mtime_ns for path in tmp_path.glob("*.json")}
