@@ -106,11 +106,10 @@ def smooth(x: Floats, tau: float) -> Floats:
     return np.asarray(lfilter([1 - a], [1, -a], x - x[0]) + x[0])
 
 
-#: Errors that half of the units have beside: of the rate u [rad/s] and the time t [s], of unit size at 1 rad/s or 1 s.
+#: Errors that half of the units have beside: of the rate u [rad/s] and the time t [s], of unit size at 1 rad/s.
 EXTRA: dict[str, Callable[[Floats, Floats], Floats]] = {
     "scale_factor_cubic": lambda u, t: u**3,
     "scale_factor_asymmetry": lambda u, t: np.abs(u),
-    "bias_drift": lambda u, t: t,
     "tone": lambda u, t: np.sin(2 * np.pi * 3.7 * t),
 }
 
