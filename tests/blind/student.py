@@ -137,7 +137,7 @@ def _moves(unit: Unit, number: int, rng: np.random.Generator) -> _Run:
     angle = np.concatenate([[0.0], np.cumsum(0.5 * (true[1:] + true[:-1])) * FINE])
     rows = np.arange(round(unit.duration[number] / unit.dt))
     phase = int(rng.integers(unit.hold))
-    t = MARGIN + unit.dt * rows
+    t: Floats = MARGIN + unit.dt * rows.astype(np.float64)
     return _Run(fine, true, asked, angle, t, t - unit.dt * ((rows + phase) % unit.hold))
 
 
