@@ -7,6 +7,9 @@ less the command,
 
 goes from about -D to the line through the later half of the dwell. The rows until then are left out. A reference that
 is merely late or early leaves the whole of D or nothing of it: that is a `timing_skew`, and stays.
+
+A table has one acceleration: where large jumps show it, smaller ones, whose way hides in the noise of single rows, are
+given the time that they take, and so is the start of a recording before which the table was at rest.
 """
 
 from __future__ import annotations
@@ -24,12 +27,14 @@ from insenv.identify.findings import RejectedRows
 MOST_CHANGES, LEAST_DWELL = 0.02, 20
 #: Standard deviations of a row by which a jump must stand out.
 JUMP = 20.0
-#: Shares of the jump between which a reading is on its way, and the rows of the median jump that must be.
+#: Shares of the jump between which a reading is on its way, and the rows of the larger jumps that must be.
 ON_ITS_WAY, LEAST_ROWS = (0.1, 0.9), 2
 #: Rows whose mean tells whether the rate is there, and the standard deviations that it may be off.
 ROWS, OFF = 9, 5.0
 #: Share by which the time until then is prolonged: the end of an approach hides in the noise.
 LONGER = 0.5
+#: First rows that tell the rate at the start of a recording, and the times by which its way may be longer than others.
+FIRST, SLOWER = 3, 3.0
 
 
 @dataclass(frozen=True)
@@ -39,6 +44,12 @@ class _Approach:
     start: int
     stop: int
     between: int
+    jump: float
+
+    @property
+    def pace(self) -> float:
+        """Change of the rate in a row; infinite for a jump that the table followed within a row."""
+        return abs(self.jump) / (self.stop - self.start) if self.stop > self.start else np.inf
 
 
 def approaching(recording: Recording, target: str, run: int) -> tuple[RejectedRows, ...]:
@@ -56,12 +67,24 @@ def approaching(recording: Recording, target: str, run: int) -> tuple[RejectedRo
     first = jumps[np.concatenate([[True], np.diff(jumps) > 2])]
     ends = np.concatenate([first[1:], [len(u)]])
     left = recording.channels[target].values - u
-    found = [one for a, b in zip(first, ends, strict=True) if (one := _approach(left, u, int(a), int(b))) is not None]
-    if not found or np.median([one.between for one in found]) < LEAST_ROWS:
+    dwells = [(int(a), int(b)) for a, b in zip(first, ends, strict=True)]
+    seen = [_approach(left, u, a, b) for a, b in dwells]
+    found = [one for one in seen if one is not None]
+    if not found:
         return ()
+    # A skew is as long for every jump, a way is longer for a larger one.
+    size = [abs(one.jump) for one in found]
+    larger = [one for one, jump in zip(found, size, strict=True) if jump >= np.median(size)]
+    if np.median([one.between for one in larger]) < LEAST_ROWS:
+        return ()
+    pace = float(np.median([one.pace for one in larger]))
+    found += [_paced(u, a, b, pace) for (a, b), one in zip(dwells, seen, strict=True) if one is None or not one.between]
+    found += [one for one in (_from_rest(left, u, dwells[0][0], pace),) if one is not None]
     reason = "the table was still on its way to the commanded rate"
     return tuple(
-        RejectedRows(target, run, one.start, one.stop, reason, "ramp") for one in found if one.stop > one.start
+        RejectedRows(target, run, one.start, one.stop, reason, "ramp")
+        for one in sorted(found, key=lambda one: one.start)
+        if one.stop > one.start
     )
 
 
@@ -69,11 +92,16 @@ def _approach(left: Floats, u: Floats, start: int, end: int) -> _Approach | None
     """The approach after the jump at row ``start`` of a dwell up to row ``end``; None where none could be seen."""
     if end - start < LEAST_DWELL or start == 0:
         return None
+    jump = float(u[min(start + 2, end - 1)] - u[start - 1])
+    return _way(left, jump, start, end)
+
+
+def _way(left: Floats, jump: float, start: int, end: int) -> _Approach | None:
+    """The rows from ``start`` on until the rate is there; None where the noise of a row hides the jump."""
     x = left[start:end]
     t, half = np.arange(len(x)), len(x) // 2
     line = np.polynomial.Polynomial.fit(t[half:], x[half:], 1)
     x = x - line(t)
-    jump = float(u[min(start + 2, end - 1)] - u[start - 1])
     noise = 1.4826 * float(np.median(np.abs(x[half:] - np.median(x[half:]))))
     if abs(jump) < JUMP * noise:
         return None
@@ -84,4 +112,23 @@ def _approach(left: Floats, u: Floats, start: int, end: int) -> _Approach | None
     until = int(np.argmax(there)) if there.any() else half
     between = int(np.sum((way[:until] > ON_ITS_WAY[0]) & (way[:until] < ON_ITS_WAY[1])))
     stop = start + min(half, until + int(np.ceil(LONGER * until)) + ROWS // 2) if between else start
-    return _Approach(start, stop, between)
+    return _Approach(start, stop, between, jump)
+
+
+def _paced(u: Floats, start: int, end: int, pace: float) -> _Approach:
+    """The approach at the pace of the others, after a jump that single rows do not show."""
+    jump = float(u[min(start + 2, end - 1)] - u[start - 1]) if start else 0.0
+    stop = min(end, start + int(np.ceil(abs(jump) / pace)) + ROWS // 2) if jump else start
+    return _Approach(start, stop, 0, jump)
+
+
+def _from_rest(left: Floats, u: Floats, end: int, pace: float) -> _Approach | None:
+    """The approach to the first rate of a recording that began while the table stood or had begun to move."""
+    if end < LEAST_DWELL or u[0] == 0.0:
+        return None
+    jump = -float(np.mean(left[:FIRST]) - np.mean(left[end // 2 : end]))
+    if not 0.0 < jump / u[0] <= 1.0 / ON_ITS_WAY[1]:
+        return None
+    found = _way(left, jump, 0, end)
+    usual = SLOWER * abs(jump) / pace + ROWS
+    return found if found is not None and found.between >= LEAST_ROWS and found.stop <= usual else None
