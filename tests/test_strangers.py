@@ -20,6 +20,7 @@ from insenv.core.exposure import expose
 from insenv.core.load import read_recordings
 from insenv.core.manifest import load_manifest
 from insenv.core.recording import Channel, Recording
+from insenv.core.resample import spread
 from insenv.identify.bins import gather
 from insenv.identify.findings import Findings
 from insenv.report.words import key_of
@@ -255,3 +256,15 @@ def test_a_few_gaps_part_blocks() -> None:
     whole = np.ones(len(c["time"]), bool)
     exposure = expose(Recording(c["time"], {"gyro": Channel(c["gyro"], "rad/s", "interval")}), "gyro")
     assert len(gather((exposure,), (whole,), (~whole,), 5, 1).blocks) == 3
+
+
+def test_rows_that_share_a_stamp_stand_in_the_time_since_the_stamp_before(tmp_path: Path) -> None:
+    own, untold = spread(np.array([0.0, 1.0, 2.5]))
+    np.testing.assert_array_equal(own, [0.0, 1.0, 2.5])
+    shared, told = spread(np.array([0.0, 0.0, 1.0, 3.0, 3.0, 3.0, 3.0, 4.0]))
+    np.testing.assert_allclose(shared, [-0.5, 0.0, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0])
+    assert untold == () and "6 rows share" in told[0]
+    c = uneven(columns(gyro_run("sine", 5, duration=300.0, dt=0.02)), np.random.default_rng(0))
+    c["time"] = np.floor(c["time"] / 0.03) * 0.03  # many rows share a stamp then
+    means = read(tmp_path, c, '[fit]\nresample = "2 Hz"\n')
+    assert np.all(np.diff(means.t) > 0) and any("share their time stamp" in note for note in means.notes)

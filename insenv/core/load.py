@@ -18,8 +18,8 @@ from insenv.core.manifest.spec import ACCELEROMETERS, CHANNELS, EVENTS, GYROS, I
 from insenv.core.readers import Column, Table, read_table
 from insenv.core.readers.table import rows_of
 from insenv.core.recording import GAP, Channel, Covers, Floats, Recording, Segment, Site
-from insenv.core.resample import resampled
-from insenv.core.sampling import UnevenError, check_forwards, increasing, sampling
+from insenv.core.resample import resampled, spread
+from insenv.core.sampling import UnevenError, check_forwards, sampling
 from insenv.core.units import DIMENSIONS, scale_to_si
 
 #: SI unit of the channels of each dimension.
@@ -101,7 +101,8 @@ def _read_run(manifest: Manifest, run: RunSpec) -> Recording:
         raise InputError(f"{run.file}: {table.notes[0]}; wanted all of them where {manifest.path} counts rows")
     if manifest.resample is not None:
         check_forwards(run.file, t, table.place)
-        increasing(run.file, t, table.place)
+        t, shared = spread(t)
+        notes = (*notes, *shared)
         own = np.append(np.median(np.diff(t)), np.diff(t))
         uneven = replace(recording(manifest, run, table, t, own), notes=notes)
         return resampled(uneven, manifest.resample, f"{manifest.path}: fit.resample")

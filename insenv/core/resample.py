@@ -6,6 +6,9 @@ A row that covers its interval counts with the part of its step that lies in the
 is kept; readings at an instant are averaged over the cell that they lie in. Angles and temperatures, which are states,
 are read at the cell's end between the rows on both sides. A cell that a step longer than itself reaches into is left
 out: nothing is known there.
+
+Rows that share a stamp were taken since the stamp before, for a logger writes late and never early: k rows of the stamp
+t_j stand at t_j-1 + (t_j - t_j-1) i / k.
 """
 
 from __future__ import annotations
@@ -49,6 +52,19 @@ def resampled(recording: Recording, rate: float, where: str) -> Recording:
     return replace(
         recording, t=ends, channels=channels, segments=segments, notes=(*recording.notes, text), period=width
     )
+
+
+def spread(t: Floats) -> tuple[Floats, tuple[str, ...]]:
+    """Times that increase, of stamps that never fall and differ somewhere, shape (n,) [s]; what was done, in words."""
+    own, first, count = np.unique(t, return_index=True, return_counts=True)
+    if len(own) == len(t):
+        return t, ()
+    before = np.concatenate([[own[0] - float(np.median(np.diff(own)))], own[:-1]])
+    group = np.repeat(np.arange(len(own)), count)
+    share = (np.arange(len(t)) - first[group] + 1) / count[group]
+    shared = int(count[count > 1].sum())
+    text = f"{shared} rows share their time stamp with others: spread evenly over the time since the stamp before"
+    return before[group] + share * (own - before)[group], (text,)
 
 
 def _covered(t: Floats, steps: Floats, edges: Floats) -> np.ndarray:
