@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from insenv.core.exposure import Exposure, expose
 from insenv.core.motion import Motion, interval_slope
 from insenv.core.recording import Floats, Recording, Response
+from insenv.core.reference import order
 from insenv.effects.timing import SampleHold, before_mean, earlier
 from insenv.identify.problem import Model
 
@@ -33,6 +34,8 @@ INCREDIBLE = 0.5
 CHANGING = 0.01
 #: Standard deviations from which on a gain or a lag is told.
 TOLD = 4.0
+#: Share of what a lag changes beyond which it is no longer a straight line in the lag, as a `timing_skew` is.
+BENT = 0.2
 #: Fewest rows that tell a gain, longest lag [s], and rows of a run that are looked at.
 FEWEST, LONGEST, MOST_ROWS = 64, 0.5, 40_000
 #: Logarithm of the likelihood ratio from which the lag is a filter's, and frequencies beside each other that count as
@@ -150,7 +153,7 @@ def responding(
     rows: tuple[NDArray[np.bool_], ...] = (),
     forms: bool = True,
 ) -> tuple[Recording, ...]:
-    """The recordings with the gain of ``target``, and its lag where the table's reading is noisy.
+    """The recordings with the gain of ``target``, and its lag where the table's reading is noisy, or far too late.
 
     Parameters
     ----------
@@ -174,11 +177,13 @@ def responding(
     if sum(float(s.known.sum()) for s in parts) < 0.75 * FEWEST:
         return recordings
     noisy = {s.run for s in parts if (table := recordings[s.run].table) is not None and not table.still}
+    read = {s.run: _coarse(s) for s in parts if _measured(recordings[s.run])}
+    own = noisy | {s.run for s in parts if _bent(s, read.get(s.run, 0.0))}
     gain, sd, _ = fitted(parts, {s.run: 0.0 for s in parts}, lag_of=set())
-    if not noisy and not _other(gain, sd, model):
+    if not own and not _other(gain, sd, model):
         return recordings
-    lags = {s.run: _coarse(s) if s.run in noisy else 0.0 for s in parts}
-    found = likelier(parts, lags, noisy) if forms else _followed(parts, lags, noisy, None, filtered=False)
+    lags = {s.run: read[s.run] if s.run in own else 0.0 for s in parts}
+    found = likelier(parts, lags, own) if forms else _followed(parts, lags, own, None, filtered=False)
     gain = found.gain if _other(found.gain, found.sd, model) else 1.0
     return with_response(recordings, target, gain, found)
 
@@ -317,6 +322,20 @@ def _coarse(one: Stretch) -> float:
     most = min(int(LONGEST / dt), len(u) // 4)
     shifts = np.arange(-most, most + 1)
     return float(shifts[np.argmax(np.abs(both[shifts]))] * dt)
+
+
+def _measured(recording: Recording) -> bool:
+    """Whether the table's motion was measured: a command is no motion, for the table is late by its ramps."""
+    return any(recording.channels[name].source == "encoder" for name in order(recording)[:1])
+
+
+def _bent(one: Stretch, lag: float) -> bool:
+    """Whether a lag is too long for the straight line through it that a `timing_skew` is."""
+    step = 0.1 * one.exposure.motion.dt
+    now, then = one.input(0.0), one.input(lag)
+    line = now + (one.input(step) - one.input(-step)) / (2 * step) * lag
+    changed = float(np.linalg.norm((then - now) * one.known))
+    return abs(lag) > 0 and float(np.linalg.norm((then - line) * one.known)) > BENT * changed > 0
 
 
 def fitted(
