@@ -51,8 +51,8 @@ class Progress:
         """Say ``text``."""
         now = time.monotonic()
         elapsed = now - self._start
-        wait = 0.0 if self._verbosity > 0 else 2.0
-        if self._verbosity >= 0 and elapsed >= wait and now - self._said >= self._pause:
+        wait = -1.0 if self._verbosity > 0 else 2.0
+        if self._verbosity >= 0 and elapsed > wait and now - self._said >= self._pause:
             self._said = now
             click.echo(paint(f"[{elapsed:5.1f} s] {text}{_left(text, elapsed)}", "bright_black", err=True), err=True)
 
