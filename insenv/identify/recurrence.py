@@ -46,7 +46,8 @@ def not_in_all_runs(problem: Problem, fit: Fit, term: Term) -> str:
         moving = any(np.ptp(e.u) for e in problem.exposures)
         return _of_one_run(problem, fit, term) if moving and term.per_run else ""
     curve = effect.of_rate and not (effect.of_time or effect.of_run or term.per_run) and len(effect.linear) == 1
-    if not curve:
+    # A shape that is right only nearly makes the runs differ by itself; beside a late reference the lag does so more.
+    if not curve or (effect.shapes and not any(e.motion.lag for e in problem.exposures)):
         return ""
     each = solve(problem, (*fit.model, replace(term, per_run=True)), start=fit.noise.power)
     own = np.flatnonzero(each.design.term == len(fit.model))
