@@ -119,10 +119,7 @@ def _chosen(effects: Sequence[str] | None) -> tuple[Effect, ...]:
 
 def _effect(key: str) -> Effect:
     """One of the effects to try."""
-    try:
-        effect = by_key(key)
-    except InputError as error:
-        raise InputError(f"effects to try: {error}") from None
+    effect = by_key(key, where="effects to try")
     if isinstance(effect, NoiseEffect):
         raise InputError(f"effects to try: {key!r} is noise, which is always fitted; wanted other effects")
     if isinstance(effect, DrivenEffect):

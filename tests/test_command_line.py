@@ -31,8 +31,9 @@ def insenv(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) 
 def python(program: str) -> str:
     """What a program in a process of its own prints."""
     env = {**os.environ, "PYTHONPATH": str(Path(cli.__file__).parents[1])}
-    command = [sys.executable, "-c", program]
-    return subprocess.run(command, capture_output=True, text=True, check=True, env=env).stdout
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False, env=env)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
 
 
 @pytest.mark.parametrize("name", [*cli.insenv.commands])
@@ -117,30 +118,14 @@ def test_the_version_waits_for_nothing_heavy() -> None:
         "except SystemExit: pass\n"
         "print([m for m in ('numpy', 'scipy', 'gymnasium', 'pint', 'matplotlib', 'msgspec') if m in sys.modules])"
     )
-    folder = str(Path(cli.__file__).parents[1])
-    done = subprocess.run(
-        [sys.executable, "-c", program],
-        capture_output=True,
-        text=True,
-        check=True,
-        env={**os.environ, "PYTHONPATH": folder},
-    )
-    assert done.stdout.splitlines()[-1] == "[]"
+    assert python(program).splitlines()[-1] == "[]"
 
 
 @pytest.mark.parametrize("first", ["insenv", "gymnasium"])
 def test_the_environments_are_registered_whichever_is_imported_first(first: str) -> None:
     other = {"insenv": "gymnasium", "gymnasium": "insenv"}[first]
     program = f"import {first}\nimport {other}\nimport gymnasium\nprint(gymnasium.spec('insenv/RateTable-v0').id)"
-    folder = str(Path(cli.__file__).parents[1])
-    done = subprocess.run(
-        [sys.executable, "-c", program],
-        capture_output=True,
-        text=True,
-        check=False,
-        env={**os.environ, "PYTHONPATH": folder},
-    )
-    assert done.stdout.strip() == "insenv/RateTable-v0", done.stderr
+    assert python(program).strip() == "insenv/RateTable-v0"
 
 
 def test_the_verdict_is_last_and_quiet_says_it_alone(insenv: Command, tmp_path: Path) -> None:

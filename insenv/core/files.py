@@ -89,11 +89,11 @@ def toml(tables: Sequence[tuple[str, Mapping[str, object]]]) -> str:
 def _lines(head: str, table: Mapping[str, object]) -> Iterator[str]:
     if head:
         yield head
-    yield from (f"{key} = {_toml(value)}" for key, value in table.items())
+    yield from (f"{key} = {toml_value(value)}" for key, value in table.items())
     yield ""
 
 
-def _toml(value: object) -> str:
+def toml_value(value: object) -> str:
     """A TOML value: its texts and numbers are written as in JSON, but for one control character."""
     return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
 

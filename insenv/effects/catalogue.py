@@ -112,7 +112,7 @@ def plug_in_of(effect: Effect) -> str:
     return "" if any(type(own) is kind for own in ALL) else f"{kind.__module__}:{kind.__qualname__}"
 
 
-def by_key(key: str, plug_in: str = "") -> Effect:
+def by_key(key: str, plug_in: str = "", where: str = "") -> Effect:
     """The effect of an identifier, with its order where one is given: "bias", "bias_temperature:3".
 
     Parameters
@@ -121,12 +121,23 @@ def by_key(key: str, plug_in: str = "") -> Effect:
         Of an effect of insenv, of an entry point, or "module:Name".
     plug_in : str
         "module:Name" that has the effect, where no entry point does.
+    where : str
+        Where the identifier stands; it opens the message of an error.
 
     Raises
     ------
     InputError
         If there is no such effect, it has no such order, or one of another package is not sound.
     """
+    if not where:
+        return _named(key, plug_in)
+    try:
+        return _named(key, plug_in)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+
+
+def _named(key: str, plug_in: str) -> Effect:
     name, colon, order = key.partition(":")
     found = next((effect for effect in ALL if effect.id == name), None)
     if found is None and _MODULE.fullmatch(key):

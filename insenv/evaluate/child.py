@@ -42,6 +42,11 @@ class Ended:
     doing: str = ""
 
 
+def same_imports() -> dict[str, str]:
+    """The environment of a Python process that imports from where this one does."""
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(path or os.getcwd() for path in sys.path)}
+
+
 class Child:
     """A process that works on ``function(argument, say)``.
 
@@ -60,13 +65,12 @@ class Child:
         descriptor, name = tempfile.mkstemp(prefix="insenv-")
         os.close(descriptor)
         self._result = Path(name)
-        paths = os.pathsep.join(path or os.getcwd() for path in sys.path)
         self._process = subprocess.Popen(
             [sys.executable, "-c", _PROGRAM],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             start_new_session=True,  # what it starts ends with it
-            env={**os.environ, "PYTHONPATH": paths, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
+            env={**same_imports(), "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
         )
         self._lines: queue.Queue[bytes | None] = queue.Queue()
         self._reader = threading.Thread(target=self._read, daemon=True)

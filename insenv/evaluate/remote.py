@@ -25,6 +25,7 @@ from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Estimate
 from insenv.core.plugins import ESTIMATORS, POLICIES, find
 from insenv.core.recording import Floats, Recording
+from insenv.evaluate.child import same_imports
 from insenv.evaluate.host import LENGTH, NUMBERS, Answer, Numbers, Request
 from insenv.evaluate.watched import Timed, Watched
 
@@ -69,12 +70,11 @@ class Apart:
         self._dropped: list[int] = []
         self._chunk: Recording | None = None
         self._decoder = msgspec.msgpack.Decoder(Answer)
-        paths = os.pathsep.join(path or os.getcwd() for path in sys.path)
         self._process = subprocess.Popen(
             [sys.executable, "-c", _PROGRAM],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            env={**os.environ, "PYTHONPATH": paths},
+            env=same_imports(),
         )
         _widen(self._process.stdin)
 

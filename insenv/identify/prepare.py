@@ -12,7 +12,7 @@ from insenv.core.manifest.spec import Manifest
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats, Recording, Response
 from insenv.core.split import RowUse
-from insenv.effects.base import CurveEffect, DrivenEffect, Effect, NoiseEffect
+from insenv.effects.base import CurveEffect, DrivenEffect, NoiseEffect
 from insenv.effects.catalogue import by_key
 from insenv.effects.timing import TimingSkew
 from insenv.identify.bins import gather
@@ -262,7 +262,7 @@ def declared_model(manifest: Manifest, recordings: tuple[Recording, ...], target
     motions = [expose(r, target).motion for r in (_head(recording) for recording in recordings)]
     terms = []
     for key in manifest.model.declared:
-        effect = _effect(key, where)
+        effect = by_key(key, where=where)
         if of_others(manifest, recordings, target, effect, motions):
             continue
         if isinstance(effect, NoiseEffect):
@@ -283,13 +283,6 @@ def declared_model(manifest: Manifest, recordings: tuple[Recording, ...], target
             leans = effect.id == "earth_rate" and target.startswith("accel")
             terms.append(Term(effect, per_run=leans or effect.id == "bias" and _bias_per_run(manifest, recordings)))
     return tuple(terms)
-
-
-def _effect(key: str, where: str) -> Effect:
-    try:
-        return by_key(key)
-    except InputError as error:
-        raise InputError(f"{where}: {error}") from None
 
 
 def _sees_north(motion: Motion) -> bool:

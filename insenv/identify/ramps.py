@@ -92,8 +92,12 @@ def _approach(left: Floats, u: Floats, start: int, end: int) -> _Approach | None
     """The approach after the jump at row ``start`` of a dwell up to row ``end``; None where none could be seen."""
     if end - start < LEAST_DWELL or start == 0:
         return None
-    jump = float(u[min(start + 2, end - 1)] - u[start - 1])
-    return _way(left, jump, start, end)
+    return _way(left, _jump(u, start, end), start, end)
+
+
+def _jump(u: Floats, start: int, end: int) -> float:
+    """Change of the rate at the start of a dwell, once a command that changes in two steps has done so."""
+    return float(u[min(start + 2, end - 1)] - u[start - 1])
 
 
 def _way(left: Floats, jump: float, start: int, end: int) -> _Approach | None:
@@ -117,7 +121,7 @@ def _way(left: Floats, jump: float, start: int, end: int) -> _Approach | None:
 
 def _paced(u: Floats, start: int, end: int, pace: float) -> _Approach:
     """The approach at the pace of the others, after a jump that single rows do not show."""
-    jump = float(u[min(start + 2, end - 1)] - u[start - 1]) if start else 0.0
+    jump = _jump(u, start, end) if start else 0.0
     stop = min(end, start + int(np.ceil(abs(jump) / pace)) + ROWS // 2) if jump else start
     return _Approach(start, stop, 0, jump)
 

@@ -12,7 +12,6 @@ import numpy as np
 from insenv.core.errors import InputError
 from insenv.core.manifest.checks import VELOCITY_RANDOM_WALK
 from insenv.core.manifest.schema import nearest, shown
-from insenv.core.plugins import check_code
 from insenv.core.recording import Floats
 from insenv.effects.base import DrivenEffect, Effect, NoiseEffect
 from insenv.effects.catalogue import ALL, by_key
@@ -26,7 +25,7 @@ from insenv.scenario.cast import Planted, Truth
 from insenv.scenario.run_to_run import changing, held, slowed
 from insenv.scenario.schema import ScenarioTable, family, family_name
 from insenv.scenario.task import Task, task
-from insenv.scenario.values import exact, parameters, positive
+from insenv.scenario.values import effect_named, exact, parameters, positive
 from insenv.scenario.vehicle import Spread, spread
 from insenv.sensors.chain import Sensor
 
@@ -228,7 +227,7 @@ def _effects(table: ScenarioTable, plant: Plant, targets: Targets, path: Path) -
     for origin in ("declared", "undeclared"):
         for key, entries in getattr(table, origin).items():
             where = f"{path}: {origin}.{key}"
-            effect = _effect(key, where)
+            effect = effect_named(key, where)
             if origin == "declared" and isinstance(effect, NoiseEffect):
                 raise InputError(f"{where} is noise; what the maker declares of it belongs to [instrument.gyro.noise]")
             if entries == []:
@@ -239,15 +238,6 @@ def _effects(table: ScenarioTable, plant: Plant, targets: Targets, path: Path) -
     if twice:
         raise InputError(f"{path}: {twice[0]!r} is declared and undeclared; wanted one of the two")
     return planted
-
-
-def _effect(key: str, where: str) -> Effect:
-    """The catalogue's effect of that name."""
-    check_code(key, where)
-    try:
-        return by_key(key)
-    except InputError as error:
-        raise InputError(f"{where}: {error}") from None
 
 
 def _entry(effect: Effect, entry: object, plant: Plant, targets: Targets, place: tuple[str, str]) -> list[Planted]:

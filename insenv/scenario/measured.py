@@ -17,11 +17,10 @@ from insenv.core.estimate import Datasheet, Declared, Limits, Sight
 from insenv.core.manifest import Manifest
 from insenv.core.manifest.schema import DatasheetTable, SightSheetTable, nearest, shown
 from insenv.core.manifest.spec import ACCELEROMETERS, GYROS
-from insenv.core.plugins import check_code
 from insenv.core.recording import Recording
-from insenv.effects.base import Effect, NoiseEffect
+from insenv.effects.base import NoiseEffect
 from insenv.effects.catalogue import by_key
-from insenv.scenario.values import exact, not_negative, parameters, positive
+from insenv.scenario.values import effect_named, exact, not_negative, parameters, positive
 from insenv.sensors.chain import Sensor
 
 _INSTRUMENTS = (*GYROS, *ACCELEROMETERS)
@@ -75,7 +74,7 @@ def _noise(target: str, table: Mapping[str, str], where: str) -> dict[str, float
     _check_target(target, where)
     found = {}
     for key, text in table.items():
-        effect = _effect(key, f"{where}.{target}.{key}")
+        effect = effect_named(key, f"{where}.{target}.{key}")
         if not isinstance(effect, NoiseEffect):
             raise InputError(f"{where}.{target}.{key} is no noise; wanted it in [datasheet.declared]")
         found[key] = exact(effect.params[0], text, Sensor(target).unit, f"{where}.{target}.{key}")
@@ -85,7 +84,7 @@ def _noise(target: str, table: Mapping[str, str], where: str) -> dict[str, float
 def _declared(manifest: Manifest, table: Mapping[str, Any], where: str) -> list[Declared]:
     found = []
     for key, entries in table.items():
-        effect, here = _effect(key, f"{where}.{key}"), f"{where}.{key}"
+        effect, here = effect_named(key, f"{where}.{key}"), f"{where}.{key}"
         for entry in entries if isinstance(entries, list) else [entries]:
             if not isinstance(entry, dict):
                 raise InputError(f"{here} = {shown(entry)}; wanted a table of the effect's parameters")
@@ -96,14 +95,6 @@ def _declared(manifest: Manifest, table: Mapping[str, Any], where: str) -> list[
                 mean, sd = parameters(effect, own, Sensor(target).unit, here)
                 found.append(Declared(effect.key, target, mean, sd))
     return found
-
-
-def _effect(key: str, where: str) -> Effect:
-    check_code(key, where)
-    try:
-        return by_key(key)
-    except InputError as error:
-        raise InputError(f"{where}: {error}") from None
 
 
 def _check_target(target: object, where: str) -> None:

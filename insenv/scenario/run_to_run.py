@@ -14,14 +14,12 @@ from pathlib import Path
 
 from insenv.core.errors import InputError
 from insenv.core.manifest.schema import nearest, shown
-from insenv.core.plugins import check_code
 from insenv.core.units import quantity_in
 from insenv.effects.base import OUTPUT, Effect
-from insenv.effects.catalogue import by_key
 from insenv.effects.noise import BiasInstability, RateRandomWalk
 from insenv.scenario.cast import Planted
 from insenv.scenario.schema import InstrumentTable, ScenarioTable
-from insenv.scenario.values import LEAST_DISTANCE, positive
+from insenv.scenario.values import LEAST_DISTANCE, effect_named, positive
 from insenv.sensors.chain import Sensor
 
 
@@ -38,7 +36,7 @@ def changing(table: ScenarioTable, planted: Sequence[Planted], path: Path) -> li
         where = f"{path}: run_to_run.{key}"
         if not isinstance(entry, dict) or not entry:
             raise InputError(f"{where} = {shown(entry)}; wanted a table of standard deviations")
-        named = _key(key, where)
+        named = effect_named(key, where).key
         places = [k for k, p in enumerate(planted) if p.effect.key == named and not p.told]
         if not places:
             known = list(dict.fromkeys(p.effect.key for p in planted if not p.told))
@@ -46,15 +44,6 @@ def changing(table: ScenarioTable, planted: Sequence[Planted], path: Path) -> li
         for k in places:
             found[k] = replace(found[k], again=_deviations(found[k], entry, where))
     return found
-
-
-def _key(name: str, where: str) -> str:
-    """An effect's key with its order."""
-    check_code(name, where)
-    try:
-        return by_key(name).key
-    except InputError as error:
-        raise InputError(f"{where}: {error}") from None
 
 
 def _deviations(p: Planted, entry: dict[str, object], where: str) -> tuple[float, ...]:

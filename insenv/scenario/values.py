@@ -8,13 +8,27 @@ from typing import Any
 
 from insenv.core.errors import InputError
 from insenv.core.manifest.schema import nearest, shown
+from insenv.core.plugins import check_code
 from insenv.core.units import quantity, quantity_in
 from insenv.effects.base import OUTPUT, Effect, Param
+from insenv.effects.catalogue import by_key
 
 #: What stands between a mean and its standard deviation.
 PLUS_MINUS = r"\+-|±"
 #: Standard deviations between an uncertain parameter and its least credible value.
 LEAST_DISTANCE = 4.0
+
+
+def effect_named(key: str, where: str) -> Effect:
+    """The effect that a file names at the place ``where``.
+
+    Raises
+    ------
+    InputError
+        If there is no such effect, or it is code and that is not allowed (`insenv.core.plugins.check_code`).
+    """
+    check_code(key, where)
+    return by_key(key, where=where)
 
 
 def given(text: object, dimension: str, where: str, default: float | None = None) -> float:

@@ -28,6 +28,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from insenv.close import close
 from insenv.core.errors import InputError
@@ -58,12 +59,8 @@ Law = Callable[[Drivers], Floats]
 
 
 def _lagged(x: Floats, dt: float, tau: float) -> Floats:
-    out, held = np.empty_like(x), x[0]
-    share = 1.0 - np.exp(-dt / tau)
-    for i, one in enumerate(x):
-        held += share * (one - held)
-        out[i] = held
-    return out
+    rest = np.exp(-dt / tau)
+    return np.asarray(lfilter([1.0 - rest], [1.0, -rest], x, zi=[rest * x[0]])[0])
 
 
 def _warm_up(d: Drivers) -> Floats:

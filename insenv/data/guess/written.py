@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import os
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
+from insenv.core.files import toml_value
 from insenv.core.manifest.schema import OPEN
 from insenv.data.guess.draft import Channel, Draft, Question
 
@@ -29,18 +29,18 @@ def manifest_text(draft: Draft, out: Path | None) -> str:
     lines = [
         "# Written by insenv init. Behind each line stands how it is known; change what is wrong.",
         *(['# Put an answer in place of each "?": insenv close-loop waits for it.'] if draft.questions else []),
-        f"title = {_toml(draft.files[0].stem)}",
-        f"data = {_toml(files[0] if len(files) == 1 else files)}",
-        f"format = {_toml(draft.format)}",
+        f"title = {toml_value(draft.files[0].stem)}",
+        f"data = {toml_value(files[0] if len(files) == 1 else files)}",
+        f"format = {toml_value(draft.format)}",
     ]
     if draft.read:
-        lines += ["", "[read]", *(f"{key} = {_toml(value)}" for key, value in draft.read.items())]
+        lines += ["", "[read]", *(f"{key} = {toml_value(value)}" for key, value in draft.read.items())]
     lines += ["", "[channels]", *_channels(draft)]
     if draft.mounting:
         lines += ["", "[mounting]"]
         for key, choice in draft.mounting.items():
             lines += _asked(draft, f"mounting.{key}")
-            lines.append(f"{key} = {_toml(OPEN if choice.value is None else choice.value)}  # {choice.why}")
+            lines.append(f"{key} = {toml_value(OPEN if choice.value is None else choice.value)}  # {choice.why}")
     lines += ["", "[model]", *_model(draft)]
     if draft.resample:
         lines += ["", "[fit]", f'resample = "{draft.resample}"  # the rows are not evenly sampled']
@@ -49,8 +49,8 @@ def manifest_text(draft: Draft, out: Path | None) -> str:
 
 def _model(draft: Draft) -> Iterator[str]:
     targets = draft.targets or ("gyro",)
-    yield f"target = {_toml(targets[0] if len(targets) == 1 else list(targets))}"
-    yield f"declared = {_toml(list(draft.declared))}  # the errors that your model has already"
+    yield f"target = {toml_value(targets[0] if len(targets) == 1 else list(targets))}"
+    yield f"declared = {toml_value(list(draft.declared))}  # the errors that your model has already"
     if draft.procedure.value == "multi-position":
         yield f'procedure = "multi-position"  # {draft.procedure.why}'
 
@@ -80,12 +80,12 @@ def _kind(channel: Channel) -> str:
 
 def _entries(channel: Channel) -> Iterator[str]:
     if channel.name == "time" and channel.column is None:
-        yield f"rate = {_toml(OPEN if channel.unit.value is None else channel.unit.value)}"
+        yield f"rate = {toml_value(OPEN if channel.unit.value is None else channel.unit.value)}"
         return
-    yield f"column = {_toml(OPEN if channel.column is None else channel.column)}"
+    yield f"column = {toml_value(OPEN if channel.column is None else channel.column)}"
     if channel.unit.value != "":
-        yield f"unit = {_toml(OPEN if channel.unit.value is None else channel.unit.value)}"
-    yield from (f"{key} = {_toml(value)}" for key, value in channel.extra.items())
+        yield f"unit = {toml_value(OPEN if channel.unit.value is None else channel.unit.value)}"
+    yield from (f"{key} = {toml_value(value)}" for key, value in channel.extra.items())
 
 
 def _why(channel: Channel) -> str:
@@ -97,12 +97,11 @@ def _asked(draft: Draft, key: str) -> Iterator[str]:
     """The question of ``key`` as comments, if it is open."""
     for question in draft.questions:
         if question.key == key:
-            hint = f" The numbers speak for {question.hint}." if question.hint else ""
-            yield from (f"# ? {line}" for line in textwrap.wrap(question.text + hint, _WIDTH))
+            yield from (f"# ? {line}" for line in textwrap.wrap(_with_hint(question), _WIDTH))
 
 
-def _toml(value: object) -> str:
-    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+def _with_hint(question: Question) -> str:
+    return f"{question.text} The numbers speak for {question.hint}." if question.hint else question.text
 
 
 # ---------------------------------------------------------------------------------------------- for a terminal
@@ -133,5 +132,4 @@ def _extra(key: str, value: object) -> str:
 
 def question_text(question: Question) -> str:
     """A question with its name, as ``--set`` takes it."""
-    hint = f" The numbers speak for {question.hint}." if question.hint else ""
-    return f"{question.key}: {question.text}{hint}"
+    return f"{question.key}: {_with_hint(question)}"

@@ -331,9 +331,8 @@ def _measured(recording: Recording) -> bool:
 
 def _bent(one: Stretch, lag: float) -> bool:
     """Whether a lag is too long for the straight line through it that a `timing_skew` is."""
-    step = 0.1 * one.exposure.motion.dt
     now, then = one.input(0.0), one.input(lag)
-    line = now + (one.input(step) - one.input(-step)) / (2 * step) * lag
+    line = now + _slope(one, 0.0, None) * lag
     changed = float(np.linalg.norm((then - now) * one.known))
     return abs(lag) > 0 and float(np.linalg.norm((then - line) * one.known)) > BENT * changed > 0
 
@@ -460,12 +459,10 @@ def _share(parts: list[Stretch], lags: dict[int, float], hold: float, phases: di
     """Share of the output that is held, of its gain, and its standard deviation: noise is held as well."""
     total, weight = 0.0, 0.0
     for s in parts:
-        motion, step = s.exposure.motion, 0.1 * s.exposure.motion.dt
-        lag = lags[s.run]
+        motion, lag = s.exposure.motion, lags[s.run]
         u = s.input(lag)
-        slope = (s.input(lag + step) - s.input(lag - step)) / (2 * step)
         part = held_part(motion, s.whole(lag), hold, phases[s.run])[s.start : s.stop]
-        matrix = np.column_stack([u, part, slope, np.ones(len(u))])[s.known > 0]
+        matrix = np.column_stack([u, part, _slope(s, lag, None), np.ones(len(u))])[s.known > 0]
         size = np.linalg.norm(matrix, axis=0)
         scaled = matrix / np.where(size > 0, size, 1.0)
         y = s.y[s.known > 0]
