@@ -121,7 +121,7 @@ def _target(
     declared_noise = dict(manifest.noise.get(problem.target, {}))
     left = structure(problem, track.fit, declared_noise, alpha)
     lost = systematic.said(recordings, problem.target, track.prepared.rejected)
-    left = replace(left, reasons=(*left.reasons, *unfinished(track), *lost))
+    left = replace(left, reasons=(*left.reasons, *unfinished(track, alpha), *lost))
     lines, hold = track.prepared.lines, track.prepared.held.hold
     earth = earth_findings(track, alpha)
     verdict = _verdict(track, lines, left, earth)

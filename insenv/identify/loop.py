@@ -33,7 +33,8 @@ from insenv.identify.prepare import prepare
 from insenv.identify.problem import NOISE_TERMS, Term
 from insenv.identify.scan import Hit, likelihood_ratio, reference
 from insenv.identify.search import at_shape, search, with_term
-from insenv.identify.settle import settled
+from insenv.identify.settle import settled, sized
+from insenv.identify.size import unsized
 from insenv.identify.tracks import MOST_ADDED, Progress, Refusal, Step, Track
 
 #: Effects of one physical cause on several targets: judged on all of them together.
@@ -136,7 +137,9 @@ def _exhausted(tracks: list[Track], generic: bool, alpha: float, seed: int, prog
         tracks = [_searched(track, generic, seed, progress) for track in tracks]
         tracks, grown = _grow(tracks, alpha, progress)
         if not grown:
-            return tracks
+            tracks, before = [track if generic else sized(track) for track in tracks], tracks
+            if all(new is old for new, old in zip(tracks, before, strict=True)):
+                return tracks
 
 
 def _strict(track: Track, declared: dict[str, float], alpha: float, seed: int, progress: Progress) -> Track:
@@ -328,7 +331,12 @@ def _tried(track: Track, hit: Hit, proposal: _Proposal, names: tuple[str, ...], 
     if not confirmed:
         growth = score.rms / track.score.rms - 1
         reason = f"significant, but it makes held-out data worse, by {growth:.0%}"
-        return replace(track, refusals=(*track.refusals, Refusal(hit, reason, not together))), False
+        against: Refusal | None = Refusal(hit, reason, not together)
+    else:
+        unclear = "" if together else unsized(problem, fit, hit.term)
+        against = Refusal(hit, unclear, unsized=True) if unclear else None
+    if against is not None:
+        return replace(track, refusals=(*track.refusals, against)), False
     step = Step(hit, track.score, score, proposal.p_value, together)
     steps = (*(s for s in track.steps if s.hit.term in model), step)
     grown = replace(track, fit=fit, score=score, steps=steps, hits=None)

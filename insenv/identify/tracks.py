@@ -48,12 +48,14 @@ class Step:
 class Refusal:
     """A hit that was significant, by itself or on other targets, and was not added; ``reason`` in words.
 
-    ``fails`` says that it was so by itself, and that held-out data speak against it.
+    ``fails`` says that it was so by itself, and that held-out data speak against it, ``unsized`` that its size is not
+    told.
     """
 
     hit: Hit
     reason: str
     fails: bool = False
+    unsized: bool = False
 
 
 @dataclass(frozen=True)

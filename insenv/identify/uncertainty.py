@@ -85,6 +85,20 @@ def estimates(problem: Problem, fit: Fit, inexact: tuple[Term, ...] = ()) -> dic
     return out
 
 
+def coefficients_of(problem: Problem, fit: Fit, term: Term, inexact: tuple[Term, ...] = ()) -> tuple[Floats, Floats]:
+    """Linear coefficients (SI) of one term, shape (k,), and their covariance with that of the shapes, (k, k).
+
+    The shapes of ``inexact`` are taken to be right only nearly, as in `estimates`.
+    """
+    own = np.flatnonzero(fit.design.term == fit.model.index(term))
+    cov = _joint(problem, fit, _all_slopes(problem, fit))[np.ix_(own, own)]
+    if inexact:
+        added = discrepancy.added_variance(problem, fit, inexact) / fit.design.scale**2
+        added = added + other_forms.added_variance(problem, fit, inexact)
+        cov = cov + np.diag(added[own])
+    return fit.theta[own], cov
+
+
 def covariance(problem: Problem, fit: Fit) -> Covariance:
     """All parameters together: linear ones in the order of the design, then shapes in that of the model."""
     slopes = _all_slopes(problem, fit)

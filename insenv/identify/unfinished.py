@@ -2,6 +2,7 @@
 
 * An effect or a smooth curve that is significant on the fitted data and fails on the held-out ones: something is there
   that is not this.
+* An effect whose size is not told, and that is still significant beside all that was added.
 * Tones at multiples of one frequency: one wave that is no sine, and has a cause that no tone names.
 * A curve without a cause beside effects that have one.
 * As many effects as are added at most.
@@ -22,9 +23,15 @@ MOST_BY_CHANCE = 2
 LEAST_WAVES, OFF = 10.0, 0.3
 
 
-def unfinished(track: Track) -> tuple[str, ...]:
+def unfinished(track: Track, alpha: float) -> tuple[str, ...]:
     """Reasons to take the search for incomplete."""
-    return (*_what_does_not_last(track), *_waves(track), *_curves(track), *_as_many_as_may_be(track))
+    return (
+        *_what_does_not_last(track),
+        *_without_a_size(track, alpha),
+        *_waves(track),
+        *_curves(track),
+        *_as_many_as_may_be(track),
+    )
 
 
 def _what_does_not_last(track: Track) -> tuple[str, ...]:
@@ -33,6 +40,21 @@ def _what_does_not_last(track: Track) -> tuple[str, ...]:
         f"{r.hit.candidate.effect.key} follows the fitted data (p = {r.hit.p_value:.1g}) and fails on the held-out ones"
         for r in track.refusals
         if r.fails or r.hit.candidate.generic
+    )
+
+
+def _without_a_size(track: Track, alpha: float) -> tuple[str, ...]:
+    """What is significant to the end and cannot be named, for its coefficients could be anything.
+
+    A curve of the rate beside a reference that is late is what the filter of that reference leaves.
+    """
+    late = any(e.motion.lag for e in track.problem.exposures)
+    left = {hit.candidate.effect.key: hit for hit in track.last_physical if hit.log_p < np.log(alpha)}
+    return tuple(
+        f"{r.hit.candidate.effect.key} follows the data (p = {left[r.hit.candidate.effect.key].p_value:.1g}), but "
+        f"{r.reason}"
+        for r in track.refusals
+        if r.unsized and r.hit.candidate.effect.key in left and not (late and r.hit.candidate.effect.of_rate)
     )
 
 
