@@ -68,3 +68,25 @@ def test_motion_that_the_instrument_follows_is_no_jitter() -> None:
     np.testing.assert_array_equal(followed(angle, rate + 1e-3, np.ones(N, bool), "angle"), angle)
     still = followed(angle, np.zeros(N), np.ones(N, bool), "angle")
     assert np.std(still) < 0.2 * np.std(angle)
+
+
+@pytest.mark.parametrize(("late", "gain"), [(0.87, -1.0), (3.0, 1.0), (0.0, 0.45), (-1.5, -0.9)])
+def test_motion_is_no_jitter_though_the_instrument_is_late_or_reversed(late: float, gain: float) -> None:
+    """Turned by hand and read coarsely: a row of 40 ms is a quarter of a period of the fastest part."""
+    rng = np.random.default_rng(5)
+    rows = np.arange(4000.0)
+    waves = [(rng.uniform(0.005, 0.12), rng.uniform(0, 6.3), rng.uniform(0.2, 1.0)) for _ in range(40)]
+
+    def turned(at: Floats) -> Floats:
+        return np.asarray(sum(size * np.sin(2 * np.pi * f * at + phase) for f, phase, size in waves))
+
+    rate, reading = turned(rows), gain * turned(rows - late) + 0.01 * rng.standard_normal(rows.size)
+    seen = followed(rate, reading, np.ones(rows.size, bool), "rate")
+    assert np.std(seen - rate) < 0.01 * np.std(rate)
+
+
+def test_an_instrument_that_stands_still_follows_no_jitter_however_it_is_shifted() -> None:
+    rng = np.random.default_rng(6)
+    angle = read(PROFILES["constant"], rng)
+    seen = followed(angle, 1e-4 * rng.standard_normal(N), np.ones(N, bool), "angle")
+    assert np.std(seen) < 0.1 * np.std(angle)

@@ -13,6 +13,8 @@ step of the rate the windows end. The noise of a rate that was itself measured f
 Source: A. Goldenshluger and A. Nemirovski, Mathematical Methods of Statistics 6 (1997) 135 (intersection of
 confidence intervals).
 
+A reading that is late, early, reversed or of another gain is first brought to the rate: at the shift at which the two
+correlate most, over their ratio there. Else an instrument half a period late would seem to follow nothing.
 Where the instrument follows the smaller half of the third differences, or what the windows leave out, that was motion
 and no jitter: the rate is left as it is. At the corners of a motion, where the windows are narrow, this is asked apart
 from all the rest, and only where more is left out than jitter makes: what is less is too small a part of such a rate to
@@ -35,6 +37,9 @@ FOLLOWED = 0.5
 #: Width of a window up to which a sample stands at a corner of the motion, and what jitter makes at most there, in its
 #: standard deviations.
 NARROW, LARGEST = 5, 2.5
+#: Rows of the longest shift that is looked for, the correlation from which on there is one, and the shift in rows and
+#: the departure of a gain from one that do not matter.
+LONGEST, CORRELATED, NEAR, SMALL = 64, 0.7, 0.1, 0.2
 #: By what was read: variance of the third differences of its jitter, in that of one rate, and the power of the window's
 #: width with which its standard deviation falls. An angle whose rows stand between the edges is first averaged over two
 #: of them, (1, -3, 2, 2, -3, 1)^2 / 2; where they stand at the edges it is (1, -4, 6, -4, 1)^2 / 2 = 35, and the
@@ -59,6 +64,7 @@ def followed(rate: Floats, reading: Floats, known: NDArray[np.bool_], of: Litera
         What the rate was read from.
     """
     third, falls = _LAWS[of]
+    reading = _alongside(rate, reading, known)
     jitter = _jitter(rate) / np.sqrt(third)
     if jitter == 0 or _shakes(rate, reading, known, _MEDIAN * jitter * np.sqrt(third)):
         return rate
@@ -69,6 +75,28 @@ def followed(rate: Floats, reading: Floats, known: NDArray[np.bool_], of: Litera
             found[part] = rate[part]
     # A table that cannot be told from one that stands is taken to stand: curves bend most at small rates.
     return np.where(np.abs(calm) <= GAMMA * jitter / width**falls, 0.0, found)
+
+
+def _alongside(rate: Floats, reading: Floats, known: NDArray[np.bool_]) -> Floats:
+    """The reading at the time and in the unit of the rate, where the two tell shift and ratio, shape (n,)."""
+    most = min(LONGEST, len(rate) // 8)
+    if most < 1 or not known.any():
+        return reading
+    u = np.where(known, rate - rate[known].mean(), 0.0)
+    y = np.where(known, reading - reading[known].mean(), 0.0)
+    norm = float(np.linalg.norm(u) * np.linalg.norm(y))
+    size = 1 << (2 * len(u) - 1).bit_length()
+    both = np.fft.irfft(np.fft.rfft(y, size) * np.conj(np.fft.rfft(u, size)), size)
+    near = both[np.arange(-most - 1, most + 2)]
+    at = 1 + int(np.argmax(np.abs(near[1:-1])))
+    if not abs(near[at]) > CORRELATED * norm:
+        return reading
+    bend = float(near[at - 1] - 2 * near[at] + near[at + 1])
+    shift = at - most - 1 + (0.5 * float(near[at - 1] - near[at + 1]) / bend if bend else 0.0)
+    rows = np.arange(float(len(rate)))
+    moved = np.interp(rows + shift, rows, reading) if abs(shift) > NEAR else reading
+    gain = float(near[at]) / float(u @ u)
+    return moved / gain if abs(gain - 1) > SMALL else moved
 
 
 def _shakes(rate: Floats, reading: Floats, known: NDArray[np.bool_], most: float) -> bool:
