@@ -42,7 +42,7 @@ pages: $(VENV)/.installed-test
 	@$(BIN)/python scripts/pages.py
 
 bench: $(VENV)/.installed-test
-	@$(BIN)/python scripts/bench.py
+	@$(BIN)/python scripts/bench/bench.py
 
 # One resolution that holds for every system and for Python 3.11 onwards. The tools of the set-up itself
 # (uv, hatchling, editables) are pinned with the rest; the extra `rl` is left out (see pyproject.toml).

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import insenv.identify
-from insenv.core.exposure import CHANNEL_OF
+from insenv.data.exposure import CHANNEL_OF
 from insenv.effects.base import CurveEffect, DrivenEffect, Effect, LinearEffect, MemoryEffect, NoiseEffect, Param
 from insenv.effects.catalogue import ALL, CATALOGUE, TRIAD
 from insenv.report.words import EFFECTS

@@ -24,6 +24,8 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING
 
+from insenv.moved import install
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from importlib.machinery import ModuleSpec
@@ -74,6 +76,7 @@ class _WithGymnasium:
         return spec
 
 
+install()
 if _REGISTRATION in sys.modules:
     _register()
 else:

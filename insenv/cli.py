@@ -37,8 +37,8 @@ from insenv.core.progress import (
 )
 from insenv.core.terminal import examples, width
 from insenv.data.commands import init, of_data
+from insenv.design.commands import design
 from insenv.evaluate.commands import check_plugin, evaluate
-from insenv.procedure.commands import design
 
 if TYPE_CHECKING:
     from insenv.identify.findings import Findings

@@ -10,12 +10,12 @@ from pathlib import Path
 from insenv import datasets
 from insenv.core.errors import InputError
 from insenv.core.estimate import Limits
-from insenv.core.load import read_recordings
-from insenv.core.manifest import Manifest, load_manifest
-from insenv.core.power import by_power_up
-from insenv.core.reference import sentences
-from insenv.core.remarks import remarks
-from insenv.core.split import split
+from insenv.data.load import read_recordings
+from insenv.data.manifest import Manifest, load_manifest
+from insenv.data.power import by_power_up
+from insenv.data.reference import sentences
+from insenv.data.remarks import remarks
+from insenv.data.split import split
 from insenv.effects.base import DrivenEffect, Effect, NoiseEffect
 from insenv.effects.catalogue import by_key, catalogue
 from insenv.identify.assemble import findings
@@ -24,8 +24,8 @@ from insenv.identify.clean.motion import motion_cautions
 from insenv.identify.clean.plausibility import implausible
 from insenv.identify.findings import Findings
 from insenv.identify.loop import trace
-from insenv.identify.positions_findings import position_findings
-from insenv.identify.positions_trace import trace_positions
+from insenv.identify.positions.findings import position_findings
+from insenv.identify.positions.trace import trace_positions
 
 
 def close(

@@ -16,10 +16,10 @@ import numpy as np
 
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Estimate, Estimated, Estimation
-from insenv.core.load import read_recordings
-from insenv.core.manifest import load_manifest
 from insenv.core.plugins import ESTIMATORS, find
 from insenv.core.recording import Recording
+from insenv.data.load import read_recordings
+from insenv.data.manifest import load_manifest
 from insenv.scenario.measured import datasheet_of
 
 Progress = Callable[[str], None]

@@ -15,13 +15,13 @@ import numpy as np
 
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet
-from insenv.core.manifest import Manifest, RunSpec, load_manifest
-from insenv.core.manifest.spec import GYROS
 from insenv.core.plugins import ESTIMATORS, find
 from insenv.core.rate_test import RateLineResult, RateTest, StaticResult, Valued
 from insenv.core.recording import Channel, Recording
-from insenv.core.stream import stream_run
 from insenv.core.units import DEG, ZERO_CELSIUS
+from insenv.data.manifest import Manifest, RunSpec, load_manifest
+from insenv.data.manifest.spec import GYROS
+from insenv.data.stream import stream_run
 
 Progress = Callable[[str], None]
 #: A run that rests for this share of its time is a test at rest.

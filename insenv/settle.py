@@ -18,23 +18,23 @@ import numpy as np
 from insenv.calibration import calibration
 from insenv.close import close
 from insenv.core.errors import InputError
-from insenv.core.load import read_recordings
-from insenv.core.manifest import load_manifest
 from insenv.core.plugins import ESTIMATORS, find
 from insenv.core.recording import Recording
 from insenv.core.units import quantity
+from insenv.data.load import read_recordings
+from insenv.data.manifest import load_manifest
 from insenv.envs.belief import judge
 from insenv.envs.follow import Follow, commanded, profile_actions
-from insenv.envs.north_finder import north_finder
-from insenv.envs.rate_table import rate_table
 from insenv.envs.recorder import Played, save_runs
 from insenv.envs.rollout import roll_out
 from insenv.envs.task import Task
-from insenv.envs.two_position import two_position
 from insenv.identify.findings import Findings, NextExperiment
 from insenv.identify.story import Answer, Chapter, Ending, Story, Wanted
 from insenv.scenario import Scenario, check_task, load
 from insenv.scenario.same import SameInstrument
+from insenv.systems.north_finder.env import north_finder
+from insenv.systems.rate_table.env import rate_table
+from insenv.systems.two_position.env import two_position
 
 #: Instrument time that may be spent where nobody says: so many times that of the first run.
 BUDGET = 10.0

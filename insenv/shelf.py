@@ -13,8 +13,8 @@ from textwrap import wrap
 from insenv import ENVIRONMENTS
 from insenv.core import plugins
 from insenv.core.errors import InputError
-from insenv.core.manifest.schema import nearest
 from insenv.core.names import KINDS
+from insenv.data.manifest.schema import nearest
 
 
 def names(kind: str) -> tuple[str, ...]:

@@ -16,9 +16,9 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-import align_two_rests
-import align_windows
-from result_page import Section, write
+import studies.alignment.two_rests as align_two_rests
+import studies.alignment.windows as align_windows
+from studies.result_page import Section, write
 
 from insenv.core.errors import InputError
 from insenv.datasets import load

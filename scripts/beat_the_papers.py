@@ -18,7 +18,10 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
-from beat_the_papers_runs import (
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+from studies.beat_the_papers.runs import (
     DEMANDED,
     DESIGNED,
     DOCUMENTED,
@@ -29,10 +32,7 @@ from beat_the_papers_runs import (
     rate_table,
     two_positions,
 )
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
-from result_page import Section, table, write
+from studies.result_page import Section, table, write
 
 FOLDER = Path(__file__).resolve().parents[1] / "docs" / "results"
 PAGE = """\

@@ -17,9 +17,9 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from blind_bench_page import failures, figures, page
-from blind_bench_run import Job, Kept, damaged, done
 from joblib import Parallel, delayed
+from studies.blind_bench.page import failures, figures, page
+from studies.blind_bench.run import Job, Kept, damaged, done
 from tqdm import tqdm
 
 #: Cases of each kind, where nothing else is asked.

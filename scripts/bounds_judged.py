@@ -11,15 +11,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from bounds_analysis import north_shares, sensitivities, turns_left_out, two_position_shares
-from result_page import Section, table, write
+from studies.bounds.analysis import north_shares, sensitivities, turns_left_out, two_position_shares
+from studies.result_page import Section, table, write
 
 from insenv.core.units import ARCMIN, ARCSEC, PPM
 from insenv.evaluate.evaluation import evaluate
 from insenv.evaluate.scores import Score
 
 PAGE = Path(__file__).parents[1] / "docs/results/bounds.md"
-GLS = "estimators.rate_gls:RateGls"
+GLS = "estimators.rate_table.rate_gls:RateGls"
 #: What only the datasheet's effects are in; a fiftieth of the readings, for the noise of a dwell is the same.
 DECLARED = {"undeclared": {}, "instrument.sampling": "20 Hz"}
 #: Without errors of the sight the installation angle is known as well as the inertial part.
@@ -33,8 +33,8 @@ in simulation: `insenv evaluate` on scenarios whose effects are all declared. Th
 python scripts/bounds_judged.py --seeds {seeds}
 ```
 
-The bounds are those of [judging plug-ins](../evaluate.md): `insenv.design.information`, `insenv.design.alignment`,
-`insenv.design.scale_factor`. Intervals hold with 95 %; with R runs that of a ratio is about 1.39 / sqrt(R).
+The bounds are those of [judging plug-ins](../evaluate.md): `insenv.information.fisher`, `insenv.information.alignment`,
+`insenv.information.scale_factor`. Intervals hold with 95 %; with R runs that of a ratio is about 1.39 / sqrt(R).
 `told / bound` is the deviation that the estimator tells over the bound: what it leaves unused by choice."""
 
 

@@ -18,7 +18,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from matplotlib.figure import Figure
-from result_page import Section, table, write
+from studies.result_page import Section, table, write
 
 from insenv.close import close
 from insenv.core.errors import InputError

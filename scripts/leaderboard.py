@@ -15,7 +15,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from result_page import Section, table, write
+from studies.result_page import Section, table, write
 
 from insenv.core.errors import InputError
 from insenv.core.files import write_whole

@@ -13,18 +13,18 @@ from typing import Any
 
 import learnt_policy
 import numpy as np
-from online_policy_figures import PUBLISHED, apart, bars, curves, points, rms, shown
 from rate_table_policies import POLICIES as STUDIED
 from rate_table_policies import Row, study
-from rate_table_policy_runs import random_faults
-from result_page import Section, table, write
+from studies.online_policies.figures import PUBLISHED, apart, bars, curves, points, rms, shown
+from studies.rate_table.policy_runs import random_faults
+from studies.result_page import Section, table, write
 
-from estimators.north_horizon import GreedyNorth, HorizonNorth
-from estimators.rate_choice import RateChoice, plan
-from estimators.rate_horizon import GreedyRateTable, HorizonRateTable
-from estimators.rate_policies import Bidirectional, ConstantRate
-from estimators.transposition import CovarianceTriggered, PublishedSchedule, ThreeRests
-from estimators.two_position_horizon import GreedyTwoPosition, HorizonTwoPosition
+from estimators.common.rate_policies import Bidirectional, ConstantRate
+from estimators.north_finder.horizon import GreedyNorth, HorizonNorth
+from estimators.north_finder.rate_choice import RateChoice, plan
+from estimators.rate_table.rate_horizon import GreedyRateTable, HorizonRateTable
+from estimators.two_position.horizon import GreedyTwoPosition, HorizonTwoPosition
+from estimators.two_position.transposition import CovarianceTriggered, PublishedSchedule, ThreeRests
 from insenv.core.estimate import Datasheet
 from insenv.core.recording import Floats
 from insenv.core.units import ARCMIN, ARCSEC, DEG, PPM

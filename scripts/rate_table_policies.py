@@ -13,13 +13,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from rate_table_policy_runs import Maker, Played, Runs, Table, play, random_faults
+from studies.rate_table.policy_runs import Maker, Played, Runs, Table, play, random_faults
 
-from estimators import rate_ladder_tally as tallies
-from estimators.greedy_information import GreedyInformation
-from estimators.rate_ladder import OptimalLadder, PublishedLadder, VanDerCorput
-from estimators.rate_ladder_residual import line, loudness, smooth
-from estimators.sweep_and_refine import SweepAndRefine
+from estimators.rate_table import rate_ladder_tally as tallies
+from estimators.rate_table.greedy_information import GreedyInformation
+from estimators.rate_table.rate_ladder import OptimalLadder, PublishedLadder, VanDerCorput
+from estimators.rate_table.rate_ladder_residual import line, loudness, smooth
+from estimators.rate_table.sweep_and_refine import SweepAndRefine
 from insenv.core.estimate import Limits
 from insenv.core.recording import Floats
 from insenv.core.units import ARCSEC, DEG, PPM

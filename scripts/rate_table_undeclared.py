@@ -24,15 +24,15 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-from fog_test_campaigns import PREHEAT, each, full_range, per_hour
-from result_page import Section, table
+from studies.fog_test.campaigns import PREHEAT, each, full_range, per_hour
+from studies.result_page import Section, table
 
 from insenv.close import close
-from insenv.core.manifest import HeldOut, Model
 from insenv.core.motion import Motion
 from insenv.core.recording import Channel, Floats, Mounting, Recording
-from insenv.core.save import save
 from insenv.core.units import DEG, PPM, quantity
+from insenv.data.manifest import HeldOut, Model
+from insenv.data.save import save
 from insenv.effects.catalogue import by_key
 from insenv.identify.findings import Added, Findings
 from insenv.rig import Readings

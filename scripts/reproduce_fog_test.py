@@ -19,12 +19,12 @@ import argparse
 from collections.abc import Iterator
 from pathlib import Path
 
-import fog_test_figures as figures
-import fog_test_tables as tables
-from fog_test_campaigns import campaigns
-from fog_test_coverage import coverage
+import studies.fog_test.figures as figures
+import studies.fog_test.tables as tables
 from rate_table_undeclared import undeclared
-from result_page import Section, write
+from studies.fog_test.campaigns import campaigns
+from studies.fog_test.coverage import coverage
+from studies.result_page import Section, write
 
 FOLDER = Path(__file__).resolve().parents[1] / "docs" / "results"
 PAGE = """\

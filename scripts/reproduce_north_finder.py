@@ -18,11 +18,11 @@ import argparse
 from collections.abc import Iterator
 from pathlib import Path
 
-import north_finder_figures as figures
-import north_finder_judged as judged
-import north_finder_rates as rates
-import north_finder_tables as tables
-from result_page import Section, write
+import studies.north_finder.figures as figures
+import studies.north_finder.judged as judged
+import studies.north_finder.rates as rates
+import studies.north_finder.tables as tables
+from studies.result_page import Section, write
 
 FOLDER = Path(__file__).resolve().parents[1] / "docs" / "results"
 PAGE = """\

@@ -18,10 +18,10 @@ import argparse
 from collections.abc import Iterator
 from pathlib import Path
 
-import two_position_design as design
-import two_position_figures as figures
-import two_position_tables as tables
-from result_page import Section, write
+import studies.two_position.design as design
+import studies.two_position.figures as figures
+import studies.two_position.tables as tables
+from studies.result_page import Section, write
 
 FOLDER = Path(__file__).resolve().parents[1] / "docs" / "results"
 PAGE = """\

@@ -26,13 +26,13 @@ from pathlib import Path
 import numpy as np
 from pages import stamped
 from scipy.fft import dct
-from search_study_page import Case, Found, Job, page
+from studies.search_study.page import Case, Found, Job, page
 from tqdm import tqdm
 
-from insenv.core.manifest import Manifest, Model
 from insenv.core.motion import Motion
 from insenv.core.recording import Channel, Floats, Recording
-from insenv.core.split import HELD_OUT_SHARE, split
+from insenv.data.manifest import Manifest, Model
+from insenv.data.split import HELD_OUT_SHARE, split
 from insenv.effects.base import NoiseEffect
 from insenv.effects.catalogue import by_key
 from insenv.effects.noise import AngleRandomWalk, BiasInstability, RateRandomWalk

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from insenv.core import strapdown, strapdown_truth
 from insenv.core.attitude import dcm_from_angles, misalignment
 from insenv.core.recording import Floats
+from insenv.navigation import strapdown
+from insenv.navigation import truth as strapdown_truth
 
 RATES = (10, 50, 100, 200, 400)
 POSITION = (np.radians(38.0), np.radians(114.0), 380.0)
@@ -32,8 +33,8 @@ class Case:
 PAGE = """\
 # Strapdown mechanisation
 
-`insenv.core.strapdown` turns the increments of six axes into attitude and velocity, in east-north-up with the body axes
-right, forward, up. There are two mechanisations with one step of attitude and velocity:
+`insenv.navigation.strapdown` turns the increments of six axes into attitude and velocity, in east-north-up with the
+body axes right, forward, up. There are two mechanisations with one step of attitude and velocity:
 
 * `static_mechanisation`: velocity zero in the Coriolis acceleration and in the transport rate, position fixed. The
   velocity is a plain integral of what the attitude's error and the sensors' errors leave of gravity, as alignment and
@@ -44,7 +45,7 @@ right, forward, up. There are two mechanisations with one step of attitude and v
 ```python
 import numpy as np
 
-from insenv.core import strapdown, strapdown_truth
+from insenv.navigation import strapdown, truth as strapdown_truth
 from insenv.core.attitude import dcm_from_angles, misaligned, misalignment
 
 position = (np.radians(38.0), 0.0, 380.0)  # latitude, longitude, height
@@ -60,11 +61,11 @@ assert abs(misalignment(end.dcm, attitude)[1] - 1e-4) < 1e-7
 
 Leading axes are a batch. A run may be cut into chunks, with `end` of one as the start of the next; chunks and batches
 give the same bits as the whole and as the run alone. Coning and sculling are compensated with the previous increment,
-one sample per update (Savage 1998); the equations are in `insenv.core.strapdown_kernel`.
+one sample per update (Savage 1998); the equations are in `insenv.navigation.kernel`.
 
 ## Closure
 
-Error-free motion, integrated to increments (`insenv.core.strapdown_truth`), goes through the mechanisation. What is
+Error-free motion, integrated to increments (`insenv.navigation.truth`), goes through the mechanisation. What is
 left is the error of the algorithm and of rounding. This page is written by
 
 ```sh

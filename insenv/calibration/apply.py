@@ -18,12 +18,12 @@ import numpy as np
 from insenv.calibration.rules import why_left
 from insenv.calibration.triads import whole_triads
 from insenv.core.errors import InputError
-from insenv.core.exposure import Exposure, expose
-from insenv.core.fingerprint import fingerprint
 from insenv.core.motion import Motion
 from insenv.core.recording import Channel, Floats, Recording
+from insenv.data.exposure import Exposure, expose
+from insenv.data.fingerprint import fingerprint
 from insenv.effects.base import Effect
-from insenv.identify.holds import held_addition
+from insenv.identify.clean.holds import held_addition
 
 if TYPE_CHECKING:
     from insenv.calibration.model import Calibration, Target, Term

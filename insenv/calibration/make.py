@@ -11,7 +11,7 @@ import numpy as np
 from insenv import __version__
 from insenv.calibration.model import HELD, LINE, SCHEMA, Calibration, Parameter, Run, Target, Term
 from insenv.core.errors import InputError
-from insenv.core.manifest import Manifest
+from insenv.data.manifest import Manifest
 from insenv.effects.base import Effect
 from insenv.effects.catalogue import by_key, plug_in_of
 from insenv.identify.findings import Added, Covariance, Estimate, Findings, TargetFindings

@@ -19,9 +19,9 @@ from msgspec import Meta
 from insenv.calibration.apply import Applied, apply
 from insenv.core.errors import InputError
 from insenv.core.files import write_whole
-from insenv.core.manifest.schema import convert
 from insenv.core.plugins import EFFECTS, check_code, names
 from insenv.core.recording import Floats, Recording
+from insenv.data.manifest.schema import convert
 from insenv.effects.base import OUTPUT, DrivenEffect, Effect
 from insenv.effects.catalogue import by_key
 
@@ -121,7 +121,7 @@ class Target(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Run(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A recording that the calibration was made from.
 
-    ``sha256`` is its fingerprint (`insenv.core.fingerprint`). ``tilt``, ``axes``, ``table_axis``, ``latitude``: how the
+    ``sha256`` is its fingerprint (`insenv.data.fingerprint`). ``tilt``, ``axes``, ``table_axis``, ``latitude``: how the
     instrument was mounted, and where [rad].
     """
 

@@ -24,7 +24,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from insenv.core.exposure import CHANNEL_OF, Exposure
+from insenv.data.exposure import CHANNEL_OF, Exposure
 from insenv.effects.base import Effect
 
 if TYPE_CHECKING:

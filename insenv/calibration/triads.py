@@ -14,9 +14,9 @@ from typing import Protocol
 import numpy as np
 
 from insenv.core.errors import InputError
-from insenv.core.exposure import Exposure
 from insenv.core.motion import Motion
 from insenv.core.recording import Channel, Floats, Recording
+from insenv.data.exposure import Exposure
 from insenv.effects.base import Effect
 
 #: What goes with the input of the axis itself, and what with that of its neighbours.

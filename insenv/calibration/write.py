@@ -8,10 +8,10 @@ from pathlib import Path
 from insenv.calibration.apply import Applied, Said
 from insenv.calibration.model import Calibration
 from insenv.core.errors import InputError
-from insenv.core.load import read_recordings
-from insenv.core.manifest import Manifest
-from insenv.core.power import by_power_up
-from insenv.core.save import save
+from insenv.data.load import read_recordings
+from insenv.data.manifest import Manifest
+from insenv.data.power import by_power_up
+from insenv.data.save import save
 
 
 def correct(calibration: Calibration, manifest: Manifest, folder: Path | str) -> tuple[Path, tuple[Applied, ...]]:

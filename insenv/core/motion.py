@@ -1,7 +1,7 @@
 """What an instrument is exposed to, on ``n`` contiguous intervals with ``n + 1`` edges.
 
 States (table angle, temperature) are given at the edges; rates and forces are means over the intervals. A
-plant makes a ``Motion`` from commands, `insenv.core.exposure` makes one from the reference channels of a
+plant makes a ``Motion`` from commands, `insenv.data.exposure` makes one from the reference channels of a
 recording.
 """
 

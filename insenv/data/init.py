@@ -13,7 +13,6 @@ from pathlib import Path
 
 from insenv.core.errors import InputError
 from insenv.core.files import write_whole
-from insenv.core.manifest.schema import DATA
 from insenv.core.names import is_standard_output
 from insenv.core.units import quantity, scale_to_si
 from insenv.data.guess.decide import draft
@@ -21,6 +20,7 @@ from insenv.data.guess.draft import Draft, Question
 from insenv.data.guess.heading import is_unit
 from insenv.data.guess.listing import listing
 from insenv.data.guess.written import manifest_text
+from insenv.data.manifest.schema import DATA
 
 #: Asks a question, and gives the answer; None ends the asking.
 Ask = Callable[[Draft, Question], str | None]
@@ -97,8 +97,8 @@ def check_keys(answers: Mapping[str, str], made: Draft) -> None:
     InputError
         If there is one; names the nearest.
     """
-    from insenv.core.manifest.schema import nearest
-    from insenv.core.manifest.spec import CHANNELS
+    from insenv.data.manifest.schema import nearest
+    from insenv.data.manifest.spec import CHANNELS
 
     known = [*KEYS, *(f"{channel}.column" for channel in CHANNELS)]
     for key in answers:

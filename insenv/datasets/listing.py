@@ -14,7 +14,7 @@ def table() -> str:
 
 
 def _block(name: str) -> str:
-    from insenv.core.manifest import load_manifest
+    from insenv.data.manifest import load_manifest
 
     manifest = load_manifest(manifest_path(name))
     source, folder = manifest.source, locate(name)

@@ -11,7 +11,7 @@ from insenv.core.errors import InputError
 from insenv.datasets.registry import SIZES, files
 
 if TYPE_CHECKING:
-    from insenv.core.manifest import Manifest
+    from insenv.data.manifest import Manifest
 
 #: Environment variable that names a folder with recordings.
 VARIABLE = "INSENV_DATA"
@@ -53,7 +53,7 @@ def load(name: str) -> Manifest:
     InputError
         If there is no such recording, it is not on this machine, or a file is not the one that was published.
     """
-    from insenv.core.manifest import load_manifest
+    from insenv.data.manifest import load_manifest
     from insenv.datasets.registry import manifest_path
 
     folder = locate(name)

@@ -64,7 +64,7 @@ def describe(name: str) -> str:
     InputError
         If there is no such recording.
     """
-    from insenv.core.manifest import load_manifest  # here, so that asking for names costs nothing
+    from insenv.data.manifest import load_manifest  # here, so that asking for names costs nothing
 
     manifest = load_manifest(manifest_path(name))
     source = manifest.source
@@ -80,7 +80,7 @@ def files(name: str) -> tuple[RemoteFile, ...]:
     InputError
         If there is no such recording.
     """
-    from insenv.core.manifest import load_manifest
+    from insenv.data.manifest import load_manifest
 
     manifest = load_manifest(manifest_path(name), folder=Path())
     source = manifest.source

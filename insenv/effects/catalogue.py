@@ -74,7 +74,7 @@ CATALOGUE: tuple[Effect, ...] = (
     Quantization(),
 )
 
-#: Effects that only a triad held still in several attitudes tells (`insenv.identify.positions`).
+#: Effects that only a triad held still in several attitudes tells (`insenv.identify.positions.rests`).
 TRIAD: tuple[Effect, ...] = (AccelBias(), AccelScaleFactor(), NonOrthogonality(), Misalignment())
 
 #: Those and what only a scenario may name: at one tilt, from one record, or at the rates of a usual test they cannot be

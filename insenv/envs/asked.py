@@ -8,7 +8,7 @@ from typing import Any
 
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet
-from insenv.core.manifest import Model, checks
+from insenv.data.manifest import Model, checks
 from insenv.envs.belief import Quantity, judge
 from insenv.envs.task import Task, World
 from insenv.plants.turntable import Turntable
@@ -51,7 +51,7 @@ def scenario_task(
     step_s: float | None,
     sampling: float | None,
 ) -> Task:
-    """The task of a scenario in a system; parameters as of `insenv.envs.north_finder.north_finder`.
+    """The task of a scenario in a system; parameters as of `insenv.systems.north_finder.env.north_finder`.
 
     Raises
     ------

@@ -12,11 +12,11 @@ import numpy as np
 from gymnasium.utils import RecordConstructorArgs
 
 from insenv.core.errors import InputError
-from insenv.core.manifest import HeldOut, Model
-from insenv.core.manifest.spec import CHANNELS
 from insenv.core.recording import Channel, Floats, Recording
 from insenv.core.rows import row_of
-from insenv.core.save import save
+from insenv.data.manifest import HeldOut, Model
+from insenv.data.manifest.spec import CHANNELS
+from insenv.data.save import save
 from insenv.envs.group import Blocks
 from insenv.envs.single import TaskEnv
 from insenv.envs.task import Task

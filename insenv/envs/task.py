@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet
-from insenv.core.manifest import HeldOut, Model
 from insenv.core.recording import Channel, Floats, Recording
 from insenv.core.rows import rows
+from insenv.data.manifest import HeldOut, Model
 from insenv.envs.belief import Judge, Quantity
 from insenv.envs.group import Blocks, Film, Group, Index, Seen
 from insenv.envs.restart import Restarts

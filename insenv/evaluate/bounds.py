@@ -1,7 +1,7 @@
 r"""The least deviation that an estimator of what a task asks for can have, for the motion that was played.
 
-    north:         M = X' C^-1 X + diag(1 / sd_j^2),   X: Earth's rate, declared effects (`insenv.design.information`)
-    installation:  phi_U at all sightings, of eight states (`insenv.design.alignment`), with the sight's errors
+    north:         M = X' C^-1 X + diag(1 / sd_j^2),   X: Earth's rate, declared effects (`insenv.information.fisher`)
+    installation:  phi_U at all sightings, of eight states (`insenv.information.alignment`), with the sight's errors
     scale factor:  slope of the line, all noises of the datasheet, power-ups (`insenv.evaluate.rate_bound`)
 
 What the datasheet does not tell of is not in it, nor, of north, what makes it larger (flicker noise, effects that are
@@ -19,14 +19,14 @@ from insenv.core.earth import EARTH_RATE
 from insenv.core.estimate import Datasheet
 from insenv.core.motion import Motion
 from insenv.core.recording import Recording
-from insenv.design.alignment import Stretch, after, last, unknowing
-from insenv.design.alignment import told as instrument
-from insenv.design.information import IncrementNoise, information, north_bound
-from insenv.design.rate_noise import white_angle
 from insenv.effects.angle import EarthRate
 from insenv.effects.base import CurveEffect, Effect, LinearEffect
 from insenv.effects.catalogue import by_key
 from insenv.evaluate.rate_bound import scale_factor_bound
+from insenv.information.alignment import Stretch, after, last, unknowing
+from insenv.information.alignment import told as instrument
+from insenv.information.fisher import IncrementNoise, information, north_bound
+from insenv.information.rate_noise import white_angle
 from insenv.scenario import Scenario
 
 

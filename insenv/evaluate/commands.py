@@ -28,7 +28,7 @@ def check_plugin(name: str, env: str | None, limit: str) -> None:
     NAME is that of an entry point, or module:Name. Exit status 1 if it does not.
     """
     from insenv.core.units import quantity
-    from insenv.evaluate.check import check_plugin as run
+    from insenv.evaluate.check.plugin import check_plugin as run
     from insenv.evaluate.words import named
 
     where = None if env is None else named(env, "env")

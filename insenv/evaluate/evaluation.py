@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 
 from insenv.core.errors import InputError
-from insenv.core.manifest.schema import nearest
 from insenv.core.plugins import ESTIMATORS, POLICIES, find, names
+from insenv.data.manifest.schema import nearest
 from insenv.evaluate.child import Child, Ended, Say
 from insenv.evaluate.play import Answers, Played, Work, play_on
 from insenv.evaluate.remote import Here

@@ -2,8 +2,8 @@ r"""The least deviation of a rate table's scale factor, with the gyro switched o
 
     theta_q = common + own_q,    cov >= g' [M_last + told(N)]^-1 g,    N = sum over earlier q of told(M_q) + P^-1
 
-with M_q what power-up q tells of its own parameters (`insenv.design.scale_factor`), P the declared spread without that
-from power-up to power-up, and told(M) = M (I + A M)^-1 what a power-up tells of another, or of what is common: own
+with M_q what power-up q tells of its own parameters (`insenv.information.scale_factor`), P the declared spread without
+that from power-up to power-up, and told(M) = M (I + A M)^-1 what a power-up tells of another, or of what is common: own
 values have the variances A, ``[run_to_run]`` of the scenario.
 """
 
@@ -15,10 +15,10 @@ import numpy as np
 
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet
-from insenv.core.power import by_power_up
 from insenv.core.recording import Recording
-from insenv.design.information import Bound, Information
-from insenv.design.scale_factor import INTERVAL, Declared, model, motion_of, slope
+from insenv.data.power import by_power_up
+from insenv.information.fisher import Bound, Information
+from insenv.information.scale_factor import INTERVAL, Declared, model, motion_of, slope
 from insenv.scenario import Scenario
 
 #: Deviation of what is common that stands for "exact", as a share of that from power-up to power-up.

@@ -21,15 +21,15 @@ from insenv.core.errors import InputError
 from insenv.core.estimate import Estimate
 from insenv.core.recording import Floats, Recording
 from insenv.envs.belief import Judge, judge
-from insenv.envs.north_finder import north_finder
-from insenv.envs.rate_table import rate_table
 from insenv.envs.rollout import made, roll_out
 from insenv.envs.task import Task, checked
-from insenv.envs.two_position import two_position
 from insenv.plants.turntable import Turntable
 from insenv.rig import Readings, stream
 from insenv.rig_dwells import PLACE, Command, DwellLaw, blocks, dwell_law
 from insenv.scenario import load
+from insenv.systems.north_finder.env import north_finder
+from insenv.systems.rate_table.env import rate_table
+from insenv.systems.two_position.env import two_position
 
 Path = Literal["samples", "dwells"]
 Table = dict[str, NDArray[Any]]

@@ -10,15 +10,15 @@ import numpy as np
 
 from insenv.core.allan import allan_deviation
 from insenv.core.estimate import Limits
-from insenv.core.fingerprint import fingerprint
-from insenv.core.manifest.spec import Manifest
 from insenv.core.recording import Floats, Recording
 from insenv.core.spectrum import psd
+from insenv.data.fingerprint import fingerprint
+from insenv.data.manifest.spec import Manifest
 from insenv.effects.base import NoiseEffect
 from insenv.effects.noise import readings_density
 from insenv.identify.clean import systematic
-from insenv.identify.detectable import Sensitivity
-from insenv.identify.earth_findings import (
+from insenv.identify.clean.outliers import rows_of_bins
+from insenv.identify.earth.findings import (
     EarthFindings,
     cautions,
     derived,
@@ -27,7 +27,7 @@ from insenv.identify.earth_findings import (
     suspected,
     with_earth,
 )
-from insenv.identify.excess import Structure, structure
+from insenv.identify.earth.two_position import with_vertical_rate
 from insenv.identify.findings import (
     VERDICTS,
     Added,
@@ -42,18 +42,18 @@ from insenv.identify.findings import (
     TargetFindings,
     Traces,
 )
-from insenv.identify.fit import Fit, solve
-from insenv.identify.heldout import Score, held_out_score, residual
-from insenv.identify.line_effects import hold_effect, line_effects, saturation_effect
-from insenv.identify.lines import Line
+from insenv.identify.fit.gls import Fit, solve
+from insenv.identify.fit.heldout import Score, held_out_score, residual
+from insenv.identify.fit.problem import NOISE_TERMS, Problem, Term
+from insenv.identify.fit.uncertainty import covariance, estimates, noise_estimates
 from insenv.identify.loop import Outcome
-from insenv.identify.next_experiment import Unsettled, next_experiments
-from insenv.identify.outliers import rows_of_bins
-from insenv.identify.problem import NOISE_TERMS, Problem, Term
-from insenv.identify.tracks import Step, Track
-from insenv.identify.two_position import with_vertical_rate
-from insenv.identify.uncertainty import covariance, estimates, noise_estimates
-from insenv.identify.unfinished import unfinished
+from insenv.identify.next.experiment import Unsettled, next_experiments
+from insenv.identify.search.detectable import Sensitivity
+from insenv.identify.search.excess import Structure, structure
+from insenv.identify.search.line_effects import hold_effect, line_effects, saturation_effect
+from insenv.identify.search.lines import Line
+from insenv.identify.search.tracks import Step, Track
+from insenv.identify.search.unfinished import unfinished
 
 #: Held-out error in scatters of the fitted noise from which on a word is said.
 WANDER = 2.0

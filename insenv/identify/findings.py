@@ -250,7 +250,7 @@ class CommonMode:
 
 @dataclass(frozen=True)
 class RunRead:
-    """A run that the loop was closed on: ``sha256`` is its fingerprint (`insenv.core.fingerprint`)."""
+    """A run that the loop was closed on: ``sha256`` is its fingerprint (`insenv.data.fingerprint`)."""
 
     label: str
     sha256: str

@@ -13,29 +13,29 @@ from functools import partial
 
 import numpy as np
 
-from insenv.core.manifest.spec import Manifest
 from insenv.core.recording import Recording
-from insenv.core.reference import with_reference
-from insenv.core.split import RowUse
+from insenv.data.manifest.spec import Manifest
+from insenv.data.reference import with_reference
+from insenv.data.split import RowUse
 from insenv.effects.base import Effect
 from insenv.effects.catalogue import CATALOGUE
-from insenv.identify.candidates import candidates
 from insenv.identify.clean.settling import settled_by, without_start
-from insenv.identify.clean.wandering import lost, wanders, without_line
-from insenv.identify.earth_check import due_level
-from insenv.identify.evidence import log_tail
-from insenv.identify.excess import most_power, structure
-from insenv.identify.fit import solve
-from insenv.identify.heldout import MOST_GROWTH, confirms, held_out_score, rescored
-from insenv.identify.line_effects import IN_BINS
-from insenv.identify.lines import Line
-from insenv.identify.prepare import prepare
-from insenv.identify.problem import NOISE_TERMS, Term
-from insenv.identify.scan import Hit, likelihood_ratio, reference
-from insenv.identify.search import at_shape, search, with_term
-from insenv.identify.settle import settled, sized
-from insenv.identify.size import unsized
-from insenv.identify.tracks import MOST_ADDED, Progress, Refusal, Step, Track
+from insenv.identify.fit.evidence import log_tail
+from insenv.identify.fit.gls import solve
+from insenv.identify.fit.heldout import MOST_GROWTH, confirms, held_out_score, rescored
+from insenv.identify.fit.problem import NOISE_TERMS, Term
+from insenv.identify.search.candidates import candidates
+from insenv.identify.search.earth_rate import due_level
+from insenv.identify.search.excess import most_power, structure
+from insenv.identify.search.line_effects import IN_BINS
+from insenv.identify.search.lines import Line
+from insenv.identify.search.prepare import prepare
+from insenv.identify.search.round import at_shape, search, with_term
+from insenv.identify.search.scan import Hit, likelihood_ratio, reference
+from insenv.identify.search.settle import settled, sized
+from insenv.identify.search.size import unsized
+from insenv.identify.search.tracks import MOST_ADDED, Progress, Refusal, Step, Track
+from insenv.identify.search.wandering import lost, wanders, without_line
 
 #: Effects of one physical cause on several targets: judged on all of them together.
 SHARED = ("base_tilt", "bias_thermal_lag")

@@ -5,7 +5,7 @@ r"""A parked vehicle with a triad of gyros and one of accelerometers, that turns
 with the vehicle's frame v at turn angle 0, the turn angle phi (counter-clockwise) about the pivot axis a, which is the
 normal of the ground, and the sway theta about a level axis s of the vehicle. The instruments stand at P = rho + R_s r
 from the pivot: lever arm l = rho + r, and r from the roll centre. What they sense is the converse of the mechanisation
-(`insenv.core.strapdown_truth`), with the velocity of the instruments through the lever arms in it, so that a
+(`insenv.navigation.truth`), with the velocity of the instruments through the lever arms in it, so that a
 mechanisation without errors finds heading, level and velocity of the references. Attitude and velocity are those in
 east, north, up at the instruments; the place of the vehicle is one for gravity and Earth rate.
 

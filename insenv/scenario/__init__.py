@@ -14,7 +14,7 @@ from typing import Any
 
 from insenv.core.errors import InputError
 from insenv.core.files import write_whole
-from insenv.core.manifest.schema import convert
+from insenv.data.manifest.schema import convert
 from insenv.scenario import write
 from insenv.scenario.build import Scenario, build
 from insenv.scenario.datasheet import datasheet

@@ -14,10 +14,10 @@ import numpy as np
 
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Declared, Limits, Sight
-from insenv.core.manifest import Manifest
-from insenv.core.manifest.schema import DatasheetTable, SightSheetTable, nearest, shown
-from insenv.core.manifest.spec import ACCELEROMETERS, GYROS
 from insenv.core.recording import Recording
+from insenv.data.manifest import Manifest
+from insenv.data.manifest.schema import DatasheetTable, SightSheetTable, nearest, shown
+from insenv.data.manifest.spec import ACCELEROMETERS, GYROS
 from insenv.effects.base import NoiseEffect
 from insenv.effects.catalogue import by_key
 from insenv.scenario.values import effect_named, exact, not_negative, parameters, positive

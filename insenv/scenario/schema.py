@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 from msgspec import field
 
-from insenv.core.manifest.schema import HeldOutTable, Names, SiteTable, Table
+from insenv.data.manifest.schema import HeldOutTable, Names, SiteTable, Table
 
 #: Azimuth of a table that nobody set: uniform on the circle, another one in every run.
 RANDOM = "random"

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from insenv.core.errors import InputError
-from insenv.core.manifest.schema import shown, tree
+from insenv.data.manifest.schema import shown, tree
 
 _HOME = Path(__file__).parent
 

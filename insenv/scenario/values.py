@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from insenv.core.errors import InputError
-from insenv.core.manifest.schema import nearest, shown
 from insenv.core.plugins import check_code
 from insenv.core.units import quantity, quantity_in
+from insenv.data.manifest.schema import nearest, shown
 from insenv.effects.base import OUTPUT, Effect, Param
 from insenv.effects.catalogue import by_key
 

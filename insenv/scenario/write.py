@@ -18,10 +18,10 @@ import numpy as np
 
 from insenv.core.errors import InputError
 from insenv.core.files import WRITERS, replacing, toml
-from insenv.core.manifest.spec import CHANNELS, EVENTS, INCREMENTS
 from insenv.core.recording import Floats
-from insenv.core.save import nested
 from insenv.core.units import scale_to_si
+from insenv.data.manifest.spec import CHANNELS, EVENTS, INCREMENTS
+from insenv.data.save import nested
 from insenv.effects.base import OUTPUT, Effect
 from insenv.plants.base import Plant
 from insenv.plants.turntable import Turntable

@@ -32,8 +32,8 @@ from scipy.signal import lfilter
 
 from insenv.close import close
 from insenv.core.errors import InputError
-from insenv.core.load import read_recordings
-from insenv.core.manifest import load_manifest
+from insenv.data.load import read_recordings
+from insenv.data.manifest import load_manifest
 from insenv.identify.findings import Findings
 
 Floats = NDArray[np.float64]

@@ -13,12 +13,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from insenv.core.errors import InputError
-from insenv.core.manifest.spec import CHANNELS
 from insenv.core.recording import Floats
 from insenv.data.guess import numbers
 from insenv.data.guess.draft import Question, Sure
 from insenv.data.guess.heading import Heading, read_heading
 from insenv.data.guess.listing import Listed, Listing
+from insenv.data.manifest.spec import CHANNELS
 
 AXES = ("x", "y", "z")
 #: No sampler is as fast [s].

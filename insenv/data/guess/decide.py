@@ -14,7 +14,6 @@ import numpy as np
 
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats
-from insenv.core.sampling import UnevenError, sampling
 from insenv.core.units import quantity, scale_to_si
 from insenv.data.guess import numbers, rates
 from insenv.data.guess.columns import AXES, Roles, assign
@@ -22,6 +21,7 @@ from insenv.data.guess.draft import Channel, Choice, Draft, Question
 from insenv.data.guess.heading import is_unit
 from insenv.data.guess.listing import Listing
 from insenv.data.guess.rates import Units
+from insenv.data.sampling import UnevenError, sampling
 
 #: Attitudes in which a triad rested from which on the recording is one of several positions.
 SEVERAL = 5

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from functools import cache
 
 from insenv.core.errors import InputError
-from insenv.core.readers.table import split_unit
 from insenv.core.units import scale_to_si
+from insenv.data.readers.table import split_unit
 
 #: Dimension of a channel's unit; of its increment.
 DIMENSION: Mapping[str, str] = {

@@ -17,15 +17,15 @@ from typing import Any
 import numpy as np
 
 from insenv.core.errors import InputError
-from insenv.core.manifest.checks import SUFFIXES
-from insenv.core.manifest.spec import Reading, RunSpec
-from insenv.core.readers import Column, arrays, rdata, read_table, spreadsheet
-from insenv.core.readers.conventions import unit_of
-from insenv.core.readers.novatel import NAMES
-from insenv.core.readers.rows import is_number
-from insenv.core.readers.table import decoding
-from insenv.core.readers.text import Line
 from insenv.core.recording import Floats, Mounting, Site
+from insenv.data.manifest.checks import SUFFIXES
+from insenv.data.manifest.spec import Reading, RunSpec
+from insenv.data.readers import Column, arrays, rdata, read_table, spreadsheet
+from insenv.data.readers.conventions import unit_of
+from insenv.data.readers.novatel import NAMES
+from insenv.data.readers.rows import is_number
+from insenv.data.readers.table import decoding
+from insenv.data.readers.text import Line
 
 #: Of a text file so much is looked at for its layout, and so many lines.
 HEAD_BYTES, HEAD_LINES = 400_000, 400

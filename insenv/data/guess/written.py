@@ -8,8 +8,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from insenv.core.files import toml_value
-from insenv.core.manifest.schema import OPEN
 from insenv.data.guess.draft import Channel, Draft, Question
+from insenv.data.manifest.schema import OPEN
 
 #: What "sure" means, from the surest on.
 SURE: Mapping[str, str] = {

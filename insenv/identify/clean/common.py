@@ -14,8 +14,8 @@ from itertools import combinations
 
 import numpy as np
 
-from insenv.core.manifest.spec import ACCELEROMETERS, GYROS, Manifest
 from insenv.core.recording import Floats, Recording
+from insenv.data.manifest.spec import ACCELEROMETERS, GYROS, Manifest
 from insenv.identify.findings import CommonMode
 
 #: Correlation below which it does not matter.

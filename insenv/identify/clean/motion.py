@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_propagation
 
 from insenv.core.errors import InputError
-from insenv.core.manifest.spec import Manifest
 from insenv.core.recording import Recording
-from insenv.core.split import RowUse
 from insenv.core.stretches import stretches
 from insenv.core.units import DEG
+from insenv.data.manifest.spec import Manifest
+from insenv.data.split import RowUse
 from insenv.identify.findings import RejectedRows
 
 #: Departure of a second's mean from the median that is a turn [rad/s], and that is another attitude [m/s^2].

@@ -16,10 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from insenv.core.errors import InputError
-from insenv.core.exposure import expose, table_share
-from insenv.core.manifest.spec import CHANNELS, INCREMENTS, ChannelSpec, Manifest
 from insenv.core.recording import Floats, Recording
 from insenv.core.units import STANDARD_GRAVITY, ZERO_CELSIUS, scale_to_si
+from insenv.data.exposure import expose, table_share
+from insenv.data.manifest.spec import CHANNELS, INCREMENTS, ChannelSpec, Manifest
 
 #: Departure of a gain from one that no instrument has.
 INCREDIBLE = 0.4

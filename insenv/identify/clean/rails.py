@@ -17,12 +17,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from insenv.core.exposure import table_rate_of_rows, table_share
 from insenv.core.recording import Floats, Recording
 from insenv.core.stretches import stretches
+from insenv.data.exposure import table_rate_of_rows, table_share
+from insenv.identify.clean.outliers import leaving_out
 from insenv.identify.clean.rounding import rounding
 from insenv.identify.findings import RejectedRows
-from insenv.identify.outliers import leaving_out
 
 Mask = NDArray[np.bool_]
 

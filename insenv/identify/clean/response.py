@@ -19,12 +19,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from insenv.core.exposure import Exposure, expose
 from insenv.core.motion import Motion, interval_slope
 from insenv.core.recording import Floats, Recording, Response
-from insenv.core.reference import order
+from insenv.data.exposure import Exposure, expose
+from insenv.data.reference import order
 from insenv.effects.timing import SampleHold, before_mean, earlier
-from insenv.identify.problem import Model
+from insenv.identify.fit.problem import Model
 
 #: Departure of a gain from one up to which it is a small error, as any other.
 SMALL = 0.005

@@ -10,10 +10,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from insenv.identify.bins import without
 from insenv.identify.clean.bursts import KELVINS
 from insenv.identify.findings import RejectedRows
-from insenv.identify.problem import Problem, Term
+from insenv.identify.fit.bins import without
+from insenv.identify.fit.problem import Problem, Term
 
 #: Share of the fitted time within which what settles is over, and the share of its range that may then be left.
 OVER, LEFT = 0.15, 0.05

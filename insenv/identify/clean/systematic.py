@@ -11,8 +11,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from insenv.core.exposure import table_rate_of_rows, table_share
 from insenv.core.recording import Floats, Recording
+from insenv.data.exposure import table_rate_of_rows, table_share
 from insenv.identify.findings import RejectedRows
 
 #: Classes of the table's rate over its range to either side; of the temperature.

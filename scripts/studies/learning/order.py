@@ -22,7 +22,7 @@ from insenv.evaluate.runs import task_of
 
 ROOT = Path(__file__).parents[3]
 sys.path.insert(0, str(ROOT / "scripts"))
-from result_page import Section, table, write  # noqa: E402 - of the folder above
+from studies.result_page import Section, table, write  # noqa: E402 - of the folder above
 
 PAGE = ROOT / "docs/results/reward.md"
 HEAD = """# The reward, before and now

@@ -30,7 +30,7 @@ from insenv.envs.rollout import roll_out
 
 ROOT = Path(__file__).parents[3]
 sys.path.insert(0, str(ROOT / "scripts"))
-from result_page import Section, table, write  # noqa: E402 - of the folder above
+from studies.result_page import Section, table, write  # noqa: E402 - of the folder above
 
 PAGE = ROOT / "docs/results/learning.md"
 HEAD = """# What policies earn

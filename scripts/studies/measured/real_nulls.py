@@ -26,8 +26,8 @@ import numpy as np
 
 from insenv.close import close
 from insenv.core.errors import InputError
-from insenv.core.load import read_recordings
-from insenv.core.manifest import load_manifest
+from insenv.data.load import read_recordings
+from insenv.data.manifest import load_manifest
 
 #: A name that recurs in this share of a channel's pieces is the instrument's.
 RECURS = 1.0 / 3.0

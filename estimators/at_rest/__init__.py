@@ -1,0 +1,1 @@
+"""Bodies and instruments at rest: static alignment, bias and its stability."""

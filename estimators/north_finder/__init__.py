@@ -1,0 +1,1 @@
+"""North from a gyro on a turntable: estimators and policies."""

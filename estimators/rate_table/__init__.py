@@ -1,0 +1,1 @@
+"""Scale factor and bias on a rate table: estimators and policies."""

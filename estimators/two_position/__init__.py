@@ -1,0 +1,1 @@
+"""Two-position calibration of a vehicle's sight and inertial system: estimators and policies."""

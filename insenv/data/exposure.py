@@ -1,0 +1,472 @@
+"""The reference channels of a recording turned into the `Motion` that a target channel was exposed to.
+
+Rows are gathered into cells of ``rows_per_cell`` sampling periods on one even grid that runs through gaps
+(``count`` says how many rows a cell holds). What is measured is averaged over a cell; rates are differences
+of their integral over the cell's edges, so that the mean over a cell is exact; states are given at the edges.
+
+The rows of a target that ``covers`` its interval end at the row's time, those of an instantaneous target are
+centred on it; a channel's ``delay`` moves it back.
+
+A gyro sees the share p of the table's rate and the share q of the Earth's vertical rate:
+
+    p = q = sin(tilt)                        a single gyro
+    p = axis . table axis,  q = axis . up    a triad that turns about the vertical (`Mounting.table_axis`)
+
+so that of a vehicle's triad, right-forward-up, the z gyro sees all of a turn and the other two nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insenv.core.earth import EARTH_RATE
+from insenv.core.motion import Motion, interval_mean
+from insenv.core.recording import GAP, Channel, Floats, Recording, Response
+from insenv.core.trajectory import Trajectory
+from insenv.data.follow import followed
+from insenv.data.reference import order, programme
+from insenv.data.smooth import smoothed
+
+#: Which manifest channel would supply a field of `Motion`.
+CHANNEL_OF = {
+    "rate": "table_rate",
+    "rate_edges": "table_rate",
+    "angle": "table_angle",
+    "temperature": "temperature",
+    "base_tilt": "gyro_x, gyro_y, gyro_z",
+    "force": "accel_x",
+    "cross_rate": "gyro_x, gyro_y, gyro_z",
+}
+
+#: Share of the largest rate by which a commanded rate that holds may change from cell to cell.
+STEADY = 1e-7
+#: A table has its commanded rate where it is off by so many times what it usually is (this quantile), or by so small a
+#: share of the largest rate; not where it is off by so large a share. It follows a command that it has this
+#: share of the time.
+USUAL, FAR_OFF, SAME_RATE, OTHER_RATE, FOLLOWED = 0.3, 12.0, 1e-3, 0.02, 0.6
+#: Direction of "up" in the axis letters of `Mounting.axes`.
+_UP = {"U": 1.0, "D": -1.0}
+
+
+@dataclass(frozen=True)
+class Exposure:
+    """A target channel in cells, and what it was exposed to.
+
+    Attributes
+    ----------
+    y : ndarray, shape (n,)
+        Mean of the target over each cell; 0 where a cell is empty.
+    count : ndarray of int, shape (n,)
+        Rows in each cell.
+    cell_of_row : ndarray of int, shape (rows,)
+        Cell of each row; -1 for rows that are left out (the first of a piece whose interval began before it).
+    motion : Motion
+        Exposure on the cells; ``motion.rate`` is the reference that the model subtracts.
+    u : ndarray, shape (n,)
+        Input rate for regressors: the commanded rate where it was logged and the table has it, free of errors of the
+        encoder; else without the jitter of the encoder, which would explain itself (`insenv.core.trajectory`,
+        `insenv.data.follow`). Times the gain of the instrument (`Response`), as ``motion.rate`` is.
+    """
+
+    y: Floats
+    count: NDArray[np.int64]
+    cell_of_row: NDArray[np.int64]
+    motion: Motion
+    u: Floats
+
+
+def expose(
+    recording: Recording,
+    target: str,
+    rows_per_cell: int = 1,
+    reference_temperature: float = 298.15,
+    with_earth: bool = False,
+) -> Exposure:
+    """Gather ``target`` and its references into cells.
+
+    Parameters
+    ----------
+    recording : Recording
+    target : str
+        Name of the channel to explain.
+    rows_per_cell : int
+        Sampling periods in a cell.
+    reference_temperature : float
+        T_ref of the temperature effects [K].
+    with_earth : bool
+        Whether the model declares the Earth's rate: then its known vertical part belongs to the reference.
+
+    Raises
+    ------
+    InputError
+        If the recording has no such channel.
+    """
+    channel = recording.channel(target)
+    response = recording.responses.get(target, Response())
+    cell_of_row, start, n = _cells(recording, channel, rows_per_cell, response.ahead)
+    if target in recording.left_out:
+        cell_of_row[recording.left_out[target]] = -1
+    step = rows_per_cell * recording.dt
+    edges: Floats = start + step * np.arange(n + 1.0)
+    count, y = _gather(channel.values, cell_of_row, n)
+    projection, upwards = _shares(recording, target)
+    share = projection * response.gain
+    vertical = EARTH_RATE * np.sin(recording.site.latitude or 0.0) * upwards * with_earth * response.gain
+    cells = _Cells(recording, target, cell_of_row, count, edges)
+    table = cells.table(share, y - vertical)
+    motion = Motion(
+        t=edges - start,
+        rate=table.reference * share + vertical,
+        angle=table.angle,
+        rate_edges=None if table.rate_edges is None else table.rate_edges * share + vertical,
+        temperature=_temperature(recording, cell_of_row, n),
+        base_tilt=_base_tilt(recording, target, edges),
+        force=_others(recording, cell_of_row, n, "accel_") if target.startswith("gyro") else {},
+        cross_rate=_cross_rates(recording, target, cell_of_row, n),
+        projection=projection,
+        reference_temperature=reference_temperature,
+        base_turned=recording.mounting.base_turned,
+        gain=response.gain,
+        lag=response.lag,
+        filtered=response.filtered,
+        window=response.window,
+    )
+    return Exposure(y, count, cell_of_row, motion, table.rate * share + vertical)
+
+
+@dataclass(frozen=True)
+class _Table:
+    """The table on the cells: the ``reference`` rate, that of curves, and both at the edges where there is a table."""
+
+    reference: Floats
+    rate: Floats
+    rate_edges: Floats | None
+    angle: Floats | None
+
+
+@dataclass(frozen=True)
+class _Cells:
+    """The cells of a target, and what is known of the table on them."""
+
+    recording: Recording
+    target: str
+    cell_of_row: NDArray[np.int64]
+    count: NDArray[np.int64]
+    edges: Floats
+
+    def table(self, share: float, reading: Floats) -> _Table:
+        """The table as an instrument that sees ``share`` of it, and reads ``reading``, tells it from jitter."""
+        names, behind = order(self.recording), self.recording.table
+        n = len(self.count)
+        if not names:
+            return _Table(np.zeros(n), np.zeros(n), None, None)
+        if behind is not None and behind.still:
+            # The noise of an encoder is no motion: neither to subtract nor to make a curve of.
+            return _Table(np.zeros(n), np.zeros(n), np.zeros(n + 1), np.full(n + 1, behind.angle[0]))
+        reference = self._rate(names)
+        angle = _angle_function(self.recording, names)
+        assert angle is not None
+        told = programme(self.recording)
+        if behind is not None:
+            rate, at_edges = self._smoothed(behind)
+            at_rows = self._of_instants(behind)
+            rate = rate + at_rows
+            reference = reference if self._read_beside(names) else reference + at_rows + self._between(behind, names)
+        else:
+            rate, at_edges = self._followed(names, reference, share, reading)
+        if told is not None:
+            rate, at_edges = self._by_programme(told, rate, at_edges)
+        # The integral of a noisy rate wanders away from the angle.
+        measured = names[0] == "table_rate" and behind is not None
+        return _Table(reference, rate, at_edges, None if measured else angle(self.edges))
+
+    def _smoothed(self, behind: Trajectory) -> tuple[Floats, Floats]:
+        """The rate behind a noisy reading, over the cells and at the edges; zero where the table stops."""
+        rate, at_edges = np.diff(behind.angle_at(self.edges)) / self._step, behind.rate_at(self.edges)
+        stops = behind.stops(0.5 * (self.edges[1:] + self.edges[:-1]), rate)
+        inside = np.concatenate([stops[:1], stops[1:] & stops[:-1], stops[-1:]])
+        return np.where(stops, 0.0, rate), np.where(inside, 0.0, at_edges)
+
+    def _of_instants(self, behind: Trajectory) -> Floats:
+        """What a mean of readings at instants is more than the mean over the cells: -dt^2/24 of the second derivative.
+
+        Of a table that swings once a second, read every 10 ms, that is 0.02 % of the rate.
+        """
+        if self.recording.channels[self.target].covers != "instant":
+            return np.zeros(len(self.count))
+        return -(self.recording.dt**2) / 24 * np.diff(behind.acceleration_at(self.edges)) / self._step
+
+    def _between(self, behind: Trajectory, names: tuple[str, ...]) -> Floats:
+        """What the straight line between two readings of an angle leaves of the rate, where edges lie between them."""
+        if names[0] != "table_angle":
+            return np.zeros(len(self.count))
+        times = self.recording.t - self.recording.channels[names[0]].delay
+        bow = behind.angle_at(self.edges) - _at(times, behind.angle_at(times))(self.edges)
+        return np.diff(bow) / self._step
+
+    @property
+    def _step(self) -> float:
+        return float(self.edges[1] - self.edges[0])
+
+    def _rate(self, names: tuple[str, ...]) -> Floats:
+        """Mean rate over the cells, from the first of the channels ``names``."""
+        recording = self.recording
+        channel = recording.channels[names[0]]
+        full = _table_rate(recording, self.edges, names)
+        assert full is not None
+        if self._read_beside(names):
+            # Read at the very times of the target: a mean with its neighbours would mix their noise.
+            count, mean = _gather(channel.values, self.cell_of_row, len(self.count))
+            return np.where(count > 0, mean, full)
+        return _of_rows(recording, self.target, self.cell_of_row, self.count, full, names)
+
+    def _read_beside(self, names: tuple[str, ...]) -> bool:
+        """Whether the reference is the reading of a rate at the very times of the target."""
+        channel, own = self.recording.channels[names[0]], self.recording.channels[self.target]
+        measured = names[0] == "table_rate" and channel.source == "encoder"
+        return measured and channel.covers == own.covers == "instant" and channel.delay == own.delay
+
+    def _followed(
+        self, names: tuple[str, ...], reference: Floats, share: float, reading: Floats
+    ) -> tuple[Floats, Floats]:
+        """The rate behind the jitter of a reading, over the cells and at the edges."""
+        recording, n = self.recording, len(self.count)
+        told = names[0] == "table_rate"
+        at_edges = _rate_edges(recording, self.edges, names)
+        if not share:
+            return reference, at_edges
+        calm = followed(reference, reading / share, self.count > 0, "rate" if told else "angle")
+        if not told:
+            jitter = reference - calm
+            return calm, at_edges - np.interp(np.arange(n + 1.0), np.arange(n) + 0.5, jitter)
+        if np.array_equal(calm, reference):
+            return calm, at_edges
+        # A rate that was measured, not commanded: its noise has no corners to keep sharp.
+        return calm, np.interp(np.arange(n + 1.0), np.arange(n) + 0.5, calm)
+
+    def _by_programme(self, told: str, rate: Floats, at_edges: Floats) -> tuple[Floats, Floats]:
+        """The commanded rate where it holds and the table has it; else the rate that was measured.
+
+        A command is free of errors of the encoder. But it jumps where the table cannot, and between the rows at which
+        a changing rate was logged it is a guess, whose error would look like one of the scale.
+        """
+        recording = self.recording
+        commanded = self._rate((told,))
+        if len(commanded) < 3:
+            return rate, at_edges
+        changed = np.abs(np.diff(commanded)) > STEADY * np.abs(commanded).max()
+        holds = ~np.concatenate([changed[:1], changed[1:] | changed[:-1], changed[-1:]])
+        if recording.channels[told].covers == "interval":
+            # Means that change as the table does are its rate, ramps and all.
+            holds |= ~self._jumps(commanded)
+        off = np.abs(commanded - rate)
+        usual = float(np.quantile(off[holds], USUAL)) if holds.any() else 0.0
+        top = float(np.abs(rate).max())
+        there = off <= min(FAR_OFF * usual + SAME_RATE * top, OTHER_RATE * top)
+        if not holds.any() or float(np.mean(there[holds])) < FOLLOWED:
+            return rate, at_edges  # that passes by what was asked for now and then is no table that follows it
+        there &= np.concatenate([there[:1], there[1:] & there[:-1]]) & np.concatenate(
+            [there[1:] & there[:-1], there[-1:]]
+        )
+        edges = _rate_edges(recording, self.edges, (told,))
+        at_both = np.concatenate([there[:1], there[1:] & there[:-1], there[-1:]])
+        return np.where(there & holds, commanded, rate), np.where(at_both, edges, at_edges)
+
+    @staticmethod
+    def _jumps(commanded: Floats) -> NDArray[np.bool_]:
+        """Cells beside a jump between two rates that hold."""
+        change = np.abs(np.diff(commanded)) > STEADY * np.abs(commanded).max()
+        alone = change & ~np.concatenate([[False], change[:-1]]) & ~np.concatenate([change[1:], [False]])
+        return np.concatenate([alone, [False]]) | np.concatenate([[False], alone])
+
+
+def _shares(recording: Recording, target: str) -> tuple[float, float]:
+    """Shares of the table's rate and of the Earth's vertical rate that the target sees."""
+    mounting, upwards = recording.mounting, float(np.sin(recording.mounting.tilt))
+    if mounting.table_axis and target[-2:] in ("_x", "_y", "_z"):
+        if target.startswith("accel"):
+            return 0.0, 0.0
+        upwards = _UP.get(mounting.axes["xyz".index(target[-1])], 0.0)
+        return upwards * _UP[mounting.table_axis], upwards
+    return (upwards if target == "gyro" or _has_table(recording) else 1.0), upwards
+
+
+def _has_table(recording: Recording) -> bool:
+    return "table_angle" in recording.channels or "table_rate" in recording.channels
+
+
+def _cells(
+    recording: Recording, channel: Channel, rows_per_cell: int, ahead: int = 0
+) -> tuple[NDArray[np.int64], float, int]:
+    """Cell of each row, start of the first cell [s] and number of cells; the first begins ``ahead`` rows early."""
+    dt, covers = recording.dt, channel.covers == "interval"
+    middle = recording.t - channel.delay - (0.5 * dt if covers else 0.0)
+    first = 1 if covers and len(recording) > 1 else 0
+    index = np.rint((middle - middle[first]) / dt).astype(np.int64) + ahead
+    cell = index // rows_per_cell
+    if covers:
+        # The interval of a piece's first row began before the piece: its references are not known.
+        cell[[piece.start for piece in recording.pieces()]] = -1
+    return cell, float(middle[first] - (0.5 + ahead) * dt), int(cell.max()) + 1
+
+
+def _gather(values: Floats, cell_of_row: NDArray[np.int64], n: int) -> tuple[NDArray[np.int64], Floats]:
+    """Rows per cell and their mean; 0 where there is none."""
+    kept = cell_of_row >= 0
+    count = np.bincount(cell_of_row[kept], minlength=n)
+    total = np.bincount(cell_of_row[kept], weights=values[kept], minlength=n)
+    return count, total / np.maximum(count, 1)
+
+
+def _at(times: Floats, values: Floats) -> Callable[[Floats], Floats]:
+    """Linear interpolation that goes on with the slope of its ends."""
+
+    def evaluate(x: Floats) -> Floats:
+        inside = np.interp(x, times, values)
+        if len(times) < 2:
+            return inside
+        for end, next_to_it, beyond in ((0, 1, x < times[0]), (-1, -2, x > times[-1])):
+            slope = (values[next_to_it] - values[end]) / (times[next_to_it] - times[end])
+            inside[beyond] = values[end] + slope * (x[beyond] - times[end])
+        return inside
+
+    return evaluate
+
+
+def _integral(recording: Recording, channel: Channel) -> Callable[[Floats], Floats]:
+    """The integral of a rate channel as a function of time: exact at the rows, linear between them."""
+    times = recording.t - channel.delay
+    steps = np.diff(times)
+    v = channel.values
+    means = v[1:] if channel.covers == "interval" else 0.5 * (v[1:] + v[:-1])
+    return _at(times, np.concatenate([[0.0], np.cumsum(means * steps)]))
+
+
+def _angle_function(recording: Recording, preferred: tuple[str, ...]) -> Callable[[Floats], Floats] | None:
+    """The table's angle as a function of time, from the first of the ``preferred`` channels that is there."""
+    for name in preferred:
+        if name in recording.channels:
+            channel = recording.channels[name]
+            if name == "table_angle":
+                return _at(recording.t - channel.delay, channel.values)
+            return _integral(recording, channel)
+    return None
+
+
+def _table_rate(recording: Recording, edges: Floats, preferred: tuple[str, ...]) -> Floats | None:
+    angle = _angle_function(recording, preferred)
+    return None if angle is None else np.diff(angle(edges)) / (edges[1] - edges[0])
+
+
+def _of_rows(
+    recording: Recording,
+    target: str,
+    cell_of_row: NDArray[np.int64],
+    count: NDArray[np.int64],
+    full: Floats,
+    preferred: tuple[str, ...],
+) -> Floats:
+    """Mean rate of the table over the very intervals of a cell's rows; ``full``, over the whole cell, where full.
+
+    The same for an even clock without gaps. Where rows are lost, or steps differ a little, the table may have turned
+    otherwise in the rest of the cell.
+    """
+    if np.ptp(np.diff(recording.t)) < 1e-6 * recording.dt and target not in recording.left_out:
+        return full
+    rates = table_rate_of_rows(recording, target, preferred)
+    assert rates is not None
+    _, mean = _gather(rates, cell_of_row, len(count))
+    return np.where(count > 0, mean, full)
+
+
+def table_rate_of_rows(
+    recording: Recording, target: str, preferred: tuple[str, ...] = ("table_angle", "table_rate")
+) -> Floats | None:
+    """Mean rate of the table over the interval of each row of ``target``, shape (n,) [rad/s]; None without a table."""
+    angle = _angle_function(recording, preferred)
+    if angle is None:
+        return None
+    dt, channel = recording.dt, recording.channel(target)
+    steps = np.append(dt, np.diff(recording.t))
+    width = np.where(steps <= GAP * dt, steps, dt) if channel.covers == "interval" else np.full(len(steps), dt)
+    end = recording.t - channel.delay + (0.0 if channel.covers == "interval" else 0.5 * dt)
+    return (angle(end) - angle(end - width)) / width
+
+
+def table_share(recording: Recording, target: str) -> float:
+    """Share of the table's rate that ``target`` shows: what it sees, times its gain."""
+    return _shares(recording, target)[0] * recording.responses.get(target, Response()).gain
+
+
+def _rate_edges(recording: Recording, edges: Floats, names: tuple[str, ...]) -> Floats:
+    """Rate of the table at the edges: central differences over one cell, or one sampling period of a rate."""
+    angle = _angle_function(recording, names)
+    assert angle is not None
+    # Over one sampling period the corners of a rate stay sharp; an angle's noise would be as large as can be.
+    half = 0.5 * (recording.dt if names[0] == "table_rate" else edges[1] - edges[0])
+    rate: Floats = (angle(edges + half) - angle(edges - half)) / (2 * half)
+    if len(rate) > 3:
+        # Half a cell beyond the ends the angle is a guess, and its error would stand for an acceleration.
+        rate[[0, -1]] = 2 * rate[[1, -2]] - rate[[2, -3]]
+    return rate
+
+
+def _temperature(recording: Recording, cell_of_row: NDArray[np.int64], n: int) -> Floats | None:
+    """Temperature at the edges, from the smoothed means of the cells."""
+    if "temperature" not in recording.channels:
+        return None
+    count, mean = _gather(recording.values("temperature", "K"), cell_of_row, n)
+    filled = np.flatnonzero(count)
+    edges = np.arange(n + 1.0)
+    middle: Floats = edges[:-1] + 0.5
+    return _at(middle, smoothed(np.interp(edges[:-1], filled, mean[filled])))(edges)
+
+
+def up_direction(recording: Recording) -> Floats:
+    """Unit vector of "up" in the axes of the triad: as the accelerometers feel it, else by the mounting."""
+    names = ("accel_x", "accel_y", "accel_z")
+    if all(name in recording.channels for name in names):
+        force = np.array([recording.channels[name].values.mean() for name in names])
+        return force / np.linalg.norm(force)
+    return np.array([_UP.get(letter, 0.0) for letter in recording.mounting.axes])
+
+
+def _base_tilt(recording: Recording, target: str, edges: Floats) -> Floats | None:
+    """Angle that times gravity is what an accelerometer at rest reads: -(theta x up), theta of the gyros."""
+    if not target.startswith("accel_") or recording.mounting.table_axis:
+        return None  # about axes that turn, the integral of a rate is no tilt
+    up = up_direction(recording)
+    axis = "xyz".index(target[-1])
+    j, k = (axis + 1) % 3, (axis + 2) % 3
+    total = np.zeros(len(edges) - 1)
+    known = False
+    for other, factor in ((j, -up[k]), (k, up[j])):
+        channel = recording.channels.get(f"gyro_{'xyz'[other]}")
+        if channel is None and abs(factor) > 0.1:
+            return None
+        if channel is not None:
+            theta = _integral(recording, channel)(edges)
+            theta = theta - np.linspace(theta[0], theta[-1], len(theta))
+            total += factor * interval_mean(theta)
+            known = True
+    return total if known else None
+
+
+def _others(recording: Recording, cell_of_row: NDArray[np.int64], n: int, prefix: str) -> dict[str, Floats]:
+    """Cell means of the channels ``prefix`` + axis."""
+    return {
+        axis: _gather(recording.channels[prefix + axis].values, cell_of_row, n)[1]
+        for axis in "xyz"
+        if prefix + axis in recording.channels
+    }
+
+
+def _cross_rates(recording: Recording, target: str, cell_of_row: NDArray[np.int64], n: int) -> dict[str, Floats]:
+    if target[-2:] not in ("_x", "_y", "_z"):
+        return {}
+    rates = _others(recording, cell_of_row, n, target[:-1])
+    return {axis: rate for axis, rate in rates.items() if axis != target[-1]}

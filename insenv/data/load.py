@@ -1,0 +1,327 @@
+"""Manifest -> recordings in SI units.
+
+value = factor * x + offset,  an increment divided by the sampling period
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from insenv.core.errors import InputError
+from insenv.core.recording import GAP, Channel, Covers, Floats, Recording, Segment, Site
+from insenv.core.units import DIMENSIONS, scale_to_si
+from insenv.data.manifest import ChannelSpec, Manifest, RunSpec
+from insenv.data.manifest.spec import ACCELEROMETERS, CHANNELS, EVENTS, GYROS, INCREMENTS, Quantity
+from insenv.data.readers import Column, Table, read_table
+from insenv.data.readers.table import rows_of
+from insenv.data.resample import resampled, spread
+from insenv.data.sampling import UnevenError, check_forwards, sampling
+
+#: SI unit of the channels of each dimension.
+SI_UNITS = {"rate": "rad/s", "acceleration": "m/s^2", "angle": "rad", "temperature": "K", "number": "1"}
+#: No instrument reads, and no clock shows, as much as this in SI units: bytes misread as numbers do.
+LARGEST = 1e12
+#: No clock shows as many seconds: the year 5138.
+LAST_SECOND = 1e11
+#: More than this share of steps off by more than half a period is no even sampling.
+UNEVEN_SHARE = 0.05
+#: Most rows at an end that may be strays, and least rows that there must be for each of them.
+MOST_STRAYS, FEWEST_BESIDE = 5, 10
+#: Strays are further off than so many steps.
+APART = 100.0
+#: A share of equal rows beyond which they are how the recording is.
+MOST_COPIES = 0.2
+
+
+def read_recordings(manifest: Manifest) -> tuple[Recording, ...]:
+    """One recording per run, with every channel that the manifest names.
+
+    Gyros and table rate in rad/s, accelerometers in m/s^2, table angle in rad (cumulative), temperature in K, power
+    as the number of the power-up.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read, a column or unit is missing or wrong, a sample is not finite, the time does not run
+        forwards in even steps (gaps apart), or the number of the power-up is none.
+    """
+    read: list[Recording] = []
+    uneven: list[UnevenError] = []
+    for run in manifest.runs:
+        try:
+            read.append(_read_run(manifest, run))
+        except UnevenError as error:
+            uneven.append(error)
+    if uneven:
+        # One rate for all of them, even ones too.
+        rates = [e.rate for e in uneven] + [0.5 / r.dt for r in read]
+        raise InputError(uneven[0].proposing(min(rates)))
+    return tuple(read)
+
+
+def check_sampling(path: Path, t: Floats, place: Callable[[int], str]) -> None:
+    """Refuse time that stands still, runs backwards or is not evenly sampled; gaps and jitter are allowed.
+
+    Parameters
+    ----------
+    path : Path
+        File to name.
+    t : ndarray, shape (n,)
+        Time of the rows [s].
+    place : callable
+        0-based row -> its place in the file.
+    """
+    if len(t) < 2:
+        raise InputError(f"{path}: has {len(t)} row of data; wanted at least 2")
+    steps = np.diff(t)
+    if not (steps > 0).all():
+        row = int(np.argmin(steps > 0)) + 1
+        verb = "stands still" if t[row] == t[row - 1] else "runs backwards"
+        found = f"{t[row]:.15g} s after {t[row - 1]:.15g} s"
+        raise InputError(f"{path}: {place(row)}: time {verb} ({found}); wanted time that increases")
+    period = float(np.median(steps))
+    share = float(np.mean(np.abs(steps - period) > 0.5 * period * (1 + 1e-6)))  # stamps of 2, 3, 2, 3 ms pass
+    if share > UNEVEN_SHARE:
+        found = f"{100 * share:.0f} % of the steps are off the median of {period:.4g} s by more than half of it"
+        raise InputError(f"{path}: not evenly sampled ({found}); wanted at most {100 * UNEVEN_SHARE:.0f} %")
+
+
+def _read_run(manifest: Manifest, run: RunSpec) -> Recording:
+    table = _with_other_files(manifest, run, read_table(run, columns(manifest), manifest.columns))
+    t = time(manifest, run, table)
+    table, t, far = _without_strays(manifest, run, table, t)
+    table, t, again = _without_copies(manifest, run, table, t)
+    notes = (*table.notes, *far, *again)
+    if table.notes and (manifest.fit_rows or manifest.held_out.rows):
+        raise InputError(f"{run.file}: {table.notes[0]}; wanted all of them where {manifest.path} counts rows")
+    if manifest.resample is not None:
+        check_forwards(run.file, t, table.place)
+        t, shared = spread(t)
+        notes = (*notes, *shared)
+        own = np.append(np.median(np.diff(t)), np.diff(t))
+        uneven = replace(recording(manifest, run, table, t, own), notes=notes)
+        return resampled(uneven, manifest.resample, f"{manifest.path}: fit.resample")
+    taken = sampling(run.file, t, table.place, table.values.get("table_angle"))
+    if taken.angle is not None:
+        table = replace(table, values={**table.values, "table_angle": taken.angle})
+    read = recording(manifest, run, table, taken.t, taken.covered)
+    instruments = [name for name in read.channels if name in (*GYROS, *ACCELEROMETERS)]
+    left_out = dict.fromkeys(instruments, taken.doubtful) if taken.doubtful.any() else {}
+    return replace(read, notes=(*notes, *taken.notes), left_out=left_out)
+
+
+def _without_strays(manifest: Manifest, run: RunSpec, table: Table, t: Floats) -> tuple[Table, Floats, tuple[str, ...]]:
+    """The table without a few rows at either end that lie further off than all the others last.
+
+    Raises
+    ------
+    InputError
+        If there are such rows and the manifest counts rows.
+    """
+    notes = []
+    for end in ("first", "last"):
+        steps = np.abs(np.diff(t))
+        few = min(MOST_STRAYS, len(steps) // FEWEST_BESIDE)
+        if not few:
+            break
+        at = int(np.argmax(steps[:few])) if end == "first" else len(steps) - few + int(np.argmax(steps[-few:]))
+        rest = slice(at + 1, None) if end == "first" else slice(0, at + 1)
+        own = slice(0, at + 1) if end == "first" else slice(at + 1, None)
+        if not steps[at] > max(np.ptp(t[rest]), APART * float(np.median(steps))) > 0:
+            continue
+        count = len(t[own])
+        rows = f"the {end} row" if count == 1 else f"the {end} {count} rows"
+        verb = "lies" if count == 1 else "lie"
+        found = f"{rows} {verb} {steps[at]:.6g} s from the others, which last {np.ptp(t[rest]):.4g} s"
+        if manifest.fit_rows or manifest.held_out.rows:
+            hint = f"wanted read.skip = {count}" if end == "first" else "wanted a file without"
+            raise InputError(f"{run.file}: {table.place(int(np.arange(len(t))[own][0]))}: {found}; {hint}")
+        notes.append(f"{found}: left out")
+        table, t = rows_of(table, np.arange(len(t))[rest]), t[rest]
+    return table, t, tuple(notes)
+
+
+def _without_copies(manifest: Manifest, run: RunSpec, table: Table, t: Floats) -> tuple[Table, Floats, tuple[str, ...]]:
+    """The table without rows that repeat the row before in everything, time included.
+
+    Raises
+    ------
+    InputError
+        If there are such rows and the manifest counts rows.
+    """
+    again = np.append(False, np.diff(t) == 0)
+    for values in table.values.values():
+        if again.any():
+            again[1:] &= np.diff(values) == 0
+    if not again.any() or again.mean() > MOST_COPIES:
+        return table, t, ()
+    row = int(np.argmax(again))
+    if manifest.fit_rows or manifest.held_out.rows:
+        found = f"{table.place(row)}: repeats the row before, one of {int(again.sum())} such rows"
+        raise InputError(f"{run.file}: {found}; wanted none of them where {manifest.path} counts rows")
+    kept = np.flatnonzero(~again)
+    table = rows_of(table, kept)
+    noun = "row repeats" if again.sum() == 1 else "rows repeat"
+    return table, t[kept], (f"{int(again.sum())} {noun} the row before in everything, time included: left out",)
+
+
+def columns(manifest: Manifest, file: Path | None = None) -> list[Column]:
+    """Columns that the manifest's channels want of the run's file, or of the ``file`` that some of them have.
+
+    A time that is told by its rate has none.
+    """
+    return [
+        Column(name, spec.column, label=name == "segment")
+        for name, spec in manifest.channels.items()
+        if spec.file == file and (name != "time" or (spec.rate is None and spec.column != "row"))
+    ]
+
+
+def _with_other_files(manifest: Manifest, run: RunSpec, table: Table) -> Table:
+    """The run's table with the columns of those channels that have a file of their own."""
+    for spec in {s.file: s for s in manifest.channels.values() if s.file is not None}.values():
+        assert spec.file is not None
+        other = read_table(replace(run, file=spec.file, format=spec.format), columns(manifest, spec.file))
+        if len(table) not in (0, len(other)):
+            found = f"has {len(other)} rows against {len(table)} in {run.file.name}"
+            raise InputError(f"{spec.file}: {found}; wanted as many, at the same times")
+        table = replace(table, values={**table.values, **other.values}, units={**table.units, **other.units})
+    return table
+
+
+def recording(manifest: Manifest, run: RunSpec, table: Table, t: Floats, dt: float | Floats) -> Recording:
+    """Rows of a file as a recording in SI units: at times ``t``, their increments over the time ``dt`` that they cover.
+
+    Raises
+    ------
+    InputError
+        As `read_recordings`; the time is not looked at.
+    """
+    names = [name for name in manifest.channels if name not in ("time", "segment")]
+    channels = {name: _channel(manifest, run, table, name, dt) for name in names}
+    segments = _segments(table.labels["segment"]) if "segment" in manifest.channels else ()
+    found = Recording(t, channels, segments, _site(run.site, table.site), run.mounting, run.label)
+    return _with_whole_turns(found, manifest, run, table)
+
+
+def time(manifest: Manifest, run: RunSpec, table: Table, first: int = 0) -> Floats:
+    """Time of the rows [s]: a column, the row's number in the file (``first``: of row 0), or as the format fixes it.
+
+    Raises
+    ------
+    InputError
+        If the manifest names no time and the file has none of its own, or its unit is wrong.
+    """
+    spec = manifest.channels.get("time")
+    if spec is None:
+        if table.t is None:
+            raise InputError(f"{manifest.path}: channels.time is missing; {run.file.name} has no time of its own")
+        return table.t
+    if spec.rate is not None or spec.column == "row":
+        rows = np.arange(first, first + len(table)) if table.index is None else table.index
+        return rows / (spec.rate or 1.0)
+    return _scaled(manifest, run, table, "time", "time")
+
+
+def _channel(manifest: Manifest, run: RunSpec, table: Table, name: str, dt: float | Floats) -> Channel:
+    """One channel in SI units."""
+    spec, dimension = manifest.channels[name], CHANNELS[name]
+    if name == "turning":
+        return Channel(table.values[name], SI_UNITS[dimension], spec.covers or "interval")
+    if dimension == "number":
+        check_power(run.file, table.values[name], table.place)
+        return Channel(table.values[name], SI_UNITS[dimension])
+    quantity: Quantity = spec.quantity or (table.quantity if dimension in INCREMENTS else "rate")
+    covers: Covers = spec.covers or ("interval" if quantity == "increment" else "instant")
+    if quantity == "increment":
+        values = _scaled(manifest, run, table, name, INCREMENTS[dimension]) / dt
+    else:
+        values = _scaled(manifest, run, table, name, dimension)
+    return Channel(values, SI_UNITS[dimension], covers, spec.delay, spec.source)
+
+
+def check_power(path: Path, numbers: Floats, place: Callable[[int], str], before: float = 1.0) -> None:
+    """Refuse what is no number of a power-up: these are whole and never fall; ``before`` is that of the row before."""
+    sound = (numbers >= np.append(before, numbers[:-1])) & (numbers == np.rint(numbers))
+    if not sound.all():
+        row = int(np.argmin(sound))
+        last = numbers[row - 1] if row else before
+        wanted = f"wanted the number of the power-up, a whole one that never falls, here {last:g} or more"
+        raise InputError(f"{path}: {place(row)}: channels.power is {numbers[row]:g}; {wanted}")
+
+
+def _scaled(manifest: Manifest, run: RunSpec, table: Table, name: str, dimension: str) -> Floats:
+    """Samples of ``name`` in the SI unit of ``dimension``."""
+    spec = manifest.channels[name]
+    factor, offset = _unit(manifest, run, table, spec, name, dimension)
+    with np.errstate(over="ignore"):
+        values = factor * (table.values[name] - spec.offset) + offset
+    low = 0.0 if name == "temperature" else -LARGEST
+    high = LAST_SECOND if name == "time" else LARGEST
+    sound = (values >= low) & (values <= high)
+    if name in EVENTS:
+        sound |= np.isnan(values)
+    if not sound.all():
+        row = int(np.argmin(sound))
+        found = f"{values[row]:.6g} in SI units"
+        wanted = f"wanted a number from {low:g} to {high:g}"
+        if name == "time" and (finer := _finer(float(np.abs(values).max() / factor))):
+            wanted += f', as with channels.time.unit = "{finer}"'
+        raise InputError(f"{run.file}: {table.place(row)}: column {spec.column!r} is {found}; {wanted}")
+    return values
+
+
+def _finer(stamp: float) -> str:
+    """The unit in which a stamp is one of our time, if it is one of those that clocks count."""
+    counts = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+    return next((unit for unit, size in counts.items() if stamp * size < LAST_SECOND), "")
+
+
+def _unit(
+    manifest: Manifest, run: RunSpec, table: Table, spec: ChannelSpec, name: str, dimension: str
+) -> tuple[float, float]:
+    """Factor and offset to SI: the manifest's unit, else the one in the file's header."""
+    if spec.unit is not None:
+        return scale_to_si(spec.unit, dimension, f"{manifest.path}: channels.{name}.unit")
+    if name in table.units:
+        return scale_to_si(table.units[name], dimension, f"{run.file}: unit of column {spec.column!r}")
+    example = DIMENSIONS[dimension].example
+    missing = f"channels.{name}.unit is missing and {run.file.name} states none"
+    raise InputError(f"{manifest.path}: {missing}; wanted one such as {example!r}")
+
+
+def _site(said: Site, found: Site | None) -> Site:
+    """What the manifest says of the site; else what the file does."""
+    if found is None:
+        return said
+    latitude = found.latitude if said.latitude is None else said.latitude
+    return Site(latitude, said.altitude or found.altitude, found.gravity if said.gravity is None else said.gravity)
+
+
+def _segments(labels: Sequence[str]) -> tuple[Segment, ...]:
+    """Stretches of equal labels; rows without a label belong to none."""
+    breaks = [i for i, (a, b) in enumerate(pairwise(labels), start=1) if a != b]
+    edges = [0, *breaks, len(labels)]
+    return tuple(Segment(labels[a], a, b) for a, b in pairwise(edges) if labels[a])
+
+
+def _with_whole_turns(recording: Recording, manifest: Manifest, run: RunSpec, table: Table) -> Recording:
+    """The table's angle made cumulative where it is declared wrapped; refused where it jumps undeclared."""
+    if "table_angle" not in recording.channels:
+        return recording
+    channel, turn = recording.channels["table_angle"], 2 * np.pi
+    if manifest.channels["table_angle"].wrapped:
+        unwrapped = replace(channel, values=np.unwrap(channel.values, period=turn))
+        return replace(recording, channels={**recording.channels, "table_angle": unwrapped})
+    steps = np.abs(np.diff(channel.values))
+    jumps = (np.abs(steps - turn) < 0.1 * turn) & (np.diff(recording.t) <= GAP * recording.dt)
+    if jumps.any() and np.median(steps) < 0.25 * turn:
+        row = int(np.argmax(jumps)) + 1
+        found = f"{table.place(row)}: channels.table_angle jumps by a full turn"
+        raise InputError(f"{run.file}: {found}; wanted a cumulative angle, or wrapped = true in {manifest.path}")
+    return recording

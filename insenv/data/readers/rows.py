@@ -1,0 +1,201 @@
+"""Rows of a text table -> columns of numbers and labels.
+
+Libraries read a sound file fast; where they refuse, or are not there, the standard library reads it again,
+row by row, and finds the line at fault. Only the wanted columns need be numbers; all rows are of one width.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from insenv.core.errors import InputError
+from insenv.core.recording import Floats
+from insenv.data.manifest.schema import shown
+from insenv.data.manifest.spec import EVENTS
+from insenv.data.readers.conventions import unit_of
+from insenv.data.readers.table import Column, Table, find_column
+
+#: Rows after which what was read so far is looked at.
+EARLY = 1000
+_UNDECODABLE = "\N{REPLACEMENT CHARACTER}"
+_Columns = dict[Column, Any]
+
+
+@dataclass(frozen=True)
+class Body:
+    """Rows below the header: ``content`` begins at line ``first``; ``names`` has one entry per column.
+
+    With ``incomplete`` a value that is missing or no number is read as NaN.
+    """
+
+    path: Path
+    content: bytes
+    first: int
+    delimiter: str | None
+    names: Sequence[str]
+    incomplete: bool = False
+
+    def text(self) -> io.TextIOWrapper:
+        """The rows as text with plain line breaks; what cannot be decoded is marked."""
+        return io.TextIOWrapper(io.BytesIO(self.content), "utf-8", "replace", newline=None)
+
+
+def read_rows(body: Body, columns: Sequence[Column]) -> Table:
+    """Wanted columns of ``body``.
+
+    Raises
+    ------
+    InputError
+        If there are no rows, a row is of another width, or a wanted cell is no number; names the line.
+    """
+    at = {column: find_column(body.path, body.names, column) for column in columns}
+    fast = _with_numpy if body.delimiter is None else _with_arrow
+    found = fast(body, at) or _with_python(body, at)
+    units = {column.channel: unit for column, i in at.items() if (unit := unit_of(body.names, i))}
+    return Table(
+        values={column.channel: data for column, data in found.items() if not column.label},
+        labels={column.channel: data for column, data in found.items() if column.label},
+        units=units,
+        place=partial(_place, body),
+    )
+
+
+def is_number(cell: str) -> bool:
+    """Whether ``cell`` is a number as files write one (Python's ``1_000`` is not)."""
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return "_" not in cell
+
+
+def _with_arrow(body: Body, at: dict[Column, int]) -> _Columns | None:
+    """Columns read by pyarrow, ten times as fast as by Python; None where it refuses or is not there."""
+    try:
+        import pyarrow as pa
+        from pyarrow import csv as arrow_csv
+    except ImportError:
+        return None
+    if b'"' in body.content:
+        return None  # it would take a quotation mark that is never closed for a cell that ends with the file
+    names = [str(i) for i in range(len(body.names))]
+    kinds = {str(i): pa.string() if column.label else pa.float64() for column, i in at.items()}
+    if any(column.label != (kinds[str(i)] == pa.string()) for column, i in at.items()):
+        return None  # one column as numbers and as labels
+    try:
+        table = arrow_csv.read_csv(
+            pa.BufferReader(body.content),
+            read_options=arrow_csv.ReadOptions(column_names=names),
+            parse_options=arrow_csv.ParseOptions(delimiter=body.delimiter),
+            # An empty cell is an error, not a missing value.
+            convert_options=arrow_csv.ConvertOptions(
+                include_columns=list(kinds), column_types=kinds, null_values=[], strings_can_be_null=False
+            ),
+        )
+    except (pa.ArrowException, OSError):
+        return None
+    return {
+        column: [label.strip() for label in table.column(str(i)).to_pylist()]
+        if column.label
+        else table.column(str(i)).to_numpy()
+        for column, i in at.items()
+    }
+
+
+def _with_numpy(body: Body, at: dict[Column, int]) -> _Columns | None:
+    """Columns read by NumPy where the whole table is of numbers; None where it refuses."""
+    if any(column.label for column in at) or not body.content.strip():
+        return None
+    try:
+        rows = np.loadtxt(body.text(), comments=None, ndmin=2)  # all columns, so that ragged rows are found
+    except ValueError:
+        return None
+    if rows.shape[1] != len(body.names):
+        return None
+    return {column: np.ascontiguousarray(rows[:, i]) for column, i in at.items()}
+
+
+def _with_python(body: Body, at: dict[Column, int]) -> _Columns:
+    """Columns read by the standard library, which knows every row's line."""
+    lines, rows = [], []
+    for line, cells in _rows(body):
+        if len(cells) != len(body.names) and body.incomplete:
+            cells = [""] * len(body.names)
+        elif len(cells) != len(body.names):
+            wanted = f"wanted {len(body.names)} as in the first line"
+            raise InputError(f"{body.path}: line {line}: a row of {len(cells)} values; {wanted}")
+        lines.append(line)
+        rows.append(cells)
+        if len(rows) == EARLY:
+            _columns(body, at, rows, lines)  # a fault at the beginning is told before the rest is gone through
+    if not rows:
+        raise InputError(f"{body.path}: has no rows of data; wanted at least one")
+    return _columns(body, at, rows, lines)
+
+
+def _columns(body: Body, at: dict[Column, int], rows: list[list[str]], lines: list[int]) -> _Columns:
+    read = {
+        c: _numbers_or_nan if body.incomplete else _read_now_and_then if c.channel in EVENTS else _numbers for c in at
+    }
+    return {
+        column: (_labels if column.label else read[column])(body.path, column, [row[i] for row in rows], lines)
+        for column, i in at.items()
+    }
+
+
+def _rows(body: Body) -> Iterator[tuple[int, list[str]]]:
+    """Line number and cells of each row that is not blank."""
+    if body.delimiter is None:
+        yield from ((n, cells) for n, row in enumerate(body.text(), body.first) if (cells := row.split()))
+        return
+    reader = csv.reader(body.text(), delimiter=body.delimiter)
+    line = body.first
+    try:
+        for line, cells in enumerate(reader, body.first):
+            if reader.line_num != line - body.first + 1:
+                raise csv.Error("a quotation mark is not closed")
+            if len(cells) > 1 or (cells and cells[0].strip()):
+                yield line, cells
+    except csv.Error as error:
+        raise InputError(f"{body.path}: line {line}: {error}; wanted one row on each line") from None
+
+
+def _numbers(path: Path, column: Column, cells: list[str], lines: list[int]) -> Floats:
+    try:
+        if any("_" in cell for cell in cells):
+            raise ValueError
+        return np.array([float(cell) for cell in cells])
+    except ValueError:
+        row = next(i for i, cell in enumerate(cells) if not is_number(cell))
+    hint = "" if cells[row].strip() else ", or read.incomplete = 'leave out'"
+    raise InputError(f"{path}: line {lines[row]}: {column} is {shown(cells[row])}; wanted a number{hint}")
+
+
+def _numbers_or_nan(path: Path, column: Column, cells: list[str], lines: list[int]) -> Floats:
+    return np.array([float(cell) if is_number(cell) else np.nan for cell in cells])
+
+
+def _read_now_and_then(path: Path, column: Column, cells: list[str], lines: list[int]) -> Floats:
+    """Numbers where there are any: an empty cell is NaN."""
+    return _numbers(path, column, [cell if cell.strip() else "nan" for cell in cells], lines)
+
+
+def _labels(path: Path, column: Column, cells: list[str], lines: list[int]) -> list[str]:
+    for cell, line in zip(cells, lines, strict=True):
+        if _UNDECODABLE in cell:
+            raise InputError(f"{path}: line {line}: {column} is {shown(cell)}; wanted UTF-8 text")
+    return [cell.strip() for cell in cells]
+
+
+def _place(body: Body, row: int) -> str:
+    """Line of the 0-based ``row``: blank lines are no rows."""
+    line = next((line for i, (line, _) in enumerate(_rows(body)) if i == row), None)
+    return f"row {row}" if line is None else f"line {line}"

@@ -1,0 +1,270 @@
+"""Text tables: rows of values between commas, semicolons, tabs or blanks, with or without a header line.
+
+The header is read here, the rows below it by `insenv.data.readers.rows`.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import islice
+from pathlib import Path
+
+from insenv.core.errors import InputError
+from insenv.core.units import scale_to_si
+from insenv.data.manifest.spec import CHANNELS, INCREMENTS, WHOLE, Reading
+from insenv.data.readers.rows import Body, is_number, read_rows
+from insenv.data.readers.table import Column, Table, find_column, split_unit
+
+_LINE = re.compile(rb"([^\r\n]*)(\r\n|\r|\n|\Z)")
+_BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+_COMMENTS = ("#", "%")
+#: Bytes at the beginning of a file that are looked at first, and those of a line that there is no need for.
+HEAD_BYTES, LONGEST = 8_000_000, 1_000_000
+#: Lines at the head of a file among which the header is looked for by its names.
+HEAD = 60
+#: A line longer than this is none of units.
+LONGEST_LINE = 10_000
+_DECIMAL_COMMA = re.compile(rb'(?:^|[;\t])["]?[ +-]*\d+,\d+[ ]*["]?(?:$|[;\t])')
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line that is not blank: number from 1, its bytes ``[start, end)`` with the line break, its text."""
+
+    path: Path
+    number: int
+    start: int
+    end: int
+    text: str
+
+    def cells(self, delimiter: str | None) -> list[str]:
+        """Values of the line; ``None`` parts at blanks."""
+        if delimiter is None:
+            return self.text.split()
+        try:
+            return next(csv.reader([self.text], delimiter=delimiter))
+        except csv.Error as error:
+            raise InputError(f"{self.path}: line {self.number}: {error}; wanted a row of values") from None
+
+    def delimiter(self) -> str | None:
+        """The most frequent of tab, semicolon and comma outside quotes; ``None`` where there is none."""
+        bare = re.sub(r'"[^"]*"', "", self.text)
+        most = max("\t;,", key=bare.count)
+        return most if most in bare else None
+
+
+def read_csv(path: Path, columns: Sequence[Column], reading: Reading = WHOLE) -> Table:
+    """Wanted columns of a table with one header line; commas, semicolons or tabs between values.
+
+    Raises
+    ------
+    InputError
+        If the header, a row or a number is not what it should be.
+    """
+    head = _head(path)
+    if path.stat().st_size > len(head):
+        # Faults of the header and the first rows are told before all of a long file is in memory.
+        csv_table(path, head[: max(head.rfind(b"\n"), head.rfind(b"\r")) + 1], columns, reading)
+    return csv_table(path, path.read_bytes(), columns, reading)
+
+
+def _head(path: Path) -> bytes:
+    """The beginning of a file, which has lines.
+
+    Raises
+    ------
+    InputError
+        If its first line has no end.
+    """
+    with path.open("rb") as file:
+        head = file.read(HEAD_BYTES)
+    if len(head) == HEAD_BYTES and b"\n" not in head[:LONGEST] and b"\r" not in head[:LONGEST]:
+        raise InputError(f"{path}: line 1 is longer than {LONGEST / 1e6:g} MB; wanted a table, a row on each line")
+    return head
+
+
+def csv_table(path: Path, content: bytes, columns: Sequence[Column], reading: Reading) -> Table:
+    """Wanted columns of the ``content`` of such a table; ``path`` is what messages name.
+
+    Raises
+    ------
+    InputError
+        As `read_csv`.
+    """
+    body = below_header(path, content, columns, reading.skip_lines)
+    return read_rows(replace(_with_decimal_points(body), incomplete=reading.incomplete), columns)
+
+
+def _with_decimal_points(body: Body) -> Body:
+    """The rows with points for decimal commas: between semicolons or tabs, with no point in the first row."""
+    first = body.content[:4096].lstrip().split(b"\n", 1)[0].split(b"\r", 1)[0]
+    if body.delimiter not in (";", "\t") or b"." in first or not _DECIMAL_COMMA.search(first):
+        return body
+    return replace(body, content=body.content.replace(b",", b"."))
+
+
+def below_header(path: Path, content: bytes, columns: Sequence[Column], skip_lines: int = 0) -> Body:
+    """The rows below the header line of ``content``, the first bytes of a file or all of them.
+
+    Lines above the header are passed over where they lack a wanted name and a later one has all; so is a row of units
+    below it, which count where the header has none.
+
+    Raises
+    ------
+    InputError
+        If the first line is no header, or lacks a column.
+    """
+    content = content.removeprefix(_BYTE_ORDER_MARK)
+    header = _named(path, content, columns, skip_lines) or _header(path, _lines(path, content, skip_lines))
+    delimiter = header.delimiter() or ","
+    names = header.cells(delimiter)
+    for column in columns:
+        if is_number(found := names[find_column(path, names, column)]):
+            hint = "wanted a header line, or format = 'text' for a file without one"
+            raise InputError(f"{path}: line {header.number}: the heading of {column} is {found.strip()}; {hint}")
+    names, end, number = _with_units(path, content, header, names, columns)
+    return Body(path, content[end:], number + 1, delimiter, names)
+
+
+def _named(path: Path, content: bytes, columns: Sequence[Column], skip_lines: int) -> Line | None:
+    """The first line among those at the head that has all names, where some column is named and the first has not."""
+    wanted = {column.key.strip() for column in columns if isinstance(column.key, str)}
+    if not wanted:
+        return None
+    lines = _lines(path, content, skip_lines)
+    for n, line in enumerate(islice(lines, HEAD)):
+        bare = replace(line, text=line.text.lstrip().lstrip("".join(_COMMENTS)))
+        cells = [cell.strip() for cell in bare.cells(bare.delimiter() or ",")]
+        if wanted <= {*cells, *(split_unit(cell)[0] for cell in cells)}:
+            return bare if n else None
+    return None
+
+
+def _with_units(
+    path: Path, content: bytes, header: Line, names: list[str], columns: Sequence[Column]
+) -> tuple[list[str], int, int]:
+    """Headings with the units of the row below them, if that is one of units; its end, and its number."""
+    start = next(_lines(path, content[header.end :]), None)
+    if start is None:
+        return names, header.end, header.number
+    cells = start.cells(header.delimiter() or ",") if len(start.text) < LONGEST_LINE else []
+    at = [
+        (c, cells[find_column(path, names, c)].strip(" ()[]"))
+        for c in columns
+        if not c.label and len(cells) == len(names)
+    ]
+    if not at or any(not cell or is_number(cell) for _, cell in at) or not any(_is_unit(c, cell) for c, cell in at):
+        return names, header.end, header.number
+    shown = [
+        f"{n} [{u}]" if (u := c.strip(" ()[]")) and not split_unit(n)[1] else n
+        for n, c in zip(names, cells, strict=True)
+    ]
+    return shown, header.end + start.end, header.number + start.number
+
+
+def _is_unit(column: Column, text: str) -> bool:
+    """Whether ``text`` is a unit that the column's channel may have."""
+    dimension = CHANNELS.get(column.channel)  # None: a column that no channel has been given yet
+    for one in CHANNELS.values() if dimension is None else (dimension, INCREMENTS.get(dimension, dimension)):
+        try:
+            scale_to_si(text, one, "unit")
+        except InputError:
+            continue
+        return True
+    return False
+
+
+def _header(path: Path, lines: Iterator[Line]) -> Line:
+    """The header line: the first that is no comment, or the comment before it where that line is of numbers."""
+    before = None
+    line = _next(path, lines)
+    while line.text.lstrip().startswith(_COMMENTS):
+        before, line = line, next(lines, None) or line
+        if line is before:
+            break
+    if before is None:
+        return line
+    bare = replace(before, text=before.text.lstrip().lstrip("".join(_COMMENTS)))
+    cells = line.cells(line.delimiter() or ",")
+    if line is before or (any(map(is_number, cells)) and len(bare.cells(line.delimiter() or ",")) == len(cells)):
+        return bare
+    return line
+
+
+def read_text(path: Path, columns: Sequence[Column], reading: Reading = WHOLE) -> Table:
+    """Wanted columns of a table with blanks between values, or any delimiter that its first row has.
+
+    Lines at its head that open with ``#`` or ``%`` are comments, of which the last may be the header; a first line
+    without any number is a header.
+
+    Raises
+    ------
+    InputError
+        If a row or a number is not what it should be.
+    """
+    _head(path)
+    content = path.read_bytes().removeprefix(_BYTE_ORDER_MARK)
+    comment = None
+    lines = _lines(path, content, reading.skip_lines)
+    header = _next(path, lines)
+    while header.text.lstrip().startswith(_COMMENTS):
+        comment, header = header, _next(path, lines)
+    first = header
+    if not any(map(is_number, header.cells(header.delimiter()))):
+        first = _next(path, lines)
+    elif comment is not None:
+        header = _commented(comment, first)
+    delimiter = first.delimiter()
+    names = header.cells(header.delimiter())
+    if header is first or all(isinstance(column.key, int) for column in columns):
+        names = [str(i) for i in range(len(first.cells(delimiter)))]  # the words of a header may be any
+    body = Body(path, content[first.start :], first.number, delimiter, names, reading.incomplete)
+    return read_rows(body, columns)
+
+
+def _commented(comment: Line, first: Line) -> Line:
+    """The header that a comment is, if it has as many names as the ``first`` row has values; else that row."""
+    bare = replace(comment, text=comment.text.lstrip().lstrip("".join(_COMMENTS)))
+    return bare if len(bare.cells(bare.delimiter())) == len(first.cells(first.delimiter())) else first
+
+
+def looks_like_numbers(head: bytes) -> bool:
+    """Whether a file that begins with ``head`` is text whose first word is a number."""
+    words = head.split()
+    return bool(words) and head.isascii() and b"\0" not in head and is_number(words[0].decode())
+
+
+def decoded(path: Path, content: bytes) -> str:
+    """UTF-8 text with plain line breaks.
+
+    Raises
+    ------
+    InputError
+        If it is not UTF-8; names the line.
+    """
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = len(re.findall(rb"\r\n|\r|\n", content[: error.start])) + 1
+        found = content[error.start]
+        raise InputError(f"{path}: line {line}: byte 0x{found:02x} is not UTF-8; wanted UTF-8 text") from None
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _lines(path: Path, content: bytes, skip: int = 0) -> Iterator[Line]:
+    """Lines that are not blank, after the first ``skip``, one after another, decoded as they are asked for."""
+    for number, match in enumerate(_LINE.finditer(content), start=1):
+        if number > skip and match[1].strip():
+            if not match[1].isascii():
+                decoded(path, content[: match.end(1)])  # a fault is named with its line in the file
+            yield Line(path, number, match.start(), match.end(), match[1].decode())
+
+
+def _next(path: Path, lines: Iterator[Line]) -> Line:
+    line = next(lines, None)
+    if line is None:
+        raise InputError(f"{path}: has no rows of data; wanted at least one")
+    return line

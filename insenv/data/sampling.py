@@ -1,0 +1,183 @@
+"""When the rows of a file were taken: its time stamps, checked, and mended where they only jitter about a clock.
+
+Increments become mean rates over the time that they cover: the period of the clock, or each row's own step where the
+sampler itself is uneven by a little and the table's angle says so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insenv.core.errors import InputError
+from insenv.core.recording import GAP, Floats
+from insenv.data.clock import NEGLIGIBLE, Clock, clock_of, roughness
+
+Mask = NDArray[np.bool_]
+
+#: Stamps no further off the clock than this many quanta are rounded, or cut off, and nothing else.
+ROUNDED = 1.01
+
+#: Seconds that are counted from so long ago that their rounding is more than this share of a period count from row 0.
+COARSE = 1e-9
+
+
+class UnevenError(InputError):
+    """Rows of a run follow no clock; ``rate`` [Hz] is one at which nearly every mean holds two of them."""
+
+    def __init__(self, path: Path, t: Floats) -> None:
+        low, middle, high = np.quantile(np.diff(t), (0.05, 0.5, 0.95))
+        self.rate = 0.5 / max(high, 1e-300)
+        self._found = f"{path}: not evenly sampled (steps of {low:.3g} to {high:.3g} s, {middle:.3g} s in the median"
+        super().__init__(self.proposing(self.rate))
+
+    def proposing(self, rate: float) -> str:
+        """The sentence, with a round rate of ``rate`` or less that would do."""
+        nice = 10.0 ** np.floor(np.log10(rate))
+        rate = nice * max(m for m in (1, 2, 5) if m * nice <= rate * (1 + 1e-9))
+        example = f'fit.resample = "{rate:g} Hz" for means over {1 / rate:g} s'
+        return f"{self._found}, about no even clock); wanted even steps, or {example}"
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """When the rows were taken.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n,)
+        Times [s].
+    covered : float or ndarray, shape (n,)
+        Time that each row covers [s].
+    notes : tuple of str
+        What was done, in words.
+    doubtful : ndarray of bool, shape (n,)
+        Rows of which nobody knows what time they cover: no instrument is read there.
+    angle : ndarray, shape (n,), optional
+        The table's angle where it had to be read anew, at the times ``t``.
+    """
+
+    t: Floats
+    covered: float | Floats
+    notes: tuple[str, ...] = ()
+    doubtful: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool))
+    angle: Floats | None = None
+
+
+def sampling(path: Path, t: Floats, place: Callable[[int], str], angle: Floats | None) -> Sampling:
+    """Sampling of a run with stamps ``t``, shape (n,) [s]; ``angle`` of its table, shape (n,), where there is one.
+
+    Stamps that are wrong by themselves get the time of the clock that the others keep.
+
+    Raises
+    ------
+    InputError
+        If time runs backwards or stands still, or if there is no clock behind the stamps.
+    """
+    check_forwards(path, t, place)
+    grain = float(np.spacing(np.abs(t).max()))
+    clock = clock_of(t - t[0])
+    if not clock.steady:
+        raise UnevenError(path, t)
+    origin = 0.0 if grain < COARSE * clock.period else float(t[0])
+    taken = _mended(path, t - origin, t[0] - origin, replace(clock, quantum=max(clock.quantum, grain)), place, angle)
+    return replace(taken, t=increasing(path, taken.t, place))
+
+
+def _mended(  # noqa: PLR0913 -- what the file has, and its clock
+    path: Path, t: Floats, start: float, clock: Clock, place: Callable[[int], str], angle: Floats | None
+) -> Sampling:
+    """The times to take, of stamps ``t`` about a clock that counts from ``start``."""
+    even = clock.even + start
+    off = clock.off if len(clock.off) else np.zeros(len(t), dtype=bool)
+    leaps = clock.leaps if len(clock.leaps) else np.zeros(len(t), dtype=bool)
+    doubtful = leaps | clock.unsure if len(clock.unsure) else leaps
+    notes = _told(off, leaps, t - even, place)
+    stamps = np.where(off, even, t)
+    rounded = bool(np.abs(stamps - even).max() <= ROUNDED * clock.quantum)
+    if clock.jitter < NEGLIGIBLE * clock.period:
+        # Seconds since 1970 are good to 0.2 us: of a table that turns by 60 deg/s that is 5 deg/h at 100 Hz.
+        smoother = angle is not None and roughness(even, angle) < roughness(stamps, angle)
+        chosen = even if rounded or smoother else stamps
+        late, read = _taken_late(t, chosen, off, angle)
+        return Sampling(chosen, clock.period, notes, doubtful | late, read)
+    if angle is not None and not rounded and roughness(stamps, angle) < roughness(even, angle):
+        text = f"sampled unevenly, by {_share(clock)} of the period (one sigma) as the table's angle confirms"
+        note = f"{text}: each row is taken for the mean over its own step"
+        return Sampling(t, own_steps(t, clock.period), (note,))
+    text = f"time stamps jitter by {_share(clock)} of the period (one sigma) about an even clock of"
+    note = f"{text} {1 / clock.period:.6g} Hz: its times are taken"
+    return Sampling(even, clock.period, (note, *notes), doubtful)
+
+
+def _told(off: Mask, leaps: Mask, left: Floats, place: Callable[[int], str]) -> tuple[str, ...]:
+    """What was found wrong with single stamps, in words."""
+    found = []
+    if off.any():
+        first, sizes = int(np.argmax(off)), np.abs(left[off])
+        span = f"{sizes.max():.3g} s" if off.sum() == 1 else f"{sizes.min():.3g} to {sizes.max():.3g} s"
+        count = "1 time stamp is" if off.sum() == 1 else f"{int(off.sum())} time stamps are"
+        it = "it" if off.sum() == 1 else f"the first at {place(first)}, them"
+        where = f" at {place(first)}" if off.sum() == 1 else ""
+        found.append(f"{count} off the clock{where} by {span}: the clock's time is taken for {it}")
+    if leaps.any():
+        first = int(np.argmax(leaps))
+        times = "once" if leaps.sum() == 1 else f"{int(leaps.sum())} times, first"
+        found.append(f"the clock was set {times} at {place(first)}: a row there is left out")
+    return tuple(found)
+
+
+def _taken_late(t: Floats, chosen: Floats, off: Mask, angle: Floats | None) -> tuple[Mask, Floats | None]:
+    """Rows to leave out where the table's angle says that the sampler was late, not its stamp; the angle in time."""
+    late = np.zeros(len(t), dtype=bool)
+    rows = np.flatnonzero(off)
+    if angle is None or not len(rows):
+        return late, None
+    sound = ~off
+    by_clock = np.abs(angle[rows] - np.interp(chosen[rows], chosen[sound], angle[sound]))
+    by_stamp = np.abs(angle[rows] - np.interp(t[rows], chosen[sound], angle[sound]))
+    if not np.median(by_stamp) < 0.5 * np.median(by_clock):
+        return late, None
+    late[rows] = True
+    late[np.minimum(rows + 1, len(t) - 1)] = True
+    read = angle.copy()
+    read[rows] = np.interp(chosen[rows], chosen[sound], angle[sound])
+    return late, read
+
+
+def check_forwards(path: Path, t: Floats, place: Callable[[int], str]) -> None:
+    """Refuse time of one row, time that runs backwards, and time that stands still throughout."""
+    if len(t) < 2:
+        raise InputError(f"{path}: has {len(t)} row of data; wanted at least 2")
+    steps = np.diff(t)
+    if (steps < 0).any() or t[-1] == t[0]:
+        row = int(np.argmax(steps < 0)) + 1
+        _refuse(path, t, row, place)
+
+
+def increasing(path: Path, t: Floats, place: Callable[[int], str]) -> Floats:
+    """The times, refused where they do not increase."""
+    still = np.diff(t) <= 0
+    if still.any():
+        _refuse(path, t, int(np.argmax(still)) + 1, place)
+    return t
+
+
+def _refuse(path: Path, t: Floats, row: int, place: Callable[[int], str]) -> None:
+    verb = "stands still" if t[row] == t[row - 1] else "runs backwards"
+    found = f"{t[row]:.15g} s after {t[row - 1]:.15g} s"
+    raise InputError(f"{path}: {place(row)}: time {verb} ({found}); wanted time that increases")
+
+
+def own_steps(t: Floats, period: float) -> Floats:
+    """Time that each row covers [s]: its step; ``period`` after a gap and for the first row."""
+    steps = np.append(period, np.diff(t))
+    return np.where(steps <= GAP * period, steps, period)
+
+
+def _share(clock: Clock) -> str:
+    return f"{100 * clock.jitter / clock.period:.2g} %"

@@ -1,0 +1,96 @@
+"""Which rows may be fitted and which are held out: ``fit`` and ``held_out`` have no row in common."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insenv.core.errors import InputError
+from insenv.core.recording import Recording
+from insenv.data.manifest import Manifest, RowRanges
+
+Mask = NDArray[np.bool_]
+
+#: Share of each run's time that is held out where the manifest names nothing.
+HELD_OUT_SHARE = 0.4
+
+
+@dataclass(frozen=True)
+class RowUse:
+    """Rows of one run: ``fit`` and ``held_out``, each shape (n,); a row may be in neither, never in both."""
+
+    fit: Mask
+    held_out: Mask
+
+
+def split(manifest: Manifest, recordings: Sequence[Recording]) -> tuple[RowUse, ...]:
+    """Use of every row, one `RowUse` per run.
+
+    Raises
+    ------
+    InputError
+        If a row is in both, either is empty, or the manifest names rows that are not there.
+    """
+    lengths = [len(recording) for recording in recordings]
+    held_out = _held_out(manifest, recordings)
+    fit = ~held_out
+    if manifest.fit_rows:
+        fit = _rows(manifest.fit_rows, sum(lengths), f"{manifest.path}: fit.rows")
+    if both := int(np.sum(fit & held_out)):
+        first = int(np.argmax(fit & held_out))
+        raise InputError(
+            f"{manifest.path}: {both} rows from row {first} on are in fit.rows and held out "
+            f"({_said(manifest)}); wanted no row in both"
+        )
+    if not held_out.any():
+        raise InputError(f"{manifest.path}: no row is held out ({_said(manifest)}); wanted at least one")
+    if not fit.any():
+        raise InputError(f"{manifest.path}: every row is held out ({_said(manifest)}); wanted rows to fit")
+    edges = np.cumsum(lengths)[:-1]
+    return tuple(RowUse(f, h) for f, h in zip(np.split(fit, edges), np.split(held_out, edges), strict=True))
+
+
+def _held_out(manifest: Manifest, recordings: Sequence[Recording]) -> Mask:
+    """Held-out rows of all runs in order."""
+    named = manifest.held_out
+    if named.positions is not None:
+        if manifest.procedure != "multi-position":
+            raise InputError(f"{manifest.path}: held_out.positions needs model.procedure = 'multi-position'")
+        raise InputError(f"{manifest.path}: held_out.positions names rests, not rows; wanted rows or runs")
+    if named.rows:
+        return _rows(named.rows, sum(map(len, recordings)), f"{manifest.path}: held_out.rows")
+    if named.runs:
+        if (last := max(named.runs)) > len(recordings):
+            found = f"held_out.runs has {last}; there are {len(recordings)} runs"
+            raise InputError(f"{manifest.path}: {found}, each power-up one; wanted one of them")
+        whole = [np.full(len(r), number in named.runs) for number, r in enumerate(recordings, start=1)]
+        return np.concatenate(whole)
+    if named.start is not None:
+        return np.concatenate([r.t - r.t[0] >= named.start for r in recordings])
+    kept = 1 - HELD_OUT_SHARE
+    return np.concatenate([r.t - r.t[0] > kept * (r.t[-1] - r.t[0]) for r in recordings])
+
+
+def _rows(ranges: RowRanges, n: int, where: str) -> Mask:
+    """Mask of ``n`` rows that is true in the half-open ``ranges``."""
+    mask = np.zeros(n, dtype=bool)
+    for start, stop in ranges:
+        if stop > n:
+            raise InputError(f"{where} has [{start}, {stop}]; there are {n} rows, wanted at most [{start}, {n}]")
+        mask[start:stop] = True
+    return mask
+
+
+def _said(manifest: Manifest) -> str:
+    """How the manifest names what is held out."""
+    named = manifest.held_out
+    if named.runs:
+        return f"held_out.runs = {list(named.runs)}"
+    if named.rows:
+        return f"held_out.rows = {[list(r) for r in named.rows]}"
+    if named.start is not None:
+        return f"held_out.start = {named.start:g} s"
+    return f"no [held_out]: the last {100 * HELD_OUT_SHARE:.0f} % of the time"

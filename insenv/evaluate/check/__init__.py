@@ -1,0 +1,1 @@
+"""check-plugin: what an estimator or a policy must keep to."""

@@ -1,0 +1,344 @@
+"""An output that is renewed less often than it is read, looked for in the samples themselves.
+
+    y - u = c (held(u) - u) - s du/dt + declared + noise
+
+In means that are longer than the hold time a held output is late by half of it, and nothing more; in the samples it is
+a sawtooth that follows the acceleration. So it is looked for beside a skew s, in differences from sample to sample,
+which leave of everything slow next to nothing. Found, it is subtracted before lines are looked for: its sawtooth has
+many. u is what the instrument makes of its input, gain and lag (`insenv.identify.clean.response`): a share of it that
+is held is a share of that. The hold time is one for all runs, the phase is each run's own: a logger is started anew.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from insenv.core.motion import Motion
+from insenv.core.recording import Floats, Recording
+from insenv.data.exposure import Exposure, expose
+from insenv.effects.timing import TimingSkew, before_mean
+from insenv.identify.clean.outliers import leaving_out
+from insenv.identify.clean.response import held_part, lagged
+from insenv.identify.fit.problem import Model, Problem, regressors
+
+#: Runs that are looked at, those that move most first.
+MOST_RUNS = 3
+#: Rows that are looked at: those with the most acceleration in a row.
+MOST_ROWS = 40000
+#: A false alarm in so many recordings is allowed.
+FALSE_ALARM = 1e-4
+#: Least and largest share that is held (a smaller one is what a skew leaves), and its largest relative deviation.
+LEAST_SHARE, MOST_SHARE, LARGEST_SD = 0.3, 1.5, 0.1
+#: Standard deviations up to which a share is taken for a whole.
+WHOLE = 4.0
+#: Standard deviations at which a hold would have been seen for certain.
+SEEN = 12.0
+#: Share of the hold times of which that may not hold.
+MOST = 0.1
+#: Peaks of the spectrum that are looked at as renewal rates, hold times that are tried, and phases of each.
+PEAKS, TRIED, PHASES = 32, 32, 8
+#: Rows of the first look, and the shortest hold times, which are always tried.
+COARSE, ALWAYS = 8000, 24
+#: Hold times of round numbers of samples, always tried too: a ramp that is shorter than the hold shows no sawtooth.
+ROUND = (20.0, 25.0, 40.0, 50.0, 100.0, 125.0, 200.0, 250.0, 500.0, 1000.0)
+
+
+@dataclass(frozen=True)
+class Hold:
+    """An output of which the share ``share`` is held for ``hold`` [s], with their standard deviations.
+
+    ``phases`` [s] are the times from a renewal to the start of each run, less than ``hold``.
+    """
+
+    share: float
+    share_sd: float
+    hold: float
+    hold_sd: float
+    phases: tuple[float, ...]
+    p_value: float
+
+
+@dataclass(frozen=True)
+class Look:
+    """The hold of an output, if there is one; ``excluded`` where one of nearly any length would have been seen."""
+
+    hold: Hold | None = None
+    excluded: bool = False
+
+
+def find_hold(recordings: tuple[Recording, ...], spans: tuple[slice, ...], problem: Problem, model: Model) -> Look:
+    """The hold of an output, from the stretch ``spans`` of the run that moves most of those that tell one.
+
+    Parameters
+    ----------
+    recordings : tuple of Recording
+    spans : tuple of slice
+        Rows that are looked at in each, contiguous and fitted.
+    problem : Problem
+        For the target and the reference temperature.
+    model : Model
+        Declared terms.
+    """
+    if not any(np.ptp(e.u) for e in problem.exposures):
+        return Look()
+    looks = []
+    for run in np.argsort([-float(np.ptp(e.u)) for e in problem.exposures])[:MOST_RUNS].tolist():
+        view = _view(recordings[run], spans[run], problem, run, model)
+        if view is None:  # its fitted part may stand still
+            continue
+        look = _best(view)
+        if look.hold is not None:
+            return Look(_of_all_runs(look.hold, run, recordings, spans, problem, model))
+        looks.append(look)
+    return looks[0] if looks else Look()
+
+
+@dataclass(frozen=True)
+class _View:
+    """Cells of a run, free columns of their differences, and the differences without them."""
+
+    exposure: Exposure
+    cells: NDArray[np.int64]
+    q: Floats
+    left: Floats
+
+
+def _view(recording: Recording, span: slice, problem: Problem, run: int, model: Model) -> _View | None:
+    """The cells of a run in which a hold is looked for; None where nothing moves there."""
+    exposure = aligned(recording, _whole(recording, problem, run))
+    cells = _cells(exposure, span)
+    if len(cells) < 64 or not np.any(np.diff(exposure.u[cells])):
+        return None
+    columns = [regressors(t.effect, exposure, t.shape)[cells] for t in model]
+    columns.append(TimingSkew().basis(exposure.u, exposure.motion)[cells])
+    q = _orthogonal(np.diff(np.column_stack(columns), axis=0))
+    return _View(exposure, cells, q, _outside(q, np.diff((exposure.y - exposure.motion.rate)[cells])))
+
+
+def aligned(recording: Recording, exposure: Exposure) -> Exposure:
+    """The exposure at the instrument's own time, with the motion behind a noisy reading for the reading."""
+    motion, table = exposure.motion, recording.table
+    if table is None or table.still or motion.rate_edges is None:
+        return exposure
+    u = lagged(exposure, motion.lag)
+    if motion.filtered:
+        edges = motion.rate_edges - motion.lag * np.gradient(motion.rate_edges, motion.dt)
+    else:
+        edges = np.interp(motion.t - motion.lag, motion.t, before_mean(exposure.u, motion.rate_edges, motion)[1])
+    return replace(exposure, u=u, motion=replace(motion, rate=u, rate_edges=edges, lag=0.0, window=0.0))
+
+
+def _of_all_runs(
+    hold: Hold,
+    run: int,
+    recordings: tuple[Recording, ...],
+    spans: tuple[slice, ...],
+    problem: Problem,
+    model: Model,
+) -> Hold:
+    """The hold with the phase of each run: where it explains most; zero where a run does not move."""
+    phases = []
+    for other, (recording, span) in enumerate(zip(recordings, spans, strict=True)):
+        if other == run:
+            phases.append(hold.phases[0])
+            continue
+        view = _view(recording, span, problem, other, model)
+        phases.append(0.0 if view is None else _phase(view, hold.hold))
+    return replace(hold, phases=tuple(phases))
+
+
+def _phase(view: _View, hold: float) -> float:
+    """The phase at which a hold of that time explains most [s]."""
+    dt = view.exposure.motion.dt
+    search, ratio = _Search(view.exposure, view.cells, view.q, view.left), hold / dt
+    step = max(1.0, ratio // PHASES)
+    best = max((float(k) for k in np.arange(0.0, ratio, step)), key=lambda k: search.of((ratio, k)))
+    while step > 1:
+        step = max(1.0, step // 2)
+        best = max((best - step, best, best + step), key=lambda k: search.of((ratio, k)))
+    return (best % ratio) * dt
+
+
+def without_hold(recording: Recording, problem: Problem, run: int, hold: Hold) -> Recording:
+    """The recording with what the hold adds taken out of the target.
+
+    Rows that still hold a value from before the recording are left out: nobody knows that value.
+    """
+    exposure, phase = aligned(recording, _whole(recording, problem, run)), hold.phases[run]
+    added = hold.share * held_part(exposure.motion, exposure.u, hold.hold, phase)
+    channel, cell = recording.channels[problem.target], exposure.cell_of_row
+    values = channel.values - np.where(cell >= 0, added[np.maximum(cell, 0)], 0.0)
+    freed = replace(recording, channels={**recording.channels, problem.target: replace(channel, values=values)})
+    older = (cell < round((hold.hold - phase) / exposure.motion.dt)) & (phase > 0)
+    older |= recording.left_out.get(problem.target, np.zeros(len(recording), dtype=bool))
+    return leaving_out(freed, problem.target, older) if older.any() and not older.all() else freed
+
+
+def held_addition(u: Floats, motion: Motion, theta: Floats, phase: float) -> Floats:
+    """What `insenv.effects.timing.SampleHold` adds where a renewal was ``phase`` before the start of the run."""
+    return float(theta[0]) * held_part(motion, u, float(theta[1]), phase)
+
+
+def _whole(recording: Recording, problem: Problem, run: int) -> Exposure:
+    reference = problem.exposures[run].motion.reference_temperature
+    return expose(recording, problem.target, reference_temperature=reference)
+
+
+def _cells(exposure: Exposure, span: slice) -> NDArray[np.int64]:
+    """Consecutive cells of ``span``: of a long one the `MOST_ROWS` with the most acceleration."""
+    cells = exposure.cell_of_row[span]
+    cells = cells[cells >= 0]
+    first = _liveliest(exposure, cells, MOST_ROWS)
+    return cells[first : first + MOST_ROWS]
+
+
+def _liveliest(exposure: Exposure, cells: NDArray[np.int64], count: int) -> int:
+    """Where the ``count`` of the cells with the most acceleration begin."""
+    if len(cells) <= count:
+        return 0
+    moved = np.concatenate([[0.0], np.cumsum(np.diff(exposure.u[cells]) ** 2)])
+    return int(np.argmax(moved[count:] - moved[:-count]))
+
+
+def _orthogonal(columns: Floats) -> Floats:
+    size = np.linalg.norm(columns, axis=0)
+    scaled = columns[:, size > 0] / size[size > 0]
+    u, s, _ = np.linalg.svd(scaled, full_matrices=False)
+    return u[:, s > 1e-9 * s.max(initial=0.0)]
+
+
+def _outside(q: Floats, x: Floats) -> Floats:
+    return x - q @ (q.T @ x)
+
+
+def _best(view: _View) -> Look:
+    """The hold that explains most of what is left, refined, if it is more than chance."""
+    exposure, cells, q, left = view.exposure, view.cells, view.q, view.left
+    first = _liveliest(exposure, cells, COARSE)
+    few = slice(first, first + min(COARSE, len(cells)) - 1)
+    own = _orthogonal(q[few])
+    coarse = _Search(exposure, cells[first : few.stop + 1], own, _outside(own, left[few]))
+    best = coarse.coarse()
+    if best is None:
+        return Look()
+    search = _Search(exposure, cells, q, left)
+    best = search.refined(best)
+    hold = _told(search.gain(*best), best, exposure.motion.dt, len(left) - q.shape[1], best[0] / len(cells))
+    small = search.gain(*best).share < LEAST_SHARE
+    return Look(hold, hold is None and small and coarse.sees_all())
+
+
+def _told(found: _Gain, best: tuple[float, float], dt: float, freedom: int, finest: float) -> Hold | None:
+    """The hold, if chance or a skew would not do."""
+    noise = max(found.total - found.gain, 0.0) / max(freedom - 3, 1)
+    sd = float(np.sqrt(noise / found.size)) if found.size > 0 else np.inf
+    looks = freedom * PHASES
+    p = min(1.0, float(chi2.sf(found.gain / noise, 3)) * looks) if noise > 0 else 0.0
+    if p > FALSE_ALARM or not LEAST_SHARE <= found.share <= MOST_SHARE or sd > LARGEST_SD * found.share:
+        return None
+    ratio, phase = best
+    # An output is held whole, unless the samples say otherwise: what its share is off by would look like a skew.
+    share = 1.0 if abs(found.share - 1.0) <= WHOLE * sd else found.share
+    return Hold(share, sd, ratio * dt, finest * dt / np.sqrt(12), ((phase % ratio) * dt,), p)
+
+
+@dataclass(frozen=True)
+class _Gain:
+    """Square sum that a hold explains of ``total``, its share, and the square sum of its column."""
+
+    gain: float
+    share: float
+    size: float
+    total: float
+
+
+@dataclass(frozen=True)
+class _Search:
+    """Gains on the cells ``cells``, whose differences ``left`` are free of the columns ``q``; in samples."""
+
+    exposure: Exposure
+    cells: NDArray[np.int64]
+    q: Floats
+    left: Floats
+    seen: dict[tuple[float, float], _Gain] = field(default_factory=dict)
+
+    def gain(self, ratio: float, phase: float) -> _Gain:
+        """Gain of a hold of ``ratio`` samples that was renewed ``phase`` samples before the start of the run."""
+        key = ratio, phase % ratio
+        if key not in self.seen:
+            self.seen[key] = self._gain(*key)
+        return self.seen[key]
+
+    def _gain(self, ratio: float, phase: float) -> _Gain:
+        dt, cells, total = self.exposure.motion.dt, self.cells, float(self.left @ self.left)
+        start, stop = max(0, int(cells[0]) - int(ratio) - 1), int(cells[-1]) + 1  # from a whole cell of the hold on
+        motion = self.exposure.motion.interval(start, stop)
+        column = held_addition(self.exposure.u[start:stop], motion, np.array([1.0, ratio * dt]), phase * dt)
+        change = np.diff(column[cells - start])
+        column = change - self.q @ (self.q.T @ change)
+        size = float(column @ column)
+        share = float(column @ self.left) / size if size > 0 else 0.0
+        credible = 0 < share <= MOST_SHARE  # a larger one is another hold, tried too
+        return _Gain(share**2 * size if credible else 0.0, share, size, total)
+
+    def of(self, one: tuple[float, float]) -> float:
+        """Square sum explained."""
+        return self.gain(*one).gain
+
+    def sees_all(self) -> bool:
+        """Whether a whole hold of nearly any length that was tried would have stood out.
+
+        Not of every one: what is held for a whole period of the motion is a constant.
+        """
+        noise = float(self.left @ self.left) / max(len(self.left) - self.q.shape[1] - 1, 1)
+        return float(np.quantile([one.size for one in self.seen.values()], MOST)) > SEEN**2 * noise
+
+    def coarse(self) -> tuple[float, float] | None:
+        """The best of the ratios at whose rate the residual follows the acceleration most, at several phases."""
+        tried = [(r, float(np.floor(r * k / PHASES))) for r in self._ratios() for k in range(PHASES)]
+        return max(dict.fromkeys(tried), key=self.of, default=None)
+
+    def refined(self, best: tuple[float, float]) -> tuple[float, float]:
+        """The best beside ``best``: first its phase, then its ratio; whole samples where they do as well."""
+        step = max(1.0, best[0] // PHASES)
+        while step >= 1:
+            best = max(((best[0], best[1] + k * step) for k in (-1, 0, 1)), key=self.of)
+            step //= 2
+        # Boundaries move past samples one by one: finer than this nothing changes. About the middle of the cells, so
+        # that the phase stays there.
+        finest, middle = best[0] / len(self.cells), float(self.cells.mean())
+        step = 16 * finest
+        while step > 0.5 * finest:
+            near = [(best[0] + k * step, best[1] + k * step * middle / best[0]) for k in (-1, 0, 1)]
+            best = max((one for one in near if one[0] > 1), key=self.of)
+            step /= 2
+        whole = float(round(best[0]))
+        left = self.gain(*best).total - self.of(best)
+        for phase in (0.0, *(float(p) for p in range(1, min(int(whole), 200)))):
+            if whole >= 2 and self.gain(whole, phase).total - self.of((whole, phase)) <= 1.02 * left:
+                return whole, phase
+        return best[0], best[1] % best[0]
+
+    def _ratios(self) -> list[float]:
+        n, moved = len(self.left), np.diff(self.exposure.u[self.cells])
+        power = np.abs(np.fft.rfft(self.left * moved)) ** 2
+        power = np.maximum(power, np.maximum(np.roll(power, 1), np.roll(power, -1)))
+        most = n // 4
+        whole = [r for m, last in ((1, 100), (10, 1000), (100, 10000)) for r in range(max(2, last // 10), last, m)]
+        halves = [0.5 * r for r in range(4, 21)]
+        peaks = np.argsort(power[4:])[::-1][:PEAKS] + 4
+        ratios = {*map(float, whole), *halves, *(n / float(k) for k in peaks)}
+
+        def strength(ratio: float) -> float:
+            """Mean power at the first harmonics."""
+            tops = range(1, 1 + min(4, int(ratio / 2)))
+            return float(np.mean([power[min(round(k * n / ratio), len(power) - 1)] for k in tops]))
+
+        few = sorted(r for r in ratios if 2 <= r <= most)
+        return sorted(
+            {*few[:ALWAYS], *(r for r in ROUND if r <= most), *sorted(few, key=strength, reverse=True)[:TRIED]}
+        )

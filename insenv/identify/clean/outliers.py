@@ -1,0 +1,269 @@
+"""Readings that are no measurements: spikes, knocks, dropped words of a data link, values that stick.
+
+**Spikes.** Of the samples less the table's rate, and of their means over 8, 64, ... rows, one is an outlier if it lies
+on the same side of the medians of its neighbours before and after, by more than
+
+    max(8 s, 5 s + q) + r,      s the local robust deviation, r the range of the table's rate nearby,
+                                q what rounding of the readings moves a row by
+
+A step, a ramp or a slow effect moves one side along; an error of timing, a lock-in, a fault around one rate are bounded
+by how much the rate changes there; a table's disturbance at one angle comes back with every turn and is kept.
+
+**Ramps.** Rows in which a table has not yet the rate that it was told (`insenv.identify.clean.ramps`).
+
+**Sticking.** A value that repeats longer than chance allows, where rows with as fast a table hardly ever repeat.
+
+Single bins of a recording at rest are judged once more by themselves (`outliers`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d
+
+from insenv.core.recording import Floats, Recording
+from insenv.core.stretches import stretches
+from insenv.data.exposure import table_rate_of_rows, table_share
+from insenv.identify.clean.ramps import approaching
+from insenv.identify.clean.rounding import rounding
+from insenv.identify.findings import RejectedRows
+from insenv.identify.fit.bins import Block
+from insenv.identify.fit.problem import Problem
+
+Mask = NDArray[np.bool_]
+
+#: Robust standard deviations; a Gaussian bin is that far out with probability 1e-15.
+FAR = 8.0
+#: The same where rounding alone may have moved a row: of a rare step to the next number the deviation knows nothing.
+ROUNDED = 5.0
+#: Largest share of the table's rate that is rounding.
+ROUNDED_SHARE = 0.05
+#: Bins whose median a bin is compared with.
+NEIGHBOURS = 9
+#: Largest share that may be outliers: more of them are how the instrument is.
+MOST = 0.01
+#: Longest outlier that a scale finds, in its means: three neighbours on, medians begin.
+LONGEST = 3
+#: Each scale has so many rows of the one below.
+SCALE = 8
+#: Rows over which the local deviation is taken.
+LOCAL = 256
+#: A gap longer than this many periods parts what is compared.
+APART = 20.0
+#: Probability that a sound recording has one value that is said to stick.
+STICKS_BY_CHANCE = 1e-4
+#: Fewest equal values in a row that may stick; share of repeats from which values are too coarse to tell.
+FEWEST_EQUAL, COARSE = 5, 0.2
+#: Groups of rows by the size of the table's rate: a gyro near lock-in repeats itself, and only there.
+RATE_GROUPS = 16
+#: Outliers from which their angles are looked at, and the probability that chance gathers them at one.
+FEWEST_ANGLES, AT_ONE_ANGLE = 5, 1e-3
+
+
+def without_outliers(
+    recordings: tuple[Recording, ...], target: str, longest: int
+) -> tuple[tuple[Recording, ...], tuple[RejectedRows, ...]]:
+    """The recordings with outlying rows of ``target`` left out, and those rows.
+
+    Parameters
+    ----------
+    recordings : tuple of Recording
+    target : str
+    longest : int
+        Rows of the longest means that are looked at.
+    """
+    cleaned, rejected = [], []
+    for run, recording in enumerate(recordings):
+        found = _of_run(recording, target, run, longest)
+        mask = np.zeros(len(recording), bool)
+        for one in found:
+            mask[one.start : one.stop] = True
+        if mask.any():
+            recording = leaving_out(recording, target, mask)
+        cleaned.append(recording)
+        rejected += found
+    return tuple(cleaned), tuple(rejected)
+
+
+def leaving_out(recording: Recording, target: str, mask: Mask) -> Recording:
+    """The recording without some rows of ``target``; in its samples their neighbours' line stands for them."""
+    channel, row = recording.channels[target], np.arange(len(recording))
+    mask = mask | recording.left_out.get(target, np.zeros(len(recording), bool))
+    table = table_rate_of_rows(recording, target)
+    follows = np.zeros(len(recording)) if table is None else table * table_share(recording, target)
+    level = np.interp(row, row[~mask], (channel.values - follows)[~mask])
+    values = np.where(mask, level + np.interp(row, row[~mask], follows[~mask]), channel.values)
+    channels = {**recording.channels, target: replace(channel, values=values)}
+    left_out = {**recording.left_out, target: mask | recording.left_out.get(target, False)}
+    return replace(recording, channels=channels, left_out=left_out)
+
+
+def _of_run(recording: Recording, target: str, run: int, longest: int) -> list[RejectedRows]:
+    y = recording.channels[target].values
+    table = table_rate_of_rows(recording, target)
+    share = table_share(recording, target)
+    u = np.zeros(len(y)) if table is None else table * share
+    before = recording.left_out.get(target, np.zeros(len(y), bool))
+    stuck = _stuck(y, u) & ~before
+    found = [RejectedRows(target, run, a, b, f"{b - a} equal values", "stuck") for a, b in stretches(stuck)]
+    ramps = approaching(recording, target, run)
+    found += ramps
+    for ramp in ramps:
+        stuck[ramp.start : ramp.stop] = True
+    coarse = _rounding(recording, target)
+    spikes, sizes = _spikes(recording, y - u, u, stuck, longest, coarse)
+    if table is not None:
+        spikes |= _reference_spikes(y, u, sizes, coarse)
+    if spikes.mean() > MOST or _at_one_angle(recording, spikes):
+        return found
+    for a, b in stretches(spikes & ~stuck & ~before):
+        size = min(float(sizes[a:b].max()), 999.0)
+        more = "more than " if size == 999 else ""
+        found.append(RejectedRows(target, run, a, b, f"{more}{size:.0f} robust deviations off its neighbours"))
+    return sorted(found, key=lambda one: one.start)
+
+
+def _rounding(recording: Recording, target: str) -> float:
+    """What rounding of the reference alone may move one row of the target less the table's rate by.
+
+    Steps that are a good part of the rate itself are how the table moves.
+    """
+    if "table_angle" in recording.channels:
+        angle = recording.channels["table_angle"].values
+        step, most = rounding(angle) / recording.dt, float(np.abs(np.diff(angle)).max(initial=0.0)) / recording.dt
+    elif "table_rate" in recording.channels:
+        rate = recording.channels["table_rate"].values
+        step, most = rounding(rate), float(np.abs(rate).max(initial=0.0))
+    else:
+        return 0.0
+    return abs(table_share(recording, target)) * step if step < ROUNDED_SHARE * most else 0.0
+
+
+def _spikes(
+    recording: Recording, x: Floats, u: Floats, stuck: Mask, longest: int, coarse: float
+) -> tuple[Mask, Floats]:
+    """Outlying rows at every scale, and by how many deviations; rows that stick are not asked."""
+    mask, sizes = np.zeros(len(x), bool), np.zeros(len(x))
+    breaks = np.flatnonzero(np.diff(recording.t) > APART * recording.dt) + 1
+    for piece in np.split(np.arange(len(x)), breaks):
+        rows = piece[~stuck[piece]]
+        scale = 1
+        while scale <= longest and len(rows) // scale >= 4 * NEIGHBOURS:
+            kept = rows[: len(rows) // scale * scale].reshape(-1, scale)
+            far = _far(x[kept].mean(axis=1), u[kept].max(axis=1), u[kept].min(axis=1), coarse / scale)
+            hit = np.flatnonzero(far > 1)
+            # Slower than rows a knock is not even: what is beside it on this scale belongs to it.
+            mask[kept[hit]] = True
+            sizes[kept[hit]] = np.maximum(sizes[kept[hit]], FAR * far[hit][:, None])
+            rows = rows[~mask[rows]]
+            scale *= SCALE
+    return mask, sizes
+
+
+def _far(x: Floats, high: Floats, low: Floats, coarse: float) -> Floats:
+    """Distance of each value from the medians before and after it, of what is allowed; 0 where they disagree."""
+    half = NEIGHBOURS // 2
+    reach = LONGEST + half
+    middle = median_filter(x, size=NEIGHBOURS, mode="nearest")
+    before, after = np.full(len(x), np.nan), np.full(len(x), np.nan)
+    before[reach:], after[:-reach] = middle[:-reach], middle[reach:]
+    a, b, c = x - before, x - after, x - middle
+    alike = (np.sign(a) == np.sign(b)) & (np.sign(a) == np.sign(c))
+    # Far from the median around it as well: the crest of a slow wave is far from both sides, but not from that.
+    least = np.where(alike, np.minimum(np.minimum(np.abs(a), np.abs(b)), np.abs(c)), 0.0)
+    width = 2 * (reach + half) + 1
+    moved = maximum_filter1d(high, width) - minimum_filter1d(low, width)
+    noise = _deviation(x - middle)
+    allowed = np.maximum(FAR * noise, ROUNDED * noise + 1.1 * coarse) + moved
+    return np.nan_to_num(least / np.where(allowed > 0, allowed, np.inf))
+
+
+def _deviation(left: Floats) -> Floats:
+    """Local robust standard deviation, shape (n,): the largest of a stretch and those beside it, or of the whole.
+
+    By the median, or by the 90 % quantile where that is more, as of coarse readings.
+    """
+    n, size = len(left), np.abs(left)
+    count = max(1, n // LOCAL)
+    length = n // count
+    local = _robust(size[: count * length].reshape(count, length))
+    whole = _robust(size[None, :: max(1, n // 20000)])[0]
+    return np.maximum(maximum_filter1d(local, 3), whole)[np.minimum(np.arange(n) // length, count - 1)]
+
+
+def _robust(size: Floats) -> Floats:
+    """Deviation of each row of sizes, shape (rows,)."""
+    middle, high = size.shape[1] // 2, int(0.9 * (size.shape[1] - 1))
+    parted = np.partition(size, (middle, high), axis=1)
+    return np.maximum(1.4826 * parted[:, middle], parted[:, high] / 1.645)
+
+
+def _reference_spikes(y: Floats, u: Floats, sizes: Floats, coarse: float) -> Mask:
+    """Rows in which the table's rate leaps away and back and the instrument has seen nothing of it: a wrong angle."""
+    seen, level = (median_filter(x, size=NEIGHBOURS, mode="nearest") for x in (y, u))
+    away = _far(u, 0.3 * level, 0.3 * level, coarse)
+    hit = (away > 1) & (np.abs(y - seen) < 0.3 * np.abs(u - level))
+    sizes[hit] = np.maximum(sizes[hit], FAR * away[hit])
+    return hit
+
+
+def _at_one_angle(recording: Recording, spikes: Mask) -> bool:
+    """Whether the outliers of several turns gather at one angle of the table (Rayleigh's test)."""
+    if "table_angle" not in recording.channels:
+        return False
+    angle = recording.channels["table_angle"].values
+    at = np.array([angle[a] for a, _ in stretches(spikes)])
+    if len(at) < FEWEST_ANGLES or np.ptp(at) < 2 * np.pi * (FEWEST_ANGLES - 1):
+        return False
+    return bool(np.exp(-len(at) * np.abs(np.exp(1j * at).mean()) ** 2) < AT_ONE_ANGLE)
+
+
+def _stuck(y: Floats, u: Floats) -> Mask:
+    """Rows whose value repeats longer than chance allows."""
+    same = np.diff(y) == 0
+    mask = np.zeros(len(y), bool)
+    if not same.any() or same.mean() > COARSE:
+        return mask
+    repeats = np.full(len(same), same.mean())
+    if np.ptp(u) > 0:
+        group = np.minimum(np.argsort(np.argsort(np.abs(u[1:]))) * RATE_GROUPS // len(same), RATE_GROUPS - 1)
+        share = np.bincount(group, weights=same, minlength=RATE_GROUPS) / np.bincount(group, minlength=RATE_GROUPS)
+        repeats = share[group]
+    chance = np.concatenate([[0.0], np.cumsum(np.log(np.maximum(repeats, 1 / len(same))))])
+    for a, b in stretches(same):
+        equal = b - a + 1
+        if equal >= FEWEST_EQUAL and chance[b] - chance[a] < np.log(STICKS_BY_CHANCE / len(y)):
+            mask[a + 1 : b + 1] = True
+    return mask
+
+
+def rows_of_bins(problem: Problem) -> tuple[RejectedRows, ...]:
+    """Rows of the bins that are left free as outliers."""
+    found = []
+    per_bin = problem.bins.weights[0].shape[1]
+    first = np.cumsum([0, *map(len, problem.bins.kept)])
+    for index in problem.outliers:
+        run = int(problem.bins.run[index])
+        cell = problem.exposures[run].cell_of_row
+        rows = np.flatnonzero((cell >= 0) & (cell // per_bin == problem.bins.kept[run][index - first[run]]))
+        reason = f"a mean over {problem.bins.width:.3g} s off its neighbours"
+        found.append(RejectedRows(problem.target, run, int(rows[0]), int(rows[-1]) + 1, reason))
+    return tuple(found)
+
+
+def outliers(y: Floats, blocks: tuple[Block, ...]) -> tuple[int, ...]:
+    """Indices of outlying bins of the fitted blocks."""
+    found: list[int] = []
+    for block in blocks:
+        if not block.fitted or block.n < 4 * NEIGHBOURS:
+            continue
+        x = y[block.start : block.stop]
+        left = x - median_filter(x, size=NEIGHBOURS, mode="reflect")
+        scale = 1.4826 * float(np.median(np.abs(left - np.median(left))))
+        if scale > 0:
+            found += (block.start + np.flatnonzero(np.abs(left) > FAR * scale)).tolist()
+    fitted = sum(b.n for b in blocks if b.fitted)
+    return tuple(found) if len(found) <= MOST * fitted else ()

@@ -1,0 +1,110 @@
+"""Generalised least squares with priors: coefficients, noise and their covariance.
+
+    theta = (X' S^-1 X + P)^-1 X' S^-1 y,      cov = (X' S^-1 X + P)^-1
+
+in the DCT-II domain where S is diagonal; S by restricted maximum likelihood (`insenv.identify.fit.noise`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from insenv.core.recording import Floats
+from insenv.identify.fit.noise import NoiseFit, Pooled, fit_noise
+from insenv.identify.fit.problem import Design, Model, Problem, design
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted model.
+
+    Attributes
+    ----------
+    model : Model
+    design : Design
+    beta : ndarray, shape (p,)
+        Scaled coefficients; ``theta`` is in SI.
+    cov : ndarray, shape (p, p)
+        Covariance of the scaled coefficients.
+    noise : NoiseFit
+        By restricted maximum likelihood.
+    """
+
+    model: Model
+    design: Design
+    beta: Floats
+    cov: Floats
+    noise: NoiseFit
+
+    @property
+    def theta(self) -> Floats:
+        """Coefficients in SI units, shape (p,)."""
+        return self.beta / self.design.scale
+
+    @property
+    def sd(self) -> Floats:
+        """Standard deviations of ``theta``, shape (p,)."""
+        return np.sqrt(np.diag(self.cov)) / self.design.scale
+
+    def predicted(self) -> Floats:
+        """The model over all bins, shape (bins,); free bins are not part of it."""
+        return self.design.matrix @ (self.beta * (self.design.term >= 0))
+
+
+def spectrum(problem: Problem, power: Floats) -> Floats:
+    """Variance of each mode of the fitted blocks, shape (modes,)."""
+    return problem.modes().shapes @ power
+
+
+def solve(problem: Problem, model: Model, start: Floats | None = None) -> Fit:
+    """Fit a model and its noise to the fitted bins."""
+    columns = design(problem, model)
+    pooled = pool(problem, columns)
+    noise = fit_noise(pooled, columns.prior, restricted=True, start=start, most=problem.most)
+    beta, cov = coefficients(problem, columns, noise.power)
+    return Fit(model, columns, beta, cov, noise)
+
+
+def pool(problem: Problem, columns: Design) -> Pooled:
+    """Pooled cross-products of the data and the columns."""
+    return problem.grouping().pool(np.column_stack([problem.data(), columns.transformed]))
+
+
+def coefficients(problem: Problem, columns: Design, power: Floats) -> tuple[Floats, Floats]:
+    """Generalised least squares for given noise: scaled coefficients and their covariance.
+
+    A QR factorisation of the whitened columns with the priors as further rows, so that nearly collinear columns cost
+    digits once, not twice.
+    """
+    rows, data = whitened_rows(problem, columns, power)
+    q, r = np.linalg.qr(rows)
+    inverse = np.linalg.solve(r, np.eye(len(r)))
+    return inverse @ (q.T @ data), inverse @ inverse.T
+
+
+def whitened_rows(problem: Problem, columns: Design, power: Floats) -> tuple[Floats, Floats]:
+    """Whitened columns and data with the priors as further rows, shapes (modes + p, p) and (modes + p,)."""
+    weight = 1 / np.sqrt(spectrum(problem, power))
+    rows = np.vstack([columns.transformed * weight[:, None], np.diag(np.sqrt(columns.prior))])
+    return rows, np.concatenate([problem.data() * weight, np.zeros(len(columns.prior))])
+
+
+def noise_freedom(problem: Problem, power: Floats, energy: Floats) -> float:
+    """Degrees of freedom with which the noise is known in the modes where ``energy``, shape (modes,), lies.
+
+    The Fisher information of the noise powers gives the variance of S there, of terms that happened to come out as
+    zero too; a variance estimated with nu degrees of freedom has var(log S) = 2 / nu. What is slow meets noise that
+    only a few slow modes tell.
+    """
+    free = slice(None) if problem.most is None else problem.most > 0
+    shapes, power = problem.modes().shapes[:, free], power[free]
+    pull = (energy / max(float(energy.sum()), 1e-300)) @ (shapes / (shapes @ power)[:, None])
+    groups = problem.grouping()
+    relative = groups.shapes[:, free] / (groups.shapes[:, free] @ power)[:, None]
+    information = 0.5 * (relative * groups.count[:, None]).T @ relative
+    size = np.sqrt(np.diag(information))
+    covariance = np.linalg.pinv(information / np.outer(size, size), rcond=1e-8, hermitian=True)
+    variance = float((pull / size) @ covariance @ (pull / size))
+    return float(np.clip(2 / max(variance, 1e-9), 2.0, len(shapes)))

@@ -1,0 +1,72 @@
+"""Error on data that no fit saw.
+
+Everything is frozen at the fit's values, but for the level and the scale factor of a run that had no fitted data at all
+where the bias is per run: they change from one power-up to the next, and that change is not what a model can foretell.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from insenv.core.recording import Floats
+from insenv.identify.fit.gls import Fit
+from insenv.identify.fit.noise import eigenvalues, modes, transform
+from insenv.identify.fit.problem import NOISE_TERMS, Problem
+
+#: Share by which the held-out error may grow by chance, through a level that is now estimated a little differently.
+CHANCE = 0.01
+#: Share by which it may grow at most, where slow wander dominates it and the whitened error gets better.
+MOST_GROWTH = 0.02
+
+
+@dataclass(frozen=True)
+class Score:
+    """How a fit does on held-out bins: root mean square, noise floor, and the whitened sum of squares."""
+
+    rms: float
+    floor: float
+    whitened: float
+
+
+def residual(problem: Problem, fit: Fit) -> Floats:
+    """Measured minus model over all bins, shape (bins,)."""
+    left = problem.y - fit.predicted()
+    if any(term.effect.id == "bias" and term.per_run for term in fit.model):
+        fitted_runs = {b.run for b in problem.fitted}
+        own = [np.ones((problem.bins.n, 1)), *(problem.columns(t) for t in fit.model if t.effect.id == "scale_factor")]
+        columns = np.column_stack([c.sum(axis=1) for c in own])
+        for run in set(problem.bins.run.tolist()) - fitted_runs:
+            rows = problem.bins.run == run
+            left[rows] -= columns[rows] @ np.linalg.lstsq(columns[rows], left[rows], rcond=None)[0]
+    return left
+
+
+def held_out_score(problem: Problem, fit: Fit) -> Score:
+    """Score of a fit on the held-out bins."""
+    left = residual(problem, fit)
+    shapes = modes(problem.held_out, NOISE_TERMS, problem.bins.width).shapes
+    variance = shapes @ fit.noise.power
+    whitened = float(np.sum(transform(problem.held_out, left) ** 2 / variance))
+    held = problem.bins.held_out
+    # The level of a block is what the noise wandered since the fit, not its scatter: no part of the floor.
+    scatter = np.where(eigenvalues(problem.held_out) > 0, variance, 0.0)
+    return Score(float(np.sqrt(np.mean(left[held] ** 2))), float(np.sqrt(np.mean(scatter))), whitened)
+
+
+def confirms(before: Score, after: Score, by_noise_of: Score) -> bool:
+    """Whether held-out data do not speak against a change: refused where both measures get worse, or one much worse.
+
+    The plain mean square is what a user sees; the whitened one, with one and the same noise for both models
+    (``by_noise_of`` is the smaller model scored with the larger one's noise), is not drowned by slow wander. An effect
+    that lives in the fitted data alone (a warm-up, an early step) leaves both unchanged but for chance: `CHANCE`.
+    """
+    if after.rms <= before.rms * (1 + CHANCE):
+        return True
+    return after.rms <= before.rms * (1 + MOST_GROWTH) and after.whitened <= by_noise_of.whitened
+
+
+def rescored(problem: Problem, fit: Fit, power: Floats) -> Score:
+    """Score of a fit with other noise powers."""
+    return held_out_score(problem, replace(fit, noise=replace(fit.noise, power=power)))

@@ -1,0 +1,300 @@
+"""Noise of binned means, diagonal in the DCT-II domain, and its coefficients by (restricted) maximum likelihood.
+
+White noise and random walk of bin means are diagonal under the orthonormal DCT-II, flicker and angle quantisation
+very nearly so. With lambda_k = 4 sin^2(pi k / 2n) the variance of coefficient k is a sum over noise effects
+
+    S_k = sum_j theta_j^2 s_j(lambda_k, T),        s_j = NoiseEffect.spectrum
+
+and no n x n matrix is ever formed. The likelihood needs only cross-products of the data and the regressors, pooled in
+groups of modes in which S is nearly constant:
+
+    l = -1/2 [ sum_g n_g log S_g + r' S^-1 r  (+ log |X' S^-1 X| for the restricted one) ]
+
+Coefficient k = 0 of a block carries the block's level; its variance is that of the mean of a stretch of noise that
+started at an unknown level one run ago, so the levels of several dwells still tell a scale factor, honestly weighted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import dct
+from scipy.linalg import cho_factor, cho_solve
+from scipy.optimize import minimize, nnls
+
+from insenv.core.recording import Floats
+from insenv.effects.base import NoiseEffect
+from insenv.identify.fit.bins import Block
+
+#: Share of the variance that regressors leave below which a noise term counts as absent.
+_ABSENT = 1e-9
+#: Share of the data's variance that rounding leaves of it: an accelerometer's level is gravity.
+_ROUNDING = 1e-15
+#: Share by which squares grow, so that rounding of nearly collinear columns leaves the matrix positive.
+_RIDGE = 1e-11
+#: Slope of the log-likelihood in the logarithm of a power that counts as none.
+_FLAT = 0.02
+
+
+def transform(blocks: tuple[Block, ...], values: Floats) -> Floats:
+    """Orthonormal DCT-II of each block along the first axis; rows in the order of the blocks."""
+    return np.concatenate([dct(values[b.start : b.stop], type=2, norm="ortho", axis=0) for b in blocks])
+
+
+def eigenvalues(blocks: tuple[Block, ...]) -> Floats:
+    """Lambda of each mode, in the order of `transform`; 0 marks the level of a block."""
+    return np.concatenate([4 * np.sin(0.5 * np.pi * np.arange(b.n) / b.n) ** 2 for b in blocks])
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Spectral shapes of the noise terms over the modes of some blocks.
+
+    Attributes
+    ----------
+    shapes : ndarray, shape (modes, terms)
+        Variance of each mode for unit squared coefficient of each noise effect.
+    lam : ndarray, shape (modes,)
+        Eigenvalue of each mode; that of a level is the one of half a mode over its run.
+    """
+
+    shapes: Floats
+    lam: Floats
+
+
+def modes(blocks: tuple[Block, ...], terms: tuple[NoiseEffect, ...], width: float) -> Modes:
+    """Spectral shapes of ``terms`` for means over ``width`` seconds."""
+    lam = eigenvalues(blocks)
+    level = lam == 0
+    n = np.concatenate([np.full(b.n, b.n) for b in blocks])
+    span = np.concatenate([np.full(b.n, b.span) for b in blocks])
+    # The mean of a block of n bins is known no better than the noise wanders over its run of `span` bins:
+    # half a mode of the run; for noise without memory this is the block's own level.
+    lam_block, lam_run = (4 * np.sin(0.25 * np.pi / m[level]) ** 2 for m in (n, span))
+    lam[level] = lam_block
+    shapes = np.stack([term.spectrum(lam, width) for term in terms], axis=1)
+    wander = np.stack([term.spectrum(lam_run, width) for term in terms], axis=1)
+    shapes[level] = np.maximum(shapes[level], wander * (n[level] / span[level])[:, None])
+    return Modes(shapes, lam)
+
+
+@dataclass(frozen=True)
+class Pooled:
+    """Cross-products of columns, pooled over groups of modes with nearly equal spectrum.
+
+    Attributes
+    ----------
+    cross : ndarray, shape (groups, c, c)
+        Sum of outer products of the rows of each group; the data is column 0.
+    count : ndarray, shape (groups,)
+    shapes : ndarray, shape (groups, terms)
+    """
+
+    cross: Floats
+    count: Floats
+    shapes: Floats
+
+    def weighted(self, weight: Floats) -> Floats:
+        """Sum of the groups' cross-products times ``weight``, shape (c, c)."""
+        c = self.cross.shape[1]
+        return (weight @ self.cross.reshape(len(weight), -1)).reshape(c, c)
+
+    def energy(self, r: Floats) -> Floats:
+        """Squared sum of the columns times ``r`` in each group, shape (groups,)."""
+        return self.cross.reshape(len(self.count), -1) @ np.outer(r, r).ravel()
+
+    def traces(self, inverse: Floats) -> Floats:
+        """Trace of ``inverse`` times the regressors' cross-products in each group, shape (groups,)."""
+        padded = np.zeros(self.cross.shape[1:])
+        padded[1:, 1:] = inverse
+        return self.cross.reshape(len(self.count), -1) @ padded.ravel()
+
+
+@dataclass(frozen=True)
+class Grouping:
+    """Which modes are pooled: computed once, used for every set of columns."""
+
+    order: NDArray[np.int64]
+    starts: NDArray[np.int64]
+    count: Floats
+    shapes: Floats
+
+    def pool(self, columns: Floats) -> Pooled:
+        """Pool ``columns``, shape (modes, c)."""
+        ordered = columns[self.order]
+        edges = np.append(self.starts, len(ordered))
+        cross = np.stack([ordered[a:b].T @ ordered[a:b] for a, b in zip(edges[:-1], edges[1:], strict=True)])
+        return Pooled(cross, self.count, self.shapes)
+
+
+def grouping(mode: Modes, groups: int = 100) -> Grouping:
+    """Group modes by eigenvalue, evenly in its logarithm, the lowest ones alone."""
+    order = np.lexsort((mode.shapes[:, 0], mode.lam))
+    lam = mode.lam[order]
+    edges = np.geomspace(lam[0] * 0.999, lam[-1] * 1.001, groups + 1)
+    label = np.searchsorted(edges, lam)
+    # Levels of short blocks share an eigenvalue with high modes but not a spectrum: kept apart by their shapes.
+    jump = np.abs(np.diff(np.log(mode.shapes[order] + 1e-300), axis=0)).max(axis=1) > 0.2
+    starts = np.flatnonzero(np.concatenate([[True], (np.diff(label) > 0) | jump]))
+    count = np.diff(np.append(starts, len(order))).astype(float)
+    shapes = np.add.reduceat(mode.shapes[order], starts, axis=0) / count[:, None]
+    return Grouping(order, starts, count, shapes)
+
+
+@dataclass(frozen=True)
+class NoiseFit:
+    """Fitted noise.
+
+    Attributes
+    ----------
+    power : ndarray, shape (terms,)
+        Squared coefficients of the noise effects.
+    loglik : float
+        (Restricted) log-likelihood, up to a constant.
+    likelihood : callable
+        Log-likelihood and its gradient as functions of the powers.
+    """
+
+    power: Floats
+    loglik: float
+    likelihood: Callable[[Floats], tuple[float, Floats]] = field(repr=False)
+
+    @cached_property
+    def information(self) -> Floats:
+        """Curvature of the likelihood in the logarithms of the powers, shape (terms, terms)."""
+        rows, step = [], 1e-3
+        for j in range(len(self.power)):
+            up, down = self.power.copy(), self.power.copy()
+            up[j] *= np.exp(step)
+            down[j] *= np.exp(-step)
+            rows.append((self.likelihood(down)[1] * down - self.likelihood(up)[1] * up) / (2 * step))
+        h = np.array(rows)
+        return 0.5 * (h + h.T)
+
+    @cached_property
+    def relative_sd(self) -> Floats:
+        """Standard deviation of each coefficient as a share of it; infinite where it is not determined."""
+        curvature = np.diag(self.information)
+        known = curvature > 1e-3
+        sd = np.full(len(self.power), np.inf)
+        if known.any():
+            sub = self.information[np.ix_(known, known)]
+            sd[known] = 0.5 * np.sqrt(np.maximum(np.diag(np.linalg.pinv(sub)), 0))
+        return sd
+
+
+def fit_noise(
+    pooled: Pooled,
+    prior: Floats,
+    restricted: bool = True,
+    start: Floats | None = None,
+    most: Floats | None = None,
+) -> NoiseFit:
+    """Powers of the noise terms that maximise the (restricted) likelihood.
+
+    Fisher scoring: each pass regresses the power of the groups on the spectral shapes with non-negative
+    coefficients, weighted by the variance that the pass before gives them; then a quasi-Newton polish.
+
+    Parameters
+    ----------
+    pooled : Pooled
+        Column 0 is the data, the others the regressors.
+    prior : ndarray, shape (c - 1,)
+        Prior precision of the regressors' coefficients.
+    restricted : bool
+        Restricted likelihood, for estimates; the plain one, for ratios between models.
+    start : ndarray, shape (terms,), optional
+        Powers to start from.
+    most : ndarray, shape (terms,), optional
+        Largest power of each term.
+    """
+    scale = _scale(pooled)
+    low = np.log(_ABSENT * scale)
+    high = np.log(1e4 * scale) if most is None else np.clip(np.log(np.maximum(most, 1e-300)), low, np.log(1e4 * scale))
+    powers = 0.25 * scale if start is None else np.maximum(start, 1e-3 * scale)
+    powers = _scored(pooled, prior, restricted, powers)
+    x = np.clip(np.log(np.maximum(powers, 1e-6 * scale)), low, high)
+
+    def likelihood(power: Floats) -> tuple[float, Floats]:
+        return loglik(pooled, power, prior, restricted)
+
+    def cost(x: Floats) -> tuple[float, Floats]:
+        value, gradient = likelihood(np.exp(x))
+        return -value, -gradient * np.exp(x)
+
+    value, slope = cost(x)
+    free = ((x > low) | (slope < 0)) & ((x < high) | (slope > 0))
+    if np.abs(slope[free]).max(initial=0.0) > _FLAT:
+        bounds = list(zip(low, high, strict=True))
+        best = minimize(cost, x, jac=True, method="L-BFGS-B", bounds=bounds, options={"ftol": 1e-10, "gtol": _FLAT})
+        x, value = best.x, float(best.fun)
+    return NoiseFit(np.exp(x), -value, likelihood)
+
+
+def _scored(pooled: Pooled, prior: Floats, restricted: bool, power: Floats, passes: int = 25) -> Floats:
+    """Powers after some passes of Fisher scoring, steps halved where the likelihood would fall."""
+    value = loglik(pooled, power, prior, restricted)[0]
+    for _ in range(passes):
+        s = pooled.shapes @ power
+        energy, freedom = _group_power(pooled, s, prior, restricted)
+        root = np.sqrt(freedom) / s
+        column = np.linalg.norm(pooled.shapes * root[:, None], axis=0)
+        target = nnls(pooled.shapes * root[:, None] / column, energy / freedom * root)[0] / column
+        for _ in range(6):
+            tried = np.maximum(target, 1e-12 * power)
+            gained = loglik(pooled, tried, prior, restricted)[0] - value
+            if gained > 0:
+                break
+            target = 0.5 * (target + power)
+        if gained <= 0:
+            break
+        power, value = tried, value + gained
+        if gained < 1e-6:
+            break
+    return power
+
+
+def _group_power(pooled: Pooled, s: Floats, prior: Floats, restricted: bool) -> tuple[Floats, Floats]:
+    """Energy of the residual in each group and its degrees of freedom, for group variances ``s``."""
+    a = pooled.weighted(1 / s)
+    axx = a[1:, 1:] + np.diag(prior)
+    inverse = np.asarray(np.linalg.inv(axx) if len(axx) else axx, dtype=np.float64)
+    r = np.concatenate([[1.0], -inverse @ a[1:, 0]])
+    energy = pooled.energy(r)
+    taken = pooled.traces(inverse) / s if restricted and len(axx) else 0.0
+    return energy, np.maximum(pooled.count - taken, 0.05 * pooled.count)
+
+
+def _scale(pooled: Pooled) -> Floats:
+    """Power of each term that would alone explain what the regressors leave where the term is strongest."""
+    share = pooled.shapes / pooled.shapes.max(axis=0)
+    whole = pooled.weighted(np.ones(len(pooled.count)))
+    r = np.concatenate([[1.0], -np.linalg.lstsq(whole[1:, 1:], whole[1:, 0], rcond=None)[0]])
+    energy = np.maximum(pooled.energy(r), _ROUNDING * pooled.cross[:, 0, 0])
+    return np.maximum((share * energy[:, None]).sum(0) / (share * pooled.shapes * pooled.count[:, None]).sum(0), 1e-60)
+
+
+def loglik(pooled: Pooled, power: Floats, prior: Floats, restricted: bool) -> tuple[float, Floats]:
+    """Log-likelihood with the coefficients at their best, and its gradient in the powers."""
+    s = pooled.shapes @ power
+    a = pooled.weighted(1 / s)
+    axx = a[1:, 1:] + np.diag(prior)
+    axx[np.diag_indices_from(axx)] *= 1 + _RIDGE
+    if len(axx):
+        factor = cho_factor(axx, check_finite=False)
+        beta = cho_solve(factor, a[1:, 0], check_finite=False)
+    else:
+        beta = np.zeros(0)
+    r = np.concatenate([[1.0], -beta])
+    q = pooled.energy(r)
+    value = -0.5 * (pooled.count @ np.log(s) + q @ (1 / s) + beta**2 @ prior)
+    slope = -0.5 * (pooled.count / s - q / s**2)
+    if restricted and len(axx):
+        inverse = np.asarray(cho_solve(factor, np.eye(len(axx)), check_finite=False), dtype=np.float64)
+        value -= float(np.log(np.diag(factor[0])).sum())
+        slope += 0.5 * pooled.traces(inverse) / s**2
+    return float(value), slope @ pooled.shapes

@@ -1,0 +1,299 @@
+"""One target channel as a linear model of its bins.
+
+    y - u = X theta + noise,        X = binned regressors of the terms of the model
+
+``u`` is the reference (the table's rate along the input axis, the Earth's vertical part where it is declared). A model
+is a tuple of terms; a term is an effect, at a fixed shape where it has one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insenv.core.recording import Floats
+from insenv.data.exposure import Exposure
+from insenv.effects.base import OUTPUT, CurveEffect, Effect, LinearEffect, NoiseEffect, Param
+from insenv.effects.noise import AngleRandomWalk, BiasInstability, Quantization, RateRandomWalk
+from insenv.identify.fit.bins import Bins, Block
+from insenv.identify.fit.noise import Grouping, Modes, grouping, modes, transform
+
+#: Noise terms of every fit, in this order.
+NOISE_TERMS: tuple[NoiseEffect, ...] = (
+    AngleRandomWalk(),
+    BiasInstability(),
+    RateRandomWalk(),
+    Quantization(),
+)
+
+#: Blocks whose first and last bin are left free.
+MOST_FREE_ENDS = 8
+_NUISANCE = -1
+
+#: Usual sizes of a parameter in the standard deviation of its prior.
+WIDE = 30.0
+#: Share of the largest run's power of a column, below which a run tells nothing of its parameter.
+UNTOLD = 1e-4
+#: A column whose part outside the span of the columns before it is a smaller share of it is not told from them.
+COLLINEAR = 1e-5
+
+
+@dataclass(frozen=True)
+class Term:
+    """An effect in a model: at a fixed ``shape`` if it has one, with parameters for every run if ``per_run``."""
+
+    effect: Effect
+    shape: tuple[float, ...] = ()
+    per_run: bool = False
+
+    @property
+    def size(self) -> int:
+        """Number of parameters that the term spends, shapes included."""
+        return len(self.effect.linear) + len(self.effect.shapes)
+
+
+Model = tuple[Term, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """The bins of one target, ready to be modelled.
+
+    Attributes
+    ----------
+    target, unit : str
+    exposures : tuple of Exposure
+        One per run.
+    bins : Bins
+    y : ndarray, shape (bins,)
+        Measured mean minus the reference.
+    outliers : tuple of int
+        Fitted bins that are left free: no model has to explain them.
+    most : ndarray, shape (terms,), optional
+        Largest power of each of `NOISE_TERMS`; None: the noise is fitted freely.
+    """
+
+    target: str
+    unit: str
+    exposures: tuple[Exposure, ...]
+    bins: Bins
+    y: Floats
+    outliers: tuple[int, ...] = ()
+    most: Floats | None = None
+    cache: dict[Hashable, Any] = field(default_factory=dict, repr=False)
+
+    def remember(self, key: Hashable, make: Any) -> Any:
+        """``make()``, computed once."""
+        if key not in self.cache:
+            self.cache[key] = make()
+        return self.cache[key]
+
+    def forget(self, term: Term) -> None:
+        """Drop the columns of a term that will not be asked for again."""
+        self.cache.pop(("columns", term), None)
+        self.cache.pop(("transformed", term), None)
+
+    @property
+    def gain(self) -> float:
+        """What the instrument makes of its input, of which the scale factor is a small error."""
+        return self.exposures[0].motion.gain
+
+    @property
+    def fitted(self) -> tuple[Block, ...]:
+        """Blocks that may be fitted."""
+        return tuple(b for b in self.bins.blocks if b.fitted)
+
+    @property
+    def held_out(self) -> tuple[Block, ...]:
+        """Blocks that no fit may see."""
+        return tuple(b for b in self.bins.blocks if not b.fitted)
+
+    def modes(self) -> Modes:
+        """Noise shapes over the modes of the fitted blocks."""
+        return self.remember("modes", lambda: modes(self.fitted, NOISE_TERMS, self.bins.width))
+
+    def grouping(self) -> Grouping:
+        """Pooling of the modes of the fitted blocks."""
+        return self.remember("grouping", lambda: grouping(self.modes()))
+
+    def data(self) -> Floats:
+        """Transformed data of the fitted blocks, shape (modes,)."""
+        return self.remember("data", lambda: transform(self.fitted, self.y))
+
+    def columns(self, term: Term) -> Floats:
+        """Binned regressors of a term over all bins, shape (bins, k), k times the runs if per run."""
+        return self.remember(("columns", term), lambda: self._columns(term))
+
+    def transformed(self, term: Term) -> Floats:
+        """Transformed regressors of the fitted blocks, shape (modes, k)."""
+        return self.remember(("transformed", term), lambda: transform(self.fitted, self.columns(term)))
+
+    def _columns(self, term: Term) -> Floats:
+        binned = self.bins.mean(tuple(regressors(term.effect, e, term.shape) for e in self.exposures))
+        if not term.per_run:
+            return binned
+        of_run = (self.bins.run[:, None] == np.arange(len(self.exposures))).astype(float)
+        if term.effect.of_run:
+            of_run = self._shared(of_run, binned)
+        return (binned[:, :, None] * of_run[:, None, :]).reshape(len(binned), -1)
+
+    def _shared(self, of_run: Floats, binned: Floats) -> Floats:
+        """Shares of each run's parameters in each bin; where the fitted ones tell nothing, the mean of the others'.
+
+        A table that stood still in them would else have no skew where it moves later, in data that are held out.
+        """
+        fitted = np.zeros(self.bins.n, bool)
+        for block in self.fitted:
+            fitted[block.start : block.stop] = True
+        power = of_run[fitted].T @ np.sum(binned[fitted] ** 2, axis=1)
+        tells = power > UNTOLD * power.max(initial=0.0)
+        if tells.all() or not tells.any():
+            return of_run
+        return np.where((of_run @ tells > 0)[:, None], of_run, tells / tells.sum())
+
+    def names(self, term: Term) -> list[tuple[str, str, float]]:
+        """Name, unit and prior standard deviation of each column of a term."""
+        rows = [(p.name, p.unit_on(self.unit), p.sd * self._prior_scale(p)) for p in term.effect.linear]
+        if not term.per_run or len(self.exposures) == 1:
+            return rows
+        return [(f"{name}[{run + 1}]", unit, sd) for name, unit, sd in rows for run in range(len(self.exposures))]
+
+    def priors(self, term: Term) -> list[float]:
+        """Prior standard deviation of each column of a term in a fit: so wide that it pulls no credible value."""
+        wide = [
+            max(p.sd * self._prior_scale(p), min(WIDE * p.sd * self._prior_scale(p), self.limits(p)[1]))
+            for p in term.effect.linear
+        ]
+        return [sd for sd in wide for _ in range(len(self.exposures) if term.per_run else 1)]
+
+    def limits(self, param: Param) -> tuple[float, float]:
+        """Least and largest credible value of a linear parameter on this target."""
+        scale = self._prior_scale(param)
+        if param.per_rate:
+            scale = max(float(np.abs(e.u).max()) for e in self.exposures)
+        bound = param.bound * scale
+        return max(param.low * scale, -bound), bound
+
+    def _prior_scale(self, param: Param) -> float:
+        """An accelerometer's output holds gravity: its priors in the output's unit are that much wider."""
+        return 100.0 if self.unit == "m/s^2" and OUTPUT in param.unit else 1.0
+
+
+def regressors(effect: Effect, exposure: Exposure, shape: tuple[float, ...]) -> Floats:
+    """Regressors of an effect on the cells of one run, shape (cells, k)."""
+    if isinstance(effect, LinearEffect):
+        return effect.basis(exposure.u, exposure.motion)
+    assert isinstance(effect, CurveEffect)
+    return effect.profile(exposure.u, exposure.motion, np.array(shape))
+
+
+@dataclass(frozen=True)
+class Design:
+    """Columns of a model that can be told from each other.
+
+    Attributes
+    ----------
+    matrix : ndarray, shape (bins, p)
+        Columns over all bins, each divided by its ``scale``.
+    transformed : ndarray, shape (modes, p)
+        The same in the modes of the fitted blocks.
+    scale : ndarray, shape (p,)
+    prior : ndarray, shape (p,)
+        Prior precision of the scaled coefficients.
+    labels : tuple of (term's key, parameter, unit)
+    term : ndarray of int, shape (p,)
+        Index of the term in the model; -1 for free bins.
+    dropped : tuple of (term's key, parameter)
+        Columns that are a combination of the ones before, or zero.
+    """
+
+    matrix: Floats
+    transformed: Floats
+    scale: Floats
+    prior: Floats
+    labels: tuple[tuple[str, str, str], ...]
+    term: NDArray[np.int64]
+    dropped: tuple[tuple[str, str], ...]
+
+
+def design(problem: Problem, model: Model) -> Design:
+    """Stack the columns of a model; leave out those that add nothing new on the fitted bins."""
+    weight = 1 / np.sqrt(problem.modes().shapes[:, 0] + problem.modes().shapes[:, 2] * problem.bins.width**2)
+    kept: list[tuple[Floats, Floats, float, float, tuple[str, str, str], int]] = []
+    dropped: list[tuple[str, str]] = []
+    free, free_changed = problem.remember("free", lambda: _free_bins(problem))
+    q = np.linalg.qr(free_changed * weight[:, None])[0]
+    for column, changed in zip(free.T, free_changed.T, strict=True):
+        kept.append((column, changed, 1.0, np.inf, ("free bin", "mean", problem.unit), _NUISANCE))
+    for index, term in enumerate(model):
+        columns, changed = problem.columns(term), problem.transformed(term)
+        for j, ((name, unit, _), sd) in enumerate(zip(problem.names(term), problem.priors(term), strict=True)):
+            scale = float(np.sqrt(np.mean(changed[:, j] ** 2)))
+            fresh = _outside(q, changed[:, j] * weight)
+            if scale == 0 or fresh is None:
+                dropped.append((term.effect.key, name))
+                continue
+            q = np.column_stack([q, fresh])
+            kept.append(
+                (
+                    columns[:, j] / scale,
+                    changed[:, j] / scale,
+                    scale,
+                    sd,
+                    (term.effect.key, name, unit),
+                    index,
+                )
+            )
+    if not kept:
+        return _empty_design(problem, tuple(dropped))
+    matrix, transformed, scale_of, sd_of, labels, term_index = zip(*kept, strict=True)
+    scales = np.array(scale_of)
+    return Design(
+        np.column_stack(matrix),
+        np.column_stack(transformed),
+        scales,
+        (1 / (np.array(sd_of) * scales)) ** 2,
+        tuple(labels),
+        np.array(term_index),
+        tuple(dropped),
+    )
+
+
+def _free_bins(problem: Problem) -> tuple[Floats, Floats]:
+    """Columns that free the first and the last bin of the longest fitted blocks, and outliers.
+
+    An error of angle enters the means on both sides of an edge with opposite signs, but only one of them at the ends of
+    a block. Modes are independent once those two means are free; otherwise quantisation there looks like a warm-up.
+    """
+    longest = sorted(problem.fitted, key=lambda b: -b.n)[:MOST_FREE_ENDS]
+    ends = {edge for b in longest if b.n >= 8 for edge in (b.start, b.stop - 1)}
+    bins = sorted(ends | set(problem.outliers))
+    columns = np.zeros((problem.bins.n, len(bins)))
+    columns[bins, np.arange(len(bins))] = 1.0
+    changed = transform(problem.fitted, columns)
+    size = np.sqrt(np.mean(changed**2, axis=0)) if bins else np.ones(0)
+    return columns / size, changed / size
+
+
+def _outside(q: Floats, column: Floats) -> Floats | None:
+    """The unit vector of the part of ``column`` outside the span of ``q``; None where it is negligible."""
+    norm = np.linalg.norm(column)
+    if norm == 0 or not np.isfinite(norm):
+        return None
+    rest = column / norm
+    for _ in range(2):  # twice is enough (Kahan, Parlett)
+        rest = rest - q @ (q.T @ rest)
+    left = np.linalg.norm(rest)
+    return None if left < COLLINEAR else rest / left
+
+
+def _empty_design(problem: Problem, dropped: tuple[tuple[str, str], ...]) -> Design:
+    none = np.zeros(0)
+    shape = (len(problem.data()), 0)
+    return Design(
+        np.zeros((problem.bins.n, 0)), np.zeros(shape), none, none, (), np.zeros(0, np.int64), dropped
+    )  # fmt: skip

@@ -1,0 +1,200 @@
+"""Parameters of a fit with honest standard deviations, those of shapes included.
+
+At the end of a search the model is linearised in everything: the columns of `insenv.effects` at the shapes found, and
+the derivative of the curve to each shape. The inverse of the information in all of them together is the covariance, so
+a scale factor's standard deviation knows that a time constant was fitted beside it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from insenv.core.recording import Floats
+from insenv.effects.base import CurveEffect
+from insenv.identify.findings import Covariance, Estimate
+from insenv.identify.fit import discrepancy, other_forms
+from insenv.identify.fit.gls import Fit, noise_freedom, spectrum
+from insenv.identify.fit.noise import transform
+from insenv.identify.fit.problem import NOISE_TERMS, Problem, Term
+
+_SQUARED = "_squared"
+#: Counts from a gain of one; every other effect is relative to the gain that the data show.
+SCALE = "scale_factor"
+#: Below this many degrees of freedom of the noise the variance of Student's t says nothing any more.
+LEAST_FREEDOM = 4.0
+#: SI units of the noise coefficients as the field writes them, by the unit of the output.
+NOISE_UNITS = {
+    "rad/s": {
+        "angle_random_walk": "rad/sqrt(s)",
+        "bias_instability": "rad/s",
+        "rate_random_walk": "rad/s/sqrt(s)",
+        "quantization": "rad",
+    },
+    "m/s^2": {
+        "angle_random_walk": "m/s/sqrt(s)",
+        "bias_instability": "m/s^2",
+        "rate_random_walk": "m/s^2/sqrt(s)",
+        "quantization": "m/s",
+    },
+}
+
+
+@dataclass(frozen=True)
+class _Slopes:
+    """Derivatives to the shapes of a term: columns over the modes, name, unit, value and prior of each shape."""
+
+    columns: Floats
+    rows: tuple[tuple[str, str, float, float], ...]
+
+
+def estimates(problem: Problem, fit: Fit, inexact: tuple[Term, ...] = ()) -> dict[Term, tuple[Estimate, ...]]:
+    """Estimates of every term of the model: linear parameters, then shapes.
+
+    The shapes of ``inexact`` are taken to be right only nearly (`insenv.identify.fit.discrepancy`), and their curves
+    may have other forms (`insenv.identify.fit.other_forms`).
+    """
+    slopes = _all_slopes(problem, fit)
+    sd = np.sqrt(np.diag(_joint(problem, fit, slopes)))
+    linear_sd, shape_sd = _standard_deviations(sd, fit, slopes)
+    if inexact:
+        linear_sd = np.hypot(linear_sd, np.sqrt(discrepancy.added_variance(problem, fit, inexact)) / fit.design.scale)
+        linear_sd = np.hypot(linear_sd, np.sqrt(other_forms.added_variance(problem, fit, inexact)))
+    out: dict[Term, tuple[Estimate, ...]] = {}
+    for index, term in enumerate(fit.model):
+        key = term.effect.key
+        own = np.flatnonzero(fit.design.term == index)
+        # A parameter of its own in every run keeps its plain name where only one run was fitted.
+        single = len(own) <= len(term.effect.linear)
+        names = [fit.design.labels[j][1].partition("[")[0] if single else fit.design.labels[j][1] for j in own]
+        gain = problem.gain if key == SCALE else 1.0
+        rows = [
+            Estimate(
+                key, n, gain - 1 + gain * float(fit.theta[j]), abs(gain) * float(linear_sd[j]), fit.design.labels[j][2]
+            )
+            for j, n in zip(own, names, strict=True)
+        ]
+        rows += [_root(row, problem.unit) for row in rows if row.parameter.endswith(_SQUARED) and row.value > 0]
+        if term in slopes:
+            rows += [
+                Estimate(key, name, value, float(sd), unit)
+                for (name, unit, value, _), sd in zip(slopes[term].rows, shape_sd[term], strict=True)
+            ]
+        out[term] = tuple(rows)
+    return out
+
+
+def coefficients_of(problem: Problem, fit: Fit, term: Term, inexact: tuple[Term, ...] = ()) -> tuple[Floats, Floats]:
+    """Linear coefficients (SI) of one term, shape (k,), and their covariance with that of the shapes, (k, k).
+
+    The shapes of ``inexact`` are taken to be right only nearly, as in `estimates`.
+    """
+    own = np.flatnonzero(fit.design.term == fit.model.index(term))
+    cov = _joint(problem, fit, _all_slopes(problem, fit))[np.ix_(own, own)]
+    if inexact:
+        added = discrepancy.added_variance(problem, fit, inexact) / fit.design.scale**2
+        added = added + other_forms.added_variance(problem, fit, inexact)
+        cov = cov + np.diag(added[own])
+    return fit.theta[own], cov
+
+
+def covariance(problem: Problem, fit: Fit) -> Covariance:
+    """All parameters together: linear ones in the order of the design, then shapes in that of the model."""
+    slopes = _all_slopes(problem, fit)
+    kept = np.flatnonzero(fit.design.term >= 0)
+    shapes = [(term.effect.key, name, value) for term, s in slopes.items() for name, _, value, _ in s.rows]
+    labels = [fit.design.labels[j][:2] for j in kept]
+    index = np.concatenate([kept, len(fit.design.term) + np.arange(len(shapes))]).astype(int)
+    gains = np.array([problem.gain if key == SCALE else 1.0 for key, _ in labels])
+    factor = np.concatenate([gains, np.ones(len(shapes))])
+    return Covariance(
+        (*((key, name) for key, name in labels), *((key, name) for key, name, _ in shapes)),
+        np.concatenate([gains - 1 + gains * fit.theta[kept], [value for *_, value in shapes]]),
+        _joint(problem, fit, slopes)[np.ix_(index, index)] * np.outer(factor, factor),
+    )
+
+
+def _all_slopes(problem: Problem, fit: Fit) -> dict[Term, _Slopes]:
+    return {term: _slopes(problem, fit, index) for index, term in enumerate(fit.model) if term.shape}
+
+
+def _root(row: Estimate, unit: str) -> Estimate:
+    """The root of a parameter that is fitted as its square: a lock-in threshold from W_L^2."""
+    root = float(np.sqrt(row.value))
+    return Estimate(row.effect, row.parameter.removesuffix(_SQUARED), root, row.sd / (2 * root), unit)
+
+
+def noise_estimates(problem: Problem, fit: Fit) -> tuple[Estimate, ...]:
+    """Coefficients of the noise terms that the data determine."""
+    rows = []
+    for term, power, share in zip(NOISE_TERMS, fit.noise.power, fit.noise.relative_sd, strict=True):
+        if np.isfinite(share) and share < 1:
+            param = term.linear[0]
+            value = float(np.sqrt(power))
+            rows.append(Estimate(term.id, param.name, value, value * float(share), NOISE_UNITS[problem.unit][term.id]))
+    return tuple(rows)
+
+
+def _standard_deviations(sd: Floats, fit: Fit, slopes: dict[Term, _Slopes]) -> tuple[Floats, dict[Term, Floats]]:
+    """Of all parameters, shape (p,): those of the linear ones and those of the shapes of each term."""
+    p = len(fit.design.scale)
+    shape_sd, offset = {}, p
+    for term, s in slopes.items():
+        shape_sd[term] = sd[offset : offset + len(s.rows)]
+        offset += len(s.rows)
+    return sd[:p], shape_sd
+
+
+def _joint(problem: Problem, fit: Fit, slopes: dict[Term, _Slopes]) -> Floats:
+    """Covariance of the linear parameters and of the shapes of each term (SI), shape (p, p)."""
+    weight = 1 / np.sqrt(spectrum(problem, fit.noise.power))
+    blocks = [fit.design.transformed, *(s.columns for s in slopes.values())]
+    columns = np.column_stack(blocks) * weight[:, None]
+    prior = np.concatenate([fit.design.prior, *([1 / row[3] ** 2 for row in s.rows] for s in slopes.values())])
+    size = np.sqrt(np.sum(columns**2, axis=0) + prior)
+    scaled = columns / size
+    inverse = np.linalg.pinv(scaled.T @ scaled + np.diag(prior / size**2), hermitian=True)
+    factor = _for_fitted_noise(problem, fit, scaled @ inverse) / size
+    factor[: len(fit.design.scale)] /= fit.design.scale
+    return inverse * np.outer(factor, factor)
+
+
+def _for_fitted_noise(problem: Problem, fit: Fit, weights: Floats) -> Floats:
+    """Factor on each standard deviation because the noise is fitted too: that of Student's t, shape (p,).
+
+    Column j of ``weights``, shape (modes, p), is what the whitened data are multiplied with to give coefficient j.
+    """
+    factors = np.ones(weights.shape[1])
+    for j in range(weights.shape[1]):
+        freedom = max(noise_freedom(problem, fit.noise.power, weights[:, j] ** 2), LEAST_FREEDOM)
+        factors[j] = np.sqrt(freedom / (freedom - 2))
+    return factors
+
+
+def _of_runs(problem: Problem, fit: Fit, index: int, k: int) -> Floats:
+    """Linear parameters of a term in each run, shape (runs, k); 0 for those that its data do not tell."""
+    term, runs = fit.model[index], len(problem.exposures)
+    names = [name for name, _, _ in problem.names(term)]
+    theta = np.zeros(len(names))
+    for j in np.flatnonzero(fit.design.term == index):
+        theta[names.index(fit.design.labels[j][1])] = fit.theta[j]
+    return theta.reshape(k, runs).T if term.per_run and runs > 1 else np.tile(theta, (runs, 1))
+
+
+def _slopes(problem: Problem, fit: Fit, index: int) -> _Slopes:
+    term = fit.model[index]
+    effect = term.effect
+    assert isinstance(effect, CurveEffect)
+    k = len(effect.linear)
+    per_run = _of_runs(problem, fit, index, k)
+    cells = tuple(
+        effect.jacobian(e.u, e.motion, np.concatenate([theta, term.shape]))[..., k:]
+        for e, theta in zip(problem.exposures, per_run, strict=True)
+    )
+    columns = transform(problem.fitted, problem.bins.mean(cells))
+    rows = tuple(
+        (p.name, p.unit_on(problem.unit), value, 10 * max(p.sd, abs(value)))
+        for p, value in zip(effect.shapes, term.shape, strict=True)
+    )
+    return _Slopes(columns, rows)

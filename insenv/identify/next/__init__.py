@@ -1,0 +1,1 @@
+"""The next experiment: procedures that would tell confounded effects apart."""

@@ -1,0 +1,61 @@
+"""Scales that are no error of an instrument but a wrong unit or range: what factor they are, in words.
+
+Rates that are wrong by a factor k turn a triad by k times the angle: past half a turn no small correction finds that.
+So k is tried first, over two orders of magnitude, by the rotations from rest to rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from insenv.core.recording import Floats
+from insenv.core.units import STANDARD_GRAVITY
+from insenv.identify.positions.gyro import Rotations
+
+#: Factors that have a name: of ranges and register settings, of units.
+KNOWN = {
+    2.0: "2",
+    4.0: "4",
+    8.0: "8",
+    1000.0: "1000",
+    60.0: "60",
+    float(np.pi / 180): "pi/180 (degrees and radians)",
+    STANDARD_GRAVITY: "9.81 (g and m/s^2)",
+}
+#: Share by which a scale may miss a named factor, and by which scales of three axes may differ to be one factor.
+NEAR = 0.06
+#: Share by which a scale must be wrong to be no error of an instrument.
+WRONG = 0.3
+#: Factors of the rates that are tried, and how much less of the rotation errors one must leave to be believed.
+TRIED, BETTER = np.geomspace(0.1, 10.0, 121), 3.0
+#: Bias from which an accelerometer is taken to be broken [m/s^2].
+BROKEN = 0.3 * STANDARD_GRAVITY
+
+
+def factor_of(scales: Sequence[float] | Floats) -> str:
+    """What a common scale of several axes is, 1 for none, as the end of a sentence; empty where they have none."""
+    logs = np.log(np.abs(np.asarray(scales, float)))
+    if not len(logs) or not np.isfinite(logs).all() or np.ptp(logs) > 2 * NEAR or abs(logs.mean()) < WRONG:
+        return ""
+    scale = float(np.exp(logs.mean()))
+    named = next((name for k, name in KNOWN.items() if abs(abs(logs.mean()) - abs(np.log(k))) < NEAR), "")
+    what = f"a factor of {named}" if named else f"a factor of {max(scale, 1 / scale):.3g}"
+    return f"readings are {scale:.3g} of what they should be, {what}: check the unit or the range setting"
+
+
+def common_factor(problem: Rotations) -> str:
+    """`factor_of` the rates of a triad of gyros, where with it the rotations come out `BETTER` times as well."""
+
+    def left(k: float) -> float:
+        scaled = replace(problem, turns=tuple(replace(t, rates=t.rates / k) for t in problem.turns))
+        errors, _ = scaled.errors((), np.zeros(0))
+        return float(np.sqrt(np.median(np.sum(errors**2, axis=1))))
+
+    errors = [left(k) for k in TRIED]
+    best = int(np.argmin(errors))
+    if errors[best] * BETTER > left(1.0):
+        return ""
+    return factor_of([float(TRIED[best])])

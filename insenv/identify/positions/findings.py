@@ -1,0 +1,280 @@
+"""From rests and searches to findings: one block for each target, its axis's share of what the triad has."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from insenv.core.recording import Floats, Recording
+from insenv.core.units import STANDARD_GRAVITY
+from insenv.data.fingerprint import fingerprint
+from insenv.data.manifest import Manifest
+from insenv.effects.base import OUTPUT
+from insenv.identify.findings import (
+    VERDICTS,
+    Added,
+    Estimate,
+    Findings,
+    HeldOut,
+    NextExperiment,
+    Rejected,
+    RunRead,
+    Spectra,
+    TargetFindings,
+    Traces,
+)
+from insenv.identify.fit.uncertainty import NOISE_UNITS
+from insenv.identify.positions.accel import Magnitudes
+from insenv.identify.positions.factor import BROKEN, factor_of
+from insenv.identify.positions.gyro import Rotations
+from insenv.identify.positions.known import KnownAttitudes
+from insenv.identify.positions.model import AXES, TriadTerm, named
+from insenv.identify.positions.rest import RestMeans
+from insenv.identify.positions.search import Fit, Step, held_out_error, held_out_errors, noise_floor
+from insenv.identify.positions.trace import Part, Positions
+
+_MORE = "hold the triad still in more attitudes, each axis up, level, down and half-way, in another order"
+_NONE = np.zeros(0)
+_NO_SPECTRA = Spectra(_NONE, _NONE, _NONE, _NONE, None, _NONE, _NONE, _NONE, _NONE, _NONE, _NONE, None)
+
+
+def position_findings(
+    manifest: Manifest,
+    recordings: tuple[Recording, ...],
+    found: Positions,
+    remarks: tuple[str, ...],
+    alpha: float,
+    seed: int,
+) -> Findings:
+    """All that was found, target by target."""
+    targets = tuple(_target(manifest, recordings, found, target) for target in manifest.model.targets)
+    source = manifest.source
+    return Findings(
+        title=manifest.title,
+        manifest=manifest.path.name,
+        rows=sum(map(len, recordings)),
+        duration=float(sum(len(r) * r.dt for r in recordings)),
+        verdict=min((t.verdict for t in targets), key=VERDICTS.index),
+        alpha=alpha,
+        seed=seed,
+        targets=targets,
+        remarks=(*found.remarks, *remarks, *_reference(found, manifest)),
+        source=" ".join(filter(None, (source.repository, source.commit[:12]))) if source else "",
+        licence=source.licence if source else "",
+        runs=tuple(RunRead(r.label, fingerprint(r), r.site, r.mounting) for r in recordings),
+        procedure="multi-position",
+    )
+
+
+def _reference(found: Positions, manifest: Manifest) -> tuple[str, ...]:
+    """What stood for the attitude where accelerometers are no target."""
+    if not found.at_rest or any(t.startswith("accel") for t in manifest.model.targets):
+        return ()
+    after = found.accel.outcome.after
+    model = ", ".join(term.effect.key for term in after.terms)
+    left = held_out_error(found.accel.problem, after) / STANDARD_GRAVITY
+    return (f"attitude from the accelerometers, fitted with {model}: {left:.2g} g on held-out rests",)
+
+
+def _target(manifest: Manifest, recordings: tuple[Recording, ...], found: Positions, target: str) -> TargetFindings:
+    axis, gyro = AXES.index(target[-1]), target.startswith("gyro")
+    triads = ((found.gyro,) if found.gyro else ()) if gyro else (found.accel,)
+    alone = found.at_rest[axis : axis + 1] if gyro else ()
+    unit = "rad/s" if gyro else "m/s^2"
+    parts = (*triads, *alone)
+    shown = next((part for part in parts if part.outcome.steps), parts[0])
+    steps = [(part, step) for part in parts for step in part.outcome.steps]
+    added = tuple(_added(part, step, axis, unit, shown) for part, step in steps)
+    reasons = tuple(r for part in triads for r in part.reasons) + tuple(
+        f"at rest: {r}" for part in alone for r in part.reasons
+    )
+    return TargetFindings(
+        target=target,
+        unit=unit,
+        verdict=_verdict(parts),
+        reasons=reasons,
+        declared=_declared(manifest, gyro),
+        added=added,
+        rejected=_rejected(parts),
+        not_testable=tuple(n for part in parts for n in part.outcome.not_testable),
+        held_out=_held_out(recordings, found, shown),
+        estimates_before=_estimates(parts, axis, unit, before=True),
+        estimates_after=_estimates(parts, axis, unit, before=False),
+        noise=_noise(recordings, found, target, unit),
+        next_experiment=_next(added),
+        spectra=_NO_SPECTRA,
+        traces=_traces(found, shown, axis),
+        cautions=_cautions(found, gyro),
+    )
+
+
+def _declared(manifest: Manifest, gyro: bool) -> tuple[str, ...]:
+    """The declared effects that an instrument of this kind can have."""
+    others = ("accel_bias", "accel_scale_factor") if gyro else ("scale_factor", "misalignment", "g_sensitivity")
+    return tuple(key for key in manifest.model.declared if key not in others)
+
+
+def _verdict(parts: Sequence[Part]) -> str:
+    added = any(part.outcome.steps for part in parts)
+    if any(any(part.outcome.rivals.values()) for part in parts):
+        return "confounded"
+    more = any(part.reasons for part in parts)
+    if added:
+        return "effects-found-incomplete" if more else "effects-found"
+    return "unexplained-structure" if more else "nothing-significant"
+
+
+def _added(part: Part, step: Step, axis: int, unit: str, shown: Part) -> Added:
+    effect, outcome = step.term.effect, part.outcome
+    remarks = []
+    if step.together:
+        others = [key for key in step.together if key != effect.key]
+        remarks.append(f"judged together with {', '.join(others)}: none of them is accepted alone")
+    if isinstance(step.term, TriadTerm):
+        remarks.append("one cause in the three axes of the triad")
+    if isinstance(part.problem, RestMeans):
+        remarks.append("told by the means at rest")
+    return Added(
+        effect=effect.id,
+        order=getattr(effect, "order", None),
+        parameters=tuple(_of_term(outcome.after, step.term, axis, unit)),
+        p_value=step.p_value,
+        likelihood_ratio=step.likelihood_ratio,
+        confounded_with=outcome.rivals.get(effect.key, ()),
+        held_out_before=step.before,
+        held_out_after=step.after,
+        remark="; ".join(remarks),
+        unit="" if part is shown else _unit(part),
+    )
+
+
+def _of_term(fit: Fit, term: object, axis: int, unit: str) -> list[Estimate]:
+    """Estimates of a term's coefficients on one axis."""
+    if term not in fit.terms:
+        return []
+    values, sd = fit.theta[fit.of(term)], fit.sd()[fit.of(term)]
+    if not isinstance(term, TriadTerm):
+        effect = term.effect  # type: ignore[attr-defined]
+        return [
+            Estimate(effect.key, p.name, float(v), float(s), p.unit.replace(OUTPUT, unit))
+            for p, v, s in zip(effect.linear, values, sd, strict=True)
+        ]
+    return [
+        Estimate(term.effect.key, place.name, float(place.factor * value), float(abs(place.factor) * width), place.unit)
+        for coefficient, value, width in zip(term.coefficients, values, sd, strict=True)
+        for place in named(term, coefficient, unit)
+        if place.axis == axis
+    ]
+
+
+def _estimates(parts: Sequence[Part], axis: int, unit: str, before: bool) -> tuple[Estimate, ...]:
+    rows = []
+    for part in parts:
+        fit = part.outcome.before if before else part.outcome.after
+        for term in part.outcome.before.terms:
+            rows += _of_term(fit, term, axis, unit)
+    return tuple(rows)
+
+
+def _rejected(parts: Sequence[Part]) -> tuple[Rejected, ...]:
+    """What was refused in any part; of an effect that two parts tried, the more significant."""
+    best: dict[str, Rejected] = {}
+    for row in sorted((r for part in parts for r in part.outcome.rejected), key=lambda r: r.p_value):
+        best.setdefault(row.effect, row)
+    return tuple(best.values())
+
+
+def _unit(part: Part) -> str:
+    return {Magnitudes: "m/s^2", KnownAttitudes: "m/s^2", Rotations: "rad", RestMeans: "rad/s"}[type(part.problem)]
+
+
+def _held_out(recordings: Sequence[Recording], found: Positions, part: Part) -> HeldOut:
+    outcome = part.outcome
+    length = float(np.median([(r.stop - r.start) * recordings[r.run].dt for r in found.rests]))
+    of = {
+        Magnitudes: "magnitudes of specific force at rest less gravity",
+        KnownAttitudes: "specific forces at rest less gravity in the stated attitudes",
+        Rotations: "rotations from rest to rest",
+        RestMeans: "means at rest",
+    }[type(part.problem)]
+    floor = noise_floor(part.problem, outcome.after)
+    before, after = held_out_errors(part.problem, outcome.before, outcome.after)
+    return HeldOut(before, after, floor, _unit(part), length, of)
+
+
+def _noise(recordings: Sequence[Recording], found: Positions, target: str, unit: str) -> tuple[Estimate, ...]:
+    """White noise within the rests, from differences of neighbouring samples."""
+    values, rows = [], 0
+    for rest in found.rests:
+        recording = recordings[rest.run]
+        steps = np.diff(recording.channels[target].values[rest.rows])
+        values.append(float(np.mean(steps**2)) / 2 * recording.dt)
+        rows += len(steps)
+    white = float(np.sqrt(np.median(values)))
+    key = "angle_random_walk"
+    return (Estimate(key, "N", white, white / np.sqrt(2 * max(rows, 1)), NOISE_UNITS[unit][key]),)
+
+
+def _traces(found: Positions, part: Part, axis: int) -> Traces:
+    problem, outcome = part.problem, part.outcome
+    column = axis if isinstance(problem, Rotations) else 0
+    used = problem.fitted | problem.held_out
+    if isinstance(problem, Rotations):
+        turned = np.array([float(np.sum(turn.rates[:, axis] * turn.dt)) for turn in problem.turns])
+        run_of = {rest.number: rest.run for rest in found.calm}
+        runs = np.array([run_of[turn.before] for turn in problem.turns])
+        time, covariates = problem.time, {"turned": turned}
+    elif isinstance(problem, RestMeans):
+        time, covariates = problem.around.time, {"force": problem.forces[:, axis]}
+        runs = np.array([rest.run for rest in found.calm])
+    else:
+        time, covariates = problem.around.time, {"force": found.forces[:, axis]}
+        runs = np.array([rest.run for rest in found.rests])
+    return Traces(
+        t=time[used],
+        run=runs[used] + 1,
+        held_out=problem.held_out[used],
+        before=problem.plain(outcome.before.residual)[used, column],
+        after=problem.plain(outcome.after.residual)[used, column],
+        covariates={name: _kept(values, used) for name, values in covariates.items()},
+    )
+
+
+def _kept(values: Floats, used: np.ndarray) -> Floats:
+    return np.asarray(values[used], dtype=float)
+
+
+def _next(added: Sequence[Added]) -> tuple[NextExperiment, ...]:
+    sets = dict.fromkeys((a.effect, *a.confounded_with) for a in added if a.confounded_with)
+    return tuple(NextExperiment(keys, _MORE, None) for keys in sets)
+
+
+def _cautions(found: Positions, gyro: bool) -> tuple[str, ...]:
+    """What the figures rest on, and what they can hardly be."""
+    terms = {term.effect.id for term in found.accel.outcome.after.terms}
+    said = () if gyro else _incredible(found.accel.outcome.after)
+    if gyro or found.gravity_known or "accel_scale_factor" not in terms:
+        return said
+    free = getattr(found.accel.problem, "free_gravity", False)
+    width = "their standard deviations include that" if free else "their standard deviations do not include that"
+    return (
+        *said,
+        f"Neither gravity nor latitude is given, {STANDARD_GRAVITY} m/s² is taken: where gravity is larger by a share, "
+        f"the three accelerometer scale factors are larger by it too, up to 0.3 % on the Earth; {width}.",
+    )
+
+
+def _incredible(fit: Fit) -> tuple[str, ...]:
+    """Of the accelerometers: scale factors that are a wrong unit or range, biases of an axis that is broken."""
+    said = []
+    for term in fit.terms:
+        values = fit.theta[fit.of(term)]
+        if term.effect.id == "accel_scale_factor" and (factor := factor_of(1 + values)):
+            said.append(f"The accelerometers' {factor}.")
+        if term.effect.id == "accel_bias":
+            for axis in np.flatnonzero(np.abs(values) > BROKEN):
+                share = values[axis] / STANDARD_GRAVITY
+                of = f"accel_{AXES[axis]} has a bias of {share:.2g} g"
+                said.append(f"{of}: the axis is broken, or its offset is declared wrong.")
+    return tuple(said)

@@ -1,0 +1,220 @@
+"""Gyros between rests: the rotation that they integrate carries the direction of gravity from one rest to the next.
+
+    e_k = angle and axis from  C_k' n_k  to  n_k+1,     C_k = product of exp([A (w - b) dt x])
+
+with n the direction of specific force that the calibrated accelerometers show in either rest, and b the bias of the
+gyros, which goes straight from its mean in one rest to its mean in the next. Two of three components of e_k say
+something; the turn about gravity is the attitude's own. At rest the means of the gyros say how the bias depends on
+the attitude: `insenv.identify.positions.rest`.
+
+Source: Tedaldi, Pretto and Menegatti, ICRA (2014), section III-B.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insenv.core.recording import Floats, Recording
+from insenv.identify.positions.model import AXES, Linear, Surroundings, TriadTerm
+from insenv.identify.positions.rests import Rest, means, middle_times
+from insenv.identify.positions.turn import turned
+from insenv.identify.positions.walk import restricted_likelihood
+
+#: Spread of the held-out deviate: all turns have the errors of the accelerometers' calibration in common.
+CALIBRATION_SPREAD = 1.5
+#: White parts of the noise of a turn that are tried, as shares of the variance that is left.
+WHITE = (1e-3, *np.geomspace(0.03, 3.0, 13).tolist())
+
+
+@dataclass(frozen=True)
+class Turn:
+    """From one rest to the next: rates less bias, shape (n, 3) [rad/s], intervals, shape (n,) [s], numbers of both."""
+
+    rates: Floats
+    dt: Floats
+    before: int
+    after: int
+
+
+@dataclass(frozen=True)
+class Rotations:
+    """Errors of the rotation from rest to rest [rad], m of them.
+
+    Attributes
+    ----------
+    turns : tuple of Turn
+    start, end : ndarray, shape (m, 3)
+        Unit vectors of specific force in the rest before and in the one after.
+    time : ndarray, shape (m,)
+        Middle of each turn [s].
+    fitted, held_out : ndarray of bool, shape (m,)
+    level : ndarray, shape (m, 2, 3)
+        Two directions across ``end`` in which the errors are told.
+    root : ndarray, shape (2 m, 2 m)
+        L of the noise's covariance s^2 L L', turn by turn.
+    """
+
+    turns: tuple[Turn, ...]
+    start: Floats
+    end: Floats
+    time: Floats
+    fitted: NDArray[np.bool_]
+    held_out: NDArray[np.bool_]
+    level: Floats
+    root: Floats
+    rank: int = 2
+    spread: float = CALIBRATION_SPREAD
+
+    @property
+    def nuisance(self) -> Floats:
+        """No unknowns but those of the effects."""
+        return np.zeros(0)
+
+    def begin(self, terms: Sequence[TriadTerm]) -> Floats:
+        """At zero, shape (p,)."""
+        return np.zeros(sum(term.size for term in terms))
+
+    def evaluate(self, terms: Sequence[TriadTerm], theta: Floats) -> tuple[Floats, Floats]:
+        """Whitened errors, shape (m, 2), and their derivatives, shape (m, 2, p)."""
+        errors, slopes = self.errors(terms, theta)
+        m, p = len(errors), len(theta)
+        flat = np.concatenate([errors[:, :, None], slopes], axis=2).reshape(2 * m, 1 + p)
+        both = np.linalg.solve(self.root, flat).reshape(m, 2, 1 + p)
+        return both[:, :, 0], both[:, :, 1:]
+
+    def errors(self, terms: Sequence[TriadTerm], theta: Floats) -> tuple[Floats, Floats]:
+        """Errors across the vertical at the end, shape (m, 2), and their derivatives, shape (m, 2, p)."""
+        linear = Linear.of(terms, Surroundings(np.zeros(1)))
+        matrix = linear.matrix(theta)
+        # A changes by -A dE A; of corrected rates w that is -(A dE) w.
+        change = -np.einsum("ij,pjk->pik", matrix, linear.gain)
+        errors, slopes = np.empty((len(self.turns), 2)), np.empty((len(self.turns), 2, len(theta)))
+        for k, turn in enumerate(self.turns):
+            attitude, tensor = turned(turn.rates, turn.dt, matrix)
+            carried = attitude.T @ self.start[k]
+            cross = np.cross(carried, self.end[k])
+            sine, cosine = float(np.linalg.norm(cross)), float(carried @ self.end[k])
+            stretch = np.arctan2(sine, cosine) / sine if sine > 1e-9 else 1.0
+            errors[k] = stretch * self.level[k] @ cross
+            moved = _moved(np.einsum("abc,pbc->pa", tensor, change), attitude, self.start[k], self.end[k])
+            slopes[k] = stretch * self.level[k] @ moved.T
+        return errors, slopes
+
+    def plain(self, residual: Floats) -> Floats:
+        """The errors as rotation vectors in the axes at the end, shape (m, 3) [rad], before they were whitened."""
+        flat = (self.root @ residual.reshape(-1)).reshape(-1, 2)
+        return np.einsum("mij,mi->mj", self.level, flat)
+
+
+def _moved(phi: Floats, attitude: Floats, start: Floats, end: Floats) -> Floats:
+    """Change of the error vector, shape (p, 3), by small turns phi, shape (p, 3), in the axes at the start."""
+    return np.cross(-np.cross(phi, start) @ attitude, end)
+
+
+def _across(end: Floats) -> Floats:
+    """Two unit vectors across each of ``end``, shape (m, 2, 3)."""
+    helper = np.eye(3)[np.argmin(np.abs(end), axis=1)]
+    first = np.cross(end, helper)
+    first /= np.linalg.norm(first, axis=1)[:, None]
+    return np.stack([first, np.cross(end, first)], axis=1)
+
+
+def with_noise(
+    problem: Rotations, terms: Sequence[TriadTerm], theta: Floats, direction: float, bias: float
+) -> Rotations:
+    """The problem with the noise that neighbouring turns share, and white noise as the fitted turns show it.
+
+    Parameters
+    ----------
+    problem : Rotations
+        With white noise.
+    terms, theta
+        Model at which the noise is looked at, and its coefficients.
+    direction : float
+        Variance of a component of the vertical in a rest [rad^2].
+    bias : float
+        Variance of the bias in a rest about what is assumed of it [rad^2/s^2].
+    """
+    shared = _shared(problem, direction, bias)
+    used = np.repeat(problem.fitted, 2)
+    errors, slopes = problem.errors(terms, theta)
+    y, design = errors.reshape(-1)[used], slopes.reshape(2 * len(errors), -1)[used]
+    left = float(y @ y) / max(len(y) - design.shape[1], 1)
+
+    def covariance(white: float) -> Floats:
+        return (shared + white * left * np.eye(len(shared))) / left
+
+    def likelihood(white: float) -> float:
+        return restricted_likelihood(y, design, covariance(white)[np.ix_(used, used)])
+
+    best = covariance(max(WHITE, key=likelihood))
+    order = np.concatenate([np.flatnonzero(used), np.flatnonzero(~used)])
+    root = np.zeros_like(best)
+    root[np.ix_(order, order)] = np.linalg.cholesky(best[np.ix_(order, order)])
+    return replace(problem, root=root)
+
+
+def _shared(problem: Rotations, direction: float, bias: float) -> Floats:
+    """Covariance of the errors by directions and biases of the rests, each of which two turns share, (2 m, 2 m)."""
+    rests = sorted({number for turn in problem.turns for number in (turn.before, turn.after)})
+    place = {number: 3 * i for i, number in enumerate(rests)}
+    m = len(problem.turns)
+    by_direction, by_bias = (np.zeros((2 * m, 3 * len(rests))) for _ in range(2))
+    for k, turn in enumerate(problem.turns):
+        attitude, _ = turned(turn.rates, turn.dt, np.eye(3))
+        rows, a, b = slice(2 * k, 2 * k + 2), place[turn.before], place[turn.after]
+        level, start, end = problem.level[k], problem.start[k], problem.end[k]
+        by_direction[rows, a : a + 3] = level @ np.cross(attitude.T, end, axis=0)
+        by_direction[rows, b : b + 3] = level @ np.cross(attitude.T @ start, np.eye(3)).T
+        # Half of the way with the one bias and half with the other: the attitude in between is that of the middle.
+        half = 0.5 * float(turn.dt.sum()) * (attitude + np.eye(3)) / 2
+        by_bias[rows, a : a + 3] = by_bias[rows, b : b + 3] = level @ _moved(half.T, attitude, start, end).T
+    return direction * by_direction @ by_direction.T + bias * by_bias @ by_bias.T
+
+
+def rotations(
+    recordings: Sequence[Recording], rests: Sequence[Rest], forces: Floats, in_turn: bool = False
+) -> Rotations:
+    """Turns between neighbouring rests of a run; a turn belongs to the use of the rest in which it starts.
+
+    ``forces``, shape (rests, 3), are the calibrated specific forces; ``in_turn``: each is held out in its turn.
+    """
+    bias = means(recordings, rests, "gyro")
+    middle = middle_times(recordings, rests)
+    unit = forces / np.linalg.norm(forces, axis=1)[:, None]
+    pairs = [
+        (a, b)
+        for a, b in pairwise(range(len(rests)))
+        if rests[a].run == rests[b].run and _whole(recordings, rests, a, b)
+    ]
+    turns = tuple(_turn(recordings[rests[a].run], rests[a], rests[b], bias[a], bias[b]) for a, b in pairs)
+    first, last = [a for a, _ in pairs], [b for _, b in pairs]
+    held = np.array([rests[a].held_out for a in first], dtype=bool)
+    time = 0.5 * (middle[first] + middle[last])
+    root = np.eye(2 * len(turns))
+    return Rotations(turns, unit[first], unit[last], time, ~held, held | in_turn, _across(unit[last]), root)
+
+
+def _whole(recordings: Sequence[Recording], rests: Sequence[Rest], a: int, b: int) -> bool:
+    """Whether no gap in time lies between two rests."""
+    at = rests[a].stop - 1
+    return any(p.start <= at and rests[b].start < p.stop for p in recordings[rests[a].run].pieces())
+
+
+def _turn(recording: Recording, before: Rest, after: Rest, bias: Floats, bias_after: Floats) -> Turn:
+    """Rates from the end of one rest to the start of the next, less the bias on its way."""
+    rows = slice(before.stop - 1, after.start + 1)
+    t = recording.t[rows]
+    channels = [recording.channels[f"gyro_{axis}"] for axis in AXES]
+    columns = [
+        c.values[rows][1:] if c.covers == "interval" else 0.5 * (c.values[rows][1:] + c.values[rows][:-1])
+        for c in channels
+    ]
+    dt = np.diff(t)
+    share = ((0.5 * (t[1:] + t[:-1]) - t[0]) / (t[-1] - t[0]))[:, None]
+    return Turn(np.column_stack(columns) - (bias + share * (bias_after - bias)), dt, before.number, after.number)

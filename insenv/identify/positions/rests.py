@@ -1,0 +1,299 @@
+"""Positions: the rests of a triad that is held still in many attitudes.
+
+A window is still if all channels of the triads scatter in it little more than in their quietest windows. With s_c(t)
+the standard deviation of channel c in a window about t, and q_c its quiet level (a low quantile of s_c over the
+recording),
+
+    s(t) = sqrt(mean over c of (s_c(t) / q_c)^2),        still:  s(t) < threshold,   threshold = sqrt(q s_max)
+
+where q and s_max are the quiet level and the largest value of s: half-way, in orders of magnitude, between rest and
+motion. No figure of the instrument is needed, not even its unit. A rest is a stretch of still windows that is long
+enough, less half a window at either end, for there the hand is still near.
+
+That is still enough for the magnitude of gravity, whatever a hand's tremor. What gyros are judged by, the direction
+of gravity and the bias, wants more: the longest stretch of each rest in which s(t) stays below a few times the noise of
+the quietest windows themselves (`CALM`). Of those few levels the one is taken whose rests tell most: m turns between
+rests with a scatter of c quiet levels tell the nine figures of a triad by (m - 4.5) / c^2.
+
+Rests are counted from 1, through all runs. Where the recording has labels (`segment`), each labelled stretch is a rest.
+
+Where the manifest holds nothing out, each rest is held out in turn; where there are hardly more of them
+than unknowns, as in the six positions of an ordinary test, each rest is cut into parts, and every second part is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
+
+from insenv.core.errors import InputError
+from insenv.core.recording import Floats, Recording
+from insenv.data.manifest import Manifest
+from insenv.data.split import split
+
+#: Length of the windows whose scatter is looked at [s].
+WINDOW = 0.5
+#: Least number of rows in such a window.
+WINDOW_ROWS = 8
+#: Least length of what is left of a rest, in windows.
+SHORTEST = 2
+#: Share of the windows that are quieter than the quiet level.
+QUIET_SHARE = 0.1
+#: The least and the largest threshold, in quiet levels.
+THRESHOLDS = (4.0, 20.0)
+#: Ratio of the largest scatter to the quiet level below which nothing moves at all.
+MOVES = 8.0
+#: Of a labelled stretch this share may move: a knock does not make it a turn.
+MOVING_SHARE = 0.5
+#: Scatter, in quiet levels, below which a part of a rest may serve the gyros; white noise reaches 1.5 of them.
+CALM = (2.0, 4.0, 8.0, 16.0)
+#: Rests below which the manifest's silence means that each is held out in turn; from here on it means the last 40 %.
+MANY = 100
+#: Parts of a rest where rests are too few to be held out themselves, and the least length of a part in windows.
+PARTS, SHORTEST_PART = 8, 1
+
+
+@dataclass(frozen=True)
+class Rest:
+    """Rows ``[start, stop)`` of run ``run`` (from 0) in which the triad stands still; ``held_out`` from every fit."""
+
+    number: int
+    run: int
+    start: int
+    stop: int
+    held_out: bool = False
+
+    @property
+    def rows(self) -> slice:
+        """The rows as a slice."""
+        return slice(self.start, self.stop)
+
+
+@dataclass(frozen=True)
+class Rests:
+    """The rests that were found, in order, and in sentences what is to be said of them.
+
+    Attributes
+    ----------
+    rests : tuple of Rest
+        Of several with one number each is a part of that rest.
+    calm : tuple of Rest
+        What of them is calm enough for gyros, one stretch at most of each number.
+    in_turn : bool
+        Whether each is fitted, and held out in its turn.
+    """
+
+    rests: tuple[Rest, ...]
+    remarks: tuple[str, ...] = ()
+    calm: tuple[Rest, ...] = ()
+    in_turn: bool = False
+
+    @property
+    def in_parts(self) -> bool:
+        """Whether the rests were cut into parts."""
+        return len({rest.number for rest in self.rests}) < len(self.rests)
+
+
+def find_rests(manifest: Manifest, recordings: Sequence[Recording], channels: Sequence[str], least: int = 2) -> Rests:
+    """Rests of all runs by the scatter of ``channels``, or by the labels where there are some.
+
+    ``least`` is the number of rests that a fit of the declared model wants: fewer are cut into parts where the manifest
+    does not say what is held out.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than two, or what is held out leaves none to fit or none to score.
+    """
+    found: list[tuple[int, int, int]] = []
+    remarks: list[str] = []
+    for run, recording in enumerate(recordings):
+        stretches, said = _labelled(recording, channels) if recording.segments else _still(recording, channels)
+        found += [(run, start, stop) for start, stop in stretches]
+        remarks += said
+    if len(found) < 2:
+        count = "no rest" if not found else "one rest"
+        wanted = f"wanted several attitudes, each held still for {(SHORTEST + 2) * WINDOW:g} s or longer"
+        raise InputError(f"{manifest.path}: {count} found in {', '.join(r.label for r in recordings)}; {wanted}")
+    rests = tuple(Rest(number, *where) for number, where in enumerate(found, start=1))
+    if _in_turn(manifest, rests):
+        calm = _calm(recordings, rests, channels)
+        in_turn = Rests(rests, (_counted(recordings, rests, "each held out in its turn"), *remarks), calm, True)
+        if len(rests) >= least:
+            return in_turn
+        parts = tuple(part for rest in rests for part in _parts(recordings[rest.run], rest))
+        if len(parts) == PARTS * len(rests) and manifest.held_out.positions is None:
+            how = f"each cut into {PARTS} parts, every second one held out"
+            return replace(in_turn, rests=parts, remarks=(_counted(recordings, rests, how), *remarks))
+        return in_turn
+    held_out = _held_out(manifest, recordings, rests)
+    if held_out.all() or not held_out.any():
+        which = "every one" if held_out.all() else "none"
+        raise InputError(
+            f"{manifest.path}: of {len(rests)} rests {which} is held out; wanted some to fit, some to score"
+        )
+    used = tuple(replace(r, held_out=bool(h)) for r, h in zip(rests, held_out, strict=True))
+    calm = _calm(recordings, used, channels)
+    fitted = sum(not r.held_out for r in used)
+    return Rests(used, (_counted(recordings, used, f"{fitted} fitted, {len(used) - fitted} held out"), *remarks), calm)
+
+
+def _in_turn(manifest: Manifest, rests: Sequence[Rest]) -> bool:
+    """Whether each rest is held out in its turn: as the manifest says, or where it says nothing and rests are few."""
+    told = manifest.held_out
+    if told.positions is not None or told.runs or told.rows or told.start is not None:
+        return told.positions == "leave-one-out"
+    return len(rests) < MANY and not manifest.fit_rows
+
+
+def _parts(recording: Recording, rest: Rest) -> list[Rest]:
+    """The rest in parts of equal length, every second one held out; as a whole where it is too short."""
+    length = (rest.stop - rest.start) // PARTS
+    if length < max(WINDOW_ROWS, round(SHORTEST_PART * WINDOW / recording.dt)):
+        return [rest]
+    starts = [rest.start + k * length for k in range(PARTS)]
+    return [replace(rest, start=a, stop=a + length, held_out=bool(k % 2)) for k, a in enumerate(starts)]
+
+
+def _calm(recordings: Sequence[Recording], rests: Sequence[Rest], channels: Sequence[str]) -> tuple[Rest, ...]:
+    """The longest calm stretch of each rest, at the level of calm that tells most."""
+    scatters = [scatter(recording, channels) for recording in recordings]
+    best, most = tuple(rests), -np.inf
+    for level in CALM:
+        found = [_calmest(rest, *scatters[rest.run], level) for rest in rests]
+        kept = tuple(rest for rest in found if rest is not None)
+        if len({rest.held_out for rest in kept}) < len({rest.held_out for rest in rests}):
+            continue
+        told = (len(kept) - 1 - 4.5) / level**2
+        if told > max(most, 0.0):
+            best, most = kept, told
+    return best
+
+
+def _calmest(rest: Rest, s: Floats, width: int, level: float) -> Rest | None:
+    """The longest stretch of a rest in which the scatter stays below ``level``, less half a window where it ends."""
+    stretches = []
+    for a, b in _runs(s[rest.rows] < level):
+        start = a + (width // 2 if a else 0)
+        stop = b - (width // 2 if b < rest.stop - rest.start else 0)
+        if stop - start >= SHORTEST * width:
+            stretches.append((stop - start, rest.start + start, rest.start + stop))
+    if not stretches:
+        return None
+    _, start, stop = max(stretches)
+    return replace(rest, start=start, stop=stop)
+
+
+def scatter(recording: Recording, channels: Sequence[str]) -> tuple[Floats, int]:
+    """Scatter of the window about each row in quiet levels, shape (n,), and the rows of a window."""
+    width = max(WINDOW_ROWS, round(WINDOW / recording.dt))
+    parts = [piece for piece in recording.pieces() if piece.stop - piece.start >= width]
+    squares = np.full((len(channels), len(recording)), np.inf)
+    for row, name in zip(squares, channels, strict=True):
+        for piece in parts:
+            row[piece] = _variance(recording.channels[name].values[piece], width)
+        # A counter that stands still has no scatter: the least step that it makes is its quiet level then.
+        inside = row[np.isfinite(row)]
+        quiet = float(np.quantile(inside, QUIET_SHARE)) if len(inside) else 0.0
+        least = quiet or float(np.min(inside[inside > 0], initial=np.inf))
+        row[np.isfinite(row)] /= least
+    with np.errstate(invalid="ignore"):
+        total = np.sqrt(squares.mean(axis=0))
+    return np.where(np.isnan(total), np.inf, total), width
+
+
+def _variance(values: Floats, width: int) -> Floats:
+    """Variance in a window about each value; beyond the ends the ends are mirrored."""
+    x = values - values.mean()
+    mean = uniform_filter1d(x, width, mode="mirror")
+    return np.maximum(uniform_filter1d(x * x, width, mode="mirror") - mean * mean, 0.0)
+
+
+def threshold(s: Floats) -> float:
+    """Scatter below which a window is still: between the quiet level and the largest; infinite if nothing moves."""
+    known = s[np.isfinite(s)]
+    if not len(known):
+        return 0.0
+    quiet, largest = float(np.quantile(known, QUIET_SHARE)), float(known.max())
+    if largest < MOVES * quiet:
+        return np.inf
+    return float(np.clip(np.sqrt(largest / quiet), *THRESHOLDS)) * quiet
+
+
+def _still(recording: Recording, channels: Sequence[str]) -> tuple[list[tuple[int, int]], list[str]]:
+    """Stretches that stand still, and what is said of those that are too short."""
+    s, width = scatter(recording, channels)
+    still = s < threshold(s)
+    kept: list[tuple[int, int]] = []
+    short = 0
+    for piece in recording.pieces():
+        for start, stop in _runs(still[piece]):
+            # At the ends of a piece nothing moved before or after: only where motion borders half a window goes.
+            a = piece.start + start + (width // 2 if start else 0)
+            b = piece.start + stop - (width // 2 if stop < piece.stop - piece.start else 0)
+            if b - a >= SHORTEST * width:
+                kept.append((a, b))
+            elif stop - start >= width:
+                short += 1
+    noun = "stretch" if short == 1 else "stretches"
+    # Half a window is lost at either end twice: as scatter, and as margin.
+    least = (SHORTEST + 2) * width * recording.dt
+    return kept, [f"{recording.label}: {short} still {noun} left out, shorter than {least:.3g} s"] if short else []
+
+
+def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Stretches ``[start, stop)`` in which ``mask`` is true."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+
+
+def _labelled(recording: Recording, channels: Sequence[str]) -> tuple[list[tuple[int, int]], list[str]]:
+    """Labelled stretches that stand still, and what is said of the others."""
+    s, width = scatter(recording, channels)
+    limit = threshold(s)
+    kept, moving = [], []
+    for segment in recording.segments:
+        inner = slice(segment.start + width // 2, max(segment.stop - width // 2, segment.start + width // 2 + 1))
+        if float(np.mean(s[inner] >= limit)) > MOVING_SHARE:
+            moving.append(segment.label)
+        else:
+            kept.append((segment.start, segment.stop))
+    noun = "segment" if len(moving) == 1 else "segments"
+    said = [f"{recording.label}: {noun} {', '.join(moving)} left out: there the triad moves"] if moving else []
+    return kept, said
+
+
+def _held_out(manifest: Manifest, recordings: Sequence[Recording], rests: Sequence[Rest]) -> NDArray[np.bool_]:
+    """Which rests no fit may see, shape (rests,): by number, else where the row in the middle is held out."""
+    named = manifest.held_out.positions
+    numbers = np.array([rest.number for rest in rests])
+    if isinstance(named, str):
+        return numbers % 2 == (named == "odd")
+    if named is not None:
+        if beyond := [number for number in named if number > len(rests)]:
+            where = f"{manifest.path}: held_out.positions has {beyond[0]}"
+            raise InputError(f"{where}; there are {len(rests)} rests, counted from 1")
+        return np.isin(numbers, named)
+    uses = split(manifest, recordings)
+    return np.array([bool(uses[r.run].held_out[(r.start + r.stop) // 2]) for r in rests])
+
+
+def _counted(recordings: Sequence[Recording], rests: Sequence[Rest], used: str) -> str:
+    lengths = [(r.stop - r.start) * recordings[r.run].dt for r in rests]
+    span = f"{min(lengths):.3g} to {max(lengths):.3g} s long"
+    return f"{len(rests)} rests, {span}: {used}"
+
+
+def means(recordings: Sequence[Recording], rests: Sequence[Rest], prefix: str) -> Floats:
+    """Means of the triad ``prefix`` ("accel", "gyro") over each rest, shape (rests, 3)."""
+    triads = [np.stack([r.channels[f"{prefix}_{axis}"].values for axis in "xyz"], axis=1) for r in recordings]
+    return np.array([triads[rest.run][rest.rows].mean(axis=0) for rest in rests])
+
+
+def middle_times(recordings: Sequence[Recording], rests: Sequence[Rest]) -> Floats:
+    """Time of the middle of each rest from the start of its run [s], shape (rests,)."""
+    return np.array([recordings[r.run].t[r.rows].mean() - recordings[r.run].t[0] for r in rests])

@@ -1,0 +1,541 @@
+"""Which effects the rests call for: nested least squares, Fisher's F, and rests that no fit has seen.
+
+    chi = [(RSS_0 - RSS_1) / d] / [RSS_1 / nu]  ~  F(d, nu)          without the effect's d parameters, and with them
+
+The noise is the scatter from rest to rest, estimated from the residuals of the fit itself with its freedom nu: the
+white noise of the samples knows nothing of a bias that wanders, of a bench that gives way. The held-out rests give a
+second test without free parameters, and both are joined, as in `insenv.identify.fit.evidence`:
+
+    z = r' V^-1 phi / sqrt(phi' V^-1 phi),    V = s^2 (I + J C J'),    phi = r_0 - r_1 on held-out rests
+
+The probability is multiplied by the number of effects that were tried. An effect with which the error on held-out
+rests grows is refused, however significant.
+
+Where each unit is held out in its turn (`insenv.identify.positions.leave_out`), all are fitted: Fisher's F of all of
+them is the whole evidence, and the error of the units that were left out may not grow either.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import combinations
+from math import comb
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import f as fisher
+from scipy.stats import t as student
+
+from insenv.core.recording import Floats
+from insenv.identify.findings import NotTestable, Rejected
+from insenv.identify.fit.evidence import joint_deviate, log_tail
+from insenv.identify.positions.leave_out import left_out
+
+#: Most steps of a fit.
+STEPS = 60
+#: Relative gain that a step must promise.
+ARRIVED = 1e-9
+#: Smallest share of a step that is tried.
+LEAST_SHARE = 1e-2
+#: Share of its size that a column must have beside the model: below it the attitudes do not tell the effect.
+DISTINCT = 0.02
+#: Least freedom that an effect must leave.
+LEAST_FREEDOM = 2
+#: Most effects that are tried at once where none alone helps.
+AT_ONCE = 3
+#: Below this freedom the variance of Student's t says nothing any more.
+LEAST_T = 4
+
+
+class Problem(Protocol):
+    """Residuals of m units (rests, turns), d components each, of which ``rank`` are independent.
+
+    ``nuisance`` are prior standard deviations of unknowns that are no effects. Residuals are whitened, held-out units
+    last: theirs have no noise in common with those of the fitted ones. A unit that is fitted and held out as well is
+    held out in its turn.
+    """
+
+    @property
+    def fitted(self) -> NDArray[np.bool_]:
+        """Units to fit, shape (m,)."""
+
+    @property
+    def held_out(self) -> NDArray[np.bool_]:
+        """Units to score, shape (m,)."""
+
+    @property
+    def rank(self) -> int:
+        """Independent components of each unit."""
+
+    @property
+    def nuisance(self) -> Floats:
+        """Prior standard deviations of further unknowns, shape (q,)."""
+
+    @property
+    def spread(self) -> float:
+        """Spread that the deviate of units is taken to have: more than 1 where noise is common to all."""
+
+    def evaluate(self, terms: Sequence[Any], theta: Floats) -> tuple[Floats, Floats]:
+        """Residuals, shape (m, d), and their derivatives, shape (m, d, p)."""
+
+    def begin(self, terms: Sequence[Any]) -> Floats:
+        """Where a fit begins: coefficients, then further unknowns, shape (p + q,)."""
+
+    @property
+    def root(self) -> Floats:
+        """L of the noise's covariance s^2 L L', shape (m d, m d)."""
+
+    def plain(self, residual: Floats) -> Floats:
+        """Residuals before they were whitened, shape (m, d)."""
+
+
+def in_turn(problem: Problem) -> bool:
+    """Whether each unit is fitted, and held out in its turn."""
+    return bool((problem.fitted & problem.held_out).any())
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fit of ``terms``: parameters, residuals of all units and their derivatives, RSS and freedom of the fitted."""
+
+    terms: tuple[Any, ...]
+    theta: Floats
+    residual: Floats
+    slopes: Floats
+    rss: float
+    freedom: int
+    inverse: Floats
+
+    @property
+    def variance(self) -> float:
+        """Of one component, from the scatter of the fitted units."""
+        return self.rss / max(self.freedom, 1)
+
+    def sd(self) -> Floats:
+        """Standard deviations, shape (p,): wider where the scatter is known with little freedom (Student's t)."""
+        nu = max(self.freedom, LEAST_T)
+        return np.sqrt(np.diag(self.inverse) * self.variance * nu / (nu - 2))
+
+    def of(self, term: Any) -> slice:
+        """Where the coefficients of a term stand."""
+        start = sum(t.size for t in self.terms[: self.terms.index(term)])
+        return slice(start, start + term.size)
+
+
+def solve(problem: Problem, terms: Sequence[Any]) -> Fit:
+    """Least squares by Gauss and Newton with halved steps, from where the problem begins or from zero."""
+    fitted = problem.fitted
+    weight = 1 / problem.nuisance
+    p = sum(term.size for term in terms)
+    theta = np.zeros(p + len(weight))
+
+    def rss(residual: Floats, at: Floats, scale: float) -> float:
+        return float(np.sum(residual[fitted] ** 2) + scale * np.sum((at[p:] * weight) ** 2))
+
+    residual, slopes = problem.evaluate(terms, theta)
+    begin = problem.begin(terms)
+    other, other_slopes = problem.evaluate(terms, begin)
+    if rss(other, begin, 0.0) < rss(residual, theta, 0.0):
+        theta, residual, slopes = begin, other, other_slopes
+    # A prior weighs against the noise, which the residual shows.
+    scale = _scale(problem, residual, 0)
+    for _ in range(STEPS):
+        rows, right = _normal(problem, residual, slopes, theta, scale)
+        step, promised = _step(rows, right)
+        best = rss(residual, theta, scale)
+        if promised <= ARRIVED * best:
+            break
+        share = 1.0
+        while True:
+            tried = theta + share * step
+            new, new_slopes = problem.evaluate(terms, tried)
+            if rss(new, tried, scale) < best or share < LEAST_SHARE:
+                break
+            share /= 4
+        if not rss(new, tried, scale) < best:
+            break
+        theta, residual, slopes = tried, new, new_slopes
+        scale = _scale(problem, residual, p) if len(weight) else scale
+    rows, _ = _normal(problem, residual, slopes, theta, scale)
+    freedom = problem.rank * int(fitted.sum()) - p
+    return Fit(tuple(terms), theta, residual, slopes, rss(residual, theta, scale), freedom, _inverse(rows))
+
+
+def _step(rows: Floats, right: Floats) -> tuple[Floats, float]:
+    """Step of Gauss and Newton, and the reduction of the sum of squares that it promises."""
+    size = _sizes(rows)
+    scaled = rows / size
+    step = np.linalg.lstsq(scaled, -right, rcond=1e-10)[0]
+    return step / size, float(right @ right - np.sum((right + scaled @ step) ** 2))
+
+
+def _inverse(rows: Floats) -> Floats:
+    """Inverse of the information, shape (p, p); infinite variance of a coefficient of which the rows say nothing."""
+    size = _sizes(rows)
+    scaled = rows / size
+    values, vectors = np.linalg.eigh(scaled.T @ scaled)
+    told = values > 1e-12 * max(float(values.max(initial=0.0)), 1e-300)
+    inverse = (vectors[:, told] / values[told]) @ vectors[:, told].T / np.outer(size, size)
+    untold = np.sum(vectors[:, ~told] ** 2, axis=1) > 1e-9
+    inverse[untold, untold] = np.inf
+    return inverse
+
+
+def _sizes(rows: Floats) -> Floats:
+    size = np.linalg.norm(rows, axis=0)
+    size[size == 0] = 1.0
+    return size
+
+
+def _scale(problem: Problem, residual: Floats, p: int) -> float:
+    freedom = max(problem.rank * int(problem.fitted.sum()) - p, 1)
+    return float(np.sum(residual[problem.fitted] ** 2)) / freedom
+
+
+def _normal(problem: Problem, residual: Floats, slopes: Floats, theta: Floats, scale: float) -> tuple[Floats, Floats]:
+    """Rows of the linearised problem and their right side: the fitted units, then the priors."""
+    fitted = problem.fitted
+    p, n = len(theta) - len(problem.nuisance), len(theta)
+    rows = slopes[fitted].reshape(residual[fitted].size, n)
+    prior = np.sqrt(scale) * np.eye(n)[p:] / problem.nuisance[:, None]
+    return np.vstack([rows, prior]), np.concatenate([residual[fitted].ravel(), prior @ theta])
+
+
+def held_out_errors(problem: Problem, *fits: Fit) -> tuple[float, ...]:
+    """Of each fit, the root mean square of the lengths of the residuals of the held-out units.
+
+    Where each is held out in its turn, of those that every one of the fits foretells without it.
+    """
+    if in_turn(problem):
+        each = [left_out(problem.root, fit.residual, fit.slopes, fit.inverse, problem.fitted) for fit in fits]
+        known = problem.fitted & np.all([np.isfinite(left).all(axis=1) for left in each], axis=0)
+    else:
+        each, known = [problem.plain(fit.residual) for fit in fits], problem.held_out
+    return tuple(float(np.sqrt(np.mean(np.sum(left[known] ** 2, axis=1)))) if known.any() else np.nan for left in each)
+
+
+def held_out_error(problem: Problem, fit: Fit) -> float:
+    """`held_out_errors` of one fit."""
+    return held_out_errors(problem, fit)[0]
+
+
+def noise_floor(problem: Problem, fit: Fit) -> float:
+    """What `held_out_error` would be if the fitted noise alone were left, that of the coefficients included."""
+    m, d = fit.residual.shape
+    slopes = fit.slopes.reshape(m * d, -1)
+    fitted = np.repeat(problem.fitted, d)
+    # Whitened residuals are (1 - J C J_f') times unit normals.
+    spread = np.eye(m * d)
+    known = np.all(np.isfinite(fit.inverse), axis=0)[:, None]
+    inverse = np.where(known & known.T, fit.inverse, 0.0)
+    spread[:, fitted] -= slopes @ inverse @ slopes[fitted].T
+    if in_turn(problem):
+        each = left_out(problem.root, spread.reshape(m, d, -1), fit.slopes, fit.inverse, problem.fitted)
+        known = problem.fitted & np.isfinite(each).all(axis=(1, 2))
+        return float(np.sqrt(fit.variance * np.sum(each[known] ** 2) / max(int(known.sum()), 1)))
+    power = [np.sum(problem.plain(column.reshape(m, d))[problem.held_out] ** 2) for column in spread.T]
+    return float(np.sqrt(fit.variance * sum(power) / max(int(problem.held_out.sum()), 1)))
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """How much a larger fit explains: deviate of fitted and held-out units joined, likelihood ratio of the fitted."""
+
+    deviate: float
+    likelihood_ratio: float
+
+    def p_value(self, looks: float) -> float:
+        """Probability of such evidence anywhere in so many looks."""
+        return float(min(1.0, looks * np.exp(log_tail(self.deviate))))
+
+
+def evidence(problem: Problem, small: Fit, large: Fit) -> Evidence:
+    """Of the fit ``large``, which has all the terms of ``small``."""
+    gained, nu = small.freedom - large.freedom, large.freedom
+    if large.rss <= 0 or nu < 1:
+        return Evidence(-np.inf, 0.0)
+    change = max(small.rss - large.rss, 0.0)
+    # What all units have in common shows in no scatter: held-out units are judged with a spread for it, or else these.
+    common = problem.spread**2 if in_turn(problem) else 1.0
+    log_p = float(fisher.logsf(change / gained / large.variance / common, gained, nu))
+    ratio = float(problem.rank * problem.fitted.sum() * np.log(max(small.rss / large.rss, 1.0)))
+    z, information = (0.0, 0.0) if in_turn(problem) else _held_out_deviate(problem, small, large)
+    return Evidence(joint_deviate(log_p, change / large.variance, z, information), ratio)
+
+
+def _held_out_deviate(problem: Problem, small: Fit, large: Fit) -> tuple[float, float]:
+    """The normal deviate of the held-out units, and its information."""
+    held = problem.held_out
+    r = small.residual[held].ravel()
+    phi = r - large.residual[held].ravel()
+    slopes = small.slopes[held].reshape(len(r), -1)
+    covariance = np.eye(len(r)) + slopes @ small.inverse @ slopes.T
+    whitened = np.linalg.solve(covariance, phi) / large.variance
+    information = float(phi @ whitened)
+    if not information > 1e-12:
+        return 0.0, 0.0
+    z = float(r @ whitened) / np.sqrt(information) / problem.spread
+    log_p = float(student.logsf(abs(z), large.freedom))
+    return float(np.copysign(-_ndtri_exp(log_p), z)), information
+
+
+def _ndtri_exp(log_p: float) -> float:
+    from scipy.special import ndtri_exp
+
+    return float(ndtri_exp(min(log_p, -1e-12)))
+
+
+@dataclass(frozen=True)
+class Step:
+    """An effect that was added; ``together`` with others where none of them alone was."""
+
+    term: Any
+    p_value: float
+    likelihood_ratio: float
+    before: float
+    after: float
+    together: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """End of a search: fits before and after, what was added, refused, cannot be tested, and rivals of the added."""
+
+    before: Fit
+    after: Fit
+    steps: tuple[Step, ...] = ()
+    rejected: tuple[Rejected, ...] = ()
+    not_testable: tuple[NotTestable, ...] = ()
+    rivals: dict[str, tuple[str, ...]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """What else may be true that this recording cannot tell: ``problem`` with its noise, effects ``beside`` the model.
+
+    What is only significant without it is not added; ``reason`` ends the sentence "not significant ...". Where
+    attitudes follow the clock, a drift is whatever follows the attitude.
+    """
+
+    problem: Problem
+    beside: tuple[Any, ...]
+    reason: str
+
+
+def search(
+    problem: Problem,
+    declared: Sequence[Any],
+    tried: Sequence[Any],
+    alpha: float,
+    doubts: Sequence[Doubt] = (),
+    untold: Sequence[Any] = (),
+) -> Outcome:
+    """Add to the declared model, one after the other, what fitted and held-out units call for, whatever the doubts.
+
+    ``untold`` are effects that these units cannot tell from noise: they are not added, and are rivals all the same.
+    """
+    before = solve(problem, declared)
+    testable, blind = _testable(problem, before, tried)
+    looks = max(len(testable), 1)
+    now, steps = before, list[Step]()
+    refused: dict[str, Rejected] = {}
+    alone: dict[str, Rejected] = {}
+    while True:
+        left = [term for term in testable if term not in now.terms]
+        found = _round(problem, now, left, looks, alpha, refused, doubts)
+        alone = alone or dict(refused)
+        if not found:
+            break
+        now, new = found
+        steps += new
+        now, steps = _pruned(problem, declared, now, steps, looks, alpha, refused)
+        if len(steps) > 3 * len(testable):  # added and dropped in turn: enough
+            break
+    while steps and not _no_worse(problem, before, now):
+        last = steps.pop()
+        key = last.term.effect.key
+        reason = "with it the held-out error is larger than that of the declared model"
+        refused[key] = Rejected(key, last.p_value, last.likelihood_ratio, reason)
+        now = solve(problem, [term for term in now.terms if term is not last.term])
+    rivals = {s.term.effect.key: _rivals(problem, now, s.term, [*testable, *untold], looks, alpha) for s in steps}
+    for key in refused.keys() & {step.term.effect.key for step in steps}:
+        del refused[key]
+    refused |= {key: r for step in steps if (r := _alone(alone.get(key := step.term.effect.key)))}
+    rejected = tuple(sorted(map(_plain, refused.values()), key=lambda r: r.p_value))
+    return Outcome(before, now, tuple(steps), rejected, blind, rivals)
+
+
+def _no_worse(problem: Problem, before: Fit, now: Fit) -> bool:
+    """Whether what was added, and has outlived the rest, leaves no larger held-out error than the declared model."""
+    errors = held_out_errors(problem, before, now)
+    return bool(errors[1] <= errors[0])
+
+
+def _testable(problem: Problem, before: Fit, tried: Sequence[Any]) -> tuple[list[Any], tuple[NotTestable, ...]]:
+    """Terms that these units can tell, and the others with what they would need."""
+    testable, blind = [], []
+    units = int(problem.fitted.sum())
+    for term in tried:
+        if before.freedom - term.size < LEAST_FREEDOM:
+            lacking = LEAST_FREEDOM - (before.freedom - term.size)
+            more = -(-lacking // problem.rank)
+            reason = f"{units} fitted for too many parameters; at least {more} more needed"
+            blind.append(NotTestable(term.effect.key, ("more positions",), reason))
+        elif _distinct(problem, before, term) < DISTINCT:
+            reason = "in these attitudes it cannot be told from the declared model"
+            blind.append(NotTestable(term.effect.key, ("other attitudes",), reason))
+        else:
+            testable.append(term)
+    return testable, tuple(blind)
+
+
+def _distinct(problem: Problem, fit: Fit, term: Any) -> float:
+    """The least share of a unit change of ``term`` that the model of ``fit`` leaves."""
+    p = sum(t.size for t in fit.terms)
+    theta = np.concatenate([fit.theta[:p], np.zeros(term.size), fit.theta[p:]])
+    residual, slopes = problem.evaluate((*fit.terms, term), theta)
+    slopes, _ = _normal(problem, residual, slopes, theta, fit.variance)
+    own = slopes[:, p : p + term.size]
+    model = np.delete(slopes, np.s_[p : p + term.size], axis=1)
+    size = np.linalg.norm(own, axis=0)
+    if not size.any():
+        return 0.0
+    if model.shape[1]:
+        scaled = model / np.maximum(np.linalg.norm(model, axis=0), 1e-300)
+        own = own - scaled @ np.linalg.lstsq(scaled, own, rcond=1e-8)[0]
+    return float(np.linalg.svd(own / size.max(), compute_uv=False)[-1])
+
+
+def _round(
+    problem: Problem,
+    now: Fit,
+    left: Sequence[Any],
+    looks: int,
+    alpha: float,
+    refused: dict[str, Rejected],
+    doubts: Sequence[Doubt] = (),
+) -> tuple[Fit, list[Step]] | None:
+    """The best single effect; where none is accepted, the best of several at once; None where nothing is."""
+    best: tuple[float, Fit, tuple[Any, ...], Evidence, float] | None = None
+    # Sets of k share the probability of looks^k, and all sizes that of one: Bonferroni.
+    chances = sum(comb(looks, k) / looks**k for k in range(1, AT_ONCE + 1))
+    for terms in _sets(left):
+        if best and len(terms) > len(best[2]):
+            break  # one alone does it
+        count = chances * looks ** len(terms)
+        fit = solve(problem, (*now.terms, *terms))
+        if fit.freedom < LEAST_FREEDOM:
+            continue
+        found = evidence(problem, now, fit)
+        p = found.p_value(count)
+        reason = _refusal(problem, now, fit, terms, p, alpha)
+        if not reason and (other := _doubted(now, terms, doubts, count, alpha)):
+            p, reason = other
+        if reason and len(terms) == 1:
+            key = terms[0].effect.key
+            refused[key] = Rejected(key, p, found.likelihood_ratio, reason)
+        if not reason and (best is None or found.deviate > best[0]):
+            best = found.deviate, fit, terms, found, p
+    if best is None:
+        return None
+    _, fit, terms, found, p = best
+    without, with_it = held_out_errors(problem, now, fit)
+    keys = [term.effect.key for term in terms]
+    together = tuple(keys) if len(keys) > 1 else ()
+    return fit, [Step(term, p, found.likelihood_ratio, without, with_it, together) for term in terms]
+
+
+def _alone(refused: Rejected | None) -> Rejected | None:
+    """An added effect that by itself made held-out units worse: it is the others that make the difference."""
+    if refused is None or "held-out" not in refused.reason:
+        return None
+    return replace(refused, reason=f"alone: {refused.reason}")
+
+
+def _plain(refused: Rejected) -> Rejected:
+    """Of what is not significant the held-out error does not matter."""
+    insignificant = refused.reason.startswith("not significant,")
+    return replace(refused, reason="not significant") if insignificant else refused
+
+
+def _sets(left: Sequence[Any]) -> Iterator[tuple[Any, ...]]:
+    for count in range(1, min(AT_ONCE, len(left)) + 1):
+        yield from combinations(left, count)
+
+
+def _refusal(problem: Problem, now: Fit, fit: Fit, terms: tuple[Any, ...], p: float, alpha: float) -> str:
+    """Why the effects are not added; empty if they are."""
+    errors = held_out_errors(problem, now, fit)
+    if not np.isfinite(errors).all():
+        return "no rest foretells another"
+    worse = f"held-out error {errors[1] / errors[0]:.3g} times as large" if errors[1] > errors[0] else ""
+    if not p < alpha:
+        return f"not significant, {worse}" if worse else "not significant"
+    if worse:
+        return worse
+    if any(_beyond(fit, term) for term in terms):
+        return "larger than is credible"
+    return ""
+
+
+def _doubted(
+    now: Fit, terms: tuple[Any, ...], doubts: Sequence[Doubt], count: float, alpha: float
+) -> tuple[float, str] | None:
+    """P-value under the first doubt under which the effects are not significant, and the reason to refuse them."""
+    for doubt in doubts:
+        small, large = (solve(doubt.problem, (*now.terms, *doubt.beside, *more)) for more in ((), terms))
+        p = evidence(doubt.problem, small, large).p_value(count)
+        if not p < alpha:
+            return p, f"not significant {doubt.reason}"
+    return None
+
+
+def _beyond(fit: Fit, term: Any) -> bool:
+    bound = max(param.bound for param in term.effect.linear)
+    return bool(np.any(np.abs(fit.theta[fit.of(term)]) > bound))
+
+
+def _pruned(
+    problem: Problem,
+    declared: Sequence[Any],
+    now: Fit,
+    steps: list[Step],
+    looks: int,
+    alpha: float,
+    refused: dict[str, Rejected],
+) -> tuple[Fit, list[Step]]:
+    """Without what has become superfluous beside what was added later."""
+    while len(steps) > 1:
+        tested = []
+        for step in steps:
+            small = solve(problem, [t for t in now.terms if t is not step.term])
+            found = evidence(problem, small, now)
+            tested.append((found.p_value(looks), found.likelihood_ratio, step, small))
+        p, ratio, step, small = max(tested, key=lambda row: row[0])
+        if p < alpha:
+            break
+        now, steps = small, [s for s in steps if s is not step]
+        key = step.term.effect.key
+        refused[key] = Rejected(key, p, ratio, "superfluous beside what was added")
+    return now, steps
+
+
+def _rivals(
+    problem: Problem, now: Fit, term: Any, testable: Sequence[Any], looks: int, alpha: float
+) -> tuple[str, ...]:
+    """Effects with which in its place the added one is no longer significant."""
+    others = [t for t in now.terms if t is not term]
+    base = solve(problem, others)
+    found = []
+    for rival in testable:
+        if rival in now.terms:
+            continue
+        without = solve(problem, [*others, rival])
+        both = solve(problem, [*others, rival, term])
+        if evidence(problem, base, without).p_value(looks) >= alpha:
+            continue
+        if both.freedom < 1 or evidence(problem, without, both).p_value(looks) >= alpha:
+            found.append(rival.effect.key)
+    return tuple(found)

@@ -1,0 +1,384 @@
+"""Closing the loop on a triad that is held still in many attitudes: from the recording to what was found.
+
+Rests, then the accelerometers, then the gyros with the calibrated accelerometers as their attitude reference. What is
+found belongs to the triad; each target has it with the coefficients of its own axis, and the triad's one error on
+held-out rests.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import f as fisher
+
+from insenv.core.errors import InputError
+from insenv.core.recording import Floats, Recording
+from insenv.core.units import STANDARD_GRAVITY
+from insenv.data.manifest import Manifest
+from insenv.effects.base import Effect
+from insenv.effects.catalogue import by_key
+from insenv.identify.findings import NotTestable
+from insenv.identify.positions.accel import Magnitudes, directions, gravities
+from insenv.identify.positions.accel import with_walk as with_bias_walk
+from insenv.identify.positions.factor import common_factor
+from insenv.identify.positions.gyro import Rotations, rotations, with_noise
+from insenv.identify.positions.known import KnownAttitudes, as_level_as_read, noise_of_means, stated_up
+from insenv.identify.positions.model import AXES, Surroundings, triad_term
+from insenv.identify.positions.rest import RestMeans, RestTerm, with_walk
+from insenv.identify.positions.rests import Rest, Rests, find_rests, means, middle_times
+from insenv.identify.positions.search import LEAST_FREEDOM, Doubt, Fit, Outcome, held_out_errors, in_turn, search, solve
+from insenv.identify.positions.walk import ALLOWED
+
+#: Effects of each part that may be declared. Those that are not are tried, but for what is slow on gyros at rest: a
+#: bias that walks there looks like a drift.
+OF_ACCELEROMETERS = ("accel_bias", "accel_scale_factor", "non_orthogonality", "bias_drift", "bias_temperature")
+OF_ROTATIONS = ("scale_factor", "non_orthogonality", "misalignment")
+OF_RESTS = ("g_sensitivity", "bias_drift", "bias_temperature")
+SLOW = ("bias_drift", "bias_temperature")
+#: May be declared of the rotations, and is not tried: non-orthogonality and misalignment are its parts.
+WHOLE = "cross_axis"
+#: Probability of an outlier among all fitted rests by which one is left out, and the largest share of them.
+OUTLIER, MOST_OUTLIERS = 1e-4, 0.1
+#: Error of the magnitude of gravity that no unit at rest has, beside all that was found [m/s^2].
+NO_REST = 0.5
+#: Least freedom of a fit that is asked for outliers.
+OUTLIER_FREEDOM = 6
+
+
+@dataclass(frozen=True)
+class Part:
+    """One problem, and what its search came to."""
+
+    problem: Magnitudes | Rotations | RestMeans
+    outcome: Outcome
+    reasons: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Positions:
+    """Everything that was found: ``gyro`` (None without turns) and ``at_rest`` (one of each axis) of gyros as targets.
+
+    ``forces``, shape (rests, 3), are the calibrated specific forces of ``rests``; ``calm`` are the stretches of them by
+    which gyros are judged.
+    """
+
+    rests: tuple[Rest, ...]
+    calm: tuple[Rest, ...]
+    remarks: tuple[str, ...]
+    forces: Floats
+    gravity_known: bool
+    accel: Part
+    gyro: Part | None = None
+    at_rest: tuple[Part, ...] = ()
+
+
+def trace_positions(
+    manifest: Manifest,
+    recordings: tuple[Recording, ...],
+    tried: Sequence[Effect] | None = None,
+    alpha: float = 0.01,
+    progress: Callable[[str], None] = lambda text: None,
+) -> Positions:
+    """Find the rests, and what the declared model of the triads lacks.
+
+    Raises
+    ------
+    InputError
+        If a channel is missing, rests are too few, or a declared effect is none that rests show.
+    """
+    gyros = any(target.startswith("gyro") for target in manifest.model.targets)
+    prefixes = _check(manifest, recordings, gyros)
+    progress("finding rests")
+    channels = [f"{prefix}_{axis}" for prefix in prefixes for axis in AXES]
+    found = find_rests(manifest, recordings, channels, _wanted(manifest))
+    keys = None if tried is None else tuple(effect.key for effect in tried)
+    progress("accelerometers")
+    accel, left_out, known = _accelerometers(manifest, recordings, found, keys, alpha)
+    assert isinstance(accel.problem, Magnitudes)
+    after = accel.outcome.after
+    forces = directions(accel.problem.measured, accel.problem.around, after.terms, after.theta)
+    dropped = {rest.number for rest, left in zip(found.rests, left_out, strict=True) if left}
+    calm = tuple(rest for rest in found.calm if rest.number not in dropped)
+    remarks = (*found.remarks, *_named(found.rests, recordings, left_out))
+    whole = Positions(found.rests, calm, remarks, forces, known, accel)
+    if not gyros:
+        return whole
+    progress("gyros")
+    around = _surroundings(manifest, recordings, calm)
+    directed = directions(means(recordings, calm, "accel"), around, after.terms, after.theta)
+    turns = rotations(recordings, calm, directed, found.in_turn)
+    if turns.turns and not (turns.fitted.any() and turns.held_out.any()):
+        raise InputError(
+            f"{manifest.path}: no turns between rests to fit and to score; wanted rests one after the other"
+        )
+    at_rest, bias = _gyros_at_rest(manifest, recordings, calm, (directed, around), keys, alpha)
+    gyro = _gyros_between(manifest, turns, whole, bias, keys, alpha) if turns.turns else None
+    return replace(whole, gyro=gyro, at_rest=at_rest)
+
+
+def _check(manifest: Manifest, recordings: Sequence[Recording], gyros: bool) -> tuple[str, ...]:
+    """The triads that the recordings have; refuses what a multi-position recording cannot be without."""
+    path = manifest.path
+    for target in manifest.model.targets:
+        if target[-2:] not in ("_x", "_y", "_z"):
+            raise InputError(f"{path}: model.target = {target!r}; procedure = 'multi-position' wants axes of a triad")
+    wanted = ("accel", "gyro") if gyros else ("accel",)
+    for recording in recordings:
+        for prefix in wanted:
+            lacking = [f"{prefix}_{a}" for a in AXES if f"{prefix}_{a}" not in recording.channels]
+            if lacking:
+                why = "as attitude reference of the gyros" if gyros and prefix == "accel" else "as one triad"
+                found = f"{', '.join(lacking)} missing in [channels]"
+                raise InputError(f"{path}: {found}; procedure = 'multi-position' wants {prefix}_x, y and z {why}")
+    whole = all(f"gyro_{axis}" in r.channels for r in recordings for axis in AXES)
+    return ("accel", "gyro") if whole else ("accel",)
+
+
+def _surroundings(manifest: Manifest, recordings: Sequence[Recording], rests: Sequence[Rest]) -> Surroundings:
+    """Time and temperature of the rests."""
+    temperature = None
+    if all("temperature" in r.channels for r in recordings):
+        temperature = np.array([recordings[r.run].channels["temperature"].values[r.rows].mean() for r in rests])
+    return Surroundings(middle_times(recordings, rests), temperature, manifest.model.reference_temperature)
+
+
+def _wanted(manifest: Manifest) -> int:
+    """Rests that the declared model of the accelerometers wants fitted."""
+    equations = sum(triad_term(effect).size for effect in _of_accelerometers(manifest)) + LEAST_FREEDOM
+    return equations if manifest.positions is None else -(-equations // 3)
+
+
+def _of_accelerometers(manifest: Manifest) -> list[Effect]:
+    """Declared effects of the accelerometers; where they are no target, what makes them an attitude reference."""
+    if any(target.startswith("accel") for target in manifest.model.targets):
+        return _declared(manifest, "accel")
+    return [by_key("accel_bias"), by_key("accel_scale_factor")]
+
+
+def _accelerometers(
+    manifest: Manifest,
+    recordings: Sequence[Recording],
+    found: Rests,
+    keys: tuple[str, ...] | None,
+    alpha: float,
+) -> tuple[Part, NDArray[np.bool_], bool]:
+    """The accelerometers' part, rests that were left out, and whether gravity is known."""
+    rests, around = found.rests, _surroundings(manifest, recordings, found.rests)
+    targets = any(target.startswith("accel") for target in manifest.model.targets)
+    declared = _of_accelerometers(manifest)
+    gravity, known = gravities(recordings, rests)
+    held_out = np.array([rest.held_out for rest in rests])
+    free = not known and "accel_scale_factor" not in {effect.id for effect in declared}
+    in_turn = found.in_turn and not found.in_parts
+    measured = means(recordings, rests, "accel")
+    problem = Magnitudes(measured, gravity, around, ~held_out, held_out | in_turn, free)
+    if manifest.positions is not None:
+        noise = noise_of_means(recordings, rests)
+        across = float(np.hypot(1.0, STANDARD_GRAVITY * manifest.positions.tolerance / noise))
+        up, uses = stated_up(manifest, rests, measured), (~held_out, held_out | in_turn)
+        problem = KnownAttitudes(measured, gravity, around, *uses, up=up, across=across, noise_of_mean=noise)
+    terms = [triad_term(effect) for effect in declared]
+    _enough(manifest, problem, sum(term.size for term in terms), "rests", len({rest.number for rest in rests}))
+    tried, blind = _candidates(OF_ACCELEROMETERS, declared, around, keys if targets else None)
+    more = [triad_term(effect) for effect in tried]
+    runs = np.array([rest.run for rest in rests])
+    left_out = np.zeros(len(rests), dtype=bool)
+    if isinstance(problem, KnownAttitudes):
+        whole = [*terms, *(term for term in more if term.effect.id not in SLOW)]
+        problem = as_level_as_read(problem, solve(problem, whole).residual, len(problem.nuisance) + 3)
+    stated = isinstance(problem, KnownAttitudes)
+    if not found.in_parts and not stated:
+        left_out = _outliers(problem, [*terms, *more])
+        problem = replace(problem, fitted=problem.fitted & ~left_out, held_out=problem.held_out & ~left_out)
+    walking = problem if stated else with_bias_walk(problem, [*terms, *more], runs)
+    doubts = [] if stated else [Doubt(walking, (), "beside biases that walk as far as these rests allow")]
+    slow = [term for term in more if term.effect.id in SLOW]
+    if walking is not problem:
+        slow = []  # the rests tell a walk
+    blind += tuple(
+        NotTestable(t.effect.key, ("more positions",), "so few rests do not tell it from noise") for t in slow
+    )
+    if found.in_parts:
+        problem = walking
+    outcome = search(problem, terms, [term for term in more if term not in slow], alpha, doubts, slow)
+    outcome = replace(outcome, not_testable=(*outcome.not_testable, *blind))
+    return Part(problem, outcome, _structure(problem, outcome.after, alpha, "rests")), left_out, known
+
+
+def _gyros_between(
+    manifest: Manifest,
+    problem: Rotations,
+    found: Positions,
+    bias: float,
+    keys: tuple[str, ...] | None,
+    alpha: float,
+) -> Part:
+    """The part of the rotations from rest to rest; ``bias`` is the variance of a gyro's mean in a rest [rad^2/s^2]."""
+    if factor := common_factor(problem):
+        none = solve(problem, ())
+        return Part(problem, Outcome(none, none), (f"rotations from rest to rest: the gyros' {factor}",))
+    declared = [triad_term(e) for e in _declared(manifest, "gyro") if e.id in (*OF_ROTATIONS, WHOLE)]
+    _enough(manifest, problem, sum(term.size for term in declared), "turns")
+    effects = [term.effect for term in declared]
+    tried = [triad_term(e) for e in _candidates(OF_ROTATIONS, effects, Surroundings(np.zeros(1)), keys)[0]]
+    # The noise is looked at beside everything that any effect may explain, or it would hold what they do.
+    whole = [
+        *declared,
+        *(triad_term(e) for e in _candidates(OF_ROTATIONS, effects, Surroundings(np.zeros(1)), None)[0]),
+    ]
+    most = whole if problem.rank * problem.fitted.sum() > sum(t.size for t in whole) + LEAST_FREEDOM else declared
+    direction = found.accel.outcome.after.variance / float(np.mean(np.sum(found.forces**2, axis=1)))
+    problem = with_noise(problem, most, solve(problem, most).theta, direction, bias)
+    outcome = search(problem, declared, tried, alpha)
+    return Part(problem, outcome, _structure(problem, outcome.after, alpha, "turns"))
+
+
+def _gyros_at_rest(
+    manifest: Manifest,
+    recordings: Sequence[Recording],
+    rests: Sequence[Rest],
+    reference: tuple[Floats, Surroundings],
+    keys: tuple[str, ...] | None,
+    alpha: float,
+) -> tuple[tuple[Part, ...], float]:
+    """The means at rest of each gyro, and the variance of one about what is found, beside its likeliest walk."""
+    (forces, around), in_turn = reference, not any(rest.held_out for rest in rests)
+    declared = [e for e in _declared(manifest, "gyro") if e.id in OF_RESTS]
+    y = means(recordings, rests, "gyro")
+    held_out = np.array([rest.held_out for rest in rests])
+    parts, scatter = [], []
+    tried, _ = _candidates(tuple(key for key in OF_RESTS if key not in SLOW), declared, around, keys)
+    reason = "in the means at rest it looks like a bias that walks at random"
+    there = {effect.id for effect in declared}
+    blind = tuple(NotTestable(key, (), reason) for key in SLOW if key not in there)
+    slow = [key for key in SLOW if key not in there and (key != "bias_temperature" or around.temperature is not None)]
+    untold = [RestTerm(by_key(key)) for key in slow]  # type: ignore[arg-type]
+    terms, more = [RestTerm(e) for e in (by_key("bias"), *declared)], [RestTerm(e) for e in tried]  # type: ignore[arg-type]
+    runs = np.array([rest.run for rest in rests])
+    for axis in range(3):
+        problem = RestMeans(y[:, axis], forces, around, ~held_out, held_out | in_turn, np.eye(len(y)))
+        further = with_walk(problem, [*terms, *more], runs, ALLOWED)
+        problem = with_walk(problem, [*terms, *more], runs)
+        scatter.append(solve(problem, [*terms, *more]).variance)
+        doubts = [Doubt(further, (), "beside a bias that walks as far as these rests allow")]
+        doubts += [
+            Doubt(problem, (t,), f"beside {t.effect.key}, which these rests do not tell from it") for t in untold
+        ]
+        outcome = search(problem, terms, more, alpha, doubts)
+        outcome = replace(outcome, not_testable=(*outcome.not_testable, *blind))
+        parts.append(Part(problem, outcome, _structure(problem, outcome.after, alpha, "rests")))
+    return tuple(parts), float(np.median(scatter))
+
+
+def _declared(manifest: Manifest, prefix: str) -> list[Effect]:
+    """Declared effects that are meant for this triad, in their order."""
+    allowed = {
+        "accel": OF_ACCELEROMETERS,
+        "gyro": ("bias", *OF_ROTATIONS, WHOLE, *OF_RESTS),
+    }
+    both = {t.partition("_")[0] for t in manifest.model.targets}
+    known = {key for name in both for key in (*allowed[name], "bias")}
+    effects = []
+    for key in manifest.model.declared:
+        effect = by_key(key)
+        if effect.id not in known:
+            names = ", ".join(sorted(known))
+            where = f"{manifest.path}: model.declared has {key!r}"
+            raise InputError(f"{where}; of {', '.join(sorted(both))} in several positions wanted some of {names}")
+        if effect.id == "bias" and prefix == "accel":
+            if "accel_bias" in manifest.model.declared:
+                continue
+            effect = by_key("accel_bias")
+        if effect.id in allowed[prefix]:
+            effects.append(effect)
+    return effects
+
+
+def _candidates(
+    allowed: tuple[str, ...], declared: Sequence[Effect], around: Surroundings, keys: tuple[str, ...] | None
+) -> tuple[list[Effect], tuple[NotTestable, ...]]:
+    """Effects to try beside the declared ones, and those that lack a channel."""
+    there = {effect.key for effect in declared}
+    tried, blind = [], []
+    for effect in map(by_key, allowed):
+        names = {effect.key, effect.id} | ({"bias"} if effect.id == "accel_bias" else set())
+        if effect.key in there or any(e.id == WHOLE for e in declared) and effect.id != "scale_factor":
+            continue
+        if keys is not None and not names & set(keys):
+            continue
+        if effect.id == "bias_temperature" and around.temperature is None:
+            blind.append(NotTestable(effect.key, ("temperature",), "the recording has no such channel"))
+        else:
+            tried.append(effect)
+    return tried, tuple(blind)
+
+
+def _enough(
+    manifest: Manifest, problem: Magnitudes | Rotations, size: int, units: str, distinct: int | None = None
+) -> None:
+    """Refuse fewer rests than the declared model can be fitted to; of ``distinct`` attitudes, where it was parts."""
+    count = int(problem.fitted.sum())
+    least = -(-(size + LEAST_FREEDOM) // problem.rank)
+    silent = "" if in_turn(problem) else ", or no [held_out] at all: each is then held out in its turn"
+    if distinct is not None and distinct * problem.rank < size:
+        found = f"{distinct} {units} for {size} declared parameters"
+        raise InputError(f"{manifest.path}: {found}; wanted at least {-(-size // problem.rank)} attitudes")
+    if count < least:
+        found = f"{count} {units} to fit for {size} declared parameters"
+        raise InputError(f"{manifest.path}: {found}; wanted at least {least} that are not held out{silent}")
+
+
+def _outliers(problem: Magnitudes, terms: Sequence[object]) -> NDArray[np.bool_]:
+    """Fitted rests that nothing explains, shape (rests,), by their residual without them (Student's t, Bonferroni)."""
+    left = np.zeros(len(problem.fitted), dtype=bool)
+    for _ in range(int(MOST_OUTLIERS * problem.fitted.sum())):
+        now = replace(problem, fitted=problem.fitted & ~left)
+        fit = solve(now, terms)
+        if fit.freedom < OUTLIER_FREEDOM:
+            break
+        rows = fit.slopes[:, 0]
+        leverage = np.minimum(np.einsum("np,pq,nq->n", rows, fit.inverse, rows), 1 - 1e-9)
+        own = fit.residual[:, 0] ** 2 / (1 - leverage)
+        ratio = own / (np.maximum(fit.rss - own, 1e-300) / (fit.freedom - 1))
+        worst = int(np.argmax(np.where(now.fitted, ratio, -1.0)))
+        if float(fisher.sf(ratio[worst], 1, fit.freedom - 1)) * now.fitted.sum() > OUTLIER:
+            break
+        left[worst] = True
+    return left
+
+
+def _named(rests: Sequence[Rest], recordings: Sequence[Recording], left_out: NDArray[np.bool_]) -> tuple[str, ...]:
+    """A sentence about rests that were left out."""
+    if not left_out.any():
+        return ()
+    places = [
+        f"{r.number} ({run.label}, {run.t[r.start]:.6g} to {run.t[r.stop - 1]:.6g} s)"
+        for r, run, left in zip(rests, (recordings[r.run] for r in rests), left_out, strict=True)
+        if left
+    ]
+    noun = "rest" if len(places) == 1 else "rests"
+    return (f"{noun} {', '.join(places)} left out of every fit: what was read there fits no triad",)
+
+
+def _structure(problem: Magnitudes | Rotations | RestMeans, fit: Fit, alpha: float, units: str) -> tuple[str, ...]:
+    """Whether the held-out units scatter as the fitted ones foretell; a sentence where they do not."""
+    if isinstance(problem, Magnitudes) and (error := held_out_errors(problem, fit)[0]) > NO_REST:
+        share = error / STANDARD_GRAVITY
+        return (f"rests miss gravity by {error:.2g} m/s^2 ({share:.0%}): the unit moved, or an axis reads no force",)
+    if in_turn(problem):
+        return ()  # all are fitted, and each is foretold by all others
+    held = problem.held_out
+    r = fit.residual[held].ravel()
+    slopes = fit.slopes[held].reshape(len(r), -1)
+    covariance = np.eye(len(r)) + slopes @ fit.inverse @ slopes.T
+    count = problem.rank * int(held.sum())
+    if fit.freedom < 1 or not fit.variance > 0:
+        return ()
+    ratio = float(r @ np.linalg.solve(covariance, r)) / count / fit.variance
+    p = float(fisher.sf(ratio, count, fit.freedom))
+    if p >= alpha:
+        return ()
+    return (f"held-out {units} scatter {np.sqrt(ratio):.3g} times as much as the fitted ones foretell (p = {p:.1e})",)

@@ -1,0 +1,135 @@
+"""Which effects of the catalogue a recording can show, and the shapes that a scan tries for each.
+
+A candidate is one effect with all its shapes. An effect is not testable where the recording lacks a channel
+that it needs, or where its regressors cannot be told from the model already there (a scale factor at a single
+rate).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from insenv.core.recording import Floats
+from insenv.data.exposure import CHANNEL_OF
+from insenv.effects.base import CurveEffect, Effect, LinearEffect, NoiseEffect
+from insenv.identify.findings import NotTestable
+from insenv.identify.fit.problem import Problem, Term
+from insenv.identify.search.real_motion import unmoved
+
+#: Share of the fitted time at either end in which no step is looked for.
+END_SHARE = 0.05
+#: Arc, in radians of a wave of the table's angle, below which the wave is a straight line.
+LEAST_ARC = 0.05
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One effect and the terms (one per shape) that a scan tries."""
+
+    effect: Effect
+    terms: tuple[Term, ...]
+
+    @property
+    def generic(self) -> bool:
+        """Whether it explains without naming a cause."""
+        return self.effect.generic
+
+
+def candidates(
+    problem: Problem, catalogue: tuple[Effect, ...]
+) -> tuple[tuple[Candidate, ...], tuple[NotTestable, ...]]:
+    """Candidates of a problem, and the effects that its recording cannot show."""
+    found: list[Candidate] = []
+    blind: list[NotTestable] = []
+    for effect in catalogue:
+        if isinstance(effect, NoiseEffect) or effect.id == "tone" or not _fits_instrument(problem, effect):
+            continue
+        needs = _missing(problem, effect)
+        if needs:
+            blind.append(NotTestable(effect.key, needs, "the recording has no such channel"))
+            continue
+        if resting := unmoved(problem, effect):
+            blind.append(NotTestable(effect.key, ("motion",), resting))
+            continue
+        if effect.id == "encoder_harmonic" and not any(e.motion.projection for e in problem.exposures):
+            blind.append(NotTestable(effect.key, (), "the axis sees nothing of the table's rate"))
+            continue
+        if "angle" in effect.needs and (still := _without_motion(problem, effect)):
+            blind.append(NotTestable(effect.key, (), still))
+            continue
+        terms = _terms(problem, effect)
+        if terms:
+            found.append(Candidate(effect, terms))
+        else:
+            blind.append(NotTestable(effect.key, (), "no shape of it can be told on this recording"))
+    return tuple(found), tuple(blind)
+
+
+def _fits_instrument(problem: Problem, effect: Effect) -> bool:
+    return ("accelerometer" if problem.unit == "m/s^2" else "gyro") in effect.instruments
+
+
+def _missing(problem: Problem, effect: Effect) -> tuple[str, ...]:
+    """Manifest channels that the effect needs and some run lacks."""
+    fields = {need for e in problem.exposures for need in effect.missing(e.motion)}
+    if effect.of_rate and not any(np.ptp(e.u) for e in problem.exposures):
+        fields.add("rate")
+    channels = {CHANNEL_OF.get(need.partition(".")[0], need) for need in fields}
+    return tuple(sorted(channels))
+
+
+def _without_motion(problem: Problem, effect: Effect) -> str:
+    """Why what repeats with the table's angle cannot be seen: the arc is too short; empty where it is not.
+
+    The noise of an encoder is no arc: of a table that stands the exposure has one angle.
+    """
+    angles = [e.motion.angle for e in problem.exposures if e.motion.angle is not None]
+    arc = max(float(a.max()) for a in angles) - min(float(a.min()) for a in angles)
+    if not any(np.ptp(a) for a in angles):
+        return "the table does not turn, beyond the noise of its angle"
+    if arc * getattr(effect, "order", 1) < LEAST_ARC:
+        return f"the table turns by {np.rad2deg(arc):.2g} deg only"
+    return ""
+
+
+def _terms(problem: Problem, effect: Effect) -> tuple[Term, ...]:
+    """One term per shape; splines are first fitted to the ranges of the recording."""
+    longest = max(problem.exposures, key=lambda e: e.motion.n)
+    if isinstance(effect, LinearEffect):
+        each = effect.of_run and len({b.run for b in problem.fitted}) > 1
+        return tuple(Term(form, per_run=each) for form in effect.variants(longest.motion))
+    assert isinstance(effect, CurveEffect)
+    grid = effect.grid(longest.motion)
+    start, stop = _fitted_time(problem)
+    for j, param in enumerate(effect.shapes):
+        if param.name == "tau":
+            # Slower than the fitted data are long, an exponential is a ramp and its time constant a fiction.
+            grid = grid[grid[:, j] <= stop - start]
+        elif param.name == "t0":
+            # A step at either end is a transient, or an outlier: the level beside it is not the instrument's.
+            margin = END_SHARE * (stop - start)
+            grid = grid[(grid[:, j] > start + margin) & (grid[:, j] < stop - margin)]
+    forms = effect.variants(longest.motion)
+    return tuple(Term(form, tuple(map(float, row))) for form in forms for row in grid)
+
+
+def _fitted_time(problem: Problem) -> tuple[float, float]:
+    """First and last fitted bin of the run with the longest fitted time [s]."""
+    time, run = problem.bins.time, problem.bins.run
+    fitted = ~problem.bins.held_out
+    spans = [time[fitted & (run == r)] for r in {b.run for b in problem.fitted}]
+    longest = max(spans, key=lambda t: float(np.ptp(t)))
+    return float(longest.min()), float(longest.max())
+
+
+def stacked(problem: Problem, found: tuple[Candidate, ...]) -> list[Floats]:
+    """Transformed regressors of each candidate on the fitted bins, shape (modes, shapes, k) each."""
+    return [
+        problem.remember(
+            ("stacked", c.effect.key),
+            lambda c=c: np.stack([problem.transformed(term) for term in c.terms], axis=1),
+        )
+        for c in found
+    ]

@@ -1,0 +1,188 @@
+"""Is what is left noise? Some tests, so that slow structure is not swallowed by the noise model.
+
+1. Excess over the declared noise: twice the gain in likelihood of noise fitted freely over noise held to at most what
+   the maker declares (with a tolerance, for declared figures are not exact). A noise term that is not declared counts
+   as absent, except quantisation and what an effect of the model carries along from the channels it is made of.
+2. Shape: in groups of modes the whitened power over its expectation is chi-square; its largest deviation, and the
+   largest distance of the cumulated periodogram from a straight line, show a hump that no noise term can follow.
+3. Loudness: transformed back, the whitened residual is white in time; its power in windows of some bins and more, over
+   a tolerance, shows what comes and goes. Single bins count for no more than three standard deviations.
+4. Angle: waves of the table's angle of any order, in windows of time (`insenv.identify.search.orders`).
+5. Held-out data: the same in groups of their modes, with the noise of the fitted data: what sets in after the fit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.fft import idct
+from scipy.stats import chi2, kstwobign
+from scipy.stats import f as fisher
+
+from insenv.core.recording import Floats
+from insenv.identify.fit.bins import Block
+from insenv.identify.fit.evidence import HELD_OUT_SPREAD, held_out_modes
+from insenv.identify.fit.gls import Fit, noise_freedom, pool
+from insenv.identify.fit.noise import fit_noise
+from insenv.identify.fit.problem import NOISE_TERMS, Problem
+from insenv.identify.search.orders import orders_p
+from insenv.identify.search.scan import whitened
+
+#: Fitted blocks with their whitened residuals in time.
+Blocks = tuple[tuple[Block, Floats], ...]
+#: Declared coefficients are taken as known to this share.
+TOLERANCE = 0.15
+#: Bins of the shortest window, the share by which noise may be louder there, and what one bin counts at most.
+SHORTEST_WINDOW, LOUDER, LOUDEST = 8, 1.3, 3.0
+#: Eigenvalue below which a mode is slow: periods of more than about 60 bins.
+SLOW = 0.01
+
+
+@dataclass(frozen=True)
+class Structure:
+    """What speaks against "only noise is left"; ``reasons`` is empty if nothing does."""
+
+    p_value: float
+    reasons: tuple[str, ...]
+
+
+def structure(problem: Problem, fit: Fit, declared: dict[str, float], alpha: float) -> Structure:
+    """Test the residual of a fit against the declared noise (by effect id, SI) and against any noise."""
+    _, q, residual = whitened(problem, fit)
+    blocks = tuple(_in_time(problem, residual))
+    tests = [
+        (
+            "the residual's spectrum has a hump or line that the noise model cannot follow",
+            _shape_p(problem, q, residual),
+        ),
+        ("the residual is louder at some times than at others", _loudness_p(blocks)),
+        ("the residual follows the table's angle in a way that no effect foresees", _angle_p(problem, blocks)),
+    ]
+    tests.append(("held-out data hold slow structure that neither model nor noise foretells", _later_p(problem, fit)))
+    if declared:
+        tests.append(("the residual holds more noise than was declared", _excess_p(problem, fit, declared)))
+    level = alpha / len(tests)
+    reasons = tuple(f"{text} (p = {p:.1g})" for text, p in tests if p < level)
+    return Structure(min(p for _, p in tests), reasons)
+
+
+def _excess_p(problem: Problem, fit: Fit, declared: dict[str, float]) -> float:
+    pooled = pool(problem, fit.design)
+    free = fit_noise(pooled, fit.design.prior, restricted=True, start=fit.noise.power)
+    most = most_power(declared)
+    for carried in {name for term in fit.model for name in term.effect.carries}:
+        most[_place(carried)] = np.inf  # the noise of another channel, of which no figure is told
+    # Where rows were lost the angle errors of counts do not cancel: two of them are left at each loss.
+    most[_place("angle_random_walk")] += 2 * _lost(problem) * _most("quantization", {"quantization": 0.0, **declared})
+    held = fit_noise(pooled, fit.design.prior, restricted=True, most=most)
+    ratio = max(0.0, 2 * (free.loglik - held.loglik))
+    return float(chi2.sf(ratio, int(np.isfinite(most).sum())))
+
+
+def _place(term: str) -> int:
+    return [one.id for one in NOISE_TERMS].index(term)
+
+
+def _lost(problem: Problem) -> float:
+    """How often rows are missing [1/s]."""
+    losses, time = 0, 0.0
+    for exposure in problem.exposures:
+        short = exposure.count < exposure.count.max(initial=0)
+        losses += int(np.sum(short[1:] & ~short[:-1]))
+        time += len(short) * exposure.motion.dt
+    return losses / time
+
+
+def most_power(declared: dict[str, float]) -> Floats:
+    """Largest power of each of `NOISE_TERMS` that declared noise (by effect id, SI) admits; it may be infinite."""
+    return np.array([_most(term.id, declared) for term in NOISE_TERMS])
+
+
+def _most(term: str, declared: dict[str, float]) -> float:
+    if term in declared:
+        return (declared[term] * (1 + TOLERANCE)) ** 2
+    return np.inf if term == "quantization" else 0.0
+
+
+def _shape_p(problem: Problem, q: Floats, residual: Floats) -> float:
+    """Smaller of the two shape tests' p-values, doubled."""
+    order = np.argsort(problem.modes().lam)
+    # What the model took out of the lowest modes is missing there: expectation 1 - leverage.
+    expected = (1 - np.sum(q**2, axis=1))[order]
+    power = residual[order] ** 2
+    return float(min(1.0, 2 * min(_group_p(power, expected), _cumulated_p(power, expected))))
+
+
+def _in_time(problem: Problem, residual: Floats) -> Iterator[tuple[Block, Floats]]:
+    """The whitened residual of each fitted block transformed back: white in time."""
+    start = 0
+    for block in problem.fitted:
+        yield block, idct(residual[start : start + block.n], type=2, norm="ortho")
+        start += block.n
+
+
+def _angle_p(problem: Problem, blocks: Blocks) -> float:
+    """Waves of the table's angle in the longest fitted block."""
+    block, white = max(blocks, key=lambda one: one[0].n)
+    angle = problem.exposures[block.run].motion.angle
+    if angle is None or not np.ptp(angle):
+        return 1.0
+    middle, change = problem.bins.mean(
+        tuple(
+            np.column_stack([0.5 * (e.motion.angle[1:] + e.motion.angle[:-1]), np.diff(e.motion.angle)])
+            if e.motion.angle is not None
+            else np.zeros((e.motion.n, 2))
+            for e in problem.exposures
+        )
+    )[block.start : block.stop].T
+    cells = problem.bins.width / problem.exposures[block.run].motion.dt
+    return orders_p(np.clip(white, -LOUDEST, LOUDEST), middle, change * cells)
+
+
+def _loudness_p(blocks: Blocks) -> float:
+    """Excess power of the whitened residual in windows of time."""
+    tails = [1.0]
+    for block, white in blocks:
+        power = np.minimum(white**2, LOUDEST**2)
+        total = np.concatenate([[0.0], np.cumsum(power)])
+        width = SHORTEST_WINDOW
+        while 3 * width <= block.n:
+            first = np.arange(0, block.n - width + 1, width // 2)
+            tails.append(float(chi2.sf((total[first + width] - total[first]).max() / LOUDER, width)))
+            width *= 2
+    windows = sum(4 * block.n / SHORTEST_WINDOW for block, _ in blocks)
+    return float(min(1.0, min(tails) * windows))
+
+
+def _later_p(problem: Problem, fit: Fit) -> float:
+    """Excess power in groups of held-out modes, slow ones; levels left out, for they may wander."""
+    lam, r = held_out_modes(problem, fit)
+    slow = np.flatnonzero((lam > 0) & (lam < SLOW))
+    slow = slow[np.argsort(lam[slow])]
+    if len(slow) < 8:
+        return 1.0
+    power, fitted = r[slow] ** 2 / HELD_OUT_SPREAD**2, problem.modes().lam
+    tails = []
+    for group in np.split(np.arange(len(slow)), np.unique(np.geomspace(2, len(slow), 10).astype(int))[:-1]):
+        low, high = lam[slow[group[0]]], lam[slow[group[-1]]]
+        beside = (fitted >= 0.5 * low) & (fitted <= 2 * high)
+        freedom = noise_freedom(problem, fit.noise.power, beside.astype(float)) if beside.any() else 2.0
+        tails.append(float(fisher.sf(power[group].mean(), len(group), freedom)))
+    return min(1.0, min(tails) * len(tails))
+
+
+def _group_p(power: Floats, expected: Floats, groups: int = 40) -> float:
+    edges = np.unique(np.geomspace(1, len(power), groups).astype(int))
+    total = np.diff(np.cumsum(power)[edges - 1])
+    freedom = np.diff(np.cumsum(expected)[edges - 1])
+    usable = freedom > 2
+    tail = np.minimum(chi2.sf(total[usable], freedom[usable]), chi2.cdf(total[usable], freedom[usable]))
+    return float(min(1.0, 2 * tail.min() * usable.sum())) if usable.any() else 1.0
+
+
+def _cumulated_p(power: Floats, expected: Floats) -> float:
+    """Kolmogorov-Smirnov distance of the cumulated periodogram; the variance of chi-square on one degree is 2."""
+    share = np.cumsum(power) / np.sum(power) - np.cumsum(expected) / np.sum(expected)
+    return float(kstwobign.sf(np.abs(share).max() * np.sqrt(len(power) / 2)))

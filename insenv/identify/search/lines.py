@@ -1,0 +1,227 @@
+"""Spectral lines: tones that bins can follow, and lines above the bin rate.
+
+In white noise of variance s^2 the periodogram |sum x exp(-2 pi i f t)|^2 / (n s^2) is exponentially distributed, so
+the largest of m independent frequencies exceeds x with probability m exp(-x). A bin is a mean over T: a line of
+frequency f above the bin rate comes through with up to 1 / (pi f T) of its amplitude, aliased to anywhere.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.fft import idct, next_fast_len, rfft, rfftfreq
+from scipy.ndimage import median_filter, uniform_filter1d
+from scipy.optimize import minimize_scalar
+
+from insenv.core.recording import Floats
+from insenv.identify.fit.gls import Fit
+from insenv.identify.fit.problem import Problem
+from insenv.identify.search.scan import whitened
+
+#: Probability of calling noise a line, per recording and target.
+FALSE_ALARM = 1e-4
+#: At most so many lines are looked for.
+MOST_LINES = 8
+#: Widths of a line, 1 / duration, that it must be away from half the sampling rate.
+EDGE = 4.0
+#: Two peaks closer than this are one line, whose frequency wanders [Hz].
+SAME_LINE = 0.3
+#: A line reaches as far from its peak as its power, smoothed over `SMOOTHED` of a hertz, is so many times the noise's;
+#: no further than a share of its frequency.
+LOUDER, SMOOTHED, WIDEST = 2.0, 0.1, 0.1
+#: A line is steady if one sinusoid takes out more than this share of its power, and is so many deviations tall.
+STEADY, LEAST_STEADY = 0.9, 4.0
+
+
+def strongest_tone(problem: Problem, fit: Fit) -> tuple[float, float]:
+    """Frequency [Hz] of the strongest tone in the whitened residual of the bins, and the frequencies looked at."""
+    _, _, residual = whitened(problem, fit)
+    width, best, looked = problem.bins.width, (0.0, 0.0), 0.0
+    power: dict[int, Floats] = {}
+    size = next_fast_len(4 * max(b.stop - b.start for b in problem.fitted))
+    offset = 0
+    for block in problem.fitted:
+        series = idct(residual[offset : offset + block.n], type=2, norm="ortho")
+        offset += block.n
+        if block.n < 16:
+            continue
+        spectrum = np.abs(rfft(series, size)) ** 2 * 2 / block.n
+        power[block.run] = power.get(block.run, 0) + spectrum
+        looked += block.n / 2
+    frequencies = rfftfreq(size, width)
+    slowest = 1.5 / (max(b.n for b in problem.fitted) * width)
+    usable = (frequencies > slowest) & (frequencies < 0.48 / width)
+    if power and usable.any():
+        total = np.where(usable, sum(power.values()), 0)
+        best = (float(frequencies[total.argmax()]), float(total.max()))
+    return (best[0] if best[0] > 0 else 0.25 / width), max(looked, 1.0)
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line above the bin rate in one run.
+
+    Attributes
+    ----------
+    run : int
+        Counted from 0.
+    frequency, frequency_sd : float
+        [Hz]; the standard deviation of a line that wanders is its width.
+    amplitude, amplitude_sd : float
+        Of the sinusoid with the line's power.
+    phase : float
+        Of a steady line: it is amplitude * cos(2 pi f (t - t[0]) + phase) [rad].
+    steady : bool
+        Whether one sinusoid takes out most of the line's power.
+    share : float
+        Share of the line in the variance of the samples.
+    p_value : float
+        Probability that noise alone has such a peak.
+    """
+
+    run: int
+    frequency: float
+    frequency_sd: float
+    amplitude: float
+    amplitude_sd: float
+    phase: float
+    steady: bool
+    share: float
+    p_value: float
+
+    def at(self, t: Floats) -> Floats:
+        """The line at times from the start of the run [s]; zero unless it is steady."""
+        return self.steady * self.amplitude * np.cos(2 * np.pi * self.frequency * t + self.phase)
+
+
+def find_lines(t: Floats, dt: float, values: Floats, quantum: float, run: int, lowest: float) -> tuple[Line, ...]:
+    """Lines of ``values`` above ``lowest`` [Hz], strongest first.
+
+    A line may wander within `SAME_LINE` (a dithered laser gyro's does): its power is summed over the band. Lines whose
+    angle stays below half of ``quantum``, the step of the readings times the sampling period, are the counter's own
+    pattern and are not listed.
+
+    Parameters
+    ----------
+    t : ndarray, shape (n,)
+        Times of a contiguous stretch, from the start of the run [s].
+    dt : float
+        Sampling period [s].
+    values : ndarray, shape (n,)
+    quantum : float
+    run : int
+    lowest : float
+    """
+    n = len(values)
+    if n < 256:
+        return ()
+    found = periodogram(values, dt)
+    f = found.f
+    # At half the sampling rate cosine and sine are one column: readings that alternate are no line with an amplitude.
+    ratio = np.where((f > lowest) & (f < 0.5 / dt - EDGE / (n * dt)), found.power / found.background, 0)
+    threshold = np.log(n / 2 / FALSE_ALARM)
+    lines: list[Line] = []
+    left = values - values.mean()
+    for _ in range(MOST_LINES):
+        peak = int(ratio.argmax())
+        if ratio[peak] < threshold:
+            break
+        low, high = _reach(found, peak, SAME_LINE / 2)
+        line = line_at(t, dt, left, found, peak, run, SAME_LINE / 2)
+        ratio[(f > low - SAME_LINE / 2) & (f < high + SAME_LINE / 2)] = 0
+        if line.amplitude / (2 * np.pi * line.frequency) > 0.5 * quantum:
+            lines.append(line)
+    return tuple(sorted(lines, key=lambda line: -line.amplitude))
+
+
+@dataclass(frozen=True)
+class Periodogram:
+    """Power with a Hann window in units of the variance of white samples, its background; frequencies [Hz]."""
+
+    f: Floats
+    power: Floats
+    background: Floats
+
+
+def periodogram(values: Floats, dt: float) -> Periodogram:
+    """Power and background of samples every ``dt`` seconds."""
+    n = len(values)
+    window = np.sin(np.pi * (np.arange(n) + 0.5) / n) ** 2
+    size = next_fast_len(n)
+    power = np.abs(rfft((values - values.mean()) * window, size)) ** 2 / np.sum(window**2)
+    f = rfftfreq(size, dt)
+    return Periodogram(f, power, _background(power, f))
+
+
+def _reach(found: Periodogram, peak: int, half: float) -> tuple[float, float]:
+    """From where to where a line reaches [Hz]: ``half`` on both sides of its peak, and on while it is loud."""
+    f, step = found.f, float(found.f[1])
+    size = 2 * int(np.ceil(min(0.5 * SMOOTHED, 0.5 * half) / step)) + 1
+    most = int(np.ceil(max(half, WIDEST * f[peak]) / step))
+    least = int(np.ceil(half / step))
+    start, stop = max(0, peak - most - size), min(len(f), peak + most + size + 1)
+    loud = uniform_filter1d(found.power[start:stop] / found.background[start:stop], size) > LOUDER
+    ends = []
+    for way in (-1, 1):
+        at = least
+        while at < most and 0 <= peak + way * at - start < len(loud) and loud[peak + way * at - start]:
+            at += 1
+        ends.append(float(f[peak]) + way * at * step)
+    return ends[0], ends[1]
+
+
+def line_at(t: Floats, dt: float, values: Floats, found: Periodogram, peak: int, run: int, half: float) -> Line:
+    """The line at a ``peak`` of the periodogram of ``values``, which reaches at least ``half`` [Hz] on both sides."""
+    f, power, background = found.f, found.power, found.background
+    n = len(values)
+    low, high = _reach(found, peak, half)
+    band = (f > low) & (f < high)
+    excess = max(0.0, float(np.sum(power[band] - background[band]))) / len(f)
+    p = min(1.0, float(np.exp(-min((power / background)[peak], 700.0)) * n / 2))
+    amplitude_sd = float(np.sqrt(2 * background[peak] / n))
+    frequency, c, s = _sinusoid(t, dt, values, float(f[peak]))
+    steady_power = 0.5 * (c**2 + s**2)
+    uncertain = 2 * float(background[peak]) * np.sqrt(band.sum()) / len(f)
+    amplitude = float(np.hypot(c, s))
+    if steady_power > STEADY * excess - uncertain and amplitude > LEAST_STEADY * amplitude_sd:
+        frequency_sd = float(np.sqrt(6) * amplitude_sd / (np.pi * n * dt * amplitude))
+        share = min(1.0, steady_power / float(np.var(values)))
+        phase = float(np.arctan2(-s, c))
+        return Line(run, frequency, frequency_sd, amplitude, amplitude_sd, phase, True, share, p)
+    centre = float(np.sum(f[band] * power[band]) / np.sum(power[band]))
+    width = float(np.sqrt(np.sum(power[band] * (f[band] - centre) ** 2) / np.sum(power[band])))
+    share = min(1.0, excess / float(np.var(values)))
+    return Line(run, centre, width, float(np.sqrt(2 * excess)), amplitude_sd, 0.0, False, share, p)
+
+
+def _sinusoid(t: Floats, dt: float, values: Floats, near: float) -> tuple[float, float, float]:
+    """Frequency [Hz] near ``near``, and cosine and sine amplitudes, of the sinusoid that takes out most power."""
+    step = 1 / (len(values) * dt)
+
+    def lost(frequency: float) -> float:
+        return -float(np.abs(values @ np.exp(-2j * np.pi * frequency * t)))
+
+    best = minimize_scalar(lost, bounds=(near - step, near + step), method="bounded", options={"xatol": 1e-4 * step})
+    basis = np.column_stack([np.cos(2 * np.pi * best.x * t), np.sin(2 * np.pi * best.x * t)])
+    c, s = np.linalg.lstsq(basis, values, rcond=None)[0]
+    return float(best.x), float(c), float(s)
+
+
+def _background(power: Floats, f: Floats) -> Floats:
+    """Level of the noise around each frequency: a running median over a few hundred bins, robust against lines."""
+    width = int(np.clip(len(f) // 16, 65, 1025)) | 1
+    coarse = max(1, len(f) // 20000)
+    medians = median_filter(power[::coarse], size=max(9, width // coarse) | 1, mode="reflect") / np.log(2)
+    return np.maximum(np.interp(f, f[::coarse], medians), 1e-300)
+
+
+def quantum(samples: Floats) -> float:
+    """Step between values of quantised samples; 0 where the samples are not quantised coarsely."""
+    values = np.unique(samples[:: max(1, len(samples) // 20000)])
+    if len(values) < 2 or len(values) > 2000:
+        return 0.0
+    steps = np.diff(values)
+    step = float(steps[steps > 1e-6 * np.ptp(values)].min())
+    multiples = (values - values[0]) / step
+    return step if np.abs(multiples - np.rint(multiples)).max() < 0.05 else 0.0

@@ -1,0 +1,54 @@
+"""Whether an instrument that nothing turned has moved at all, for effects of force and of the rates of other axes.
+
+At rest an accelerometer shows its own noise, lines and drift beside gravity, and a gyro its own: none of that is a
+specific force or a rate, and what two channels have in common by their electronics, or by a floor that shakes, is no
+sensitivity of the one to the other. Without a table such a regressor counts if its means over a second cover more than
+instruments at rest do by themselves: 0.1 m/s^2, as a tilt of 0.6 deg does, and 0.6 deg/s. Single knocks do not count.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from insenv.core.recording import Floats
+from insenv.effects.base import Effect
+from insenv.identify.fit.problem import Problem
+
+#: Length of the means that are looked at [s].
+AVERAGING = 1.0
+#: Quantiles between which they are.
+INNER = (0.01, 0.99)
+#: What they cover at least where something moves: of specific forces [m/s^2], of rates [rad/s].
+LEAST = {"force": (0.1, "specific force", "m/s^2"), "cross_rate": (0.01, "rate about the other axes", "rad/s")}
+#: Deviations of a mean by the white noise of its bins that real motion covers: the quantiles of noise cover 4.7.
+BEYOND = 8.0
+#: Angle from which on a table turned [rad].
+TURNED = 0.01
+
+
+def unmoved(problem: Problem, effect: Effect) -> str:
+    """Why an effect of force or of cross rates cannot be told from noise at rest; empty if it can."""
+    needs = [need for need in LEAST if any(n.partition(".")[0] == need for n in effect.needs)]
+    if not needs or any(e.motion.angle is not None and np.ptp(e.motion.angle) > TURNED for e in problem.exposures):
+        return ""
+    least, what, unit = LEAST[needs[0]]
+    fields: list[Mapping[str, Floats]] = [getattr(e.motion, needs[0]) for e in problem.exposures]
+    axes = set.intersection(*(set(one) for one in fields))
+    covered = max((_covered(problem, tuple(one[axis] for one in fields)) for axis in axes), default=0.0)
+    if covered >= least:
+        return ""
+    return f"the {what} covers {covered:.2g} {unit}, which instruments at rest do by themselves; nothing moved"
+
+
+def _covered(problem: Problem, cells: tuple[Floats, ...]) -> float:
+    """Range of the means over a second of one channel, in the bins of all runs, but for a hundredth at either end."""
+    bins = problem.bins
+    values, second = bins.mean(cells), np.floor(bins.time / AVERAGING)
+    _, group = np.unique(np.column_stack([bins.run, second]), axis=0, return_inverse=True)
+    count = np.bincount(group.ravel())
+    low, high = np.quantile(np.bincount(group.ravel(), values) / count, INNER)
+    # Slow rows are averaged little: then the white noise of the channel covers much by itself.
+    white = float(np.median(np.abs(np.diff(values)))) / 0.6745 / np.sqrt(2 * np.median(count))
+    return float(high - low) if high - low > BEYOND * white else 0.0

@@ -1,0 +1,219 @@
+"""The scan: which effect of the catalogue explains the residual best, and how surely.
+
+For every candidate and every shape the score statistic
+
+    q = r' S^-1 C (C' P C)^-1 C' S^-1 r,      P = S^-1 - S^-1 X (X' S^-1 X)^-1 X' S^-1
+
+with the noise of the model at hand, then for each candidate's best shapes the likelihood ratio with the noise fitted
+anew, which regains what the noise model had swallowed of the effect. The number of independent shapes, and of
+independent candidates, is measured on simulated noise of this very recording (`Null`), not assumed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import chi2
+from scipy.stats import f as fisher
+
+from insenv.core.recording import Floats
+from insenv.identify.fit.evidence import log_tail
+from insenv.identify.fit.gls import Fit, noise_freedom, pool, spectrum
+from insenv.identify.fit.noise import NoiseFit, fit_noise
+from insenv.identify.fit.problem import Design, Model, Problem, Term, design
+from insenv.identify.search.candidates import Candidate, stacked
+
+#: Runs of simulated noise that measure the number of independent shapes.
+NULL_RUNS = 200
+
+#: A candidate less of which is left outside the model than this is not told from it: its coefficient would be hundreds
+#: of times less certain than alone, and small errors of the references would decide it.
+TOLD_APART = 3e-3
+
+#: Largest logarithm of 1 + gained F / nu whose F is a floating-point number.
+LARGEST_GROWTH = 500.0
+
+#: Shapes of each candidate whose likelihood ratio is taken, best score first.
+SHAPES_REFITTED = 3
+
+
+@dataclass(frozen=True)
+class Scores:
+    """Score statistics of one candidate.
+
+    Attributes
+    ----------
+    q : ndarray, shape (shapes,)
+        Score of each shape; -1 where it cannot be told from the model.
+    null_median : float
+        Median over simulated noise of the best score over the shapes.
+    rank : int
+        Degrees of freedom at one shape.
+    """
+
+    q: Floats
+    null_median: float
+    rank: int
+
+    @property
+    def testable(self) -> bool:
+        """Whether any shape can be told from the model."""
+        return self.rank > 0
+
+    @property
+    def trials(self) -> float:
+        """Number of independent shapes: how many would give the median found on simulated noise."""
+        single = chi2.cdf(self.null_median, self.rank)
+        return float(max(1.0, np.log(0.5) / np.log(np.clip(single, 1e-12, 1 - 1e-12))))
+
+
+@dataclass(frozen=True)
+class Hit:
+    """A candidate at its best shape, added to a model.
+
+    Attributes
+    ----------
+    likelihood_ratio : float
+        Of the fitted data, the noise fitted anew.
+    looks : float
+        Independent shapes of this candidate times the candidates of the whole search.
+    deviate : float
+        Normal deviate of the evidence, uncorrected for the looks.
+    held_out : float
+        Normal deviate of the held-out data alone; 0 where they were not asked.
+    size : int
+        Parameters that it spends: those of which the recording tells, and its shapes.
+    remark : str
+        Why it was taken out, if it was.
+    """
+
+    candidate: Candidate
+    term: Term
+    likelihood_ratio: float
+    looks: float
+    deviate: float
+    size: int
+    held_out: float = 0.0
+    remark: str = ""
+
+    @property
+    def log_p(self) -> float:
+        """Natural logarithm of ``p_value``."""
+        return min(0.0, log_tail(self.deviate) + float(np.log(self.looks)))
+
+    @property
+    def rank(self) -> float:
+        """What orders hits that are significant: the likelihood ratio, less what the spent freedom gains by chance."""
+        return self.likelihood_ratio - 2 * self.size - 2 * float(np.log(self.looks))
+
+    @property
+    def p_value(self) -> float:
+        """Probability of such a hit anywhere in the search if there were only noise."""
+        return float(min(1.0, np.exp(self.log_p)))
+
+
+def whitened(problem: Problem, fit: Fit) -> tuple[Floats, Floats, Floats]:
+    """Weight of each mode, orthonormal basis of the whitened model, whitened residual."""
+    weight = 1 / np.sqrt(spectrum(problem, fit.noise.power))
+    columns = fit.design.transformed * weight[:, None]
+    q = np.linalg.qr(columns)[0] if columns.shape[1] else columns
+    data = problem.data() * weight
+    return weight, q, data - q @ (q.T @ data)
+
+
+def score(problem: Problem, fit: Fit, found: tuple[Candidate, ...], seed: int) -> list[Scores]:
+    """Score statistics of all candidates, with their null distribution by simulated noise."""
+    weight, q, residual = whitened(problem, fit)
+    noise = np.random.Generator(np.random.SFC64(seed)).standard_normal((len(weight), NULL_RUNS))
+    draws = np.column_stack([residual, noise - q @ (q.T @ noise)])
+    return [_score_one(block, weight, q, draws) for block in stacked(problem, found)]
+
+
+def _score_one(block: Floats, weight: Floats, q: Floats, draws: Floats) -> Scores:
+    n, shapes, k = block.shape
+    columns = block.reshape(n, -1) * weight[:, None]
+    norm = np.linalg.norm(columns, axis=0)
+    columns = columns / np.where(norm > 0, norm, 1)
+    columns = columns - q @ (q.T @ columns)
+    fresh = columns.reshape(n, shapes, k)
+    basis, rank = _orthonormal(fresh)
+    if not rank.any():
+        return Scores(np.full(shapes, -1.0), 0.0, 0)
+    projected = np.einsum("nsk,nd->skd", basis, draws, optimize=True)
+    values = np.sum(projected**2, axis=1)
+    usable = rank > 0
+    null = values[usable, 1:].max(axis=0)
+    return Scores(np.where(usable, values[:, 0], -1.0), float(np.median(null)), int(np.median(rank[usable])))
+
+
+def _orthonormal(columns: Floats) -> tuple[Floats, Floats]:
+    """Orthonormal columns of each shape, zero where the model spans them; (n, shapes, k), and ranks, (shapes,)."""
+    out = np.zeros_like(columns)
+    rank = np.zeros(columns.shape[1], dtype=int)
+    for j in range(columns.shape[2]):
+        rest = columns[:, :, j]
+        for i in range(j):
+            rest = rest - out[:, :, i] * np.sum(out[:, :, i] * columns[:, :, j], axis=0)
+        left = np.linalg.norm(rest, axis=0)
+        good = left > TOLD_APART
+        out[:, :, j] = rest / np.where(good, left, 1.0) * good
+        rank += good
+    return out, rank
+
+
+@dataclass(frozen=True)
+class Reference:
+    """The model at hand, with its noise by plain maximum likelihood: what likelihood ratios compare with."""
+
+    model: Model
+    noise: NoiseFit
+    parameters: int
+
+
+def reference(problem: Problem, model: Model, start: Floats | None = None) -> Reference:
+    """Maximum likelihood of a model."""
+    columns = design(problem, model)
+    noise = fit_noise(pool(problem, columns), columns.prior, restricted=False, start=start, most=problem.most)
+    return Reference(model, noise, len(columns.scale))
+
+
+def likelihood_ratio(problem: Problem, base: Reference, model: Model) -> tuple[float, int]:
+    """Twice the gain in log-likelihood of ``model`` over ``base``, noise fitted anew, and the parameters gained."""
+    columns: Design = design(problem, model)
+    pooled, start = pool(problem, columns), base.noise.power
+    noise = fit_noise(pooled, columns.prior, restricted=False, start=start, most=problem.most)
+    return 2 * (noise.loglik - base.noise.loglik), len(columns.scale) - base.parameters
+
+
+def beside(problem: Problem, base: Reference, term: Term) -> Floats:
+    """Whitened regressors of a term beside those of the model, shape (modes, k)."""
+    root = np.sqrt(problem.modes().shapes @ base.noise.power)[:, None]
+    columns = problem.transformed(term) / root
+    q = np.linalg.qr(design(problem, base.model).transformed / root)[0]
+    return np.asarray(columns - q @ (q.T @ columns))
+
+
+def term_freedom(problem: Problem, base: Reference, term: Term) -> float:
+    """Degrees of freedom with which the noise is known where ``term`` differs from the model."""
+    columns = beside(problem, base, term)
+    energy = np.sum(columns**2 / np.maximum(np.sum(columns**2, axis=0), 1e-300), axis=1)
+    return noise_freedom(problem, base.noise.power, energy)
+
+
+def log_significance(ratio: float, gained: int, freedom: float) -> float:
+    """Logarithm of the probability that noise alone gives this likelihood ratio at one given shape.
+
+    Fisher's F, not chi-square: the noise itself is known with ``freedom`` = nu degrees of freedom only. Noise that is
+    fitted anew takes back a part of what the effect gains, so that the ratio grows with the logarithm of F alone:
+
+        ratio = (nu + gained + 1) log(1 + gained F / nu)
+
+    The 1 is measured: with it 8000 simulated nulls of each of eight slow effects exceed a probability of 1 % in 0.8 to
+    1.7 %, of 0.1 % in 0.03 to 0.15 %; without it in up to 2.1 % and 0.23 %.
+    """
+    if gained <= 0 or ratio <= 0:
+        return 0.0
+    growth = min(ratio / (freedom + gained + 1), LARGEST_GROWTH)
+    log_tail = float(fisher.logsf(freedom / gained * np.expm1(growth), gained, freedom))
+    return log_tail if np.isfinite(log_tail) else -0.5 * ratio

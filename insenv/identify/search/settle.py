@@ -1,0 +1,86 @@
+"""The end of a search: every added effect once more against all others in its place."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from insenv.identify.fit.gls import solve
+from insenv.identify.fit.heldout import held_out_score
+from insenv.identify.fit.problem import Model
+from insenv.identify.search.rivals import RICHER_GAIN, Rivalry, rivalry
+from insenv.identify.search.round import search
+from insenv.identify.search.scan import Hit
+from insenv.identify.search.size import unsized
+from insenv.identify.search.tracks import Progress, Refusal, Step, Track
+
+#: Deviations by which a curve of the rate must differ from zero beside a lag of the reference.
+LEAST = 3.0
+
+
+def settled(track: Track, alpha: float, seed: int, progress: Progress) -> Track:
+    """Swap each added effect for a better one where there is one, then list what cannot be told from it."""
+    for _ in range(2):
+        rivalries = [_rivals_of(track, step, alpha, seed, progress) for step in track.steps]
+        swaps = [(s, r.better) for s, r in zip(track.steps, rivalries, strict=True) if r.better is not None]
+        track = replace(track, rivalries=tuple(rivalries))
+        if not swaps:
+            break
+        step, better = swaps[0]
+        assert better is not None
+        track = _swapped(track, step, better)
+    return track
+
+
+def sized(track: Track) -> Track:
+    """The track without effects whose size is not told, by deviations that hold shapes which are right only nearly."""
+    while True:
+        added = tuple(step.hit.term for step in track.steps)
+        alone = (step for step in track.steps if not step.together)  # of the others each target tells a part
+        weak = next(((s, why) for s in alone if (why := unsized(track.problem, track.fit, s.hit.term, added))), None)
+        if weak is None:
+            return track
+        step, why = weak
+        rest = tuple(term for term in track.fit.model if term is not step.hit.term)
+        fit = solve(track.problem, rest, start=track.fit.noise.power)
+        refusals = (*track.refusals, Refusal(step.hit, why, unsized=True))
+        steps = tuple(s for s in track.steps if s is not step)
+        score = held_out_score(track.problem, fit)
+        track = replace(track, fit=fit, score=score, steps=steps, refusals=refusals, hits=None)
+
+
+def _rivals_of(track: Track, step: Step, alpha: float, seed: int, progress: Progress) -> Rivalry:
+    if step.hit.candidate.generic:
+        return Rivalry((), None)
+    progress(f"{track.problem.target}: what else would explain {step.hit.candidate.effect.key}")
+    curves = {s.hit.term for s in track.steps if s.hit.candidate.generic}
+    others = tuple(t for t in track.fit.model if t is not step.hit.term and t not in curves)
+    fit = solve(track.problem, others, start=track.fit.noise.power)
+    tried = tuple(c for c in track.candidates if not c.generic and c.effect.key not in _keys(others))
+    hits = search(track.problem, fit, tried, seed, track.family, track.tones)
+    return rivalry(track.problem, others, step.hit.term, hits, alpha, _gain(track))
+
+
+def _gain(track: Track) -> float:
+    """What each further parameter of a rival must gain.
+
+    Nothing where more noise would do, or where the Earth rate takes up the levels of the rests: an effect that has the
+    added one as its limit, as a warm-up has a drift, is then a rival too, for nobody knows the end.
+    """
+    rests = all(e.motion.projection == 0 for e in track.problem.exposures)
+    free = rests and any(t.effect.id == "earth_rate" for t in track.fit.model)
+    return 0.0 if free or track.instead else RICHER_GAIN
+
+
+def _keys(model: Model) -> set[str]:
+    return {term.effect.key for term in model}
+
+
+def _swapped(track: Track, step: Step, better: Hit) -> Track:
+    """The track with ``better`` in the place of ``step``, if held-out data agree."""
+    model = tuple(better.term if t is step.hit.term else t for t in track.fit.model)
+    fit = solve(track.problem, model, start=track.fit.noise.power)
+    score = held_out_score(track.problem, fit)
+    if score.rms > track.score.rms or unsized(track.problem, fit, better.term):
+        return track
+    steps = tuple(Step(better, s.before, score, better.p_value) if s is step else s for s in track.steps)
+    return replace(track, fit=fit, score=score, steps=steps)

@@ -1,0 +1,75 @@
+r"""Whether an effect has a size: its coefficients, all together, by the covariance that the report states.
+
+An effect can be significant while its coefficient is not known: of an exponential that is much slower than the record
+only the slope is told, c / tau, and c = 1 +- 5 is no statement. With theta the k coefficients of an effect, C their
+covariance, shapes fitted beside them, and what shapes that are right only nearly add to it,
+
+    m = theta' C^-1 theta,        z = the normal deviate that is as rare as m for chi-square on k degrees,
+
+and an effect of which z is below `LEAST`, or a coefficient of which is less certain than the largest credible one is
+large, is not named. The same holds for every effect of the catalogue.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.special import ndtri_exp
+from scipy.stats import chi2
+
+from insenv.core.recording import Floats
+from insenv.identify.fit.gls import Fit
+from insenv.identify.fit.problem import Model, Problem, Term
+from insenv.identify.fit.uncertainty import coefficients_of
+
+#: Deviations by which an effect must differ from zero; a curve of the rate beside a reference that is late, whose
+#: filter nobody knows exactly: what its skew leaves follows the rate too.
+LEAST, BESIDE_LAG = 2.5, 3.0
+
+
+def unsized(problem: Problem, fit: Fit, term: Term, inexact: Model = ()) -> str:
+    """Why the size of a ``term`` of the fit is not told; empty if it is.
+
+    Parameters
+    ----------
+    problem : Problem
+    fit : Fit
+    term : Term
+    inexact : tuple of Term
+        Terms whose shapes are right only nearly.
+    """
+    if term.effect.generic:
+        return ""
+    theta, cov = coefficients_of(problem, fit, term, inexact)
+    sd = np.sqrt(np.diag(cov))
+    if not len(theta) or not np.all(sd > 0):
+        return ""
+    late = _curve_of_rate(term) and any(e.motion.lag for e in problem.exposures)
+    if (z := deviate(theta, cov)) < (BESIDE_LAG if late else LEAST):
+        where = " beside a reference that is late" if late else ""
+        return f"its size is not told{where}: {_listed(theta, sd)}, {z:.2g} standard deviations from nothing"
+    own = fit.design.term == fit.model.index(term)
+    names = [label[1].partition("[")[0] for label, mine in zip(fit.design.labels, own, strict=True) if mine]
+    most = {p.name: problem.limits(p)[1] for p in term.effect.linear}
+    if any(s > most[name] for name, s in zip(names, sd, strict=True)):
+        return f"its size is not told: {_listed(theta, sd)}, beyond a credible {max(most.values()):.3g}"
+    return ""
+
+
+def deviate(theta: Floats, cov: Floats) -> float:
+    """Normal deviate, two-sided, as rare as coefficients (k,) this far from zero by their covariance (k, k)."""
+    scale = np.sqrt(np.diag(cov))
+    unit = theta / scale
+    square = float(unit @ np.linalg.pinv(cov / np.outer(scale, scale), hermitian=True) @ unit)
+    if len(theta) == 1:
+        return float(np.sqrt(square))
+    log_p = float(chi2.logsf(square, len(theta)))
+    return float(-ndtri_exp(log_p - np.log(2))) if np.isfinite(log_p) else float(np.sqrt(square))
+
+
+def _curve_of_rate(term: Term) -> bool:
+    effect = term.effect
+    return effect.of_rate and effect.belongs == "instrument" and not effect.of_time
+
+
+def _listed(theta: Floats, sd: Floats) -> str:
+    return ", ".join(f"{c:.2g} ± {s:.2g}" for c, s in zip(theta[:3], sd[:3], strict=True))

@@ -1,0 +1,96 @@
+"""The state of the search on one target: what was added, what was refused, and the fit that it has come to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from insenv.identify.findings import NotTestable
+from insenv.identify.fit.gls import Fit
+from insenv.identify.fit.heldout import Score
+from insenv.identify.fit.problem import Model, Problem
+from insenv.identify.search.candidates import Candidate
+from insenv.identify.search.earth_rate import Level
+from insenv.identify.search.prepare import Prepared
+from insenv.identify.search.rivals import Rivalry
+from insenv.identify.search.scan import Hit
+
+#: Effects added to one target at most.
+MOST_ADDED = 8
+
+#: Told what is being done.
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Step:
+    """An effect that was added.
+
+    Attributes
+    ----------
+    hit : Hit
+    before, after : Score
+        Held-out scores without and with it.
+    p_value : float
+        Of the evidence on all targets that it was added to.
+    together : tuple of str
+        The targets, where one cause was added to several.
+    """
+
+    hit: Hit
+    before: Score
+    after: Score
+    p_value: float
+    together: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """A hit that was significant, by itself or on other targets, and was not added; ``reason`` in words.
+
+    ``fails`` says that it was so by itself, and that held-out data speak against it, ``unsized`` that its size is not
+    told.
+    """
+
+    hit: Hit
+    reason: str
+    fails: bool = False
+    unsized: bool = False
+
+
+@dataclass(frozen=True)
+class Track:
+    """The state of the search on one target.
+
+    ``level`` is the horizontal Earth rate that is due, where it is declared and can be checked. ``instead`` are the
+    noise terms that would explain as well what was added, where the noise is held to what was declared.
+    """
+
+    prepared: Prepared
+    candidates: tuple[Candidate, ...]
+    not_testable: tuple[NotTestable, ...]
+    fit: Fit
+    score: Score
+    tones: bool = True
+    steps: tuple[Step, ...] = ()
+    refusals: tuple[Refusal, ...] = ()
+    hits: tuple[Hit, ...] | None = None
+    last_physical: tuple[Hit, ...] = ()
+    rivalries: tuple[Rivalry, ...] = ()
+    level: Level | None = None
+    instead: tuple[str, ...] = ()
+
+    @property
+    def problem(self) -> Problem:
+        """The bins that the search works on."""
+        return self.prepared.problem
+
+    @property
+    def family(self) -> int:
+        """Tests of the whole search: its candidates, a tone, and the magnitude of the Earth rate where it is known."""
+        return len(self.candidates) + 1 + (self.level is not None)
+
+    @property
+    def added(self) -> Model:
+        """Terms beyond the declared ones."""
+        return self.fit.model[len(self.prepared.model) :]

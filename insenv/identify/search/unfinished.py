@@ -1,0 +1,111 @@
+"""What the search itself says against its being complete, though what is left may look like noise.
+
+* An effect or a smooth curve that is significant on the fitted data and fails on the held-out ones: something is there
+  that is not this.
+* An effect whose size is not told, and that is still significant beside all that was added.
+* Tones at multiples of one frequency: one wave that is no sine, and has a cause that no tone names.
+* A curve without a cause beside effects that have one.
+* As many effects as are added at most.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from insenv.core.recording import Floats
+from insenv.identify.fit.problem import Problem
+from insenv.identify.search.tracks import MOST_ADDED, Track
+
+#: Tones at multiples of one frequency that are no chance.
+MOST_BY_CHANCE = 2
+#: Waves in the fitted time of a frequency whose multiples are not just any frequencies, and how far off a multiple may
+#: be, in waves in the fitted time. Two unrelated tones are multiples of a third in less than one case in a hundred.
+LEAST_WAVES, OFF = 10.0, 0.3
+
+
+def unfinished(track: Track, alpha: float) -> tuple[str, ...]:
+    """Reasons to take the search for incomplete."""
+    return (
+        *_what_does_not_last(track),
+        *_without_a_size(track, alpha),
+        *_waves(track),
+        *_curves(track),
+        *_as_many_as_may_be(track),
+    )
+
+
+def _what_does_not_last(track: Track) -> tuple[str, ...]:
+    """What foretells nothing though it was significant."""
+    return tuple(
+        f"{r.hit.candidate.effect.key} follows the fitted data (p = {r.hit.p_value:.1g}) and fails on the held-out ones"
+        for r in track.refusals
+        if r.fails or r.hit.candidate.generic
+    )
+
+
+def _without_a_size(track: Track, alpha: float) -> tuple[str, ...]:
+    """What is significant to the end and cannot be named, for its coefficients could be anything.
+
+    A curve of the rate beside a reference that is late is what the filter of that reference leaves.
+    """
+    late = any(e.motion.lag for e in track.problem.exposures)
+    left = {hit.candidate.effect.key: hit for hit in track.last_physical if hit.log_p < np.log(alpha)}
+    return tuple(
+        f"{r.hit.candidate.effect.key} follows the data (p = {left[r.hit.candidate.effect.key].p_value:.1g}), but "
+        f"{r.reason}"
+        for r in track.refusals
+        if r.unsized and r.hit.candidate.effect.key in left and not (late and r.hit.candidate.effect.of_rate)
+    )
+
+
+def _waves(track: Track) -> tuple[str, ...]:
+    """Tones that are one wave."""
+    found = np.array([s.hit.term.shape[0] for s in track.steps if s.hit.candidate.effect.id == "tone"])
+    base = wave(found, _span(track.problem))
+    if base is None:
+        return ()
+    return (f"{len(found)} tones are multiples of {base:.4g} Hz: one wave that is no sine, whose cause is not named",)
+
+
+def wave(frequencies: Floats, span: float) -> float | None:
+    """The frequency of which all are multiples [Hz], of frequencies known to a fraction of 1 / ``span`` [1/s].
+
+    None where there are too few to tell, or they have none.
+    """
+    if len(frequencies) <= MOST_BY_CHANCE:
+        return None
+    for part in (1, 2, 3):
+        base, last = float(frequencies.min()) / part, float(part)
+        if base * span >= LEAST_WAVES and _all_multiples(frequencies, base, last, OFF / span):
+            return base
+    return None
+
+
+def _all_multiples(frequencies: Floats, base: float, last: float, off: float) -> bool:
+    """Whether all are multiples of ``base``, which is known as well as its multiple ``last``; ``off`` in Hz."""
+    for frequency in np.sort(frequencies):
+        times = float(np.rint(frequency / base))
+        if abs(frequency - times * base) > min(off * max(1.0, times / last), 0.25 * base):
+            return False
+        base, last = frequency / times, times
+    return True
+
+
+def _span(problem: Problem) -> float:
+    """Longest time from the first to the last fitted bin of a run [s]."""
+    time, run = problem.bins.time, problem.bins.run
+    return max(float(np.ptp(time[(run == r) & ~problem.bins.held_out])) for r in {b.run for b in problem.fitted})
+
+
+def _curves(track: Track) -> tuple[str, ...]:
+    """Curves that were added beside effects: what they follow has no name."""
+    added = [(s.hit.candidate.effect.key, s.hit.candidate.generic) for s in track.steps]
+    if all(generic for _, generic in added):
+        return ()
+    return tuple(f"{key} stands for something that no effect names" for key, generic in added if generic)
+
+
+def _as_many_as_may_be(track: Track) -> tuple[str, ...]:
+    if len(track.added) < MOST_ADDED:
+        return ()
+    return (f"{MOST_ADDED} effects were added, as many as are at most: there may be more",)

@@ -1,0 +1,136 @@
+"""A line that the bins can follow and whose phase does not hold.
+
+One sinusoid takes out little of such a line, and what it foretells for the held-out data has the wrong phase: it is no
+`tone` of the model. In the modes r_k of the residual (DCT-II of each block) its power P, smoothed, stands above that of
+the noise beside it, B. There the modes are damped to the noise,
+
+    r_k -> r_k sqrt(B / P(f_k)),        f_k = k / (2 n T)
+
+with the gain of the fitted blocks for the held-out ones too: a hole in the spectrum would be as wrong as a peak.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from scipy.fft import dct, idct
+from scipy.ndimage import median_filter, uniform_filter1d
+
+from insenv.core.recording import Floats
+from insenv.identify.fit.bins import Block
+from insenv.identify.fit.gls import Fit
+from insenv.identify.fit.heldout import residual
+from insenv.identify.fit.problem import Problem
+from insenv.identify.search.lines import LEAST_STEADY, Line, line_at, periodogram
+
+#: Fewest cycles in the fitted time: of a slower one nobody knows whether it is a line or the wander of the noise.
+FEWEST_CYCLES = 40.0
+#: Fewest bins of a stretch in which a line is measured.
+FEWEST_BINS = 128
+#: Half the band in which a line of the bins is looked for, as a share of its frequency, and in widths 1 / duration.
+BAND_SHARE, BAND_WIDTHS = 0.02, 4.0
+#: Modes over which the power of a line is smoothed; how far above the noise it counts; passes that bring it down.
+SMOOTHED, ABOVE, PASSES = 5, 1.6, 8
+#: A line reaches no further than this share of its frequency.
+REACH = 0.5
+#: Median of the square of a standard normal.
+MEDIAN = 0.4549
+#: Least power of the line in held-out data, as a share of that in the fitted ones, with which it is the same line.
+STILL_THERE = 0.2
+
+
+def wanders(problem: Problem, fit: Fit, frequency: float, runs: tuple[int, ...] = ()) -> Line | None:
+    """The line at ``frequency`` [Hz] in the residual of ``fit``, if its phase does not hold; else None.
+
+    Looked at in the longest fitted stretch of each run (of ``runs``, if given); the strongest one speaks.
+    """
+    found = [w for b in _stretches(problem, True, runs) if (w := _of_block(problem, fit, b, frequency)) is not None]
+    if not found or any(w.steady for w in found):
+        return None
+    return max(found, key=lambda w: w.amplitude)
+
+
+def lost(problem: Problem, fit: Fit, frequency: float) -> Line | None:
+    """The line at ``frequency`` in fitted and held-out data alike, of which one wave does not foretell the other."""
+    fitted = [w for b in _stretches(problem, True) if (w := _of_block(problem, fit, b, frequency)) is not None]
+    later = [w for b in _stretches(problem, False) if (w := _of_block(problem, fit, b, frequency)) is not None]
+    if not fitted or not later:
+        return None
+    best = max(fitted, key=lambda w: w.amplitude)
+    if max(w.amplitude for w in later) ** 2 < STILL_THERE * best.amplitude**2:
+        return None
+    width = max(best.frequency_sd, abs(max(later, key=lambda w: w.amplitude).frequency - frequency))
+    return replace(best, steady=False, phase=0.0, frequency_sd=width)
+
+
+def without_line(problem: Problem, fit: Fit, line: Line) -> Problem:
+    """The problem with the line damped to the noise beside it, in all runs."""
+    left, y = residual(problem, fit), problem.y.copy()
+    free = np.zeros(len(y), bool)
+    free[list(problem.outliers)] = True
+    width = problem.bins.width
+    gain = _gain([dct(left[b.start : b.stop], type=2, norm="ortho") for b in problem.fitted], width, line.frequency)
+    for block in problem.bins.blocks:
+        rows = slice(block.start, block.stop)
+        series = np.where(free[rows], 0.0, left[rows])
+        damped = idct(dct(series, type=2, norm="ortho") * gain(_frequencies(block.n, width)), type=2, norm="ortho")
+        y[rows] += np.where(free[rows], 0.0, damped - series)
+    return replace(problem, y=y, cache={})
+
+
+def _frequencies(n: int, width: float) -> Floats:
+    return np.arange(n) / (2 * n * width)
+
+
+def _gain(modes: list[Floats], width: float, frequency: float) -> Callable[[Floats], Floats]:
+    """What modes are multiplied with, as a function of frequency, from those of the fitted blocks."""
+    longest = max(modes, key=len)
+    f = _frequencies(len(longest), width)
+    gain, far = np.ones(len(f)), np.abs(f - frequency) > REACH * frequency
+    peak = int(np.argmin(np.abs(f - frequency)))
+    for _ in range(PASSES):
+        # With each pass there is less of the line in what stands for the noise beside it.
+        left = (gain * longest) ** 2
+        power = uniform_filter1d(left, SMOOTHED) * MEDIAN / median_filter(left, size=_beside(len(f)), mode="reflect")
+        loud = (power > ABOVE) & ~far
+        # What is next to the line and loud is the line; what is loud beyond a quiet stretch is another one.
+        quiet = uniform_filter1d(loud.astype(float), 4 * SMOOTHED) < 1 / (4 * SMOOTHED)
+        below, above = np.flatnonzero(quiet[:peak]), np.flatnonzero(quiet[peak + 1 :])
+        loud[: below[-1] if len(below) else 0] = False
+        loud[peak + 1 + above[0] if len(above) else len(f) :] = False
+        gain[loud] /= np.sqrt(power[loud])
+    return lambda at: np.interp(at, f, gain)
+
+
+def _beside(n: int) -> int:
+    """Modes over which the noise beside a line is taken."""
+    return int(np.clip(n // 4, 65, 2049)) | 1
+
+
+def _stretches(problem: Problem, fitted: bool, runs: tuple[int, ...] = ()) -> list[Block]:
+    """Longest stretch of each run with one use."""
+    blocks = problem.fitted if fitted else problem.held_out
+    longest: dict[int, Block] = {}
+    for block in blocks:
+        if (not runs or block.run in runs) and block.n > getattr(longest.get(block.run), "n", 0):
+            longest[block.run] = block
+    return list(longest.values())
+
+
+def _of_block(problem: Problem, fit: Fit, block: Block, frequency: float) -> Line | None:
+    """The line near ``frequency`` in one stretch of bins; None where there is none, or too few cycles to tell."""
+    width = problem.bins.width
+    if block.n < FEWEST_BINS or frequency * block.n * width < FEWEST_CYCLES:
+        return None
+    values = residual(problem, fit)[block.start : block.stop]
+    time = problem.bins.time[block.start : block.stop]
+    spectrum = periodogram(values, width)
+    half = max(BAND_SHARE * frequency, BAND_WIDTHS / (block.n * width))
+    near = np.flatnonzero(np.abs(spectrum.f - frequency) < half)
+    if not len(near):
+        return None
+    peak = int(near[np.argmax(spectrum.power[near])])
+    line = line_at(time, width, values, spectrum, peak, block.run, half)
+    return line if line.amplitude > LEAST_STEADY * line.amplitude_sd else None

@@ -1,0 +1,1 @@
+"""What a procedure can tell, before it is run: information, bounds, and what no data of it can separate."""

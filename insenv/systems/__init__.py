@@ -1,0 +1,1 @@
+"""Systems: one folder each, from its environment to how it is drawn."""

@@ -1,0 +1,1 @@
+"""The rate-biased north finder: its environment and how it is drawn."""

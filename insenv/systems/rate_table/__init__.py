@@ -1,0 +1,1 @@
+"""Scale factor and bias on a rate table: its environment and how it is drawn."""

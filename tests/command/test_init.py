@@ -1,0 +1,510 @@
+"""`insenv init`: what headings and numbers tell is right, the rest is asked, and nothing that matters is assumed."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import click
+import numpy as np
+import pytest
+from command import ASYMMETRY, Ended, rows, run
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+
+from insenv.core.errors import InputError
+from insenv.core.recording import Floats
+from insenv.core.units import DEG, STANDARD_GRAVITY, scale_to_si
+from insenv.data import commands
+from insenv.data.guess.decide import draft
+from insenv.data.guess.draft import Draft, Question
+from insenv.data.guess.heading import read_heading
+from insenv.data.guess.listing import listing
+from insenv.data.guess.written import manifest_text
+from insenv.data.init import fault, init
+from insenv.data.manifest import load_manifest
+
+DT = 0.01
+Command = Callable[..., Ended]
+
+
+def table(path: Path, columns: Mapping[str, Floats], delimiter: str = ",", header: bool = True) -> Path:
+    lines = [delimiter.join(columns)] if header else []
+    lines += [delimiter.join(f"{value:.12g}" for value in row) for row in zip(*columns.values(), strict=True)]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def drafted(path: Path, **answers: str) -> Draft:
+    return draft([listing(path)], {key.replace("__", "."): value for key, value in answers.items()})
+
+
+def units(found: Draft) -> dict[str, str | None]:
+    return {channel.name: channel.unit.value for channel in found.channels}
+
+
+def asked(found: Draft) -> dict[str, str]:
+    return {question.key: question.hint for question in found.questions}
+
+
+def turned_by_hand(gyro: float = 1.0, accel: float = 1.0, seed: int = 1) -> dict[str, Floats]:
+    """A triad that rests in eight attitudes and is turned in between; gyros and forces in units of rad/s and m/s^2."""
+    random = np.random.default_rng(seed)
+    rate = np.zeros((8000, 3))
+    for start in range(500, 8000, 1000):
+        axis = random.standard_normal(3)
+        rate[start : start + 200] = (axis / np.linalg.norm(axis)) * np.sin(np.linspace(0, np.pi, 200))[:, None]
+    up = np.empty_like(rate)
+    now = np.array([0.0, 0.0, 1.0])
+    for i, w in enumerate(rate):
+        now = now - np.cross(w, now) * DT
+        now /= np.linalg.norm(now)
+        up[i] = now
+    rate += 2e-3 * random.standard_normal(rate.shape)
+    force = STANDARD_GRAVITY * up + 0.02 * random.standard_normal(up.shape)
+    return {
+        **{f"gyro_{a}": rate[:, i] / gyro for i, a in enumerate("xyz")},
+        **{f"accel_{a}": force[:, i] / accel for i, a in enumerate("xyz")},
+    }
+
+
+TIME: dict[str, Floats] = {"time": np.arange(8000.0) * DT}
+
+
+def on_table(gain: float = 1.0, unit: float = 1.0, seed: int = 1) -> dict[str, Floats]:
+    """A gyro in deg/s that follows a table with a gain; the table's rate in a unit of so many deg/s."""
+    t = np.arange(4000) * 0.1
+    rate = np.array([10.0, -10.0, 4.0, -4.0])[(t // 20 % 4).astype(int)]
+    noise = 0.05 * np.random.default_rng(seed).standard_normal(len(t))
+    return {"time": t, "gyro (deg/s)": gain * rate + 0.01 + noise, "table_rate": rate / unit}
+
+
+# ----------------------------------------------------------------------------------- what the numbers tell
+
+
+@pytest.mark.parametrize(("size", "unit"), [(1.0, "m/s^2"), (STANDARD_GRAVITY, "g")])
+def test_gravity_tells_the_unit_of_accelerometers(size: float, unit: str, tmp_path: Path) -> None:
+    found = units(drafted(table(tmp_path / "a.csv", {**TIME, **turned_by_hand(accel=size)})))
+    assert {found[f"accel_{axis}"] for axis in "xyz"} == {unit}
+
+
+@pytest.mark.parametrize(("size", "unit"), [(1.0, "rad/s"), (DEG, "deg/s")])
+def test_gravity_that_turns_tells_the_unit_of_gyros(size: float, unit: str, tmp_path: Path) -> None:
+    found = drafted(table(tmp_path / "a.csv", {**TIME, **turned_by_hand(gyro=size)}))
+    assert {units(found)[f"gyro_{axis}"] for axis in "xyz"} == {unit}
+    assert found.procedure.value == "multi-position" and not found.questions
+
+
+def test_gyros_whose_axes_do_not_turn_gravity_are_asked(tmp_path: Path) -> None:
+    columns = turned_by_hand()
+    columns["gyro_x"], columns["gyro_y"] = columns["gyro_y"], -columns["gyro_x"]
+    assert set(asked(drafted(table(tmp_path / "a.csv", {**TIME, **columns})))) == {"gyro.unit"}
+
+
+def test_gyros_at_rest_are_asked(tmp_path: Path) -> None:
+    columns = {name: values[:400] for name, values in {**TIME, **turned_by_hand()}.items()}
+    assert set(asked(drafted(table(tmp_path / "a.csv", columns)))) == {"gyro.unit"}
+
+
+def test_raw_counts_are_asked_and_gravity_makes_a_proposal(tmp_path: Path) -> None:
+    columns = turned_by_hand(gyro=DEG / 131, accel=STANDARD_GRAVITY / 16384)
+    found = drafted(table(tmp_path / "a.csv", {**TIME, **{n: np.rint(v) for n, v in columns.items()}}))
+    hints = asked(found)
+    assert scale_to_si(hints["accel.unit"], "acceleration", "")[0] == pytest.approx(STANDARD_GRAVITY / 16384)
+    assert scale_to_si(hints["gyro.unit"], "rate", "")[0] == pytest.approx(DEG / 131)
+
+
+def test_raw_counts_without_a_sign_are_asked_for_their_zero(tmp_path: Path) -> None:
+    columns = turned_by_hand(accel=STANDARD_GRAVITY / 4096)
+    counts = {n: np.rint(v) + 32768 for n, v in columns.items() if n.startswith("accel")}
+    assert asked(drafted(table(tmp_path / "a.csv", {**TIME, **counts})))["accel.offset"] == "32768"
+
+
+@pytest.mark.parametrize(
+    ("stamps", "unit", "hint"),
+    [
+        (lambda i: 0.01 * i, "s", None),
+        (lambda i: 5000 + 0.005 * i, "s", None),
+        (lambda i: 1.7e9 + 0.01 * i, "s", None),
+        (lambda i: 1.7e12 + 10 * i, "ms", None),
+        (lambda i: 1.7e15 + 1e4 * i, "us", None),
+        (lambda i: 1.7e18 + 1e7 * i, "ns", None),
+        (lambda i: 6656 * i, "us", None),
+        (lambda i: 1e7 * i, "ns", None),
+        (lambda i: 10 * i, None, "ms"),  # or rows that are 10 s apart
+        (lambda i: 1.0 * i, None, "ms"),  # or a row a second
+        (lambda i: 0.5 * i, None, "ms"),  # or 2 Hz
+        (lambda i: 500_000 * i, None, "us"),
+    ],
+)
+def test_the_steps_of_a_clock_tell_its_unit(
+    stamps: Callable[[Floats], Floats], unit: str | None, hint: str | None, tmp_path: Path
+) -> None:
+    path = table(tmp_path / "a.csv", {"t": stamps(np.arange(500.0)), "gyro [deg/s]": np.ones(500)})
+    found = drafted(path)
+    assert units(found)["time"] == unit
+    assert asked(found).get("time.unit") == hint
+
+
+def test_a_file_without_time_is_asked_for_its_rate(tmp_path: Path) -> None:
+    path = table(tmp_path / "a.csv", {"n": np.arange(500.0), "gyro [deg/s]": np.ones(500)})
+    assert set(asked(drafted(path))) == {"time.rate"}
+    assert units(drafted(path, time__rate="100 Hz"))["time"] == "100 Hz"
+    assert drafted(path, time__rate="row").channels[0].column == "row"
+
+
+def test_a_rate_above_the_header_is_taken(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("Fs,200\nInitialization time,36.5\ngyro [deg/s]\n" + "1.5\n2.5\n" * 99)
+    assert units(drafted(path))["time"] == "200 Hz"
+
+
+@pytest.mark.parametrize(("turn", "unit"), [(360.0, "deg"), (2 * np.pi, "rad")])
+def test_an_angle_that_jumps_by_a_turn_tells_its_unit(turn: float, unit: str, tmp_path: Path) -> None:
+    t = np.arange(4000) * 0.1
+    angle = np.mod(t / 40, 1) * turn
+    columns = {"time": t, "gyro [deg/s]": 9 + 0.01 * np.sin(t), "table_angle": angle}
+    found = drafted(table(tmp_path / "a.csv", columns))
+    (channel,) = [c for c in found.channels if c.name == "table_angle"]
+    assert (channel.unit.value, channel.extra) == (unit, {"wrapped": True})
+
+
+@pytest.mark.parametrize(("size", "unit"), [(1.0, "deg/s"), (6.0, "rpm"), (1 / DEG, "rad/s")])
+def test_a_gyro_of_known_unit_tells_that_of_its_table(size: float, unit: str, tmp_path: Path) -> None:
+    found = drafted(table(tmp_path / "a.csv", on_table(unit=size)))
+    assert units(found)["table_rate"] == unit and not found.questions
+
+
+def test_a_command_that_jumps_with_its_gyro_holds_for_the_interval(tmp_path: Path) -> None:
+    columns = on_table()
+    covers = [c.extra.get("covers") for c in drafted(table(tmp_path / "a.csv", columns)).channels]
+    assert covers == [None, "interval", "interval"]
+    t = columns["time"]
+    smooth = 10 * np.sin(t / 20)
+    smooth_columns = {"time": t, "gyro (deg/s)": smooth + 0.01 * np.cos(7 * t), "table_rate": smooth}
+    covers = [c.extra.get("covers") for c in drafted(table(tmp_path / "b.csv", smooth_columns)).channels]
+    assert covers == [None, None, None]
+
+
+@pytest.mark.parametrize(("gain", "hint"), [(-1.0, "-90 deg"), (-0.87, "-90 deg"), (0.87, "90 deg"), (0.5, "")])
+def test_a_gain_that_is_not_one_asks_how_the_gyro_is_mounted(gain: float, hint: str, tmp_path: Path) -> None:
+    columns = on_table(gain)
+    columns["table_rate (deg/s)"] = columns.pop("table_rate")
+    assert asked(drafted(table(tmp_path / "a.csv", columns))) == {"mounting.tilt": hint}
+
+
+def test_a_triad_on_a_table_is_asked_for_its_axes(tmp_path: Path) -> None:
+    columns = on_table()
+    gyro = columns.pop("gyro (deg/s)")
+    columns |= {"gx [deg/s]": 0 * gyro, "gy [deg/s]": 0 * gyro, "gz [deg/s]": gyro}
+    assert {"mounting.table_axis", "mounting.axes"} <= set(asked(drafted(table(tmp_path / "a.csv", columns))))
+
+
+# ------------------------------------------------------------------------------------ stated, but doubtful
+
+
+def test_a_stated_unit_that_gravity_contradicts_is_asked(tmp_path: Path) -> None:
+    columns = {f"{n} [g]" if n.startswith("accel") else n: v for n, v in turned_by_hand().items()}
+    found = drafted(table(tmp_path / "a.csv", {**TIME, **columns}))
+    assert asked(found)["accel.unit"] == "m/s^2"
+
+
+def test_a_stated_unit_that_turning_contradicts_is_asked(tmp_path: Path) -> None:
+    columns = {f"{n} [rad/s]" if n.startswith("gyro") else n: v for n, v in turned_by_hand(gyro=DEG).items()}
+    found = drafted(table(tmp_path / "a.csv", {**TIME, **columns}))
+    assert asked(found) == {"gyro.unit": "deg/s"}
+
+
+def test_a_stated_unit_that_the_table_contradicts_is_asked(tmp_path: Path) -> None:
+    columns = on_table(unit=6.0)
+    columns["table_rate (rad/s)"] = columns.pop("table_rate")
+    assert asked(drafted(table(tmp_path / "a.csv", columns))) == {"table_rate.unit": "rpm"}
+
+
+def test_a_unit_that_is_none_is_asked(tmp_path: Path) -> None:
+    columns = {"time [s]": np.arange(500) * DT, "gyro (V)": np.sin(np.arange(500.0))}
+    found = drafted(table(tmp_path / "a.csv", columns))
+    assert set(asked(found)) == {"gyro.unit"} and "V" in found.questions[0].text
+
+
+def test_an_angle_in_a_name_is_no_increment(tmp_path: Path) -> None:
+    """People write rad for rad/s: an increment is one where the name says so, or the user."""
+    columns = {"time [s]": np.arange(500) * DT, "gyro_rad": np.sin(np.arange(500.0))}
+    assert set(asked(drafted(table(tmp_path / "a.csv", columns)))) == {"gyro.unit"}
+    columns["gyro [rad]"] = columns.pop("gyro_rad")
+    assert set(asked(drafted(table(tmp_path / "a.csv", columns)))) == {"gyro.unit"}
+    answered = drafted(tmp_path / "a.csv", gyro__unit="rad")
+    assert answered.channels[1].extra == {"quantity": "increment"}
+    columns["dtheta [rad]"] = columns.pop("gyro [rad]")
+    assert drafted(table(tmp_path / "a.csv", columns)).channels[1].extra == {"quantity": "increment"}
+
+
+# --------------------------------------------------------------------------------------- shapes of headers
+
+_GYRO = st.sampled_from(
+    ["gyro_{}", "gyr_{}", "g{}", "w{}", "Gyroscope {}", "imu.gyro.{}", "angular_velocity.{}", "omega_{}"]
+)
+_ACCEL = st.sampled_from(
+    ["accel_{}", "acc_{}", "a{}", "Accelerometer {}", "imu.acc.{}", "linear_acceleration.{}", "f{}"]
+)
+_TIME = st.sampled_from(["t", "time", "Time", "timestamp", "Time elapsed"])
+_RATE_UNITS = {"deg/s": DEG, "°/s": DEG, "dps": DEG, "rad/s": 1.0, "rads/s": 1.0, "deg/sec": DEG, "deg/h": DEG / 3600}
+_FORCE_UNITS = {"m/s^2": 1.0, "m/s2": 1.0, "m/s²": 1.0, "g": STANDARD_GRAVITY, "G": STANDARD_GRAVITY}
+_HAND = turned_by_hand()
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_whatever_the_header_what_is_told_is_true(data: st.DataObject, tmp_path: Path) -> None:
+    """Names, units in brackets or not, delimiters, comments, rows of units, settings above: right, or asked."""
+    rate, force = data.draw(st.sampled_from([*_RATE_UNITS])), data.draw(st.sampled_from([*_FORCE_UNITS]))
+    brackets = data.draw(st.sampled_from([" ({})", " [{}]", "_none", "row"]))
+    delimiter = data.draw(st.sampled_from([",", ";", "\t"]))
+    upper = data.draw(st.booleans())
+    gyro, accel, time = data.draw(_GYRO), data.draw(_ACCEL), data.draw(_TIME)
+    names = [time, *(n.format(a.upper() if upper else a) for n in (gyro, accel) for a in "xyz"), "Status"]
+    said = ["s", *[rate] * 3, *[force] * 3, "-"]
+    lines = [data.draw(st.sampled_from(["", "# a comment", "Logger 3000", "Serial,12"]))]
+    head = names if brackets in ("_none", "row") else [n + brackets.format(u) for n, u in zip(names, said, strict=True)]
+    lines.append(data.draw(st.sampled_from(["", "# ", "% "])) + delimiter.join(head))
+    lines += [delimiter.join(said)] if brackets == "row" else []
+    columns = [np.arange(2400) * DT]
+    columns += [_HAND[f"gyro_{a}"][:2400] / _RATE_UNITS[rate] for a in "xyz"]
+    columns += [_HAND[f"accel_{a}"][:2400] / _FORCE_UNITS[force] for a in "xyz"]
+    columns.append(np.zeros(2400))
+    lines += [delimiter.join(f"{v:.9g}" for v in row) for row in zip(*columns, strict=True)]
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(line for line in lines if line) + "\n", encoding="utf-8")
+    found = drafted(path)
+    for channel in found.channels:
+        kind = channel.name.split("_")[0]
+        if channel.unit.value is not None and kind in ("gyro", "accel"):
+            size = scale_to_si(channel.unit.value, {"gyro": "rate", "accel": "acceleration"}[kind], "")[0]
+            assert size == pytest.approx({"gyro": _RATE_UNITS[rate], "accel": _FORCE_UNITS[force]}[kind]), channel
+            assert names[1 + "xyz".index(channel.name[-1]) + 3 * (kind == "accel")] in channel.heading
+    if brackets in (" ({})", " [{}]"):
+        assert not found.questions and len(found.channels) == 7
+    if not found.questions:
+        (tmp_path / "a.toml").write_text(manifest_text(found, tmp_path / "a.toml"), encoding="utf-8")
+        assert len(load_manifest(tmp_path / "a.toml").channels) == 7
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    content=st.binary(max_size=400)
+    | st.text(alphabet="0123456789.,;\t\n -eE#%gyroxyzt[]()", max_size=400).map(str.encode)
+)
+@example(content=b"1 2\n3 4\n")
+@example(content=b"t,g\n")
+def test_any_file_ends_in_a_draft_or_in_one_sentence(content: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_bytes(content)
+    try:
+        found = drafted(path)
+        tomllib.loads(manifest_text(found, tmp_path / "a.toml"))
+    except InputError as error:
+        assert str(error) and "\n" not in str(error)
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "axis", "unit"),
+    [
+        ("Gyro Output (rads/s)", "gyro", "", "rad/s"),
+        ("Input Rate (RPM)", "table_rate", "", "RPM"),
+        ("cmd_deg_s", "table_rate", "", "deg/s"),
+        ("table_deg", "table_angle", "", "deg"),
+        ("ustime", "time", "", "us"),
+        ("TimeUS", "time", "", "us"),
+        ("imu.temperature", "temperature", "", None),
+        ("gyro_temp [degC]", "temperature", "", "degC"),
+        ("Magnetometer X (uT)", "other", "x", None),
+        ("linear_acceleration_covariance.0", "other", "", None),
+        ("gyro_x_bias", "other", "x", None),
+        ("gyro_accuracy", "other", "", None),
+        ("gyro_timestamp", "other", "", None),
+        ("time_min", "time", "", "min"),
+        ("gyro [rad]", "gyro", "", None),
+        ("field.angular_velocity.z", "gyro", "z", None),
+        ("dtheta_x", "gyro", "x", None),
+        ("GyroX", "gyro", "x", None),
+        ("accelZ_mps2", "accel", "z", "m/s^2"),
+        ("n_samples", "row", "", None),
+        ("signal", "", "", None),
+    ],
+)
+def test_headings(text: str, kind: str, axis: str, unit: str | None) -> None:
+    found = read_heading(text)
+    assert (found.kind, found.axis) == (kind, axis)
+    assert found.unit == unit or (found.unit and unit and found.unit.lower() == unit.lower())
+
+
+# -------------------------------------------------------------------------------------- without a header
+
+
+def test_without_a_header_the_numbers_tell_the_columns(tmp_path: Path) -> None:
+    columns = turned_by_hand(accel=STANDARD_GRAVITY)
+    ordered = {name: columns[name] for name in [*(f"accel_{a}" for a in "xyz"), *(f"gyro_{a}" for a in "xyz")]}
+    found = drafted(table(tmp_path / "a.txt", {**TIME, **ordered}, " ", header=False))
+    assert [(c.name, c.column) for c in found.channels if c.name[-1] in "xyz"] == [
+        (name, i) for i, name in enumerate(ordered, 1)
+    ]
+    assert units(found)["gyro_x"] == "rad/s" and units(found)["accel_x"] == "g" and not found.questions
+
+
+def test_what_they_do_not_tell_is_asked_and_named(tmp_path: Path) -> None:
+    path = table(tmp_path / "a.txt", {"": np.sin(np.arange(500.0)), " ": np.cos(np.arange(500.0))}, " ", header=False)
+    assert "columns" in asked(drafted(path))
+    found = drafted(path, columns="gyro [deg/s],-", time__rate="50 Hz")
+    assert not found.questions and units(found) == {"time": "50 Hz", "gyro": "deg/s"}
+    with pytest.raises(InputError, match="3 names for 2 columns"):
+        drafted(path, columns="a,b,c")
+
+
+# ----------------------------------------------------------------------------------------------- formats
+
+
+def test_npz_parquet_and_workbooks_are_read_as_their_readers_do(tmp_path: Path) -> None:
+    columns = turned_by_hand(gyro=DEG)
+    gyro, accel = (np.column_stack([columns[f"{k}_{a}"] for a in "xyz"]) for k in ("gyro", "accel"))
+    np.savez(tmp_path / "a.npz", time=TIME["time"], gyro=gyro, accel=accel)
+    parquet = pytest.importorskip("pyarrow.parquet")
+    parquet.write_table(pytest.importorskip("pyarrow").table({**TIME, **columns}), tmp_path / "a.parquet")
+    book = pytest.importorskip("openpyxl").Workbook()
+    book.active.append([*TIME, *columns])
+    for row in zip(TIME["time"], *columns.values(), strict=True):
+        book.active.append([float(value) for value in row])
+    book.save(tmp_path / "a.xlsx")
+    for name in ("a.npz", "a.parquet", "a.xlsx"):
+        found = drafted(tmp_path / name)
+        assert not found.questions and units(found)["gyro_y"] == "deg/s" and units(found)["accel_z"] == "m/s^2", name
+        out = tmp_path / "a.toml"
+        out.write_text(manifest_text(found, out))
+        assert load_manifest(out).runs[0].format == found.format
+
+
+def test_runs_are_of_one_kind(tmp_path: Path) -> None:
+    first, second = table(tmp_path / "a.csv", on_table()), table(tmp_path / "b.csv", on_table(seed=2))
+    made = init([first, second], tmp_path / "both.toml")
+    assert tomllib.loads(made.path.read_text())["data"] == ["a.csv", "b.csv"]
+    table(second, {"time": np.arange(50.0) * DT, "other": np.ones(50)})
+    with pytest.raises(InputError, match=r"b\.csv: its columns are not those of a\.csv"):
+        init([first, second], tmp_path / "more.toml")
+
+
+# --------------------------------------------------------------------------------------------- questions
+
+
+def test_answers_settle_further_questions(tmp_path: Path) -> None:
+    """With the rate of the rows known, gravity tells the unit of the gyros: it is not asked."""
+    path = table(tmp_path / "a.csv", turned_by_hand(gyro=DEG))
+    assert set(asked(drafted(path))) == {"time.rate", "gyro.unit"}
+    put: list[str] = []
+
+    def ask(made: Draft, question: Question) -> str:
+        put.append(question.key)
+        return "100 Hz"
+
+    made = init([path], ask=ask)
+    assert put == ["time.rate"] and units(made.draft)["gyro_x"] == "deg/s"
+
+
+@pytest.mark.parametrize(
+    ("answer", "sound"), [("deg/s", True), ("0.0175 deg/s", True), ("deg", True), ("m", False), ("", False)]
+)
+def test_an_answer_is_a_unit(answer: str, sound: bool) -> None:
+    assert (fault(Question("gyro.unit", "?", "", ("rate", "angle")), answer) == "") == sound
+
+
+# --------------------------------------------------------------------------------------------- the command
+
+
+@pytest.fixture
+def insenv(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Command:
+    return lambda *args: run(capsys, monkeypatch, *args)
+
+
+def plain(folder: Path, header: str) -> Path:
+    path = folder / "run.csv"
+    path.write_text("\n".join([header, *rows()[1:]]) + "\n")
+    return path
+
+
+def test_open_questions_end_in_status_2_and_close_loop_waits(insenv: Command, tmp_path: Path) -> None:
+    path = plain(tmp_path, "time,gyro,table_rate")
+    ended = insenv("init", path)
+    assert ended.status == 2 and ended.err.count("\n") == 1
+    assert "2 questions are open (gyro.unit, table_rate.unit)" in ended.err
+    manifest = tmp_path / "run.toml"
+    written = manifest.read_text()
+    assert written.count('unit = "?"') == 2 and "# ? In which unit" in written
+    waiting = insenv("close-loop", manifest)
+    assert waiting.status == 2 and waiting.err.count("\n") == 1
+    assert "channels.gyro.unit, channels.table_rate.unit" in waiting.err
+    manifest.write_text(written.replace('unit = "?"', 'unit = "deg/s"'))
+    answered = insenv("close-loop", path, "--effects", "scale_factor_asymmetry", "--json", tmp_path / "a.json")
+    assert answered.status == 0 and "scale_factor_asymmetry" in answered.out
+
+
+def test_set_answers_beforehand(insenv: Command, tmp_path: Path) -> None:
+    path = plain(tmp_path, "time,gyro,table_rate")
+    assert insenv("init", path, "--set", "gyro.unit=deg/s").status == 0
+    assert load_manifest(tmp_path / "run.toml").channels["table_rate"].unit == "deg/s"
+    wrong = insenv("init", path, "--force", "--set", "gyros.unit=deg/s")
+    assert wrong.status == 2 and "did you mean 'gyro.unit'" in wrong.err
+    wrong = insenv("init", path, "--force", "--set", "gyro.unit=m")
+    assert wrong.status == 2 and "gyro.unit" in wrong.err
+
+
+def test_a_manifest_that_is_there_is_kept(insenv: Command, tmp_path: Path) -> None:
+    path = plain(tmp_path, "time,gyro [deg/s],table_rate [deg/s]")
+    (tmp_path / "run.toml").write_text("mine")
+    ended = insenv("init", path)
+    assert ended.status == 2 and "--force" in ended.err and (tmp_path / "run.toml").read_text() == "mine"
+    ended = insenv("close-loop", path)
+    assert ended.status == 2 and "is no manifest of run.csv" in ended.err
+    assert insenv("init", path, "--force").status == 0
+
+
+def test_close_loop_takes_a_data_file_and_goes_on(insenv: Command, tmp_path: Path) -> None:
+    path = plain(tmp_path, "time,gyro [deg/s],table_rate [deg/s]")
+    ended = insenv("close-loop", path, "--effects", "scale_factor_asymmetry,bias_drift")
+    assert ended.status == 0 and "scale_factor_asymmetry" in ended.out
+    assert "its manifest was written to" in ended.err and (tmp_path / "run.toml").exists()
+    assert ASYMMETRY > 0
+
+
+def test_the_manifest_goes_to_standard_output_and_the_table_aside(insenv: Command, tmp_path: Path) -> None:
+    path = plain(tmp_path, "time,gyro [deg/s],table_rate [deg/s]")
+    ended = insenv("init", path, "--out", "-")
+    assert ended.status == 0 and not list(tmp_path.glob("*.toml"))
+    assert tomllib.loads(ended.out)["model"]["target"] == "gyro" and "known by" in ended.err
+
+
+def test_a_terminal_is_asked(insenv: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    answers = iter(["metre", "deg/s"])
+    monkeypatch.setattr(commands, "is_terminal", lambda: True)
+    monkeypatch.setattr(click, "prompt", lambda *args, **how: next(answers))
+    ended = insenv("init", plain(tmp_path, "time,gyro,table_rate"))
+    assert ended.status == 0 and "wanted a rate" in ended.err
+    assert load_manifest(tmp_path / "run.toml").channels["gyro"].unit == "deg/s"
+
+
+def test_units_of_a_tool_are_taken_where_its_stamps_run_as_they_must(tmp_path: Path) -> None:
+    """Kalibr counts nanoseconds and writes no units; the same headings beside seconds are somebody else's."""
+    columns = turned_by_hand()
+    names = {f"gyro_{a}": f"omega_{a}" for a in "xyz"} | {f"accel_{a}": f"alpha_{a}" for a in "xyz"}
+    theirs = {names[name]: values for name, values in columns.items()}
+    stamps = 1.4e18 + 1e7 * np.arange(8000.0)
+    path = tmp_path / "a.csv"
+    lines = [",".join(["timestamp", *theirs])]
+    lines += [
+        ",".join([f"{t:.0f}", *(f"{v:.9g}" for v in row)]) for t, *row in zip(stamps, *theirs.values(), strict=True)
+    ]
+    path.write_text("\n".join(lines) + "\n")
+    found = {c.name: c.unit for c in drafted(path).channels}
+    assert (found["time"].value, found["gyro_x"].value, found["gyro_x"].sure) == ("ns", "rad/s", "stated")
+    assert found["accel_z"].value == "m/s^2"
+    in_degrees = {n: v / DEG if n.startswith("omega") else v for n, v in theirs.items()}
+    found = {c.name: c.unit for c in drafted(table(path, {"timestamp": TIME["time"], **in_degrees})).channels}
+    assert (found["time"].value, found["gyro_x"].value) == ("s", None)

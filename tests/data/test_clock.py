@@ -1,0 +1,187 @@
+"""Stamps that are wrong by themselves: late, early, doubled, rushed, set, rounded; the answer is that of sound ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from strangers import Columns, write
+
+from insenv.close import close
+from insenv.core.recording import Floats, Recording
+from insenv.data.clock import clock_of
+from insenv.data.load import read_recordings
+from insenv.data.manifest import load_manifest
+from insenv.identify.findings import Findings
+
+N, DT = 3000, 0.01
+DAY = 86400.0
+
+
+def rng() -> np.random.Generator:
+    return np.random.default_rng(1)
+
+
+def late(share: float, least: float = 0.3, most: float = 0.9, sign: int = 1) -> Callable[[Floats], Floats]:
+    """Stamps off by a part of a period, rows apart."""
+
+    def spoil(t: Floats) -> Floats:
+        rows = 3 + 3 * rng().choice(N // 3 - 2, max(1, round(share * N)), replace=False)
+        out = t.copy()
+        out[rows] += sign * DT * rng().uniform(least, most, len(rows))
+        return out
+
+    return spoil
+
+
+def rushed(rows: int) -> Callable[[Floats], Floats]:
+    """A logger that is busy, and then writes what has come in a rush."""
+
+    def spoil(t: Floats) -> Floats:
+        out = t.copy()
+        for first in (500, 1234, 2200):
+            end = t[first + rows] - 1e-6 * np.arange(rows, 0, -1)
+            out[first : first + rows] = np.maximum(out[first : first + rows], end)
+        return out
+
+    return spoil
+
+
+def doubled(t: Floats) -> Floats:
+    out = t.copy()
+    out[[300, 1234, 2000]] = out[[299, 1233, 1999]]
+    return out
+
+
+WRONG = {
+    "one late": late(1e-9),
+    "half a per cent late": late(0.005),
+    "a tenth late": late(0.1),
+    "half a per cent early": late(0.005, sign=-1),
+    "almost a period late": late(0.005, 0.9, 0.99),
+    "a rush of five": rushed(5),
+    "a rush of forty": rushed(40),
+    "doubled": doubled,
+}
+SAME = {  # the stamps in the unit of the manifest
+    "seconds since 1970": (lambda t: t + 1.7e9, "s"),
+    "microseconds since 1970": (lambda t: np.round((t + 1.7e9) * 1e6), "us"),
+    "nanoseconds since 1970": (lambda t: np.round((t + 1.7e9) * 1e9), "ns"),
+    "date numbers": (lambda t: t / DAY + 739_000, "day"),
+    "days since 1900": (lambda t: t / DAY + 45_000, "day"),
+    "day fractions": (lambda t: t / DAY, "day"),
+    "single precision": (lambda t: (t + 1000).astype(np.float32).astype(float), "s"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+@pytest.mark.parametrize("origin", [0.0, 1.7e9])
+def test_a_wrong_stamp_gets_the_time_of_the_clock(name: str, origin: float) -> None:
+    t = np.asarray(DT * np.arange(N), np.float64)
+    spoilt = WRONG[name](t) + origin
+    clock = clock_of(spoilt - spoilt[0])
+    np.testing.assert_allclose(clock.even, t, rtol=0, atol=1e-6)
+    wrong = np.abs(spoilt - origin - t) > 0.01 * DT
+    np.testing.assert_array_equal(clock.off, wrong)
+    assert not clock.leaps.any()
+
+
+@pytest.mark.parametrize("share", [0.01, 0.3])
+@pytest.mark.parametrize("seed", range(3))
+def test_stamps_are_late_and_rows_are_lost(share: float, seed: int) -> None:
+    """Where it is not sure which row was lost the row is said to be doubtful: all others have their time."""
+    draw = np.random.default_rng(seed)
+    t = 0.02 * np.flatnonzero(draw.random(5000) > share).astype(float)
+    late_ones = draw.random(len(t)) < 0.02
+    spoilt = t + np.where(late_ones, 0.02 * draw.uniform(0.1, 0.9, len(t)), 0.0)
+    clock = clock_of(spoilt - spoilt[0])
+    sure = ~clock.unsure
+    assert sure.mean() > 0.95
+    np.testing.assert_allclose(clock.even[sure], (t - spoilt[0])[sure], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("by", [0.4, -0.4])
+def test_a_clock_that_is_set_is_said_and_its_row_left_out(by: float) -> None:
+    t = np.asarray(DT * np.arange(N), np.float64)
+    t[1234:] += by * DT
+    clock = clock_of(t)
+    assert np.flatnonzero(clock.leaps).tolist() == [1234]
+    np.testing.assert_allclose(clock.even, t, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("period", [0.007, 0.0073, 0.0099, 0.0101])
+def test_stamps_in_whole_milliseconds_follow_one_line(period: float) -> None:
+    t = np.asarray(period * np.arange(5000), np.float64)
+    clock = clock_of(np.asarray(np.round(t, 3), np.float64))
+    assert clock.period == pytest.approx(period, rel=1e-6)
+    assert np.ptp(clock.even - t) < 1e-4
+    assert not clock.leaps.any() and not clock.off.any()
+
+
+def bench() -> Columns:
+    """A quiet gyro of 50 ppm on a table whose angle is read; its increments are of the interval."""
+    draw = rng()
+    levels = np.deg2rad([10.0, -10, 20, -20, 40, -40, 60, -60, 30, -30])
+    rate = levels[(np.arange(N) // 150) % len(levels)]
+    rate = np.convolve(np.append(np.full(20, rate[0]), rate), np.full(20, 1 / 20))[20 : 20 + N]
+    noise = 3e-6 * draw.standard_normal(N)
+    t = np.asarray(DT * np.arange(1, N + 1), np.float64)
+    return {"time": t, "gyro": rate * (1 + 50e-6) + 2e-6 + noise, "table_angle": np.cumsum(rate) * DT}
+
+
+def closed(folder: Path, c: Columns, unit: str = "s") -> Findings:
+    says = {"time": f'unit = "{unit}"', "": '[held_out]\naveraging = "0.1 s"\n'}
+    return close(write(folder, [c], says, ("bias", "scale_factor")))
+
+
+def scale_factor(found: Findings) -> tuple[float, float]:
+    (estimate,) = [e for e in found.targets[0].estimates_after if e.effect == "scale_factor"]
+    return estimate.value, estimate.sd
+
+
+@pytest.fixture(scope="module")
+def sound(tmp_path_factory: pytest.TempPathFactory) -> tuple[float, float]:
+    found = scale_factor(closed(tmp_path_factory.mktemp("sound"), bench()))
+    assert abs(found[0] - 50e-6) < 3 * found[1]
+    return found
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_wrong_stamps_do_not_change_the_answer(tmp_path: Path, name: str, sound: tuple[float, float]) -> None:
+    c = bench()
+    found = closed(tmp_path, {**c, "time": WRONG[name](c["time"])})
+    assert scale_factor(found) == pytest.approx(sound, abs=0.1 * sound[1])
+    assert found.verdict == "nothing-significant"
+    assert any("off the clock" in remark for remark in found.remarks)
+
+
+@pytest.mark.parametrize("name", SAME)
+def test_the_unit_of_time_does_not_change_the_answer(tmp_path: Path, name: str, sound: tuple[float, float]) -> None:
+    stamps, unit = SAME[name]
+    c = bench()
+    found = closed(tmp_path, {**c, "time": stamps(c["time"])}, unit)
+    assert scale_factor(found) == pytest.approx(sound, abs=0.3 * sound[1])
+    assert found.verdict == "nothing-significant"
+    assert not any("stamp" in remark or "clock" in remark for remark in found.remarks)
+
+
+def test_a_sampler_that_was_late_itself_is_left_out_there(tmp_path: Path) -> None:
+    """The table's angle tells a late reading from a late stamp: its increment is of another interval."""
+    c = bench()
+    t = late(0.005, 0.4, 0.6)(c["time"])
+    angle = np.interp(t, c["time"], c["table_angle"])
+    path = write(tmp_path, [{**c, "time": t, "table_angle": angle}], {}, ("bias", "scale_factor"))
+    recording: Recording = read_recordings(load_manifest(path))[0]
+    wrong = np.flatnonzero(t != c["time"])
+    assert set(wrong.tolist()) <= set(np.flatnonzero(recording.left_out["gyro"]).tolist())
+    np.testing.assert_allclose(recording.channels["table_angle"].values, c["table_angle"], rtol=0, atol=5e-4)
+
+
+def test_a_median_between_two_steps_is_no_fault() -> None:
+    """Of an even number of uneven steps none need be like the median."""
+    random = np.random.default_rng(1)
+    steps = np.concatenate([random.choice([0.01, 0.02, 0.04], 250), random.choice([0.05, 0.07, 0.3], 250)])
+    t = np.cumsum(random.permutation(steps + 1e-3 * random.random(500)))
+    assert np.isfinite(clock_of(t - t[0]).period)

@@ -1,0 +1,69 @@
+"""A late encoder: told whether it is delayed, smoothed by a first-order filter, or a mean of counts over a time.
+
+The motion is 0.2 to 2 Hz; a filter of 20 ms makes 2 Hz smaller by 3 % where a delay leaves its size. Generated with
+NumPy and SciPy, no effect of insenv; seeds are fixed.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from insenv.core.motion import Motion
+from insenv.core.recording import Channel, Floats, Recording, Response
+from insenv.data.reference import with_reference
+from insenv.effects.timing import before_mean
+from insenv.identify.clean.response import responding
+
+DT, N, LATE = 0.01, 6000, 0.02
+GAIN = -0.87
+WINDOW = 0.1
+
+
+def bench(form: str, seed: int) -> Recording:
+    """A reversed gyro beside an encoder's rate that is late by `LATE` in one of two ways."""
+    rng = np.random.default_rng(seed)
+    fine = DT / 20
+    t = np.linspace(0.0, (20 * N - 1) * fine, 20 * N)
+    waves = ((1.0, 0.2, 0.3), (0.8, 0.7, 1.0), (0.7, 2.0, 2.0))
+    rate: Floats = np.sum([a * np.sin(2 * np.pi * f * t + p) for a, f, p in waves], axis=0)
+    if form == "filter":
+        share = 1 - np.exp(-fine / LATE)
+        late = lfilter([share], [1, share - 1], rate)
+    elif form == "window":
+        angle = np.cumsum(rate) * fine
+        late = (np.interp(t - LATE + 0.5 * WINDOW, t, angle) - np.interp(t - LATE - 0.5 * WINDOW, t, angle)) / WINDOW
+    else:
+        late = np.interp(t - LATE, t, rate)
+    rows = slice(200, None, 20)
+    encoder = late[rows] + 0.02 * rng.standard_normal(len(t[rows]))
+    gyro = GAIN * rate[rows] + 0.01 * rng.standard_normal(len(t[rows]))
+    channels = {"gyro": Channel(gyro, "rad/s"), "table_rate": Channel(encoder, "rad/s", source="encoder")}
+    return with_reference(Recording(t[rows], channels))
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("form", ["filter", "delay", "window"])
+def test_a_filter_a_delay_and_a_mean_are_told_apart(form: str, seed: int) -> None:
+    run = bench(form, seed)
+    (found,) = responding((run,), (slice(0, len(run)),), "gyro", ())
+    response = found.responses.get("gyro", Response())
+    assert response.filtered == (form == "filter")
+    assert response.window == (pytest.approx(WINDOW, rel=0.2) if form == "window" else 0.0)
+    assert response.lag == pytest.approx(-LATE, abs=5e-4)
+    assert response.gain == pytest.approx(GAIN, abs=2e-3)
+
+
+@pytest.mark.parametrize("windows", [5.0, 10.0, 40.0])
+def test_a_mean_is_undone(windows: float) -> None:
+    """A sine that swings once in so many windows; 0.4 % off at five of them, by the fourth power less beyond."""
+    t = np.linspace(0.0, 20.0, 4001)
+    omega = 2 * np.pi / (windows * WINDOW)
+    share = np.sinc(1 / windows)
+    motion = Motion(t=t, rate=np.zeros(4000), rate_edges=share * np.sin(omega * t), window=WINDOW)
+    mean = -share * np.diff(np.cos(omega * t)) / omega / motion.dt
+    whole, edges = before_mean(mean, share * np.sin(omega * t), motion)
+    inside = slice(400, -400)
+    assert np.abs(whole - mean / share)[inside].max() < 4.5e-3 * (5 / windows) ** 4 + 1e-6
+    assert np.abs(edges - np.sin(omega * t))[inside].max() < 4.5e-3 * (5 / windows) ** 4 + 1e-6

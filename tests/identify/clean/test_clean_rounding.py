@@ -1,0 +1,48 @@
+"""The step of rounding: found where values are rounded, and no row within it is an outlier."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from insenv.core.recording import Channel, Recording
+from insenv.identify.clean.outliers import without_outliers
+from insenv.identify.clean.rounding import rounding
+from insenv.identify.findings import RejectedRows
+
+
+def turned(rate: float, step: float, seed: int = 1) -> Recording:
+    """A gyro of little noise on a table whose angle [deg] is rounded."""
+    t = np.linspace(0.01, 300.0, 30_000)
+    angle = np.round(rate * t / step) * step
+    gyro = np.deg2rad(rate + 1e-4 * np.random.default_rng(seed).standard_normal(len(t)))
+    channels = {"gyro": Channel(gyro, "rad/s", "interval"), "table_angle": Channel(np.deg2rad(angle), "rad")}
+    return Recording(t, channels)
+
+
+@pytest.mark.parametrize("rate", [10.00003, 10.003, 20.0000011])
+@pytest.mark.parametrize("step", [1e-3, 1e-4, 1e-6])
+def test_a_rounded_angle_makes_no_outlier(rate: float, step: float) -> None:
+    """One row in hundreds has one step more than its neighbours: many times the noise, and nothing at all."""
+    found: tuple[RejectedRows, ...] = without_outliers((turned(rate, step),), "gyro", 8)[1]
+    assert found == ()
+
+
+def test_an_outlier_of_a_rounded_recording_is_one_still() -> None:
+    recording = turned(10.00003, 1e-4)
+    values = recording.channels["gyro"].values.copy()
+    values[12_000] += np.deg2rad(0.05)
+    spiked = Recording(recording.t, {**recording.channels, "gyro": Channel(values, "rad/s", "interval")})
+    assert [(r.start, r.stop) for r in without_outliers((spiked,), "gyro", 8)[1]] == [(12_000, 12_001)]
+
+
+@pytest.mark.parametrize("step", [1e-6, 0.25, 3.0])
+def test_the_step_is_found(step: float) -> None:
+    walk = np.cumsum(20 * np.random.default_rng(0).standard_normal(5000))
+    values = np.asarray(np.round(walk) * step, dtype=np.float64)
+    assert rounding(values) == pytest.approx(step, rel=1e-6)
+
+
+def test_what_is_not_rounded_has_the_step_of_its_numbers() -> None:
+    assert rounding(np.random.default_rng(0).standard_normal(5000)) < 1e-12
+    assert rounding(np.full(100, 3.0)) < 1e-12

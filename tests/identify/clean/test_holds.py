@@ -1,0 +1,104 @@
+"""An output that is held is found in the samples, with its hold time and phase; a skew is not taken for one.
+
+Seeds are fixed; a false alarm is allowed in one recording of 10^4, a deviation beyond 4 sd is one of 16000.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from simulated_runs import DEG_PER_HOUR, Simulated, closed, gyro_run, manifest, use
+
+from insenv.core.recording import Recording
+from insenv.effects.catalogue import by_key
+from insenv.identify.clean.holds import Look, held_addition
+from insenv.identify.search.prepare import Prepared, prepare
+
+MOVING = ("staircase", "reversal", "sine")
+NOISE = {"angle_random_walk": 0.5 * DEG_PER_HOUR}
+
+
+def run(kind: str, seed: int, dt: float = 0.1) -> Simulated:
+    return gyro_run(kind, seed, duration=6000 * dt, dt=dt, noise=NOISE)
+
+
+def held(one: Simulated, hold: float, phase: float = 0.0) -> Recording:
+    """The run with an output that is held whole."""
+    gyro = one.recording.channels["gyro"]
+    added = held_addition(one.motion.rate, one.motion, np.array([1.0, hold]), phase)
+    channels = {**one.recording.channels, "gyro": replace(gyro, values=gyro.values + added)}
+    return replace(one.recording, channels=channels)
+
+
+def prepared(recording: Recording) -> Prepared:
+    return prepare(manifest(), (recording,), (use(len(recording)),), "gyro")
+
+
+# A reversal in 150 s shows a hold of a few samples only; a table that does not turn back shows none.
+@pytest.mark.parametrize(
+    ("kind", "dt", "hold"),
+    [(kind, 0.1, hold) for kind in MOVING for hold in (0.2, 0.5)]
+    + [("sine", *rest) for rest in ((0.1, 0.7), (0.1, 5.0), (0.01, 0.02), (0.01, 0.13))]
+    + [("staircase", *rest) for rest in ((0.1, 0.7), (0.01, 0.02), (0.01, 0.13))],
+)
+def test_a_held_output_is_found_with_its_hold_time(kind: str, dt: float, hold: float) -> None:
+    found = prepared(held(run(kind, 5, dt), hold))
+    assert found.held.hold is not None and not found.held.excluded
+    assert found.held.hold.hold == pytest.approx(hold, abs=1e-3 * dt)
+    assert abs(found.held.hold.share - 1.0) < 4 * found.held.hold.share_sd
+    assert found.lines == ()  # its sawtooth is taken out before lines are looked for
+
+
+@pytest.mark.parametrize("phase", [0.1, 0.3])
+def test_the_phase_is_found(phase: float) -> None:
+    one = run("sine", 6)
+    found = prepared(held(one, 0.5, phase)).held.hold
+    assert found is not None
+    # The first row's interval began before the recording: the run's clock starts one sample later.
+    assert list(found.phases) == pytest.approx([(phase + 0.1) % 0.5], abs=1e-9)
+
+
+@pytest.mark.parametrize("kind", [*MOVING, "constant", "rest"])
+@pytest.mark.parametrize("seed", [7, 8, 9])
+def test_nothing_is_found_where_nothing_is_held(kind: str, seed: int) -> None:
+    look = prepared(run(kind, seed).recording).held
+    assert look.hold is None
+    assert look.excluded == (kind in MOVING)
+
+
+@pytest.mark.parametrize("skew", [1e-4, -1e-3, 0.02, -0.05])
+def test_a_skew_is_no_hold(skew: float) -> None:
+    one = gyro_run("sine", 5, (("timing_skew", np.array([skew])),), 600.0, noise=NOISE)
+    assert prepared(one.recording).held == Look(excluded=True)
+
+
+def test_a_hold_of_a_part_of_the_output_has_its_share() -> None:
+    one = run("sine", 10)
+    gyro = one.recording.channels["gyro"]
+    added = by_key("sample_hold").apply(one.motion.rate, one.motion, np.array([0.5, 0.4]))[0]
+    channels = {**one.recording.channels, "gyro": replace(gyro, values=gyro.values + added)}
+    found = prepared(replace(one.recording, channels=channels)).held.hold
+    assert found is not None and abs(found.share - 0.5) < 4 * found.share_sd < 0.01
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", MOVING)
+@pytest.mark.parametrize("skew", [1e-4, -1e-4, 1e-3, -1e-3, 5e-3, -5e-3])
+def test_a_skew_of_either_sign_is_named(kind: str, skew: float) -> None:
+    one = gyro_run(kind, 11, (("timing_skew", np.array([skew])),), 1200.0, noise=NOISE)
+    (target,) = closed(one.recording).targets
+    first = target.added[0]
+    assert first.effect == "timing_skew" and first.confounded_with == ()
+    assert abs(first.parameters[0].value - skew) < 4 * first.parameters[0].sd + 0.02 * abs(skew)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", MOVING)
+@pytest.mark.parametrize("hold", [0.2, 0.3, 0.5])
+def test_a_held_output_is_all_that_is_named(kind: str, hold: float) -> None:
+    (target,) = closed(held(run(kind, 12), hold)).targets
+    assert target.verdict == "effects-found"
+    assert [added.effect for added in target.added] == ["sample_hold"]
+    assert target.held_out.after < 1.1 * target.held_out.noise_floor < target.held_out.before

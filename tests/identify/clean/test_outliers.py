@@ -1,0 +1,141 @@
+"""Outlying rows: found on a turning table and in held-out data too, named in the report, and nothing real among them.
+
+A Gaussian sample lies eight deviations off with probability 1e-15: the nulls below have no false alarm by chance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from simulated_runs import KINDS, closed, declared_for, gyro_run, manifest, scaled, without_rows
+
+from insenv.core.recording import Floats, Recording
+from insenv.effects.catalogue import by_key
+from insenv.identify.clean.outliers import without_outliers
+from insenv.identify.findings import RejectedRows
+from insenv.report.json import to_json
+from insenv.report.text import summary
+
+SEEDS = range(6)
+
+
+def changed(recording: Recording, name: str, rows: slice | list[int], values: Floats | float) -> Recording:
+    channel = recording.channels[name]
+    new = channel.values.copy()
+    new[rows] = values
+    return replace(recording, channels={**recording.channels, name: replace(channel, values=new)})
+
+
+def scatter(recording: Recording) -> float:
+    """Deviation of a row of the gyro, table at rest or not."""
+    steps = np.abs(np.diff(recording.channels["gyro"].values))
+    return float(np.median(steps) / 0.6745 / np.sqrt(2))
+
+
+def rejected(recording: Recording, longest: int = 10) -> tuple[RejectedRows, ...]:
+    return without_outliers((recording,), "gyro", longest)[1]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_sound_run_keeps_every_row(kind: str, seed: int) -> None:
+    assert rejected(gyro_run(kind, seed, duration=900.0).recording) == ()
+
+
+@pytest.mark.parametrize("kind", ["constant", "reversal", "rest"])
+@pytest.mark.parametrize("row", [1000, 7000])
+def test_spikes_are_found_wherever_they_are(kind: str, row: int) -> None:
+    recording = gyro_run(kind, 1, duration=900.0).recording
+    level = recording.channels["gyro"].values
+    spiked = changed(recording, "gyro", [row, row + 1], level[row] + 20 * scatter(gyro_run("rest", 1).recording))
+    assert [(r.start, r.stop) for r in rejected(spiked)] == [(row, row + 2)]
+
+
+@pytest.mark.parametrize("kind", ["constant", "reversal", "sine", "rest"])
+def test_a_value_that_sticks_is_found(kind: str) -> None:
+    recording = gyro_run(kind, 2, duration=900.0).recording
+    stuck = changed(recording, "gyro", slice(3000, 3020), recording.channels["gyro"].values[3000])
+    found = rejected(stuck)
+    assert [(r.start, r.stop) for r in found] == [(3001, 3020)]
+    assert "equal values" in found[0].reason
+
+
+@pytest.mark.parametrize("kind", ["constant", "sine"])
+def test_a_wrong_angle_is_no_rate(kind: str) -> None:
+    recording = gyro_run(kind, 2, duration=900.0).recording
+    angle = recording.channels["table_angle"].values
+    leap = changed(recording, "table_angle", [4000], angle[4000] + np.deg2rad(1))
+    assert [(r.start, r.stop) for r in rejected(leap)] == [(4000, 4002)]
+
+
+def test_coarse_readings_do_not_stick() -> None:
+    """A counter at rest shows the same number of pulses most of the time."""
+    recording = gyro_run("rest", 2, duration=900.0).recording
+    values = recording.channels["gyro"].values
+    quantum = 6 * scatter(recording)
+    assert rejected(changed(recording, "gyro", slice(None), np.floor(values / quantum) * quantum)) == ()
+
+
+def test_a_disturbance_at_one_angle_is_the_tables() -> None:
+    run = gyro_run("constant", 3, duration=900.0)
+    angle = run.recording.channels["table_angle"].values
+    passing = np.flatnonzero(np.diff(np.floor(angle / (2 * np.pi))) > 0)
+    values = run.recording.channels["gyro"].values
+    disturbed = changed(
+        run.recording, "gyro", passing.tolist(), values[passing] + 30 * scatter(gyro_run("rest", 3).recording)
+    )
+    assert rejected(disturbed) == ()
+
+
+STRONG = {
+    "bias_step": (1.0, 250.0),
+    "bias_warm_up": (1.0, 20.0),
+    "encoder_harmonic:4": (1.0, 1.0),
+    "angle_locked_rate:1": (1.0, 1.0),
+    "tone": (1.0, 1.0, 0.4),
+    "scale_factor_anomaly": (1.0, np.deg2rad(20), np.deg2rad(0.5)),
+    "timing_skew": (1.0,),
+    "bias_temperature:1": (1.0,),
+}
+
+
+@pytest.mark.parametrize("kind", ["staircase", "sine", "rest"])
+@pytest.mark.parametrize("key", STRONG)
+def test_a_strong_effect_is_not_eaten(kind: str, key: str) -> None:
+    bare = gyro_run(kind, 3, duration=900.0)
+    if bare.motion.angle is None and ("angle" in by_key(key).needs or by_key(key).of_rate):
+        pytest.skip("needs a table that turns")
+    sized = scaled(bare, key, np.array(STRONG[key]), 300.0)
+    if not np.isfinite(sized).all():
+        pytest.skip("not excited")
+    assert rejected(gyro_run(kind, 3, ((key, sized),), duration=900.0).recording) == ()
+
+
+@pytest.mark.parametrize("kind", ["staircase", "sine"])
+def test_lock_in_is_not_eaten(kind: str) -> None:
+    lock = ("lock_in", np.array([np.deg2rad(0.5)]))
+    assert rejected(gyro_run(kind, 3, (lock,), duration=900.0).recording) == ()
+
+
+def test_rows_are_named_after_their_place_in_a_file_with_gaps() -> None:
+    recording = without_rows(gyro_run("rest", 4, duration=900.0).recording, (1000, 1500))
+    values = recording.channels["gyro"].values
+    spiked = changed(recording, "gyro", [2000], values[2000] - 50 * scatter(recording))
+    assert [(r.start, r.stop) for r in rejected(spiked)] == [(2000, 2001)]
+
+
+def test_the_report_counts_and_names_what_was_left_out() -> None:
+    """One spike of a thousand deviations in the fitted data and one in the held-out data change neither error."""
+    recording = gyro_run("reversal", 6, duration=900.0).recording
+    values, size = recording.channels["gyro"].values, 1000 * scatter(gyro_run("rest", 6).recording)
+    spiked = changed(recording, "gyro", [2000, 7000], values[[2000, 7000]] + size)
+    asked = manifest(declared=declared_for(recording), averaging=1.0)
+    clean, found = closed(recording, asked), closed(spiked, asked)
+    assert found.verdict == clean.verdict == "nothing-significant"
+    assert found.targets[0].held_out.before == pytest.approx(clean.targets[0].held_out.before, rel=0.01)
+    document = to_json(found)
+    assert [(r["run"], r["rows"]) for r in document["rows_rejected"]] == [(1, [2000, 2001]), (1, [7000, 7001])]
+    assert "2 rows left out as outliers" in " ".join(summary(found).split())
+    assert to_json(clean)["rows_rejected"] == []

@@ -1,0 +1,88 @@
+"""Declarations that cannot be are stopped or cautioned; sound ones pass without a word."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from declaration_cases import Bench, bench, damages
+
+from insenv.close import close
+from insenv.core.errors import InputError
+from insenv.data.load import read_recordings
+from insenv.data.manifest import load_manifest
+from insenv.identify.clean.plausibility import implausible
+from insenv.report import summary
+
+
+def said(path: Path) -> str:
+    """The sentence that stops, else the cautions; empty where all is sound."""
+    try:
+        manifest = load_manifest(path)
+        found = implausible(manifest, read_recordings(manifest))
+    except InputError as error:
+        return f"stop: {error}"
+    return " ".join(dict.fromkeys(text for texts in found.values() for text in texts))
+
+
+def test_sound_declarations_pass(tmp_path: Path) -> None:
+    """500 sound benches: gains within 6 sd of 2 % never come near a gain of 0.5 or 1.5."""
+    assert [text for seed in range(500) if (text := said(bench(seed).write(tmp_path, "sound")))] == []
+
+
+def test_wrong_declarations_are_stopped_or_cautioned(tmp_path: Path) -> None:
+    silent, tried = [], 0
+    for seed in range(60):
+        one = bench(1000 + seed)
+        for name, spoil in damages(one).items():
+            tried += 1
+            if not said(spoil(one).write(tmp_path, "wrong")):
+                silent.append((seed, name))
+    assert tried >= 200
+    assert silent == []
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("gyro in rad", 'channels.gyro.unit = "rad/s" (declared "deg/s")'),
+        ("gyro declared rad", 'channels.gyro.unit = "deg/s" (declared "rad/s")'),
+        ("gyro in deg/h", 'channels.gyro.unit = "deg/h" (declared "deg/s")'),
+        ("quantity", 'channels.gyro.quantity = "rate" (declared "increment")'),
+        ("angle in rad", 'channels.table_angle.unit = "rad" (declared "deg")'),
+        ("time in ms", 'channels.time.unit = "ms" (declared "s")'),
+        ("dead gyro", "the same value in all"),
+        ("reversed", "The input axis of gyro is reversed"),
+    ],
+)
+def test_the_likely_mistake_is_named(tmp_path: Path, name: str, words: str) -> None:
+    wanted = {"gyro", "table_angle", "time"}
+    one = next(b for seed in range(200) if set((b := bench(seed)).says) == wanted and not b.says["gyro"][2])
+    assert words in said(damages(one)[name](one).write(tmp_path, "wrong"))
+
+
+def test_column_names_that_contradict(tmp_path: Path) -> None:
+    one = bench(next(s for s in range(100) if "gyro" in bench(s).says and not bench(s).says["gyro"][2]))
+    columns = {**one.columns, "time_ms": one.columns["time"], "gyro [rad/s]": one.columns["gyro"]}
+    says = {**one.says, "time": ("time_ms", "s", ""), "gyro": ("gyro [rad/s]", "deg/s", "")}
+    text = said(Bench(columns, says, one.targets).write(tmp_path, "names"))
+    assert "'time_ms' says ms by its name" in text
+    assert "'gyro [rad/s]' says rad/s by its name" in text
+
+
+def test_stamps_and_temperatures_of_no_laboratory(tmp_path: Path) -> None:
+    one = bench(next(s for s in range(100) if "gyro" in bench(s).says))
+    stamps = {**one.columns, "time": 1.7e12 + 1e3 * one.columns["time"]}
+    assert 'as with channels.time.unit = "ms"' in said(Bench(stamps, one.says, one.targets).write(tmp_path, "late"))
+    warm = {**one.columns, "T": np.full(len(one.columns["time"]), 298.0)}
+    says = {**one.says, "temperature": ("T", "degC", "")}
+    assert 'such as "K"' in said(Bench(warm, says, one.targets).write(tmp_path, "warm"))
+
+
+def test_a_caution_stands_above_the_figures(tmp_path: Path) -> None:
+    one = next(b for s in range(200) if "gyro" in (b := bench(s)).says and "table_angle" not in b.says)
+    found = close(damages(one)["reversed"](one).write(tmp_path, "reversed"), effects=["scale_factor"])
+    (target,) = found.targets
+    assert "reversed" in target.cautions[0]
+    assert summary(found).index("Caution: The input axis of gyro is reversed") < summary(found).index("Held-out error")

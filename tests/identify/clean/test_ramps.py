@@ -1,0 +1,88 @@
+"""A table that takes its time to the commanded rate, which is all that was logged."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from simulated_runs import DEG_PER_HOUR, closed
+
+from insenv.core.recording import Channel, Floats, Recording
+from insenv.identify.clean.ramps import approaching
+
+N, DT = 12_000, 0.05
+T = DT * np.arange(1.0, N + 1)
+#: A dwell of 30 s at each of these [deg/s].
+LEVELS = np.repeat(np.resize([5.0, -5.0, 20.0, -20.0, 40.0, -40.0, 10.0, -10.0, 0.0, 30.0], 20), 600)
+
+
+def ramped(levels: Floats, acceleration: float, first: float | None = None) -> Floats:
+    """Mean rates over the rows of a table that follows at ``acceleration`` [deg/s^2], from the rate ``first`` on."""
+    rate, now = np.empty(len(levels)), levels[0] if first is None else first
+    for i, wanted in enumerate(levels):
+        before = now
+        now += np.clip(wanted - now, -acceleration * DT, acceleration * DT)
+        rate[i] = 0.5 * (before + now)
+    return rate
+
+
+def recording(rate: Floats, seed: int, noise: float = 20.0) -> Recording:
+    """A perfect gyro on the table beside the command; ``noise`` of a row [deg/h]."""
+    y = np.deg2rad(rate) + noise * DEG_PER_HOUR * np.random.default_rng(seed).standard_normal(N)
+    channels = {"gyro": Channel(y, "rad/s", "interval"), "table_rate": Channel(np.deg2rad(LEVELS), "rad/s", "interval")}
+    return Recording(T, channels)
+
+
+@pytest.mark.parametrize("acceleration", [10.0, 40.0])
+def test_rows_of_a_ramp_are_left_out(acceleration: float) -> None:
+    rate = ramped(LEVELS, acceleration)
+    run = recording(rate, 1)
+    kept = np.ones(N, bool)
+    for one in approaching(run, "gyro", 0):
+        kept[one.start : one.stop] = False
+    off = np.abs(rate - LEVELS) * 3600 > 5.0  # a quarter of a row's noise
+    assert not np.any(kept & off)
+    assert np.sum(~kept) < 2 * np.sum(off) + 20 * 8
+
+
+@pytest.mark.parametrize("noise", [3600.0, 7200.0])
+def test_a_jump_that_single_rows_hide_takes_the_time_of_the_others(noise: float) -> None:
+    rate = ramped(LEVELS, 20.0)
+    kept = np.ones(N, bool)
+    for one in approaching(recording(rate, 5, noise), "gyro", 0):
+        kept[one.start : one.stop] = False
+    off = np.abs(rate - LEVELS)
+    # A mean over nine rows tells the end of an approach to five of its deviations, within which the way may go on.
+    assert np.max(off[kept]) < 5 * noise / 3600 / 3 * 1.5 and np.sum(kept & (off > 0.0)) < 0.1 * np.sum(off > 0.0)
+
+
+def test_a_table_that_stood_before_the_first_row_is_on_its_way_too() -> None:
+    rate = ramped(LEVELS, 2.0, first=0.0)
+    found = approaching(recording(rate, 6), "gyro", 0)
+    assert found[0].start == 0 and 50 <= found[0].stop <= 120  # 2.5 s of 0.05 s, and half of it for what hides
+    steady = approaching(recording(ramped(LEVELS, 2.0), 6), "gyro", 0)
+    assert steady[0].start == 600
+
+
+def test_short_ways_beside_long_ones_are_seen() -> None:
+    # The median jump is over within two rows here, the larger ones are not.
+    rate = ramped(LEVELS, 150.0)
+    found = approaching(recording(rate, 7), "gyro", 0)
+    kept = np.ones(N, bool)
+    for one in found:
+        kept[one.start : one.stop] = False
+    assert not np.any(kept & (np.abs(rate - LEVELS) * 3600 > 5.0))
+
+
+def test_a_ramp_is_no_effect() -> None:
+    # False-alarm probability 1 %, as everywhere; the seed is fixed.
+    found = closed(recording(ramped(LEVELS, 20.0), 2))
+    assert found.targets[0].added == () and sum(r.stop - r.start for r in found.rows_rejected) > 100
+
+
+def test_a_reading_that_is_late_stays() -> None:
+    for late in (1, 5):
+        assert approaching(recording(np.roll(LEVELS, late), 3), "gyro", 0) == ()
+
+
+def test_a_table_that_keeps_up_loses_nothing() -> None:
+    assert approaching(recording(LEVELS, 4), "gyro", 0) == ()

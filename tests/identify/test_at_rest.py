@@ -1,0 +1,138 @@
+"""What a unit at rest cannot show: no specific force from an accelerometer's own noise, no rate from a gyro's.
+
+One cause on several channels is a finding of its own. A turn that shows a large cross-coupling is no shaking.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from positions_cases import ACCELS, GYROS, Case, G, manifest, recording, scales
+from simulated_runs import manifest as series_manifest
+from simulated_runs import use
+
+from insenv.close import close
+from insenv.core.recording import Channel, Recording, Site
+from insenv.data.manifest import HeldOut
+from insenv.effects.catalogue import by_key
+from insenv.identify.clean.common import common_mode, common_remarks
+from insenv.identify.positions.factor import factor_of
+from insenv.identify.positions.findings import position_findings
+from insenv.identify.positions.trace import trace_positions
+from insenv.identify.search.candidates import candidates
+from insenv.identify.search.prepare import prepare
+from insenv.scenario import simulate
+
+RATE = 50.0
+
+
+def unit(seed: int, common: float = 0.0, tilts: float = 0.0) -> Recording:
+    """A MEMS unit at rest for 200 s; ``common`` is the share of noise of one cause on all channels.
+
+    ``tilts`` [rad] is how far it is tilted for the second half of each 40 s.
+    """
+    rng = np.random.default_rng(seed)
+    n = round(200 * RATE)
+    t = np.arange(1.0, n + 1) / RATE
+    cause = rng.standard_normal(n)
+    lean = tilts * ((t % 40) > 20)
+    force = {"x": G * np.sin(lean), "y": np.zeros(n), "z": G * np.cos(lean)}
+    channels = {}
+    for axis in "xyz":
+        noise = np.sqrt(1 - common) * rng.standard_normal((2, n)) + np.sqrt(common) * cause
+        drift = 0.01 * np.sin(2 * np.pi * t / 150 + rng.uniform(0, 6))
+        channels[f"accel_{axis}"] = Channel(force[axis] + 0.02 * noise[0] + drift, "m/s^2")
+        channels[f"gyro_{axis}"] = Channel(0.002 * noise[1] + 1e-3, "rad/s")
+    return Recording(t, channels, site=Site(gravity=G), label="unit")
+
+
+def reasons(run: Recording) -> dict[str, str]:
+    """Of the effects that gyro x of the recording cannot show, why."""
+    asked = series_manifest(("gyro_x",), ("bias",))
+    problem = prepare(asked, (run,), (use(len(run)),), "gyro_x", tones=False, holds=False).problem
+    _, blind = candidates(problem, (by_key("g_sensitivity"), by_key("cross_axis")))
+    return {one.effect: one.reason for one in blind}
+
+
+def test_an_accelerometers_own_noise_and_drift_are_no_specific_force() -> None:
+    said = reasons(unit(1, common=0.4))
+    assert "instruments at rest do by themselves" in said["g_sensitivity"]
+    assert "instruments at rest do by themselves" in said["cross_axis"]
+
+
+def test_a_unit_that_is_tilted_can_show_g_sensitivity() -> None:
+    assert set(reasons(unit(1, tilts=0.05))) == {"cross_axis"}
+
+
+def test_noise_of_one_cause_is_a_finding() -> None:
+    asked = series_manifest(("gyro_x",), ("bias",))
+    (found,) = common_mode(asked, (unit(2, common=0.4),))
+    assert set(found.channels) == {*GYROS, *ACCELS}
+    assert found.correlation == pytest.approx(0.4, abs=0.05)  # sd 0.01 each, the largest of 15
+    assert "electronics or vibration" in common_remarks((found,))[0]
+
+
+def test_independent_noise_is_none() -> None:
+    """Ten units of 15 pairs at six deviations: no alarm but for 3e-7."""
+    asked = series_manifest(("gyro_x",), ("bias",))
+    assert all(common_mode(asked, (unit(seed),)) == () for seed in range(10))
+
+
+@pytest.mark.parametrize("ppm", [100, 500, 10_000, 100_000])
+def test_a_large_cross_coupling_is_as_visible_as_a_small_one(tmp_path: Path, ppm: int) -> None:
+    turns = [["10 s", "60 deg"], ["10 s", "60 deg"], ["10 s", "50 deg"]]
+    wrong = {"cross_axis": {"targets": "gyro_x", "c_x": "0", "c_y": "0", "c_z": f"{ppm} ppm"}}
+    upright = {"vehicle.level_error": ["0 deg", "0 deg"], "profile.turns": turns, "duration": "70 s"}
+    changes = {"undeclared": wrong, "model.target": "gyro_x", "held_out": {"start": "58 s"}} | upright
+    (target,) = close(simulate("two_position/undeclared", tmp_path, 4, changes=changes)).targets
+    assert [added.effect for added in target.added] == ["cross_axis"]
+    found = {p.parameter: p for p in target.added[0].parameters}["c_z"]
+    assert found.value == pytest.approx(1e-6 * ppm, rel=0.02)
+
+
+# ------------------------------------------------------------------------------------------------- factors
+
+
+@pytest.mark.parametrize(
+    ("scales_", "words"),
+    [
+        ((0.505, 0.49, 0.5), "a factor of 2:"),
+        ((9.8, 9.9, 9.7), "9.81 (g and m/s^2)"),
+        ((1.75,), "a factor of 1.75:"),
+        ((1.02, 0.97, 1.0), ""),
+        ((0.5, 1.0, 1.0), ""),
+    ],
+)
+def test_factors_in_words(scales_: tuple[float, ...], words: str) -> None:
+    assert (words in factor_of(scales_)) if words else factor_of(scales_) == ""
+
+
+def test_accelerometers_of_half_the_range_and_a_broken_axis_are_said() -> None:
+    case = Case(accel=scales(-0.5, -0.49, -0.51), accel_bias=(0.1, -0.2, 4.9))
+    model = manifest(ACCELS, ("accel_bias", "accel_scale_factor"), HeldOut())
+    run = recording(case, 3)
+    found = position_findings(model, (run,), trace_positions(model, (run,)), (), 0.01, 0)
+    said = " ".join(found.targets[0].cautions)
+    assert "a factor of 2: check the unit or the range setting" in said
+    assert "accel_z has a bias of 0.5 g" in said
+
+
+def test_gyros_of_twice_the_range_are_said_before_any_effect() -> None:
+    model = manifest(GYROS, ("bias",), HeldOut())
+    run = recording(Case(rests=20), 3)
+    channels = {n: replace(c, values=2 * c.values) if n in GYROS else c for n, c in run.channels.items()}
+    run = replace(run, channels=channels)
+    found = position_findings(model, (run,), trace_positions(model, (run,)), (), 0.01, 0)
+    for target in found.targets:
+        assert target.added == () and target.verdict == "unexplained-structure"
+        assert any("a factor of 2: check the unit" in reason for reason in target.reasons)
+
+
+def test_rests_that_are_none_are_said() -> None:
+    model = manifest(ACCELS, ("accel_bias",), HeldOut())
+    run = recording(Case(rests=20, accel_scatter=1.5), 3)
+    found = position_findings(model, (run,), trace_positions(model, (run,)), (), 0.01, 0)
+    assert any("the unit moved" in reason for reason in found.targets[0].reasons)

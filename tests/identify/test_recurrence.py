@@ -1,0 +1,67 @@
+"""A law of an instrument is the same in every run; a line of one run alone is how the table shook in it.
+
+Generated with NumPy, no effect of insenv; seeds are fixed. A scatter that chance does not make is told at 1 %.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from simulated_runs import manifest, use
+
+from insenv.core.recording import Channel, Floats, Recording
+from insenv.effects.catalogue import by_key
+from insenv.effects.tone import Tone
+from insenv.identify.fit.gls import solve
+from insenv.identify.fit.problem import Term
+from insenv.identify.search.prepare import prepare
+from insenv.identify.search.recurrence import not_in_all_runs, scattered
+
+DT, N, NOISE = 0.1, 6000, 1e-4
+LINE = 0.31
+
+
+def run(seed: int, cubic: float = 0.0, line: float = 0.0) -> Recording:
+    """A gyro on a table that swings, with a cubic scale factor [1/(rad/s)^2] and a line [rad/s]."""
+    rng = np.random.default_rng(seed)
+    t: Floats = DT * np.arange(1.0, N + 1)
+    rate = 1.5 * np.sin(2 * np.pi * t / 40)
+    gyro = rate + cubic * rate**3 + line * np.sin(2 * np.pi * LINE * t) + NOISE * rng.standard_normal(N)
+    return Recording(t, {"gyro": Channel(gyro, "rad/s"), "table_rate": Channel(rate, "rad/s", source="command")})
+
+
+def said(recordings: tuple[Recording, ...], term: Term) -> str:
+    problem = prepare(manifest(), recordings, tuple(use(N) for _ in recordings), "gyro", holds=False)
+    return not_in_all_runs(problem.problem, solve(problem.problem, problem.model), term)
+
+
+@pytest.mark.parametrize(("cubics", "law"), [((1e-4, 1e-4, 1e-4), True), ((3e-4, 0.0, -1e-4), False)])
+def test_a_law_is_the_same_in_every_run(cubics: tuple[float, ...], law: bool) -> None:
+    recordings = tuple(run(seed, cubic) for seed, cubic in enumerate(cubics))
+    assert (not said(recordings, Term(by_key("scale_factor_cubic")))) == law
+
+
+def test_one_run_says_nothing_of_others() -> None:
+    assert said((run(1, 3e-4),), Term(by_key("scale_factor_cubic"))) == ""
+
+
+@pytest.mark.parametrize(("lines", "law"), [((3e-5, 3e-5, 3e-5), True), ((1e-4, 0.0, 0.0), False)])
+def test_a_line_of_one_run_alone_is_none_of_the_instrument(lines: tuple[float, ...], law: bool) -> None:
+    recordings = tuple(run(seed, line=line) for seed, line in enumerate(lines))
+    assert (not said(recordings, Term(Tone(), (LINE,), per_run=True))) == law
+
+
+def test_the_mean_of_runs_that_agree_is_the_weighted_one() -> None:
+    values, deviations = np.array([1.0, 1.1, 0.9]), np.array([0.1, 0.2, 0.2])
+    p, z = scattered(values, deviations)
+    w = 1 / deviations**2
+    assert p > 0.5
+    assert z == pytest.approx(float(values @ w / np.sqrt(w.sum())))
+
+
+def test_runs_that_scatter_are_worth_their_scatter() -> None:
+    """With deviations that are nothing beside the scatter, z is the mean over its standard error."""
+    values = np.array([3.0, -1.0, 2.0, 0.5])
+    p, z = scattered(values, np.full(4, 1e-6))
+    assert p < 1e-6
+    assert z == pytest.approx(float(values.mean() / (values.std(ddof=1) / 2)), rel=1e-6)

@@ -1,0 +1,96 @@
+"""An effect whose coefficients could be anything is not named, whichever effect of the catalogue it is.
+
+Generated with NumPy; seeds are fixed. Of noise alone 1 effect in 80 is further than 2.5 standard deviations from zero.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import chi2, norm
+from simulated_runs import FITTED, gyro_run, manifest, use
+
+from insenv.core.recording import Floats
+from insenv.effects.catalogue import CATALOGUE, by_key
+from insenv.effects.tone import Tone
+from insenv.identify.fit.gls import solve
+from insenv.identify.fit.problem import Problem, Term
+from insenv.identify.fit.uncertainty import coefficients_of
+from insenv.identify.search.candidates import candidates
+from insenv.identify.search.prepare import prepare
+from insenv.identify.search.size import LEAST, deviate, unsized
+
+WHITE = 1e-5
+
+
+@pytest.fixture(scope="module")
+def problem() -> Problem:
+    """Bins of a gyro that swings in a room whose temperature changes."""
+    run = gyro_run("sine", 7, duration=900.0, noise={"angle_random_walk": WHITE})
+    return prepare(manifest(), (run.recording,), (use(len(run.recording), FITTED),), "gyro", holds=False).problem
+
+
+def terms(problem: Problem) -> list[Term]:
+    """Every effect that the recording can show, at the middle one of its shapes."""
+    found, _ = candidates(problem, CATALOGUE)
+    ours = ("bias", "scale_factor", "earth_rate")  # in the model, or bounded by the Earth itself
+    others = [c for c in found if not c.generic and c.effect.id not in ours]
+    named = [c.terms[len(c.terms) // 2] for c in others]
+    return [*named, Term(Tone(), (0.03,))]
+
+
+def with_size(problem: Problem, term: Term, size: float) -> Problem:
+    """The bins with white noise, and an effect whose coefficients are so many standard deviations together."""
+    rng = np.random.default_rng(3)
+    y: Floats = WHITE * rng.standard_normal(problem.bins.n) / np.sqrt(problem.bins.width)
+    bare = replace(problem, y=y, cache={})
+    model = (Term(by_key("bias")), Term(by_key("scale_factor")), term)
+    fit = solve(bare, model)
+    theta, cov = coefficients_of(bare, fit, term)
+    root = np.linalg.cholesky(cov)
+    aim = size * root @ np.full(len(theta), 1 / np.sqrt(len(theta)))
+    columns = (fit.design.matrix * fit.design.scale)[:, fit.design.term == 2]
+    return replace(problem, y=y + columns @ (aim - theta), cache={})
+
+
+def said(problem: Problem, term: Term) -> str:
+    model = (Term(by_key("bias")), Term(by_key("scale_factor")), term)
+    return unsized(problem, solve(problem, model), term)
+
+
+def test_every_effect_of_the_catalogue_has_a_size_or_no_name(problem: Problem) -> None:
+    seen = terms(problem)
+    assert len(seen) > 15
+    for term in seen:
+        assert "its size is not told" in said(with_size(problem, term, 1.0), term), term.effect.key
+        assert said(with_size(problem, term, 12.0), term) == "", term.effect.key
+
+
+def test_an_exponential_slower_than_the_record_is_a_slope_and_no_size(problem: Problem) -> None:
+    slow, slope = Term(by_key("bias_warm_up"), (3000.0,)), Term(by_key("bias_drift"))
+    drifting = with_size(problem, slope, 30.0)
+    assert "its size is not told" in said(drifting, slow)
+    assert said(drifting, slope) == ""
+
+
+def test_what_is_less_certain_than_credible_is_no_size(problem: Problem) -> None:
+    """A drift of hundreds of times what is credible, four deviations from nothing."""
+    drift = Term(by_key("bias_drift"))
+    noisy = replace(problem, y=1e3 * np.random.default_rng(1).standard_normal(problem.bins.n), cache={})
+    fit = solve(noisy, (Term(by_key("bias")), drift))
+    theta, cov = coefficients_of(noisy, fit, drift)
+    assert np.sqrt(cov[0, 0]) > noisy.limits(drift.effect.linear[0])[1]
+    assert "its size is not told" in unsized(noisy, fit, drift)
+
+
+def test_the_deviate_is_that_of_all_coefficients_together() -> None:
+    cov = np.array([[4.0, 1.0], [1.0, 9.0]])
+    theta = np.linalg.cholesky(cov) @ np.array([3.0, 4.0])
+    assert deviate(theta, cov) == pytest.approx(norm.isf(chi2.sf(25.0, 2) / 2))
+    assert deviate(theta[:1], cov[:1, :1]) == pytest.approx(abs(theta[0]) / 2.0)
+    # Units do not matter, and what is far beyond any table is still far.
+    units = np.diag([1e-9, 1e6])
+    assert deviate(units @ theta, units @ cov @ units) == pytest.approx(deviate(theta, cov))
+    assert deviate(1e3 * theta, cov) > 1e3 > LEAST
