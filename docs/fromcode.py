@@ -113,11 +113,12 @@ def constants() -> str:
 
 def _constants() -> Iterator[tuple[str, str, str]]:
     """Name with its module, value and meaning of each."""
-    for info in pkgutil.iter_modules(insenv.identify.__path__):
-        source = inspect.getsource(import_module(f"insenv.identify.{info.name}"))
+    for info in pkgutil.walk_packages(insenv.identify.__path__, "insenv.identify."):
+        module = info.name.removeprefix("insenv.identify.")
+        source = inspect.getsource(import_module(info.name))
         for comment, names, values in _CONSTANT.findall(source):
             meaning = " ".join(line.removeprefix("#:").strip() for line in comment.splitlines())
-            yield ", ".join(f"{info.name}.{name}" for name in names.split(", ")), values, meaning
+            yield ", ".join(f"{module}.{name}" for name in names.split(", ")), values, meaning
 
 
 PAGES: dict[str, Callable[[], str]] = {"method": constants}

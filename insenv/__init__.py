@@ -33,8 +33,12 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
-#: Environments by name, and the module of `insenv.envs` that has each.
-ENVIRONMENTS = {"NorthFinder": "north_finder", "TwoPosition": "two_position", "RateTable": "rate_table"}
+#: Environments by name, and the module that has each.
+ENVIRONMENTS = {
+    "NorthFinder": "insenv.systems.north_finder.env",
+    "TwoPosition": "insenv.systems.two_position.env",
+    "RateTable": "insenv.systems.rate_table.env",
+}
 _REGISTRATION = "gymnasium.envs.registration"
 
 
@@ -46,8 +50,8 @@ def _register() -> None:
         if f"insenv/{name}-v0" not in registry:
             register(
                 id=f"insenv/{name}-v0",
-                entry_point=f"insenv.envs.{module}:made",
-                vector_entry_point=f"insenv.envs.{module}:{name}VectorEnv",
+                entry_point=f"{module}:made",
+                vector_entry_point=f"{module}:{name}VectorEnv",
             )
 
 

@@ -40,9 +40,7 @@ MOVED = {
     "insenv.envs.north_finder": "insenv.systems.north_finder.env",
     "insenv.envs.two_position": "insenv.systems.two_position.env",
     "insenv.identify.problem": "insenv.identify.fit.problem",
-    "insenv.procedure.designing": "insenv.design.designing",
-    "insenv.procedure.kind": "insenv.design.kind",
-    "insenv.procedure.north_finder": "insenv.design.north_finder",
+    "insenv.procedure": "insenv.design",
 }
 
 

@@ -118,7 +118,7 @@ def _policy(name: str) -> str:
 
 def _environment(name: str) -> str:
     """Its id, and the first sentence of its module."""
-    return f"insenv/{name}-v0: {_first(import_module(f'insenv.envs.{ENVIRONMENTS[name]}').__doc__)}"
+    return f"insenv/{name}-v0: {_first(import_module(ENVIRONMENTS[name]).__doc__)}"
 
 
 def _recordings() -> tuple[str, ...]:

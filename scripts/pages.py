@@ -28,7 +28,7 @@ ROOT = Path(__file__).resolve().parents[1]
 WRITERS = {
     "alignment_measured": "align_measured_data.py",
     "beat_the_papers": "beat_the_papers.py",
-    "blind_bench": "blind_bench_page.py",
+    "blind_bench": "studies/blind_bench/page.py",
     "bounds": "bounds_judged.py",
     "fog_test": "reproduce_fog_test.py",
     "leaderboard": "leaderboard.py",
@@ -64,17 +64,17 @@ def closure(script: Path, root: Path = ROOT) -> set[Path]:
         text = path.read_text(encoding="utf-8")
         if path.suffix == ".py":
             open_ += _imported(text, path, root)
-            if path.parent == script.parent:
+            if path.is_relative_to(root / "scripts"):
                 open_ += _named(text, root)
     return found
 
 
 def _imported(text: str, path: Path, root: Path) -> Iterator[Path]:
     for name in _read(text)[0]:
-        base = root if name.partition(".")[0] in _PACKAGES else path.parent
-        place = base.joinpath(*name.split("."))
-        yield place.with_suffix(".py")
-        yield place / "__init__.py"
+        bases = (root,) if name.partition(".")[0] in _PACKAGES else (path.parent, root / "scripts")
+        for place in (base.joinpath(*name.split(".")) for base in bases):
+            yield place.with_suffix(".py")
+            yield place / "__init__.py"
 
 
 @cache

@@ -192,7 +192,7 @@ def test_every_effect_is_on_its_page() -> None:
 
 def test_constants_come_with_their_values() -> None:
     page = fromcode().constants()
-    assert "| `scan.NULL_RUNS` | 200 |" in page
+    assert "| `search.scan.NULL_RUNS` | 200 |" in page
     assert page.count("\n") > 15
 
 

@@ -19,7 +19,7 @@ from insenv.evaluate.child import Say
 from insenv.evaluate.trials import Trial
 
 #: Where the truth is: what is imported of these, a plug-in reaches for.
-SIMULATOR = ("insenv.envs", "insenv.scenario", "insenv.rig", "insenv.rig_dwells", "insenv.plants")
+SIMULATOR = ("insenv.systems", "insenv.envs", "insenv.scenario", "insenv.rig", "insenv.rig_dwells", "insenv.plants")
 _METHODS = {ESTIMATORS: "estimate", POLICIES: "act"}
 
 
