@@ -438,7 +438,7 @@ def strangers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A module of plug-ins that a check can import in its own process."""
     (tmp_path / "strangers_plugins.py").write_text(STRANGERS)
     monkeypatch.syspath_prepend(str(tmp_path))
-    monkeypatch.syspath_prepend(str(Path(__file__).parent))
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[1] / "cases"))
 
 
 @pytest.mark.slow

@@ -791,5 +791,5 @@ def test_drawing_is_lazy_and_leaves_pyplot_alone() -> None:
         "report.to_html(nothing_significant())\n"
         "assert 'matplotlib.pyplot' not in sys.modules\n"
     )
-    here = Path(__file__).parent
-    subprocess.run([sys.executable, "-c", code], check=True, cwd=here, env={"PYTHONPATH": f"{here}:{here.parent}"})
+    here = Path(__file__).parents[1] / "cases"
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=here, env={"PYTHONPATH": f"{here}:{here.parents[1]}"})
