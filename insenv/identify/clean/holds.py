@@ -7,6 +7,9 @@ a sawtooth that follows the acceleration. So it is looked for beside a skew s, i
 which leave of everything slow next to nothing. Found, it is subtracted before lines are looked for: its sawtooth has
 many. u is what the instrument makes of its input, gain and lag (`insenv.identify.clean.response`): a share of it that
 is held is a share of that. The hold time is one for all runs, the phase is each run's own: a logger is started anew.
+
+A hold is a law of the logger: each half of each run that could show it has it, with the same hold time and share. What
+a late, coarse or interpolated reference leaves is a sawtooth for a while, with another time in the next.
 """
 
 from __future__ import annotations
@@ -37,6 +40,9 @@ LEAST_SHARE, MOST_SHARE, LARGEST_SD = 0.3, 1.5, 0.1
 WHOLE = 4.0
 #: Standard deviations at which a hold would have been seen for certain.
 SEEN = 12.0
+#: A part tells a share in so many standard deviations that half of the whole's would show, and has it if it is the
+#: whole's within that half. Fewest differences of a part.
+TELLS, HALF, PART = 3.0, 0.5, 48
 #: Share of the hold times of which that may not hold.
 MOST = 0.1
 #: Peaks of the spectrum that are looked at as renewal rates, hold times that are tried, and phases of each.
@@ -92,7 +98,10 @@ def find_hold(recordings: tuple[Recording, ...], spans: tuple[slice, ...], probl
             continue
         look = _best(view)
         if look.hold is not None:
-            return Look(_of_all_runs(look.hold, run, recordings, spans, problem, model))
+            hold = _of_all_runs(look.hold, run, recordings, spans, problem, model)
+            if _recurs(hold, recordings, spans, problem, model):
+                return Look(hold)
+            look = Look()
         looks.append(look)
     return looks[0] if looks else Look()
 
@@ -149,6 +158,34 @@ def _of_all_runs(
         view = _view(recording, span, problem, other, model)
         phases.append(0.0 if view is None else _phase(view, hold.hold))
     return replace(hold, phases=tuple(phases))
+
+
+def _recurs(
+    hold: Hold, recordings: tuple[Recording, ...], spans: tuple[slice, ...], problem: Problem, model: Model
+) -> bool:
+    """Whether every half of a run that could show the hold has it."""
+    for run, (recording, span) in enumerate(zip(recordings, spans, strict=True)):
+        view = _view(recording, span, problem, run, model)
+        for share, sd in () if view is None else _shares_of_halves(view, hold, run):
+            if sd * TELLS < HALF * hold.share < abs(share - hold.share):
+                return False
+    return True
+
+
+def _shares_of_halves(view: _View, hold: Hold, run: int) -> list[tuple[float, float]]:
+    """Share that is held in each half of a stretch, with its standard deviation."""
+    dt, cells, found = view.exposure.motion.dt, view.cells, []
+    for part in np.array_split(np.arange(len(view.left)), 2):
+        if len(part) < PART:
+            continue
+        some = slice(int(part[0]), int(part[-1]) + 1)
+        own = _orthogonal(view.q[some])
+        search = _Search(view.exposure, cells[some.start : some.stop + 1], own, _outside(own, view.left[some]))
+        gain = search.gain(hold.hold / dt, hold.phases[run] / dt)
+        noise = max(gain.total - gain.share**2 * gain.size, 0.0) / (len(part) - own.shape[1] - 1)
+        if gain.size > 0:
+            found.append((gain.share, float(np.sqrt(noise / gain.size))))
+    return found
 
 
 def _phase(view: _View, hold: float) -> float:

@@ -104,6 +104,8 @@ def _terms(problem: Problem, effect: Effect) -> tuple[Term, ...]:
     grid = effect.grid(longest.motion)
     start, stop = _fitted_time(problem)
     for j, param in enumerate(effect.shapes):
+        # What is over within less than its least credible time is an event at the start, or a filter.
+        grid = grid[grid[:, j] >= param.low]
         if param.name == "tau":
             # Slower than the fitted data are long, an exponential is a ramp and its time constant a fiction.
             grid = grid[grid[:, j] <= stop - start]

@@ -12,8 +12,9 @@ import pytest
 from simulated_runs import DEG_PER_HOUR, Simulated, closed, gyro_run, manifest, use
 
 from insenv.core.recording import Recording
-from insenv.effects.catalogue import by_key
+from insenv.effects.catalogue import CATALOGUE, by_key
 from insenv.identify.clean.holds import Look, held_addition
+from insenv.identify.search.candidates import candidates
 from insenv.identify.search.prepare import Prepared, prepare
 
 MOVING = ("staircase", "reversal", "sine")
@@ -102,3 +103,27 @@ def test_a_held_output_is_all_that_is_named(kind: str, hold: float) -> None:
     assert target.verdict == "effects-found"
     assert [added.effect for added in target.added] == ["sample_hold"]
     assert target.held_out.after < 1.1 * target.held_out.noise_floor < target.held_out.before
+
+
+def part_held(seed: int) -> Recording:
+    """The first half of the fitted rows shows a sawtooth of half a second, as a reference that stumbles leaves it."""
+    one = run("sine", seed)
+    whole = held(one, 0.5)
+    gyro, added = one.recording.channels["gyro"], whole.channels["gyro"].values
+    values = np.where(np.arange(len(added)) < 0.3 * len(added), added, gyro.values)
+    return replace(whole, channels={**whole.channels, "gyro": replace(gyro, values=values)})
+
+
+@pytest.mark.parametrize("seed", [5, 6, 7])
+def test_what_half_a_run_shows_alone_is_no_law_of_the_logger(seed: int) -> None:
+    assert prepared(part_held(seed)).held.hold is None
+
+
+def test_a_warm_up_of_a_few_rows_is_not_tried() -> None:
+    """What is over within less than half a second is an event at the start, or a filter."""
+    one = run("sine", 5, dt=0.01)
+    problem = prepared(one.recording).problem
+    found, _ = candidates(problem, CATALOGUE)
+    for candidate in found:
+        lows = np.array([p.low for p in candidate.effect.shapes])
+        assert all(np.all(np.array(term.shape) >= lows) for term in candidate.terms), candidate.effect.key
