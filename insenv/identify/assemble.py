@@ -54,6 +54,7 @@ from insenv.identify.search.line_effects import hold_effect, line_effects, satur
 from insenv.identify.search.lines import Line
 from insenv.identify.search.tracks import Step, Track
 from insenv.identify.search.unfinished import unfinished
+from insenv.identify.search.vibration import went_away
 
 #: Held-out error in scatters of the fitted noise from which on a word is said.
 WANDER = 2.0
@@ -85,11 +86,27 @@ def findings(
         alpha=outcome.alpha,
         seed=outcome.seed,
         targets=targets,
-        remarks=(*remarks, *(text for track in outcome.tracks if (text := _outliers(track, recordings)))),
+        remarks=(
+            *remarks,
+            *_longer_means(outcome.tracks),
+            *(text for track in outcome.tracks if (text := _outliers(track, recordings))),
+        ),
         rows_rejected=tuple(r for track in outcome.tracks for r in _rejected_rows(track)),
         source=" ".join(filter(None, (source.repository, source.commit[:12]))) if source else "",
         licence=source.licence if source else "",
         runs=tuple(RunRead(r.label, fingerprint(r), r.site, r.mounting) for r in recordings),
+    )
+
+
+def _longer_means(tracks: tuple[Track, ...]) -> tuple[str, ...]:
+    """A word on means that were made longer."""
+    finer = max(track.finer for track in tracks)
+    if not finer:
+        return ()
+    width = max(track.problem.bins.width for track in tracks)
+    return (
+        f"means over {width:.3g} s are judged: those over {finer:.3g} s hold vibration, or what a filter leaves, "
+        "beyond all lines, which no noise term follows",
     )
 
 
@@ -121,7 +138,8 @@ def _target(
     declared_noise = dict(manifest.noise.get(problem.target, {}))
     left = structure(problem, track.fit, declared_noise, alpha)
     lost = systematic.said(recordings, problem.target, track.prepared.rejected)
-    left = replace(left, reasons=(*left.reasons, *unfinished(track, alpha), *lost))
+    went = went_away(problem, track.fit) if track.finer and not declared_noise else ()
+    left = replace(left, reasons=(*left.reasons, *unfinished(track, alpha), *lost, *went))
     lines, hold = track.prepared.lines, track.prepared.held.hold
     earth = earth_findings(track, alpha)
     verdict = _verdict(track, lines, left, earth)
@@ -143,7 +161,7 @@ def _target(
             *_saturation(track, recordings, scores),
             *found,
             *((hold_effect(hold, *(score.rms for score in scores)),) if hold else ()),
-            *(line_effects(lines, problem, _with_lines(track), scores[1].rms) if lines else ()),
+            *(line_effects(lines, problem, _with_lines(track), scores[1].rms, track.finer) if lines else ()),
             *suspects,
         ),
         rejected=_rejected(track, alpha),

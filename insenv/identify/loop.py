@@ -24,6 +24,7 @@ from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.heldout import MOST_GROWTH, confirms, held_out_score, rescored
 from insenv.identify.fit.problem import NOISE_TERMS, Term
+from insenv.identify.fit.uncertainty import estimates
 from insenv.identify.search.candidates import candidates
 from insenv.identify.search.earth_rate import due_level
 from insenv.identify.search.excess import most_power, structure
@@ -35,6 +36,7 @@ from insenv.identify.search.scan import Hit, likelihood_ratio, reference
 from insenv.identify.search.settle import settled, sized
 from insenv.identify.search.size import unsized
 from insenv.identify.search.tracks import MOST_ADDED, Progress, Refusal, Step, Track
+from insenv.identify.search.vibration import as_lines, averaged, doublings, stands_out, unresolved, without
 from insenv.identify.search.wandering import lost, wanders, without_line
 
 #: Effects of one physical cause on several targets: judged on all of them together.
@@ -103,6 +105,13 @@ def trace(
     tracks = [t if width < (1 + SAME) * t.problem.bins.width else begin(t.problem.target, width=width) for t in tracks]
     found = partial(_found, manifest, alpha=alpha, seed=seed, progress=progress)
     tracks = found(tracks)
+    if manifest.held_out.averaging is None:
+        tried = [tuple(c.effect for c in track.candidates if not c.generic) for track in tracks]
+        times = max(doublings(t.problem, t.fit, effects) for t, effects in zip(tracks, tried, strict=True))
+        if times:
+            width *= 2**times
+            progress(f"means over {width:.3g} s: shorter ones hold vibration")
+            tracks = found([_averaged(track, times) for track in tracks])
     for index, track in enumerate(tracks):
         if _worse(track):
             progress(f"{track.problem.target}: held-out data are worse without its lines and its hold")
@@ -120,6 +129,40 @@ def _found(manifest: Manifest, tracks: list[Track], alpha: float, seed: int, pro
             tracks = [_strict(track, n, alpha, seed, progress) for track, n in zip(tracks, noise, strict=True)]
             tracks = [replace(track, hits=None, last_physical=track.hits or ()) for track in tracks]
     return [settled(track, alpha, seed, progress) for track in tracks]
+
+
+def _averaged(track: Track, times: int) -> Track:
+    """The track on means merged two by two so many times; lines that they do not resolve are taken out before.
+
+    A peak of the hump itself, which no longer stands out of the noise beside it, is no line.
+    """
+    problem, prepared = track.problem, track.prepared
+    width = 2**times * problem.bins.width
+    gone = [step for step in track.steps if unresolved(step.hit.term, width)]
+    told = estimates(problem, track.fit) if gone else {}
+    lines = list(prepared.lines)
+    named = [step for step in gone if stands_out(problem, track.fit, step.hit.term)]
+    for step in named:
+        sd = max(row.sd for row in told[step.hit.term] if row.parameter == "f")
+        lines += as_lines(problem, track.fit, step.hit.term, sd, step.p_value)
+    steps = tuple(s for s in track.steps if s not in gone and not s.hit.candidate.generic)
+    longer = averaged(without(problem, track.fit, tuple(step.hit.term for step in named)), times)
+    plain = averaged(prepared.plain, times)
+    model = (*prepared.model, *(term for term in track.added if any(s.hit.term is term for s in steps)))
+    fit = solve(longer, model)
+    prepared = replace(prepared, problem=longer, plain=plain, lines=tuple(lines))
+    return replace(
+        track,
+        prepared=prepared,
+        fit=fit,
+        score=held_out_score(longer, fit),
+        steps=steps,
+        refusals=(),
+        hits=None,
+        last_physical=(),
+        rivalries=(),
+        finer=problem.bins.width,
+    )
 
 
 def _worse(track: Track) -> bool:

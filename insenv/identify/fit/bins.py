@@ -153,6 +153,22 @@ def without(bins: Bins, gone: NDArray[np.bool_]) -> Bins:
     return Bins(bins.width, tuple(weights), tuple(kept), tuple(blocks))
 
 
+def merged(bins: Bins) -> tuple[Bins, NDArray[np.int64]]:
+    """The bins two by two, and which two each is made of, shape (n, 2); neighbours of one run and one use."""
+    held, weights, kept, blocks, pairs = bins.held_out, [], [], [], []
+    offset = first = 0
+    for run, index in enumerate(bins.kept):
+        own = held[first : first + len(index)]
+        left = np.flatnonzero((index[:-1] % 2 == 0) & (np.diff(index) == 1) & (own[:-1] == own[1:]))
+        w = bins.weights[run]
+        weights.append(0.5 * np.concatenate([w[left], w[left + 1]], axis=1))
+        kept.append(index[left] // 2)
+        blocks += _blocks(run, kept[-1], np.where(own[left], _HELD_OUT, _FITTED), offset)
+        pairs.append(first + np.column_stack([left, left + 1]))
+        offset, first = offset + len(left), first + len(index)
+    return Bins(2 * bins.width, tuple(weights), tuple(kept), tuple(blocks)), np.concatenate(pairs)
+
+
 _UNUSED, _FITTED, _HELD_OUT = 0, 1, 2
 
 

@@ -68,6 +68,14 @@ def structure(problem: Problem, fit: Fit, declared: dict[str, float], alpha: flo
     return Structure(min(p for _, p in tests), reasons)
 
 
+def broad_p(problem: Problem, fit: Fit) -> float:
+    """P-value of a broad hump of the spectrum, one that is no line: no mode counts for more than three sd."""
+    _, q, residual = whitened(problem, fit)
+    order = np.argsort(problem.modes().lam)
+    power = np.minimum(residual[order] ** 2, LOUDEST**2)
+    return _cumulated_p(power, (1 - np.sum(q**2, axis=1))[order])
+
+
 def _excess_p(problem: Problem, fit: Fit, declared: dict[str, float]) -> float:
     pooled = pool(problem, fit.design)
     free = fit_noise(pooled, fit.design.prior, restricted=True, start=fit.noise.power)

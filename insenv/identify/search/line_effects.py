@@ -21,9 +21,15 @@ KNOWN = 1e-4
 IN_BINS = 0.5
 
 
-def line_effects(lines: tuple[Line, ...], problem: Problem, before: float, after: float) -> tuple[Added, ...]:
-    """A found ``tone`` for every line; held-out errors as plain means and with all lines taken out."""
-    return tuple(_effect(group, problem, before, after) for group in _merged(lines))
+def line_effects(
+    lines: tuple[Line, ...], problem: Problem, before: float, after: float, finer: float = 0.0
+) -> tuple[Added, ...]:
+    """A found ``tone`` for every line; held-out errors as plain means and with all lines taken out.
+
+    ``finer`` is the length of the bins in which lines were looked for, where those of the problem are longer [s].
+    """
+    width = finer or problem.bins.width
+    return tuple(_effect(group, problem, before, after, width) for group in _merged(lines))
 
 
 def hold_effect(hold: Hold, before: float, after: float) -> Added:
@@ -97,7 +103,7 @@ def _merged(lines: tuple[Line, ...]) -> tuple[tuple[Line, ...], ...]:
     return tuple(tuple(group) for group in groups)
 
 
-def _effect(group: tuple[Line, ...], problem: Problem, before: float, after: float) -> Added:
+def _effect(group: tuple[Line, ...], problem: Problem, before: float, after: float, width: float) -> Added:
     strongest = group[0]
     frequencies = [line.frequency for line in group]
     spread = max(max(frequencies) - min(frequencies), strongest.frequency_sd)
@@ -117,7 +123,7 @@ def _effect(group: tuple[Line, ...], problem: Problem, before: float, after: flo
         confounded_with=(),
         held_out_before=before,
         held_out_after=after,
-        remark=_remark(group, problem.bins.width),
+        remark=_remark(group, width),
         runs=tuple(sorted(line.run + 1 for line in group)),
     )
 
@@ -125,8 +131,10 @@ def _effect(group: tuple[Line, ...], problem: Problem, before: float, after: flo
 def _remark(group: tuple[Line, ...], width: float) -> str:
     where = ", ".join(f"{x.frequency:.3f} Hz in run {x.run + 1}" for x in sorted(group, key=lambda x: x.run))
     what = f"{group[0].share:.1%} of the variance of the samples"
-    if all(line.frequency < IN_BINS / width for line in group):
-        return f"a line whose phase does not hold: {where}; {what}; damped in the bins to the noise beside it"
+    slow = all(line.frequency < IN_BINS / width for line in group)
+    fast = "" if slow else " above the bin rate"
     if all(line.steady for line in group):
-        return f"a steady line above the bin rate: {where}; {what}; subtracted"
+        return f"a steady line{fast}: {where}; {what}; subtracted"
+    if slow:
+        return f"a line whose phase does not hold: {where}; {what}; damped in the bins to the noise beside it"
     return f"a line above the bin rate whose frequency wanders: {where}; {what}; rejected by the weights of the bins"

@@ -63,7 +63,8 @@ class Track:
     """The state of the search on one target.
 
     ``level`` is the horizontal Earth rate that is due, where it is declared and can be checked. ``instead`` are the
-    noise terms that would explain as well what was added, where the noise is held to what was declared.
+    noise terms that would explain as well what was added, where the noise is held to what was declared. ``finer`` is
+    the length of means that held vibration, and were merged (`insenv.identify.search.vibration`) [s]; else 0.
     """
 
     prepared: Prepared
@@ -79,6 +80,7 @@ class Track:
     rivalries: tuple[Rivalry, ...] = ()
     level: Level | None = None
     instead: tuple[str, ...] = ()
+    finer: float = 0.0
 
     @property
     def problem(self) -> Problem:

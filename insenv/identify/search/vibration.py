@@ -1,0 +1,130 @@
+"""A unit at rest is judged on means that vibration no longer shapes.
+
+Vibration, a filter of the instrument or repeated rows give the spectrum of short means a broad hump, beyond all lines.
+No noise term has one: noise that must follow it becomes flicker, and flicker hides every drift. Nothing that is sought
+at rest is as fast, so where there is a hump, once the lines are found, means are merged two by two,
+
+    y_j = (y_2j + y_2j+1) / 2,        X_j = (X_2j + X_2j+1) / 2
+
+which is exact: a mean of means is one of the samples. Lines that the longer means no longer resolve are subtracted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from insenv.effects.base import Effect
+from insenv.identify.fit.bins import merged
+from insenv.identify.fit.gls import Fit
+from insenv.identify.fit.heldout import residual
+from insenv.identify.fit.problem import Model, Problem, Term
+from insenv.identify.search.excess import broad_p
+from insenv.identify.search.lines import FALSE_ALARM, Line, periodogram
+
+#: P-value of a hump from which on means are merged; fitted means that must be left, and the longest ones [s].
+HUMP, FEWEST, LONGEST = 1e-3, 80, 5.0
+#: Parts of a held-out stretch, and how far their means may be away beside the scatter from mean to mean.
+PARTS, AWAY = 5, 3.0
+#: Frequency in bins up to which they resolve a line.
+RESOLVED = 0.45
+#: What only a unit that moves is exposed to.
+MOTION = ("force", "cross_rate")
+
+
+def doublings(problem: Problem, fit: Fit, tried: tuple[Effect, ...]) -> int:
+    """How often the means of a unit at rest are to be merged two by two; 0 where they show no hump, or the unit moves.
+
+    Its tail is flicker to the noise long after it can be told from any, so that as few means are left as tell a drift
+    from a walk. Among the effects ``tried`` are some of motion where the unit moves.
+    """
+    moves = any(np.ptp(e.u) for e in problem.exposures)
+    if moves or any(need.partition(".")[0] in MOTION for effect in tried for need in effect.needs):
+        return 0
+    if broad_p(problem, fit) >= HUMP:
+        return 0
+    fitted, width = sum(b.n for b in problem.fitted), problem.bins.width
+    return max(0, int(np.log2(min(fitted / FEWEST, LONGEST / width))))
+
+
+def averaged(problem: Problem, times: int) -> Problem:
+    """The problem with its means merged two by two so many times."""
+    for _ in range(times):
+        problem = _halved(problem)
+    return problem
+
+
+def unresolved(term: Term, width: float) -> bool:
+    """Whether a term is a line that means over ``width`` do not resolve."""
+    return term.effect.id == "tone" and term.shape[0] * width > RESOLVED
+
+
+def stands_out(problem: Problem, fit: Fit, term: Term) -> bool:
+    """Whether a line of the fit stands out of the noise beside it, and is no peak of a hump."""
+    mine = fit.design.term == fit.model.index(term)
+    block = max(problem.fitted, key=lambda b: b.n)
+    left = residual(problem, fit) + fit.design.matrix[:, mine] @ fit.beta[mine]
+    found = periodogram(left[block.start : block.stop], problem.bins.width)
+    near = np.abs(found.f - term.shape[0]) <= 1.5 / (block.n * problem.bins.width)
+    return float((found.power / found.background)[near].max(initial=0.0)) > np.log(block.n / 2 / FALSE_ALARM)
+
+
+def without(problem: Problem, fit: Fit, lines: Model) -> Problem:
+    """The problem less some lines of the fit."""
+    gone = [k for k, t in enumerate(fit.model) if t in lines]
+    if not gone:
+        return problem
+    mine = np.isin(fit.design.term, gone)
+    return replace(problem, y=problem.y - fit.design.matrix[:, mine] @ fit.beta[mine], cache={})
+
+
+def as_lines(problem: Problem, fit: Fit, term: Term, frequency_sd: float, p_value: float) -> tuple[Line, ...]:
+    """A line of the means as one of the samples, from which it is taken: one for each run that has it."""
+    own = np.flatnonzero(fit.design.term == fit.model.index(term))
+    lines, frequency = [], term.shape[0]
+    for run, exposure in enumerate(problem.exposures):
+        named = {fit.design.labels[j][1]: j for j in own}
+        suffix = f"[{run + 1}]" if f"c[{run + 1}]" in named or f"s[{run + 1}]" in named else ""
+        c, s = (float(fit.theta[named[n + suffix]]) if n + suffix in named else 0.0 for n in ("c", "s"))
+        sd = max((float(fit.sd[named[n + suffix]]) for n in ("c", "s") if n + suffix in named), default=0.0)
+        amplitude = float(np.hypot(c, s))
+        if amplitude <= 0:
+            continue
+        # The motion's clock begins half a row before the first one.
+        begin = np.pi * frequency * exposure.motion.dt / max(int(exposure.count.max(initial=1)), 1)
+        phase = float(np.angle(np.exp(1j * (begin - np.arctan2(s, c)))))
+        share = min(1.0, 0.5 * amplitude**2 / max(float(np.var(exposure.y[exposure.count > 0])), 1e-300))
+        lines.append(Line(run, frequency, frequency_sd, amplitude, sd, phase, True, share, p_value))
+    return tuple(lines)
+
+
+def went_away(problem: Problem, fit: Fit) -> tuple[str, ...]:
+    """A reason where the bias of held-out data is elsewhere than it was fitted, though a walk would explain that.
+
+    In a record that vibration made short, a law of time and a random walk look alike: that noise explains it does not
+    make it nothing. Means over parts of a held-out stretch are compared with what the scatter from mean to mean leaves.
+    """
+    left, most = residual(problem, fit), 0.0
+    for block in problem.held_out:
+        each = max(block.n // PARTS, 1)
+        whole = block.n // each
+        if whole < PARTS:
+            continue
+        x = left[block.start : block.start + whole * each]
+        white = float(np.sqrt(0.5 * np.mean(np.diff(x) ** 2) / each))
+        away = float(np.sqrt(np.mean(x.reshape(whole, each).mean(axis=1) ** 2)))
+        most = max(most, away / max(white, 1e-300))
+    if most < AWAY:
+        return ()
+    return (
+        f"on held-out data the bias is {most:.2g} times as far from where it was fitted as noise from one mean to the "
+        "next would leave it: a drift, a warm-up or a random walk, which this record does not tell apart",
+    )
+
+
+def _halved(problem: Problem) -> Problem:
+    bins, pairs = merged(problem.bins)
+    inside = np.isin(pairs, np.array(problem.outliers, int)).any(axis=1)
+    outliers = tuple(int(i) for i in np.flatnonzero(inside))
+    return replace(problem, bins=bins, y=problem.y[pairs].mean(axis=1), outliers=outliers, cache={})

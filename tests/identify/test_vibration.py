@@ -1,0 +1,98 @@
+"""A unit at rest is judged on means that vibration no longer shapes; lines keep their names; what moved is something.
+
+Generated with NumPy; seeds are fixed. 1 % of recordings of vibration alone may have a false name.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.signal import butter, sosfilt
+from simulated_runs import gyro_run, manifest, use
+
+from insenv.close import close
+from insenv.core.recording import Floats
+from insenv.effects.catalogue import by_key
+from insenv.identify.findings import TargetFindings
+from insenv.identify.fit.gls import solve
+from insenv.identify.fit.problem import Term
+from insenv.identify.search.prepare import prepare
+from insenv.identify.search.vibration import averaged, doublings
+
+RATE, DURATION = 100.0, 150.0
+WHITE = 1e-3
+T: Floats = np.arange(1.0, RATE * DURATION + 1) / RATE
+
+
+def hummed(seed: int) -> Floats:
+    """White noise of a gyro and vibration between 4 and 15 Hz, five times as strong there [rad/s]."""
+    rng = np.random.default_rng(seed)
+    band = butter(2, [4.0, 15.0], "bandpass", fs=RATE, output="sos")
+    return WHITE * (rng.standard_normal(T.size) + 5.0 * sosfilt(band, rng.standard_normal(T.size)))
+
+
+def closed(values: Floats, folder: Path, noise: str = "") -> TargetFindings:
+    np.savez(folder / "rest.npz", gyro=values)
+    (folder / "rest.toml").write_text(
+        f'data = "rest.npz"\n[channels]\ntime = {{ rate = "{RATE} Hz" }}\n'
+        'gyro = { column = "gyro", unit = "rad/s" }\n'
+        f'[model]\ntarget = "gyro"\ndeclared = ["bias"]\n{noise}'
+    )
+    return close(folder / "rest.toml").targets[0]
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_drift_beneath_vibration_is_named(tmp_path: Path, seed: int) -> None:
+    # 30 times the deviation that white noise alone would leave of it.
+    slope = 30 * WHITE * np.sqrt(12 / (RATE * DURATION)) / DURATION
+    found = closed(hummed(seed) + slope * T, tmp_path)
+    assert [a.effect for a in found.added] == ["bias_drift"]
+    told = found.added[0].parameters[0]
+    assert abs(told.value - slope) < 4 * told.sd and slope > 3 * told.sd
+
+
+@pytest.mark.parametrize("seed", [3, 4])
+def test_vibration_alone_is_nothing(tmp_path: Path, seed: int) -> None:
+    found = closed(hummed(seed), tmp_path)
+    assert found.added == () and found.verdict == "nothing-significant"
+
+
+def test_a_line_beneath_vibration_keeps_its_name(tmp_path: Path) -> None:
+    """At 2.3 Hz, which the short means resolve and the longer ones do not."""
+    found = closed(hummed(5) + 8e-4 * np.cos(2 * np.pi * 2.3 * T + 0.5), tmp_path)
+    assert [a.effect for a in found.added] == ["tone"]
+    told = {p.parameter: p for p in found.added[0].parameters}
+    assert abs(told["f"].value - 2.3) < 4 * told["f"].sd
+    assert abs(told["amplitude"].value - 8e-4) < 4 * told["amplitude"].sd
+    assert found.held_out.averaging > 0.3
+
+
+def test_a_bias_that_went_elsewhere_beneath_vibration_is_not_nothing(tmp_path: Path) -> None:
+    walk = np.cumsum(np.random.default_rng(6).standard_normal(T.size)) * 5e-5
+    found = closed(hummed(6) + walk, tmp_path)
+    assert found.added or any("which this record does not tell apart" in reason for reason in found.reasons)
+
+
+def test_means_of_means_are_those_of_the_samples() -> None:
+    run = gyro_run("rest", 3, duration=600.0, noise={"angle_random_walk": 1e-5}).recording
+    fine, coarse = (
+        prepare(manifest(averaging=width), (run,), (use(len(run)),), "gyro").problem for width in (0.5, 2.0)
+    )
+    merged = averaged(fine, 2)
+    assert merged.bins.width == pytest.approx(coarse.bins.width)
+    n = min(merged.bins.n, coarse.bins.n)
+    np.testing.assert_allclose(merged.y[: n // 2], coarse.y[: n // 2], rtol=1e-12)
+    for key, shape in (("bias_drift", ()), ("bias_warm_up", (100.0,))):
+        term = Term(by_key(key), shape)
+        np.testing.assert_allclose(merged.columns(term)[: n // 2], coarse.columns(term)[: n // 2], rtol=1e-9)
+    assert [b.fitted for b in merged.bins.blocks] == [b.fitted for b in fine.bins.blocks]
+
+
+def test_white_noise_and_a_unit_that_moves_are_left_as_they_are() -> None:
+    run = gyro_run("rest", 4, duration=600.0, noise={"angle_random_walk": 1e-5}).recording
+    problem = prepare(manifest(), (run,), (use(len(run)),), "gyro").problem
+    fit = solve(problem, (Term(by_key("bias")),))
+    assert doublings(problem, fit, ()) == 0
+    assert doublings(problem, fit, (by_key("g_sensitivity"),)) == 0
