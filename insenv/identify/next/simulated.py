@@ -24,6 +24,8 @@ from insenv.plants.turntable import Turntable
 
 #: Cells per turn of the table, at least, and bins of a further run, at most.
 _CELLS_PER_TURN, _MOST_BINS = 16, 20000
+#: Cells of a further run, at most: a table that turned at a rate that no table has is not followed turn by turn.
+_MOST_CELLS = 2_000_000
 #: Points that stand for a recorded temperature, and rows that tell the waves of other instruments.
 _POINTS, _ROWS = 200, 20000
 
@@ -98,6 +100,7 @@ def further(plan: Plan, like: Recorded, recorded: Problem, with_earth: bool, acc
     width = recorded.bins.width
     steps = max(1, int(np.ceil(plan.fastest * width / (2 * np.pi) * _CELLS_PER_TURN)))
     bins = min(max(2, round(plan.duration / width)), _MOST_BINS)
+    steps = min(steps, _MOST_CELLS // bins)
     run = imagined(plan, like, recorded.target, width / steps, bins * steps + 1, acceleration)
     reference = recorded.exposures[0].motion.reference_temperature
     exposure = expose(run, recorded.target, 1, reference, with_earth)
