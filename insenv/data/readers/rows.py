@@ -105,9 +105,14 @@ def _with_arrow(body: Body, at: dict[Column, int]) -> _Columns | None:
     return {
         column: [label.strip() for label in table.column(str(i)).to_pylist()]
         if column.label
-        else table.column(str(i)).to_numpy()
+        else np.concatenate([np.zeros(0), *(_of_arrow(chunk) for chunk in table.column(str(i)).chunks if len(chunk))])
         for column, i in at.items()
     }
+
+
+def _of_arrow(chunk: Any) -> Floats:
+    """Of an Arrow array of numbers without missing ones; its own ``to_numpy`` imports pandas first."""
+    return np.frombuffer(chunk.buffers()[1], np.float64, len(chunk), 8 * chunk.offset)
 
 
 def _with_numpy(body: Body, at: dict[Column, int]) -> _Columns | None:
