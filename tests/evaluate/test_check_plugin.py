@@ -516,7 +516,7 @@ def _environment(folder: Path) -> Path:
     With the build backend of the example at hand it is installed by pip, without a network; else its files and
     metadata are put where an installer would put them.
     """
-    venv.create(folder, with_pip=True)
+    venv.create(folder)
     python = folder / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
     program = "import sysconfig; print(sysconfig.get_path('purelib'))"
     site = Path(subprocess.run([python, "-c", program], capture_output=True, text=True, check=True).stdout.strip())
@@ -527,9 +527,11 @@ def _environment(folder: Path) -> Path:
     for path in EXAMPLE.glob("*.*"):
         (copy / path.name).write_bytes(path.read_bytes())
     command = [
-        str(python),
+        sys.executable,
         "-m",
         "pip",
+        "--python",
+        str(python),
         "install",
         "--quiet",
         "--no-deps",
