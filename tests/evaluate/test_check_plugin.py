@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 from command import Ended, run
 
-from estimators.two_position.published.joint import TwoPositionJoint
+from estimators.two_position.joint import TwoPositionJoint
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Estimate
 from insenv.core.plugins import ESTIMATORS, POLICIES, find, names
