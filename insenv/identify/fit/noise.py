@@ -23,7 +23,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import dct
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg.lapack import dpotrf, dpotrs
 from scipy.optimize import minimize, nnls
 
 from insenv.core.recording import Floats
@@ -285,8 +285,11 @@ def loglik(pooled: Pooled, power: Floats, prior: Floats, restricted: bool) -> tu
     axx = a[1:, 1:] + np.diag(prior)
     axx[np.diag_indices_from(axx)] *= 1 + _RIDGE
     if len(axx):
-        factor = cho_factor(axx, check_finite=False)
-        beta = cho_solve(factor, a[1:, 0], check_finite=False)
+        # As scipy.linalg.cho_factor and cho_solve, whose checks of batches cost more than the matrix itself.
+        factor, indefinite = dpotrf(axx, lower=0, clean=0)
+        if indefinite:
+            raise np.linalg.LinAlgError("the regressors' information is not positive definite")
+        beta = dpotrs(factor, a[1:, 0], lower=0)[0]
     else:
         beta = np.zeros(0)
     r = np.concatenate([[1.0], -beta])
@@ -294,7 +297,7 @@ def loglik(pooled: Pooled, power: Floats, prior: Floats, restricted: bool) -> tu
     value = -0.5 * (pooled.count @ np.log(s) + q @ (1 / s) + beta**2 @ prior)
     slope = -0.5 * (pooled.count / s - q / s**2)
     if restricted and len(axx):
-        inverse = np.asarray(cho_solve(factor, np.eye(len(axx)), check_finite=False), dtype=np.float64)
-        value -= float(np.log(np.diag(factor[0])).sum())
+        inverse = dpotrs(factor, np.eye(len(axx)), lower=0)[0]
+        value -= float(np.log(np.diag(factor)).sum())
         slope += 0.5 * pooled.traces(inverse) / s**2
     return float(value), slope @ pooled.shapes

@@ -33,6 +33,8 @@ NOISE_TERMS: tuple[NoiseEffect, ...] = (
 #: Blocks whose first and last bin are left free.
 MOST_FREE_ENDS = 8
 _NUISANCE = -1
+#: Models whose columns are remembered: a search asks for each of them with hundreds of terms more.
+MOST_STACKS = 8
 
 #: Usual sizes of a parameter in the standard deviation of its prior.
 WIDE = 30.0
@@ -220,36 +222,69 @@ class Design:
     dropped: tuple[tuple[str, str], ...]
 
 
+@dataclass(frozen=True, eq=False)
+class _Stack:
+    """Columns of a model that add something new each, and those that do not.
+
+    ``q`` spans the weighted columns, shape (modes, p). A kept one has its bins and modes, its scale, the standard
+    deviation of its prior, its label and the index of its term.
+    """
+
+    q: Floats
+    kept: tuple[tuple[Floats, Floats, float, float, tuple[str, str, str], int], ...]
+    dropped: tuple[tuple[str, str], ...]
+
+
+def _stack(problem: Problem, model: Model) -> _Stack:
+    """The columns of a model, those of all but its last term as they are remembered of the models before it."""
+    if not model:
+        return _nothing(problem)
+    before = _remembered(problem, model[:-1])
+    term, q, kept, dropped = model[-1], before.q, list(before.kept), list(before.dropped)
+    columns, changed, weight = problem.columns(term), problem.transformed(term), _weight(problem)
+    for j, ((name, unit, _), sd) in enumerate(zip(problem.names(term), problem.priors(term), strict=True)):
+        scale = float(np.sqrt(np.mean(changed[:, j] ** 2)))
+        fresh = _outside(q, changed[:, j] * weight)
+        if scale == 0 or fresh is None:
+            dropped.append((term.effect.key, name))
+            continue
+        q = np.column_stack([q, fresh])
+        label = term.effect.key, name, unit
+        kept.append((columns[:, j] / scale, changed[:, j] / scale, scale, sd, label, len(model) - 1))
+    return _Stack(q, tuple(kept), tuple(dropped))
+
+
+def _nothing(problem: Problem) -> _Stack:
+    """Of a model without terms: the free bins."""
+    free, changed = problem.remember("free", lambda: _free_bins(problem))
+    label = "free bin", "mean", problem.unit
+    kept = tuple((c, m, 1.0, np.inf, label, _NUISANCE) for c, m in zip(free.T, changed.T, strict=True))
+    return _Stack(np.linalg.qr(changed * _weight(problem)[:, None])[0], kept, ())
+
+
+def _remembered(problem: Problem, model: Model) -> _Stack:
+    """The stack of a model to which several terms are added in turn; of the last `MOST_STACKS` models."""
+    stacks: dict[Model, _Stack] = problem.remember("stacks", dict)
+    found = stacks.pop(model, None) or _stack(problem, model)
+    stacks[model] = found  # the last one used stands last
+    while len(stacks) > MOST_STACKS:
+        del stacks[next(iter(stacks))]
+    return found
+
+
+def _weight(problem: Problem) -> Floats:
+    """Of each mode where it is judged what a column adds: less where white noise and a walk are larger."""
+    modes, width = problem.modes(), problem.bins.width
+    weight: Floats = problem.remember("weight", lambda: 1 / np.sqrt(modes.shapes[:, 0] + modes.shapes[:, 2] * width**2))
+    return weight
+
+
 def design(problem: Problem, model: Model) -> Design:
     """Stack the columns of a model; leave out those that add nothing new on the fitted bins."""
-    weight = 1 / np.sqrt(problem.modes().shapes[:, 0] + problem.modes().shapes[:, 2] * problem.bins.width**2)
-    kept: list[tuple[Floats, Floats, float, float, tuple[str, str, str], int]] = []
-    dropped: list[tuple[str, str]] = []
-    free, free_changed = problem.remember("free", lambda: _free_bins(problem))
-    q = np.linalg.qr(free_changed * weight[:, None])[0]
-    for column, changed in zip(free.T, free_changed.T, strict=True):
-        kept.append((column, changed, 1.0, np.inf, ("free bin", "mean", problem.unit), _NUISANCE))
-    for index, term in enumerate(model):
-        columns, changed = problem.columns(term), problem.transformed(term)
-        for j, ((name, unit, _), sd) in enumerate(zip(problem.names(term), problem.priors(term), strict=True)):
-            scale = float(np.sqrt(np.mean(changed[:, j] ** 2)))
-            fresh = _outside(q, changed[:, j] * weight)
-            if scale == 0 or fresh is None:
-                dropped.append((term.effect.key, name))
-                continue
-            q = np.column_stack([q, fresh])
-            kept.append(
-                (
-                    columns[:, j] / scale,
-                    changed[:, j] / scale,
-                    scale,
-                    sd,
-                    (term.effect.key, name, unit),
-                    index,
-                )
-            )
+    stack = _stack(problem, model)
+    kept, dropped = stack.kept, stack.dropped
     if not kept:
-        return _empty_design(problem, tuple(dropped))
+        return _empty_design(problem, dropped)
     matrix, transformed, scale_of, sd_of, labels, term_index = zip(*kept, strict=True)
     scales = np.array(scale_of)
     return Design(
@@ -259,7 +294,7 @@ def design(problem: Problem, model: Model) -> Design:
         (1 / (np.array(sd_of) * scales)) ** 2,
         tuple(labels),
         np.array(term_index),
-        tuple(dropped),
+        dropped,
     )
 
 
