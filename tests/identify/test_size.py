@@ -68,6 +68,17 @@ def test_every_effect_of_the_catalogue_has_a_size_or_no_name(problem: Problem) -
         assert said(with_size(problem, term, 12.0), term) == "", term.effect.key
 
 
+def test_a_drift_of_the_scale_factor_has_a_size_though_its_shape_is_right_only_nearly(problem: Problem) -> None:
+    """A smooth discrepancy in time could be all of it: that is no reason against a drift."""
+    drift = Term(by_key("scale_factor_drift"))
+    strong = with_size(problem, drift, 15.0)
+    rng = np.random.default_rng(4)
+    slow = 4e-8 * np.cumsum(rng.standard_normal(problem.bins.n)) * problem.bins.width**0.5
+    bent = replace(strong, y=strong.y + slow * problem.bins.mean(tuple(e.u for e in problem.exposures)), cache={})
+    model = (Term(by_key("bias")), Term(by_key("scale_factor")), drift)
+    assert unsized(bent, solve(bent, model), drift, (drift,)) == ""
+
+
 def test_an_exponential_slower_than_the_record_is_a_slope_and_no_size(problem: Problem) -> None:
     slow, slope = Term(by_key("bias_warm_up"), (3000.0,)), Term(by_key("bias_drift"))
     drifting = with_size(problem, slope, 30.0)

@@ -39,11 +39,14 @@ def unsized(problem: Problem, fit: Fit, term: Term, inexact: Model = ()) -> str:
     """
     if term.effect.generic:
         return ""
-    theta, cov = coefficients_of(problem, fit, term, inexact)
+    late = _curve_of_rate(term) and any(e.motion.lag for e in problem.exposures)
+    # A smooth discrepancy of its own could be all of a drift: what is told is the drift of the two together. Beside a
+    # late reference that is just the question.
+    others = inexact if late else tuple(one for one in inexact if one is not term)
+    theta, cov = coefficients_of(problem, fit, term, others)
     sd = np.sqrt(np.diag(cov))
     if not len(theta) or not np.all(sd > 0):
         return ""
-    late = _curve_of_rate(term) and any(e.motion.lag for e in problem.exposures)
     if (z := deviate(theta, cov)) < (BESIDE_LAG if late else LEAST):
         where = " beside a reference that is late" if late else ""
         return f"its size is not told{where}: {_listed(theta, sd)}, {z:.2g} standard deviations from nothing"
