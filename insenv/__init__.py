@@ -22,6 +22,7 @@ Randomness
 from __future__ import annotations
 
 import sys
+import warnings
 from typing import TYPE_CHECKING
 
 from insenv.moved import install
@@ -33,12 +34,6 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
-#: Environments by name, and the module that has each.
-ENVIRONMENTS = {
-    "NorthFinder": "insenv.systems.north_finder.env",
-    "TwoPosition": "insenv.systems.two_position.env",
-    "RateTable": "insenv.systems.rate_table.env",
-}
 _REGISTRATION = "gymnasium.envs.registration"
 
 
@@ -46,13 +41,17 @@ def _register() -> None:
     """Tell gymnasium of the environments, by name: what they need is imported when one is made."""
     from gymnasium.envs.registration import register, registry
 
-    for name, module in ENVIRONMENTS.items():
-        if f"insenv/{name}-v0" not in registry:
-            register(
-                id=f"insenv/{name}-v0",
-                entry_point=f"{module}:made",
-                vector_entry_point=f"{module}:{name}VectorEnv",
-            )
+    from insenv.core.errors import InputError
+    from insenv.core.system import systems
+
+    try:
+        found = systems()
+    except InputError as error:  # `import gymnasium` goes on; every command says the same
+        warnings.warn(f"the environments of insenv are not there: {error}", stacklevel=2)
+        return
+    for one in found.values():
+        if one.id not in registry:
+            register(id=one.id, entry_point=one.environment, vector_entry_point=one.vector)
 
 
 class _WithGymnasium:

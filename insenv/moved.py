@@ -40,6 +40,9 @@ MOVED = {
     "insenv.envs.north_finder": "insenv.systems.north_finder.env",
     "insenv.envs.two_position": "insenv.systems.two_position.env",
     "insenv.identify.problem": "insenv.identify.fit.problem",
+    "insenv.procedure.north_finder": "insenv.systems.north_finder.procedure",
+    "insenv.procedure.rate_table": "insenv.systems.rate_table.procedure",
+    "insenv.procedure.two_position": "insenv.systems.two_position.procedure",
     "insenv.procedure": "insenv.design",
 }
 

@@ -20,6 +20,7 @@ from insenv.close import close
 from insenv.core.errors import InputError
 from insenv.core.plugins import ESTIMATORS, find
 from insenv.core.recording import Recording
+from insenv.core.system import kinds, part
 from insenv.core.units import quantity
 from insenv.data.load import read_recordings
 from insenv.data.manifest import load_manifest
@@ -32,25 +33,9 @@ from insenv.identify.findings import Findings, NextExperiment
 from insenv.identify.story import Answer, Chapter, Ending, Story, Wanted
 from insenv.scenario import Scenario, check_task, load
 from insenv.scenario.same import SameInstrument
-from insenv.systems.north_finder.env import north_finder
-from insenv.systems.rate_table.env import rate_table
-from insenv.systems.two_position.env import two_position
 
 #: Instrument time that may be spent where nobody says: so many times that of the first run.
 BUDGET = 10.0
-#: Estimator of each kind of task where none is named.
-USUAL: Mapping[str, str] = {
-    "north-finder": "north_gls",
-    "scale-factor-test": "scale_factor",
-    "two-position": "two_position_tied",
-    "rate-table": "rate_line",
-}
-_TASKS: Mapping[str, Callable[..., Task]] = {
-    "north-finder": north_finder,
-    "scale-factor-test": north_finder,
-    "two-position": two_position,
-    "rate-table": rate_table,
-}
 #: A procedure that promises fewer standard deviations is not worth the time, and one is played so often at most.
 LEAST_SIGMA, MOST_TIMES = 2.0, 2
 #: Distance of the seeds of the noise of one run and the next.
@@ -141,7 +126,7 @@ def settle(
         raise InputError(f"seed = {seed}; wanted zero or more")
     first = load(scenario, changes)
     asked = check_task(first)
-    name = estimator or USUAL[asked.kind]
+    name = estimator or kinds()[asked.kind][1].estimator
     find(ESTIMATORS, name)
     stage = Stage(str(scenario), dict(changes or {}), seed)
     most = BUDGET * first.duration if budget is None else budget
@@ -249,7 +234,7 @@ def _made(scenario: str, changes: dict[str, Any], seed: int, base: float) -> tup
         changes = changes | {"duration": f"{steps * step:.12g} s"}
     played = load(scenario, changes)
     same = SameInstrument.of(played, seed, base)
-    task = _TASKS[check_task(played).kind](scenario, changes)
+    task: Task = part(kinds()[check_task(played).kind][0].task)(scenario, changes)
     world: Any = task.world
     return same, replace(task, world=replace(world, scenario=same))
 

@@ -10,11 +10,10 @@ from collections.abc import Callable, Mapping
 from importlib import import_module
 from textwrap import wrap
 
-from insenv import ENVIRONMENTS
 from insenv.core import plugins
-from insenv.core.errors import InputError
+from insenv.core.errors import InputError, nearest
 from insenv.core.names import KINDS
-from insenv.data.manifest.schema import nearest
+from insenv.core.system import system, systems
 
 
 def names(kind: str) -> tuple[str, ...]:
@@ -118,7 +117,8 @@ def _policy(name: str) -> str:
 
 def _environment(name: str) -> str:
     """Its id, and the first sentence of its module."""
-    return f"insenv/{name}-v0: {_first(import_module(ENVIRONMENTS[name]).__doc__)}"
+    one = system(name)
+    return f"{one.id}: {_first(import_module(one.environment.partition(':')[0]).__doc__)}"
 
 
 def _recordings() -> tuple[str, ...]:
@@ -139,7 +139,7 @@ _NAMES: Mapping[str, Callable[[], tuple[str, ...]]] = {
     "instruments": _instruments,
     "estimators": lambda: plugins.names(plugins.ESTIMATORS),
     "policies": lambda: plugins.names(plugins.POLICIES),
-    "environments": lambda: tuple(ENVIRONMENTS),
+    "environments": lambda: tuple(systems()),
     "recordings": _recordings,
 }
 _ABOUT: Mapping[str, Callable[[str], str]] = {

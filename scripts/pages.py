@@ -104,10 +104,13 @@ def _named(text: str, root: Path) -> Iterator[Path]:
     for group in project["project"].get("entry-points", {}).values():
         for name, place in group.items():
             if re.search(rf'["\'`]{name}["\'`]', text):
-                yield root.joinpath(*place.partition(":")[0].split(".")).with_suffix(".py")
-    for path in (root / "insenv/scenario").glob("*/*.toml"):
-        if f"{path.parent.name}/{path.stem}" in text:
+                where = root.joinpath(*place.partition(":")[0].split("."))
+                yield where.with_suffix(".py")
+                yield from where.glob("*.py")  # of a system, its folder
+    for path in (root / "insenv/systems").glob("*/scenarios/*.toml"):
+        if f"{path.parents[1].name}/{path.stem}" in text:
             yield path
+            yield from path.parents[1].glob("*.py")
 
 
 def _meaning(path: Path) -> str:

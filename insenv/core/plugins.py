@@ -53,7 +53,7 @@ def check_code(name: str, where: str) -> None:
 
 def names(group: str) -> tuple[str, ...]:
     """Names of the plug-ins that are installed, sorted."""
-    return tuple(sorted(_installed(group)))
+    return tuple(sorted(installed(group)))
 
 
 def find(group: str, name: str) -> Callable[..., Any]:
@@ -77,7 +77,7 @@ def find(group: str, name: str) -> Callable[..., Any]:
     module, colon, attribute = name.partition(":")
     if colon:
         return _imported(kind, name, module, attribute)
-    if point := _installed(group).get(name):
+    if point := installed(group).get(name):
         return _imported(kind, name, point.module, point.attr)
     known = names(group)
     near = get_close_matches(name, known, 1)
@@ -86,8 +86,8 @@ def find(group: str, name: str) -> Callable[..., Any]:
 
 
 @cache
-def _installed(group: str) -> dict[str, EntryPoint]:
-    """Entry points by name; read once, for it costs milliseconds."""
+def installed(group: str) -> dict[str, EntryPoint]:
+    """Entry points of a group by name; read once, for it costs milliseconds."""
     from importlib.metadata import entry_points
 
     return {point.name: point for point in entry_points(group=group)}

@@ -97,7 +97,7 @@ def check_keys(answers: Mapping[str, str], made: Draft) -> None:
     InputError
         If there is one; names the nearest.
     """
-    from insenv.data.manifest.schema import nearest
+    from insenv.core.errors import nearest
     from insenv.data.manifest.spec import CHANNELS
 
     known = [*KEYS, *(f"{channel}.column" for channel in CHANNELS)]

@@ -16,14 +16,13 @@ import numpy as np
 
 from insenv.core.errors import InputError
 from insenv.core.plugins import ESTIMATORS, find
+from insenv.core.system import kinds, part
 from insenv.core.units import quantity, quantity_in
 from insenv.design.free import Free
 from insenv.design.front import Designer, Point, thinned, times
 from insenv.design.kind import Kind, Quantity
-from insenv.design.kinds import KINDS
 from insenv.design.played import Check, Influence, Stage
 from insenv.scenario import check_task, load
-from insenv.scenario.task import DEMANDED
 
 Goal = Literal["time", "accuracy"]
 Say = Callable[[str], None]
@@ -178,7 +177,7 @@ def kind_of(scenario: str | Path, quantity: str | None = None) -> tuple[Kind, st
     """
     loaded = load(scenario, None if quantity is None else {"design.quantity": quantity})
     name = check_task(loaded).kind
-    return KINDS[name](loaded, Free.of(loaded)), name
+    return part(kinds()[name][1].procedure)(loaded, Free.of(loaded)), name
 
 
 def _goal(scenario: str, task: str, kind: Kind, asked: Asked, published: float) -> tuple[Goal, float]:
@@ -198,7 +197,7 @@ def _goal(scenario: str, task: str, kind: Kind, asked: Asked, published: float) 
         return "time", kind.quantity.demanded
     if text == PUBLISHED and np.isfinite(published):
         return "time", published
-    value = quantity_in(text, DEMANDED[task], where)
+    value = quantity_in(text, kinds()[task][1].demanded, where)
     if not value > 0:
         raise InputError(f"{where} = {text!r}; wanted more than zero")
     return "time", value

@@ -1,6 +1,6 @@
 """What a kind of task brings to a design: free variables, a procedure from their values, and what it tells.
 
-A fourth kind of task is one class with these four methods, and an entry in `insenv.design.kinds`.
+A kind of task of another system is one class with these four methods, which `insenv.core.system.TaskKind` names.
 """
 
 from __future__ import annotations

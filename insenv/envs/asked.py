@@ -20,7 +20,7 @@ from insenv.scenario.task import Task as Asked
 
 
 @dataclass(frozen=True)
-class System:
+class Setup:
     """What a system makes of a scenario.
 
     Attributes
@@ -44,7 +44,7 @@ class System:
 
 
 def scenario_task(
-    system: System,
+    setup: Setup,
     scenario: str,
     changes: Mapping[str, Any] | None,
     estimator: str | None,
@@ -64,15 +64,15 @@ def scenario_task(
     if sampling is not None:
         given["instrument.sampling"] = f"{sampling} Hz"
     played = load(scenario, given)
-    if played.task is not None and played.task.kind not in system.kinds:
-        wanted = " or ".join(repr(kind) for kind in system.kinds)
-        raise InputError(f"{played.path}: task.kind = {played.task.kind!r}; wanted {wanted}, and a {system.table}")
+    if played.task is not None and played.task.kind not in setup.kinds:
+        wanted = " or ".join(repr(kind) for kind in setup.kinds)
+        raise InputError(f"{played.path}: task.kind = {played.task.kind!r}; wanted {wanted}, and a {setup.table}")
     asked, sheet, plant = check_task(played), told(played), played.rig.plant
     assert isinstance(plant, Turntable | Vehicle)  # check_task saw to it
-    quantities = system.quantity(asked, sheet)
+    quantities = setup.quantity(asked, sheet)
     return Task(
-        name=f"{system.name} {played.path.stem!r}",
-        world=system.world(played, sheet, asked),
+        name=f"{setup.name} {played.path.stem!r}",
+        world=setup.world(played, sheet, asked),
         datasheet=sheet,
         model=Model(played.targets, played.declared, plant.reference_temperature),
         held_out=checks.held_out(played.table.held_out, 1, played.path),

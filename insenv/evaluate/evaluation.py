@@ -20,7 +20,7 @@ import numpy as np
 
 from insenv.core.errors import InputError
 from insenv.core.plugins import ESTIMATORS, POLICIES, find, names
-from insenv.data.manifest.schema import nearest
+from insenv.core.system import kinds, system
 from insenv.evaluate.child import Child, Ended, Say
 from insenv.evaluate.play import Answers, Played, Work, play_on
 from insenv.evaluate.remote import Here
@@ -28,12 +28,6 @@ from insenv.evaluate.runs import Table, task_of
 from insenv.evaluate.scores import Paired, Scored, nees, paired, quantities, score
 from insenv.scenario import load
 
-#: Environments: the scenario where none is named, and what theirs ask for.
-ENVIRONMENTS: Mapping[str, tuple[str, tuple[str, ...]]] = {
-    "NorthFinder": ("north_finder/published", ("north-finder", "scale-factor-test")),
-    "TwoPosition": ("two_position/published_a", ("two-position",)),
-    "RateTable": ("rate_table/b215", ("rate-table",)),
-}
 #: Longest time of one step of a pair's runs [s].
 LIMIT = 60.0
 #: Runs that are played together, at least, where those of a policy are shared out to several processes.
@@ -94,7 +88,7 @@ def evaluate(  # noqa: PLR0913 -- what is judged, and how the work is done
     Parameters
     ----------
     environment : str
-        "NorthFinder", "TwoPosition" or "RateTable".
+        Name of a system: "NorthFinder".
     estimators, policies : sequence of str
         Names of entry points, or "module:Name".
     seeds : range
@@ -142,14 +136,11 @@ def evaluate(  # noqa: PLR0913 -- what is judged, and how the work is done
 
 
 def _scenario(environment: str, scenario: str | None, changes: Mapping[str, Any]) -> str:
-    if environment not in ENVIRONMENTS:
-        raise InputError(f"environment {environment!r} given; {nearest(environment, ENVIRONMENTS)}")
-    usual, kinds = ENVIRONMENTS[environment]
-    name = usual if scenario is None else scenario
+    asked = system(environment)
+    name = asked.scenario if scenario is None else scenario
     loaded = load(name, changes)
-    if loaded.task is not None and loaded.task.kind not in kinds:
-        mine = next(each for each, (_, own) in ENVIRONMENTS.items() if loaded.task.kind in own)
-        raise InputError(f"{name}: a scenario of {mine}; wanted one of {environment}")
+    if loaded.task is not None and (its := kinds()[loaded.task.kind][0]) is not asked:
+        raise InputError(f"{name}: a scenario of {its.name}; wanted one of {environment}")
     if not task_of(name, changes).quantities:
         raise InputError(f"{name}: its task asks for nothing that could be wrong; wanted one with a quantity to find")
     return name

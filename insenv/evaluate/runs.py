@@ -8,7 +8,7 @@ distribution for a fraction of the time, for policies that go by the clock.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import groupby
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from insenv.core.errors import InputError
 from insenv.core.estimate import Estimate
 from insenv.core.recording import Floats, Recording
+from insenv.core.system import kinds, part
 from insenv.envs.belief import Judge, judge
 from insenv.envs.rollout import made, roll_out
 from insenv.envs.task import Task, checked
@@ -27,22 +28,12 @@ from insenv.plants.turntable import Turntable
 from insenv.rig import Readings, stream
 from insenv.rig_dwells import PLACE, Command, DwellLaw, blocks, dwell_law
 from insenv.scenario import load
-from insenv.systems.north_finder.env import north_finder
-from insenv.systems.rate_table.env import rate_table
-from insenv.systems.two_position.env import two_position
 
 Path = Literal["samples", "dwells"]
 Table = dict[str, NDArray[Any]]
 
 #: Runs that are drawn together on the path "dwells": their arrays stay within the processor's cache.
 TOGETHER = 128
-
-_MAKERS = {
-    "north-finder": north_finder,
-    "scale-factor-test": north_finder,
-    "two-position": two_position,
-    "rate-table": rate_table,
-}
 
 
 def task_of(scenario: str, changes: Mapping[str, Any] | None = None, sampling: float | None = None) -> Task:
@@ -56,7 +47,8 @@ def task_of(scenario: str, changes: Mapping[str, Any] | None = None, sampling: f
     loaded = load(scenario, changes)
     if loaded.task is None:
         raise InputError(f"{loaded.path}: [task] is missing; wanted it, for runs are played for one")
-    return _MAKERS[loaded.task.kind](scenario, changes, None, None, sampling)
+    made_task: Callable[..., Task] = part(kinds()[loaded.task.kind][0].task)
+    return made_task(scenario, changes, None, None, sampling)
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Estimate
 from insenv.core.recording import Floats, Recording
+from insenv.core.system import system
 
 #: Events of a channel at most at which a record is cut.
 MOST_EVENTS = 60
@@ -23,31 +23,7 @@ MOST_EVENTS = 60
 HOLDING = 0.05
 #: Runs of a trial.
 RUNS = 3
-#: Environments, with a scenario, what is changed so that a trial is short, a plain estimator that gives policies
-#: something to look at, and the first component of the actions with the number of steps for which it is held.
 Commands = Sequence[tuple[float, int]]
-_TRIALS: Mapping[str, tuple[str, Mapping[str, Any], str, Commands]] = {
-    "NorthFinder": (
-        "north_finder/realistic",
-        {"duration": "100 s", "task.step": "5 s", "instrument.sampling": "20 Hz", "table.max_rate": "100 deg/s"},
-        "correlation",
-        [(0.35, 10), (-0.35, 10)],
-    ),
-    "TwoPosition": (
-        "two_position/published_a2",
-        {"duration": "120 s", "task.step": "2 s", "instrument.sampling": "20 Hz", "sight.readings": "turns"},
-        "two_position_tied",
-        [(0.0, 25), (170 / 180, 1), (0.0, 34)],
-    ),
-    "RateTable": (
-        "rate_table/kvh13",
-        {"duration": "150 s", "task.step": "2 s", "instrument.sampling": "20 Hz"},
-        "rate_line",
-        [(0.0, 10), (0.4, 10), (-0.4, 10), (0.2, 10), (-0.2, 10), (0.8, 10), (-0.8, 10), (0.0, 5)],
-    ),
-}
-#: Names of the environments.
-ENVIRONMENTS = tuple(_TRIALS)
 
 
 @dataclass(frozen=True)
@@ -105,12 +81,10 @@ def trial(name: str) -> Trial:
     from insenv.envs.rollout import roll_out
     from insenv.evaluate.runs import task_of
 
-    if name not in _TRIALS:
-        raise InputError(f"environment {name!r} given; wanted one of {', '.join(_TRIALS)}")
-    scenario, changes, estimator, commands = _TRIALS[name]
-    task = task_of(scenario, changes)
-    played = roll_out(task, _Commanded(commands), None, range(RUNS))
-    watched = judge(estimator, task.datasheet, ())
+    tried = system(name).trial
+    task = task_of(tried.scenario, tried.changes)
+    played = roll_out(task, _Commanded(tried.commands), None, range(RUNS))
+    watched = judge(tried.estimator, task.datasheet, ())
     state = watched.begin(RUNS)
     estimates = [watched.estimate(state, RUNS)]
     for _, chunk in played.chunks:

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from insenv.core.errors import InputError
+from insenv.core.errors import InputError, nearest
 from insenv.core.recording import Floats
 from insenv.data.manifest.checks import VELOCITY_RANDOM_WALK
-from insenv.data.manifest.schema import nearest, shown
+from insenv.data.manifest.schema import shown
 from insenv.effects.base import DrivenEffect, Effect, NoiseEffect
 from insenv.effects.catalogue import ALL, by_key
 from insenv.plants.base import Plant, Scene

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from insenv.core.errors import InputError
+from insenv.core.errors import InputError, nearest
 from insenv.core.estimate import Datasheet, Declared, Limits, Sight
 from insenv.core.recording import Recording
 from insenv.data.manifest import Manifest
-from insenv.data.manifest.schema import DatasheetTable, SightSheetTable, nearest, shown
+from insenv.data.manifest.schema import DatasheetTable, SightSheetTable, shown
 from insenv.data.manifest.spec import ACCELEROMETERS, GYROS
 from insenv.effects.base import NoiseEffect
 from insenv.effects.catalogue import by_key

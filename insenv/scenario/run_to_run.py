@@ -12,9 +12,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from insenv.core.errors import InputError
+from insenv.core.errors import InputError, nearest
 from insenv.core.units import quantity_in
-from insenv.data.manifest.schema import nearest, shown
+from insenv.data.manifest.schema import shown
 from insenv.effects.base import OUTPUT, Effect
 from insenv.effects.noise import BiasInstability, RateRandomWalk
 from insenv.scenario.cast import Planted

@@ -209,11 +209,11 @@ class InstrumentTable(Table):
 class TaskTable(Table):
     """``[task]``: what an environment asks for, in steps of ``step`` until ``duration`` has passed.
 
-    ``demanded`` is the standard deviation that is wanted, ``cost`` the price of a second [nats], ``range`` the largest
-    rate of the line that a rate table asks for.
+    ``kind`` is one of a system's (`insenv.core.system.TaskKind`), ``demanded`` the standard deviation that is wanted,
+    ``cost`` the price of a second [nats], ``range`` the largest rate of the line that a rate table asks for.
     """
 
-    kind: Literal["north-finder", "scale-factor-test", "two-position", "rate-table"]
+    kind: str
     demanded: str
     range: str | None = None
     step: str = "1 s"

@@ -5,23 +5,29 @@ from __future__ import annotations
 from collections.abc import Mapping
 from copy import deepcopy
 from difflib import get_close_matches
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from insenv.core.errors import InputError
+from insenv.core.system import systems
 from insenv.data.manifest.schema import shown, tree
 
-_HOME = Path(__file__).parent
+
+@cache
+def _packaged() -> Mapping[str, Path]:
+    """Files of the systems' scenarios, by name."""
+    return {f"{one.home}/{file.stem}": file for one in systems().values() for file in one.scenarios.glob("*.toml")}
 
 
 def names() -> tuple[str, ...]:
     """Names of the packaged scenarios, sorted: "north_finder/published"."""
-    return tuple(sorted(f"{path.parent.name}/{path.stem}" for path in _HOME.glob("*/*.toml")))
+    return tuple(sorted(_packaged()))
 
 
 def path_of(name: str) -> Path:
     """File of the packaged scenario ``name``."""
-    return _HOME / f"{name}.toml"
+    return _packaged()[name]
 
 
 def changed(changes: Mapping[str, Any] | None) -> dict[str, Any]:

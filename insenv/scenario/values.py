@@ -6,10 +6,10 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from insenv.core.errors import InputError
+from insenv.core.errors import InputError, nearest
 from insenv.core.plugins import check_code
 from insenv.core.units import quantity, quantity_in
-from insenv.data.manifest.schema import nearest, shown
+from insenv.data.manifest.schema import shown
 from insenv.effects.base import OUTPUT, Effect, Param
 from insenv.effects.catalogue import by_key
 

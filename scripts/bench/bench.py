@@ -38,7 +38,7 @@ from insenv.data.manifest import load_manifest
 from insenv.effects.noise import AngleRandomWalk, RateRandomWalk
 from insenv.scenario import simulate
 
-SCENARIOS = Path(__file__).resolve().parents[1] / "scenarios"
+SCENARIOS = Path(__file__).resolve().parents[2] / "scenarios"
 ROWS = 360_000
 AXES, INSTANTS, CHUNK = 6, 2_000_000, 16_384
 RATES, TAUS = 10_000_000, 52  # two of the shortest fall together

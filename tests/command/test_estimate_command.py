@@ -95,7 +95,7 @@ def test_the_datasheet_comes_back(played: Any, system: str) -> None:
 
 
 def test_a_simulated_recording_in_text_gives_what_its_own_numbers_do(tmp_path: Path) -> None:
-    scenario = "insenv/scenario/two_position/published_a.toml"
+    scenario = "insenv/systems/two_position/scenarios/published_a.toml"
     text = Path(scenario).read_text(encoding="utf-8").replace('duration = "620 s"', 'duration = "100 s"')
     text = text.replace('[["300 s", "170 deg"]]', '[["40 s", "170 deg"]]').replace('"100 Hz"', '"10 Hz"')
     file = tmp_path / "short.toml"

@@ -15,7 +15,7 @@ import pages  # noqa: E402
 def project(folder: Path) -> Path:
     """A small project: a script that imports a module, which imports another, and names a plug-in and a scenario."""
     (folder / "scripts").mkdir()
-    for name in ("insenv/scenario/a", "estimators"):
+    for name in ("insenv/systems/a/scenarios", "estimators"):
         (folder / name).mkdir(parents=True)
     (folder / "pyproject.toml").write_text('[project.entry-points."x"]\nmine = "estimators.mine:Mine"\n')
     (folder / "insenv/deep.py").write_text("VALUE = 1\n")
@@ -23,7 +23,7 @@ def project(folder: Path) -> Path:
         '"""Words."""\n\ndef f():\n    from insenv.deep import VALUE\n    return VALUE\n'
     )
     (folder / "insenv/other.py").write_text("OTHER = 1\n")
-    (folder / "insenv/scenario/a/b.toml").write_text("x = 1\n")
+    (folder / "insenv/systems/a/scenarios/b.toml").write_text("x = 1\n")
     (folder / "estimators/mine.py").write_text("class Mine: ...\n")
     script = folder / "scripts/page.py"
     script.write_text('from insenv.near import f\n\nf("mine", "a/b")\n')
@@ -36,7 +36,7 @@ def project(folder: Path) -> Path:
         ("insenv/deep.py", "VALUE = 2\n", True),
         ("insenv/deep.py", '"""A module."""\n\n# A value.\nVALUE = (\n    1\n)\n', False),
         ("insenv/other.py", "OTHER = 2\n", False),
-        ("insenv/scenario/a/b.toml", "x = 2\n", True),
+        ("insenv/systems/a/scenarios/b.toml", "x = 2\n", True),
         ("estimators/mine.py", "class Mine: x = 1\n", True),
         ("scripts/page.py", 'from insenv.near import f\n\nf("mine", "a/b", 1)\n', True),
     ],

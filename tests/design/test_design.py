@@ -17,11 +17,8 @@ from insenv.core.errors import InputError
 from insenv.core.units import ARCSEC, DEG, PPM
 from insenv.design.designing import Asked, Designed, design, kind_of
 from insenv.design.front import Designer
-from insenv.design.north_finder import NorthFinder
 from insenv.design.page import to_html
 from insenv.design.played import Stage
-from insenv.design.rate_table import RateTable
-from insenv.design.two_position import TwoPosition
 from insenv.design.words import promise, summary, to_json
 from insenv.design.written import scenario_text, write_scenario
 from insenv.envs.follow import Follow, profile_actions
@@ -31,6 +28,9 @@ from insenv.information.alignment import Stretch, bound
 from insenv.information.alignment_quick import installation_sd
 from insenv.scenario import load, names
 from insenv.scenario.source import source
+from insenv.systems.north_finder.procedure import NorthFinder
+from insenv.systems.rate_table.procedure import RateTable
+from insenv.systems.two_position.procedure import TwoPosition
 
 NORTH, TWO, RATE = "north_finder/realistic", "two_position/published_a2", "rate_table/b215"
 NO_RUNS = range(0)

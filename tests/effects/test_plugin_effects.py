@@ -78,7 +78,7 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 def forget() -> None:
     """As in a new process: what is installed is looked for anew."""
-    plugins._installed.cache_clear()
+    plugins.installed.cache_clear()
     module._plug_in.cache_clear()
     sys.modules.pop("my_effects", None)
     importlib.invalidate_caches()
@@ -95,7 +95,7 @@ def test_the_example_of_the_page_is_short() -> None:
     assert len(EXAMPLE.strip().splitlines()) <= 25
 
 
-def test_an_installed_effect_is_simulated_named_by_the_loop_and_kept_by_a_calibration(
+def test_aninstalled_effect_is_simulated_named_by_the_loop_and_kept_by_a_calibration(
     package: Path, tmp_path: Path
 ) -> None:
     assert catalogue()[-1].key == KEY

@@ -26,12 +26,13 @@ from insenv.core.plugins import ESTIMATORS, POLICIES, find, names
 from insenv.core.recording import Recording
 from insenv.core.rows import row_of, rows
 from insenv.core.stateful import Adapter, adapted
+from insenv.core.system import system, systems
 from insenv.evaluate.check.child import SIMULATOR
 from insenv.evaluate.check.estimator import check_estimator, unasked
 from insenv.evaluate.check.plugin import check_plugin
 from insenv.evaluate.check.policy import check_policy
 from insenv.evaluate.check.rules import DeclinedError
-from insenv.evaluate.trials import _TRIALS, ENVIRONMENTS, RUNS, Trial, cut, events, trial
+from insenv.evaluate.trials import RUNS, Trial, cut, events, trial
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "docs/example_plugin"
@@ -46,7 +47,7 @@ def recorded(name: str) -> Trial:
 def said(check: Any, plugin: Any) -> dict[str, list[str]]:
     """Faults by environment; what declines is left out."""
     found = {}
-    for name in ENVIRONMENTS:
+    for name in systems():
         try:
             found[name] = check(plugin, recorded(name))
         except DeclinedError:
@@ -234,20 +235,19 @@ class LosesFirstRow(TwoPositionJoint):
         )
 
 
-@pytest.mark.parametrize("name", ENVIRONMENTS)
+@pytest.mark.parametrize("name", systems())
 def test_what_a_plugin_is_tried_on_holds_neither_simulator_nor_truth(name: str) -> None:
     from insenv.evaluate.runs import task_of  # a simulator, which the plug-ins of this module must not import
 
     data = pickle.dumps(recorded(name))
     assert not [module for module in SIMULATOR if module.encode() in data]
-    scenario, changes, *_ = _TRIALS[name]
-    task = task_of(scenario, changes)
+    task = task_of(system(name).trial.scenario, system(name).trial.changes)
     truth = task.world.truth(task.world.cast(range(RUNS)), RUNS)
     for asked in recorded(name).asked:
         assert not [value for value in truth[asked] if struct.pack("<d", value) in data]
 
 
-@pytest.mark.parametrize("name", ENVIRONMENTS)
+@pytest.mark.parametrize("name", systems())
 def test_who_tells_nothing_that_is_asked_for_cannot_be_judged(name: str) -> None:
     data = recorded(name)
     (asked,) = data.asked

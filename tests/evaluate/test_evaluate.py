@@ -399,7 +399,7 @@ def test_the_page_escapes_names_and_loads_nothing() -> None:
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        ({"--env": "Sea"}, "environment 'Sea' given; there are NorthFinder, TwoPosition, RateTable"),
+        ({"--env": "Sea"}, "environment 'Sea' given; there are NorthFinder, RateTable, TwoPosition"),
         ({"--estimator": "north_glls"}, "estimator 'north_glls' is not installed; did you mean 'north_gls'?"),
         ({"--policy": "constant"}, "policy 'constant"),
         ({"--estimator": "north_gls,"}, "--estimator 'north_gls,' given; wanted names"),

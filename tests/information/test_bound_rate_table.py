@@ -16,9 +16,9 @@ from insenv.core.units import DEG, PPM
 from insenv.envs.rollout import RollOut, roll_out
 from insenv.envs.task import Task
 from insenv.evaluate.bounds import bounds
-from insenv.evaluate.rate_bound import parameters_bound, run_to_run, scale_factor_bound
 from insenv.evaluate.runs import task_of
 from insenv.scenario import load
+from insenv.systems.rate_table.bound import parameters_bound, run_to_run, scale_factor_bound
 
 SCENARIO = "rate_table/b215"
 CHANGES: dict[str, Any] = {"undeclared": {}, "instrument.sampling": "20 Hz", "duration": "120 s"}

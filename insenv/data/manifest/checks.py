@@ -12,12 +12,12 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from insenv.core.errors import InputError
+from insenv.core.errors import InputError, nearest
 from insenv.core.plugins import check_code
 from insenv.core.recording import Mounting, Site
 from insenv.core.units import quantity
 from insenv.data.manifest import schema
-from insenv.data.manifest.schema import nearest, shown
+from insenv.data.manifest.schema import shown
 from insenv.data.manifest.spec import (
     ACCELEROMETERS,
     BARE,

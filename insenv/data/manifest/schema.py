@@ -8,15 +8,13 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Iterable
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 import msgspec
 from msgspec import field, inspect
 
-from insenv.core.errors import InputError
+from insenv.core.errors import InputError, nearest
 
 Names = str | list[str]
 Steps = tuple[str | int, ...]
@@ -182,15 +180,6 @@ def parse(path: Path) -> ManifestTable:
     }
     noise = {name: _noise(v, ("noise", name), path) for name, v in table.noise.items()}
     return msgspec.structs.replace(table, channels=channels, noise=noise)
-
-
-def nearest(wrong: str, known: Iterable[str]) -> str:
-    """Hint that follows the name of something unknown: the nearest known name, or the first 20 of them."""
-    known = list(known)
-    if close := get_close_matches(wrong, known, n=1):
-        return f"did you mean {close[0]!r}?"
-    names = [name if name.isprintable() and name else repr(name) for name in known[:20]]
-    return f"there are {', '.join(names) or 'none'}{', ...' if len(known) > 20 else ''}"
 
 
 #: What `insenv init` writes where it has a question.

@@ -14,8 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from insenv.core.errors import InputError
-from insenv.data.manifest.schema import nearest
+from insenv.core.errors import InputError, nearest
 from insenv.data.readers import text
 from insenv.data.readers.mat5 import load_mat5, unfolded
 from insenv.data.readers.table import Column, Table, as_labels, as_numbers, check_size, decoding

@@ -13,9 +13,9 @@ from warnings import catch_warnings, simplefilter
 import numpy as np
 from numpy.typing import NDArray
 
-from insenv.core.errors import InputError
+from insenv.core.errors import InputError, nearest
 from insenv.core.recording import Floats, Site
-from insenv.data.manifest.schema import nearest, shown
+from insenv.data.manifest.schema import shown
 from insenv.data.manifest.spec import Quantity
 
 #: A file may unfold to so many bytes however small it is, and to more if it is no smaller than this share of them.

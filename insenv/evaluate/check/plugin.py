@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 from insenv.core.errors import InputError
 from insenv.core.plugins import EFFECTS, ESTIMATORS, POLICIES
-from insenv.data.manifest.schema import nearest
+from insenv.core.system import system, systems
 from insenv.evaluate.check.child import Kind, Tried
 from insenv.evaluate.child import Child
-from insenv.evaluate.trials import ENVIRONMENTS, trial
+from insenv.evaluate.trials import trial
 
 #: Longest time of one call [s].
 LIMIT = 60.0
@@ -78,7 +78,7 @@ def check_plugin(
     name : str
         Of an entry point, or "module:Name".
     environments : sequence of str, optional
-        "NorthFinder", "TwoPosition", "RateTable"; all.
+        Names of systems, "NorthFinder"; all.
     limit : float
         Longest time of one call [s].
     say : callable
@@ -89,10 +89,7 @@ def check_plugin(
     InputError
         If there is no such plug-in or environment.
     """
-    wanted = ENVIRONMENTS if environments is None else tuple(environments)
-    for each in wanted:
-        if each not in ENVIRONMENTS:
-            raise InputError(f"environment {each!r} given; {nearest(each, ENVIRONMENTS)}")
+    wanted = tuple(systems()) if environments is None else tuple(system(each).name for each in environments)
     ended = Child("insenv.evaluate.check.child:kind", name, limit).wait()
     if not isinstance(found := ended.result, Kind):
         raise InputError(ended.fault if name in ended.fault else f"plug-in {name!r} {ended.fault}")

@@ -21,7 +21,7 @@ from gymnasium.vector import AutoresetMode
 
 from insenv.core.estimate import Datasheet
 from insenv.core.recording import Channel, Floats
-from insenv.envs.asked import System, scenario_task
+from insenv.envs.asked import Setup, scenario_task
 from insenv.envs.belief import Quantity
 from insenv.envs.group import Blocks, Film, Flags
 from insenv.envs.normalised import Maker
@@ -185,7 +185,7 @@ def north_finder(
     InputError
         If the scenario or the estimator cannot be used.
     """
-    return scenario_task(_SYSTEM, scenario, changes, estimator, step_s, sampling)
+    return scenario_task(_SETUP, scenario, changes, estimator, step_s, sampling)
 
 
 def _world(scenario: Scenario, sheet: Datasheet, asked: Asked) -> NorthFinder:
@@ -197,7 +197,7 @@ def _north(asked: Asked, sheet: Datasheet) -> tuple[Quantity, ...]:
     return (azimuth,) if asked.kind == "north-finder" else ()
 
 
-_SYSTEM = System("north finder", ("north-finder", "scale-factor-test"), "[table]", _world, _north)
+_SETUP = Setup("north finder", ("north-finder", "scale-factor-test"), "[table]", _world, _north)
 
 
 class NorthFinderEnv(TaskEnv):

@@ -24,7 +24,7 @@ from gymnasium.vector import AutoresetMode
 
 from insenv.core.estimate import Datasheet
 from insenv.core.recording import Channel, Floats
-from insenv.envs.asked import System, scenario_task
+from insenv.envs.asked import Setup, scenario_task
 from insenv.envs.belief import Quantity
 from insenv.envs.group import Blocks, Film, Flags
 from insenv.envs.normalised import Maker
@@ -203,7 +203,7 @@ def rate_table(
     InputError
         If the scenario or the estimator cannot be used.
     """
-    return scenario_task(_SYSTEM, scenario, changes, estimator, step_s, sampling)
+    return scenario_task(_SETUP, scenario, changes, estimator, step_s, sampling)
 
 
 def _world(scenario: Scenario, sheet: Datasheet, asked: Asked) -> RateTable:
@@ -216,7 +216,7 @@ def _scale_factor(asked: Asked, sheet: Datasheet) -> tuple[Quantity, ...]:
     return (Quantity("scale_factor", prior, MOST_ERROR, asked.demanded, unit="1"),)
 
 
-_SYSTEM = System("rate table", ("rate-table",), "[table]", _world, _scale_factor)
+_SETUP = Setup("rate table", ("rate-table",), "[table]", _world, _scale_factor)
 
 
 class RateTableEnv(TaskEnv):

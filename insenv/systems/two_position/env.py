@@ -24,7 +24,7 @@ from gymnasium.vector import AutoresetMode
 from insenv.core.attitude import angles_from_dcm
 from insenv.core.estimate import Datasheet
 from insenv.core.recording import Channel, Floats
-from insenv.envs.asked import System, scenario_task
+from insenv.envs.asked import Setup, scenario_task
 from insenv.envs.belief import Quantity
 from insenv.envs.group import Blocks, Film, Flags
 from insenv.envs.normalised import Maker
@@ -194,7 +194,7 @@ def two_position(
     InputError
         If the scenario or the estimator cannot be used.
     """
-    return scenario_task(_SYSTEM, scenario, changes, estimator, step_s, sampling)
+    return scenario_task(_SETUP, scenario, changes, estimator, step_s, sampling)
 
 
 def _world(scenario: Scenario, sheet: Datasheet, asked: Asked) -> TwoPosition:
@@ -206,7 +206,7 @@ def _installation(asked: Asked, sheet: Datasheet) -> tuple[Quantity, ...]:
     return (Quantity("installation_angle", min(ANY_ANGLE, told), np.pi, asked.demanded, circular=True, unit="rad"),)
 
 
-_SYSTEM = System("two-position calibration", ("two-position",), "[vehicle]", _world, _installation)
+_SETUP = Setup("two-position calibration", ("two-position",), "[vehicle]", _world, _installation)
 
 
 class TwoPositionEnv(TaskEnv):

@@ -25,6 +25,20 @@ from insenv.scenario import Scenario
 _EXACT = 1e-5
 
 
+def bound(
+    datasheet: Datasheet, run: Recording, quantities: tuple[str, ...], scenario: Scenario | None
+) -> dict[str, float]:
+    """Of the slope of the line, where a rate test asks for it [1]; see `insenv.evaluate.bounds`.
+
+    Another task's scale factor is that of the moment, and no slope.
+    """
+    if "scale_factor" not in quantities or scenario is None or scenario.task is None:
+        return {}
+    if scenario.task.kind != "rate-table":
+        return {}
+    return {"scale_factor": scale_factor_bound(datasheet, run, scenario)}
+
+
 def scale_factor_bound(datasheet: Datasheet, run: Recording, scenario: Scenario) -> float:
     """Least standard deviation of K - 1 of the last power-up; infinite where the run does not tell it.
 
@@ -38,15 +52,15 @@ def scale_factor_bound(datasheet: Datasheet, run: Recording, scenario: Scenario)
     """
     assert scenario.task is not None
     try:
-        bound, told = parameters_bound(datasheet, run, run_to_run(scenario))
+        least, told = parameters_bound(datasheet, run, run_to_run(scenario))
     except InputError:
         return np.inf
     weights, _ = slope(told, datasheet, min(scenario.task.range, datasheet.limits.rate))
-    named = {name: weight for name, weight in weights.items() if weight and name in bound.names}
+    named = {name: weight for name, weight in weights.items() if weight and name in least.names}
     if not named:
         return np.inf
     g = np.array(list(named.values()))
-    variance = float(g @ bound.block(tuple(named)) @ g)
+    variance = float(g @ least.block(tuple(named)) @ g)
     return float(np.sqrt(variance)) if np.isfinite(variance) else np.inf
 
 
