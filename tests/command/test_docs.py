@@ -249,6 +249,6 @@ def test_the_layers_are_those_of_the_import_contract() -> None:
     ]
     layers = next(c for c in contracts if c["id"] == "layers")["layers"]
     wanted = [re.findall(r"\w+", layer) for layer in layers if "__main__" not in layer]
-    drawn = next(content for _, content in blocks(ROOT / "docs" / "architecture.md") if content.startswith("cli "))
+    drawn = next(content for _, content in blocks(ROOT / "docs" / "architecture.md") if content.startswith("systems "))
     found = [re.findall(r"\w+", re.split(r" {2,}", line)[0]) for line in drawn.splitlines()]
     assert found == wanted

@@ -5,19 +5,15 @@ from __future__ import annotations
 import pickle
 import struct
 import subprocess
-import sys
-import sysconfig
-import tomllib
-import venv
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 from command import Ended, run
+from installed import environment_with
 
 from estimators.two_position.joint import TwoPositionJoint
 from insenv.core.errors import InputError
@@ -493,7 +489,7 @@ def test_bad_input_ends_in_one_sentence(
 
 @pytest.mark.slow
 def test_an_installed_package_adds_an_estimator_and_a_policy(tmp_path: Path) -> None:
-    python = _environment(tmp_path / "env")
+    python = environment_with(EXAMPLE, tmp_path / "env")
 
     def insenv(*options: str) -> subprocess.CompletedProcess[str]:
         command = [str(python), "-m", "insenv.cli", *options]
@@ -508,47 +504,3 @@ def test_an_installed_package_adds_an_estimator_and_a_policy(tmp_path: Path) -> 
     )
     assert ended.returncode == 0, ended.stdout + ended.stderr
     assert "there_and_back  folded_turns" in ended.stdout
-
-
-def _environment(folder: Path) -> Path:
-    """A fresh virtual environment that sees the packages of this one, with the example installed; its Python.
-
-    With the build backend of the example at hand it is installed by pip, without a network; else its files and
-    metadata are put where an installer would put them.
-    """
-    venv.create(folder)
-    python = folder / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
-    program = "import sysconfig; print(sysconfig.get_path('purelib'))"
-    site = Path(subprocess.run([python, "-c", program], capture_output=True, text=True, check=True).stdout.strip())
-    there = sysconfig.get_path("purelib")
-    (site / "parent.pth").write_text(f"{ROOT}\nimport site; site.addsitedir({there!r})\n")
-    copy = folder / "source"
-    copy.mkdir()
-    for path in EXAMPLE.glob("*.*"):
-        (copy / path.name).write_bytes(path.read_bytes())
-    command = [
-        sys.executable,
-        "-m",
-        "pip",
-        "--python",
-        str(python),
-        "install",
-        "--quiet",
-        "--no-deps",
-        "--no-index",
-        "--no-build-isolation",
-        str(copy),
-    ]
-    if subprocess.run(command, capture_output=True).returncode == 0:
-        return python
-    project = SimpleNamespace(**tomllib.loads((EXAMPLE / "pyproject.toml").read_text())["project"])
-    info = site / f"{project.name.replace('-', '_')}-{project.version}.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {project.name}\nVersion: {project.version}\n")
-    points = vars(project)["entry-points"]
-    text = "\n".join(
-        f"[{group}]\n" + "\n".join(f"{k} = {v}" for k, v in some.items()) for group, some in points.items()
-    )
-    (info / "entry_points.txt").write_text(text + "\n")
-    (site / "turntable_plugins.py").write_bytes((EXAMPLE / "turntable_plugins.py").read_bytes())
-    return python

@@ -1,0 +1,57 @@
+"""North on a table that turns slowly: an action is the rate and whether to stop, as of the north finder.
+
+The world is the north finder's own; what is asked for, and how well it is known before, is this system's.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from insenv.core.estimate import Datasheet
+from insenv.envs.asked import Setup, scenario_task
+from insenv.envs.belief import Quantity
+from insenv.envs.single import TaskEnv
+from insenv.envs.task import Task
+from insenv.envs.vector import TaskVectorEnv
+from insenv.scenario import Scenario
+from insenv.scenario.task import Task as Asked
+from insenv.systems.north_finder.env import NorthFinder
+
+
+def _world(scenario: Scenario, sheet: Datasheet, asked: Asked) -> NorthFinder:
+    return NorthFinder(scenario, sheet, asked.samples)
+
+
+def _azimuth(asked: Asked, sheet: Datasheet) -> tuple[Quantity, ...]:
+    """The azimuth, of which nothing is known: uniform on the circle."""
+    return (Quantity("azimuth", np.pi / np.sqrt(3), np.pi, asked.demanded, circular=True, unit="rad"),)
+
+
+_SETUP = Setup("slow table", ("slow-north",), "[table]", _world, _azimuth)
+
+
+def slow_table(
+    scenario: str = "slow_table/slow",
+    changes: Mapping[str, Any] | None = None,
+    estimator: str | None = None,
+    step_s: float | None = None,
+    sampling: float | None = None,
+) -> Task:
+    """The task of a scenario; parameters as of `insenv.systems.north_finder.env.north_finder`."""
+    return scenario_task(_SETUP, scenario, changes, estimator, step_s, sampling)
+
+
+class SlowTableEnv(TaskEnv):
+    """``insenv/SlowTable-v0``; parameters as of `slow_table`."""
+
+    def __init__(self, render_mode: str | None = None, **settings: Any) -> None:
+        super().__init__(slow_table(**settings), render_mode)
+
+
+class SlowTableVectorEnv(TaskVectorEnv):
+    """The vector form of ``insenv/SlowTable-v0``."""
+
+    def __init__(self, num_envs: int = 1, **settings: Any) -> None:
+        own = {name: settings.pop(name) for name in ("changes", "estimator", "scenario") if name in settings}
+        super().__init__(slow_table(**own), num_envs, **settings)

@@ -1,0 +1,49 @@
+"""A package of another author, installed in an environment of its own that sees this one's packages."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import sysconfig
+import tomllib
+import venv
+from pathlib import Path
+from types import SimpleNamespace
+
+ROOT = Path(__file__).parents[2]
+
+
+def environment_with(example: Path, folder: Path) -> Path:
+    """A fresh virtual environment that sees the packages of this one, with an example installed; its Python.
+
+    With the build backend of the example at hand it is installed by pip, without a network; else its files and
+    metadata are put where an installer would put them.
+    """
+    venv.create(folder)
+    python = folder / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
+    program = "import sysconfig; print(sysconfig.get_path('purelib'))"
+    site = Path(subprocess.run([python, "-c", program], capture_output=True, text=True, check=True).stdout.strip())
+    there = sysconfig.get_path("purelib")
+    (site / "parent.pth").write_text(f"{ROOT}\nimport site; site.addsitedir({there!r})\n")
+    copy = folder / "source"
+    shutil.copytree(example, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    pip = [sys.executable, "-m", "pip", "--python", str(python), "install", "--quiet"]
+    pip += ["--no-deps", "--no-index", "--no-build-isolation", str(copy)]
+    if subprocess.run(pip, capture_output=True).returncode == 0:
+        return python
+    project = SimpleNamespace(**tomllib.loads((example / "pyproject.toml").read_text())["project"])
+    info = site / f"{project.name.replace('-', '_')}-{project.version}.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {project.name}\nVersion: {project.version}\n")
+    points = vars(project)["entry-points"]
+    text = "\n".join(
+        f"[{group}]\n" + "\n".join(f"{k} = {v}" for k, v in some.items()) for group, some in points.items()
+    )
+    (info / "entry_points.txt").write_text(text + "\n")
+    for each in copy.iterdir():
+        if each.is_dir():
+            shutil.copytree(each, site / each.name)
+        elif each.suffix == ".py":
+            shutil.copy(each, site)
+    return python
