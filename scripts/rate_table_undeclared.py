@@ -112,7 +112,8 @@ class Told:
     """What closing the loop made of one campaign.
 
     ``held_out`` are error before, after, and what the noise alone would leave [rad/s]; ``scale_factor`` the relative
-    error of K before and after, not a number where a curve without a name is part of the model.
+    error of K before and after, not a number where a curve without a name is part of the model; ``reasons`` why the
+    verdict is not that all was found.
     """
 
     verdict: str
@@ -121,6 +122,7 @@ class Told:
     held_out: tuple[float, float, float]
     averaging: float
     scale_factor: tuple[float, float]
+    reasons: tuple[str, ...] = ()
 
 
 def played(scenario: Scenario, seed: int, preheat: float) -> tuple[Recording, ...]:
@@ -179,6 +181,7 @@ def _told(found: Findings, truth: float, low: Motion) -> Told:
         (held.before, held.after, held.noise_floor),
         held.averaging,
         (before - truth, after - truth),
+        target.reasons,
     )
 
 
