@@ -17,6 +17,9 @@ Intervals
 Randomness
     Generators live at the outer edge; kernels take unit normals and carry state in and out.
     Row ``i`` of a batch is the run with seed ``seed + i``, bit for bit.
+
+The promised names stand in ``__init__.pyi`` (`insenv.close_loop`, `insenv.simulate`, `insenv.Recording`): each is
+imported when it is used, so that ``import insenv`` costs next to nothing.
 """
 
 from __future__ import annotations
@@ -28,11 +31,33 @@ from typing import TYPE_CHECKING
 from insenv.moved import install
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
     from importlib.machinery import ModuleSpec
     from types import ModuleType
 
 __version__ = "0.1.0"
+
+
+def _promised() -> Mapping[str, tuple[str, str]]:
+    """Module and attribute of each promised name."""
+    import re
+    from pathlib import Path
+
+    text = Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")
+    return {name: (module, own) for module, own, name in re.findall(r"^from (\S+) import (\w+) as (\w+)$", text, re.M)}
+
+
+def __getattr__(name: str) -> object:
+    if name.startswith("__") or (found := _promised().get(name)) is None:
+        raise AttributeError(f"module 'insenv' has no attribute {name!r}")
+    from importlib import import_module
+
+    return getattr(import_module(found[0]), found[1])
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_promised()})
+
 
 _REGISTRATION = "gymnasium.envs.registration"
 
