@@ -22,7 +22,7 @@ from insenv.core.plugins import ESTIMATORS, POLICIES, find, names
 from insenv.core.recording import Recording
 from insenv.core.rows import row_of, rows
 from insenv.core.stateful import Adapter, adapted
-from insenv.core.system import system, systems
+from insenv.core.system import SYSTEMS, system
 from insenv.evaluate.check.child import SIMULATOR
 from insenv.evaluate.check.estimator import check_estimator, unasked
 from insenv.evaluate.check.plugin import check_plugin
@@ -43,7 +43,7 @@ def recorded(name: str) -> Trial:
 def said(check: Any, plugin: Any) -> dict[str, list[str]]:
     """Faults by environment; what declines is left out."""
     found = {}
-    for name in systems():
+    for name in names(SYSTEMS):
         try:
             found[name] = check(plugin, recorded(name))
         except DeclinedError:
@@ -231,7 +231,7 @@ class LosesFirstRow(TwoPositionJoint):
         )
 
 
-@pytest.mark.parametrize("name", systems())
+@pytest.mark.parametrize("name", names(SYSTEMS))
 def test_what_a_plugin_is_tried_on_holds_neither_simulator_nor_truth(name: str) -> None:
     from insenv.evaluate.runs import task_of  # a simulator, which the plug-ins of this module must not import
 
@@ -243,7 +243,7 @@ def test_what_a_plugin_is_tried_on_holds_neither_simulator_nor_truth(name: str) 
         assert not [value for value in truth[asked] if struct.pack("<d", value) in data]
 
 
-@pytest.mark.parametrize("name", systems())
+@pytest.mark.parametrize("name", names(SYSTEMS))
 def test_who_tells_nothing_that_is_asked_for_cannot_be_judged(name: str) -> None:
     data = recorded(name)
     (asked,) = data.asked
@@ -434,7 +434,7 @@ def strangers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A module of plug-ins that a check can import in its own process."""
     (tmp_path / "strangers_plugins.py").write_text(STRANGERS)
     monkeypatch.syspath_prepend(str(tmp_path))
-    monkeypatch.syspath_prepend(str(Path(__file__).parents[1] / "cases"))
+    monkeypatch.syspath_prepend(str(Path(__file__).parent))
 
 
 @pytest.mark.slow

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))  # the bench shares nothing with insenv
+sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "tests"))  # the bench shares nothing with insenv
 
 from blind.cases import Made, draw, further_run
 from blind.damage import FAULTS, shortcomings, write
