@@ -15,8 +15,8 @@ import numpy as np
 
 from insenv.core.recording import Floats
 
-_AT_EDGES = ("t", "angle", "temperature", "rate_edges")
-_PER_INTERVAL = ("rate", "base_tilt", "force", "cross_rate")
+_AT_EDGES = ("t", "angle", "temperature", "rate_edges", "turn_rate")
+_PER_INTERVAL = ("rate", "base_tilt", "force", "vibration", "cross_rate")
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,8 @@ class Motion:
         Table angle at the edges, cumulative [rad].
     rate_edges : ndarray, shape (..., n + 1), optional
         Rate about the input axis at the edges [rad/s].
+    turn_rate : ndarray, shape (..., n + 1), optional
+        Rate of the table at the edges, for an accelerometer that turns with it [rad/s].
     temperature : ndarray, shape (..., n + 1), optional
         Temperature at the edges [K].
     base_tilt : ndarray, shape (..., n), optional
@@ -40,6 +42,8 @@ class Motion:
         accelerometer reads gravity times it [rad].
     force : mapping of str to ndarray, shape (..., n)
         Specific force along the body axes "x", "y", "z" [m/s^2].
+    vibration : mapping of str to ndarray, shape (..., n)
+        Mean square of the specific force about its own mean over a second, along body axes [(m/s^2)^2].
     cross_rate : mapping of str to ndarray, shape (..., n)
         Input of the other axes of the triad, by axis name: rates [rad/s], of an accelerometer specific forces [m/s^2].
     projection : float
@@ -66,9 +70,11 @@ class Motion:
     rate: Floats
     angle: Floats | None = None
     rate_edges: Floats | None = None
+    turn_rate: Floats | None = None
     temperature: Floats | None = None
     base_tilt: Floats | None = None
     force: Mapping[str, Floats] = field(default_factory=dict)
+    vibration: Mapping[str, Floats] = field(default_factory=dict)
     cross_rate: Mapping[str, Floats] = field(default_factory=dict)
     projection: float = 1.0
     reference_temperature: float = 298.15

@@ -22,6 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
 
 from insenv.core.earth import EARTH_RATE
 from insenv.core.motion import Motion, interval_mean
@@ -39,6 +40,8 @@ CHANNEL_OF = {
     "temperature": "temperature",
     "base_tilt": "gyro_x, gyro_y, gyro_z",
     "force": "accel_x",
+    "vibration": "accel_x",
+    "turn_rate": "table_rate",
     "cross_rate": "gyro_x, gyro_y, gyro_z",
 }
 
@@ -48,6 +51,8 @@ STEADY = 1e-7
 #: share of the largest rate; not where it is off by so large a share. It follows a command that it has this
 #: share of the time.
 USUAL, FAR_OFF, SAME_RATE, OTHER_RATE, FOLLOWED = 0.3, 12.0, 1e-3, 0.02, 0.6
+#: Time about whose mean a specific force vibrates [s], and fewest rows of it.
+SHAKES, FEWEST = 1.0, 5
 #: Direction of "up" in the axis letters of `Mounting.axes`.
 _UP = {"U": 1.0, "D": -1.0}
 
@@ -123,9 +128,11 @@ def expose(
         rate=table.reference * share + vertical,
         angle=table.angle,
         rate_edges=None if table.rate_edges is None else table.rate_edges * share + vertical,
+        turn_rate=_turn_rate(recording, target, edges),
         temperature=_temperature(recording, cell_of_row, n),
         base_tilt=_base_tilt(recording, target, edges),
         force=_others(recording, cell_of_row, n, "accel_") if target.startswith("gyro") else {},
+        vibration=_vibration(recording, target, cell_of_row, n),
         cross_rate=_cross_rates(recording, target, cell_of_row, n),
         projection=projection,
         reference_temperature=reference_temperature,
@@ -415,6 +422,14 @@ def _rate_edges(recording: Recording, edges: Floats, names: tuple[str, ...]) -> 
     return rate
 
 
+def _turn_rate(recording: Recording, target: str, edges: Floats) -> Floats | None:
+    """Rate of the table at the edges, of an accelerometer; None where no table turns."""
+    names = order(recording)
+    if not target.startswith("accel") or not names or (recording.table is not None and recording.table.still):
+        return None
+    return _rate_edges(recording, edges, names)
+
+
 def _temperature(recording: Recording, cell_of_row: NDArray[np.int64], n: int) -> Floats | None:
     """Temperature at the edges, from the smoothed means of the cells."""
     if "temperature" not in recording.channels:
@@ -463,6 +478,23 @@ def _others(recording: Recording, cell_of_row: NDArray[np.int64], n: int, prefix
         for axis in "xyz"
         if prefix + axis in recording.channels
     }
+
+
+def _vibration(recording: Recording, target: str, cell_of_row: NDArray[np.int64], n: int) -> dict[str, Floats]:
+    """Cell means of the square of each accelerometer about its own mean over `SHAKES` seconds.
+
+    Of an accelerometer the other axes alone: its own noise is no vibration to itself.
+    """
+    width = int(SHAKES / recording.dt)
+    if width < FEWEST or len(recording) < 2 * width:
+        return {}
+    found = {}
+    for axis in "xyz":
+        if (name := f"accel_{axis}") in recording.channels and name != target:
+            values = recording.channels[name].values
+            level = uniform_filter1d(values, width, mode="nearest")
+            found[axis] = _gather((values - level) ** 2, cell_of_row, n)[1]
+    return found
 
 
 def _cross_rates(recording: Recording, target: str, cell_of_row: NDArray[np.int64], n: int) -> dict[str, Floats]:

@@ -22,13 +22,17 @@ import numpy as np
 from insenv.core.earth import EARTH_RATE
 from insenv.core.motion import Motion, interval_slope
 from insenv.core.recording import Floats
-from insenv.effects.base import OUTPUT, LinearEffect, Param
+from insenv.effects.base import OUTPUT, Effect, LinearEffect, Param
 from insenv.effects.forms import bend, checked_order, columns, known, spread, wave
+from insenv.effects.wobble import HIGHEST_ORDER as HIGHEST_WOBBLE
+from insenv.effects.wobble import Wobble
 
 #: Highest harmonic of a turn that can be asked for; gears and pole pairs stay below.
 HIGHEST_ORDER = 360
 #: How well the tilt of a mount is taken to be known, in radians: 0.17 deg.
 MOUNTED = 0.003
+#: Departure of the share of the table's rate that an axis sees from none and all, up to which a wobble shows nothing.
+LEAST_SHARE = 1e-3
 
 
 class _Wave(LinearEffect):
@@ -66,6 +70,12 @@ class EncoderHarmonic(_Wave):
 
     def __post_init__(self) -> None:
         checked_order(self.id, self.order, HIGHEST_ORDER)
+
+    def twins(self, motion: Motion) -> tuple[Effect, ...]:
+        """Wobbles that go round once more or less often in a turn, to a gyro that is not along the table's axis."""
+        inclined = LEAST_SHARE < abs(motion.projection) < 1 - LEAST_SHARE
+        orders = [k for k in (self.order + 1, self.order - 1) if 1 <= k <= HIGHEST_WOBBLE]
+        return tuple(Wobble(k) for k in orders) if inclined else ()
 
     def wave(self, motion: Motion, c: float | Floats, s: float | Floats) -> Floats:
         """Difference of the wave over the edges, in the share that the input axis sees."""

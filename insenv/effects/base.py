@@ -116,6 +116,10 @@ class Effect(ABC):
         Whether it is another one in every run: clocks are started anew.
     carries : tuple of str
         Noises that it brings along from the channels that it is made of: a rate that is integrated has a walk.
+    unusual : bool
+        Whether it is rarer by far than others that look like it: it is named first only where it is far likelier.
+    told_by : str
+        What would tell it from an effect whose twin it is.
     """
 
     id: ClassVar[str] = ""
@@ -133,6 +137,8 @@ class Effect(ABC):
     generic: ClassVar[bool] = False
     of_run: ClassVar[bool] = False
     carries: ClassVar[tuple[str, ...]] = ()
+    unusual: ClassVar[bool] = False
+    told_by: ClassVar[str] = ""
 
     @property
     @abstractmethod
@@ -157,9 +163,14 @@ class Effect(ABC):
         """Fields of the exposure that the effect needs and ``motion`` lacks."""
         return tuple(need for need in self.needs if not motion.has(need))
 
+    def blind(self, motion: Motion) -> str:
+        """Why a recording with this exposure shows nothing of the effect's own; empty where it may."""
+        del motion
+        return ""
+
     def steady(self, motion: Motion) -> bool:
         """Whether what it adds at a rate that holds is a function of that rate, known on ``motion``."""
-        fitted = isinstance(self, LinearEffect | CurveEffect)
+        fitted = isinstance(self, LinearEffect | CurveEffect) and not isinstance(self, MemoryEffect)
         return self.of_rate and not self.of_time and fitted and not self.missing(motion)
 
     def over(self, motion: Motion) -> Self:
@@ -173,6 +184,11 @@ class Effect(ABC):
 
     def others(self) -> tuple[Self, ...]:
         """Forms that it may have instead, with the same parameters: what they would change is in a fit's deviations."""
+        return ()
+
+    def twins(self, motion: Motion) -> tuple[Effect, ...]:
+        """Effects that no search tries, whose curve on one recording with this exposure is the effect's own."""
+        del motion
         return ()
 
     def near(self, theta: Floats) -> Self:

@@ -18,8 +18,9 @@ import numpy as np
 
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats
-from insenv.effects.base import OUTPUT, CurveEffect, LinearEffect, Param
+from insenv.effects.base import OUTPUT, CurveEffect, Effect, LinearEffect, Param
 from insenv.effects.forms import columns, decay, spread, time_constants
+from insenv.effects.tilt import BaseSettling
 
 #: A step's grid is no finer than this share of the recording, and no coarser than `STEP_SPACING`.
 STEP_SHARE = 1e-3
@@ -68,6 +69,10 @@ class BiasWarmUp(CurveEffect):
     source = "IEEE Std 647-2006: warm-up; first-order heating of the sensor block"
     of_time = True
     sudden = True
+
+    def twins(self, motion: Motion) -> tuple[Effect, ...]:
+        """A base that settles under a level accelerometer at rest."""
+        return (BaseSettling(),) if motion.angle is None else ()
 
     def curve(self, u: Floats, motion: Motion, theta: Floats) -> Floats:
         """Exact mean of the exponential, shape (..., n)."""

@@ -13,10 +13,13 @@ from functools import cache
 
 from insenv.core.errors import InputError
 from insenv.core.plugins import EFFECTS, find, names
+from insenv.effects.acceleration import CentripetalAcceleration, LeverArm, VibrationRectification
 from insenv.effects.angle import AngleLockedRate, EarthRate, EncoderHarmonic, MagneticField
 from insenv.effects.base import Effect
 from insenv.effects.bias import Bias, BiasDrift, BiasStep, BiasWarmUp
 from insenv.effects.cross import CrossAxis, GSensitivity
+from insenv.effects.hysteresis import EncoderBacklash, ScaleFactorHysteresis
+from insenv.effects.lag import OutputBandwidth, SelfHeating, SettlingAfterTurn
 from insenv.effects.lock_in import LockIn, LockInWander, RateLock
 from insenv.effects.noise import AngleRandomWalk, BiasInstability, Quantization, RateRandomWalk
 from insenv.effects.response import CompensationRipple, SineResponse
@@ -31,7 +34,8 @@ from insenv.effects.scale import (
 )
 from insenv.effects.spline import SplineAngle, SplineRate, SplineTemperature, SplineTime
 from insenv.effects.thermal import BiasTemperature, BiasTemperatureRate, BiasThermalLag
-from insenv.effects.tilt import BaseTilt
+from insenv.effects.threshold import DeadBand
+from insenv.effects.tilt import BaseSettling, BaseTilt
 from insenv.effects.timing import SampleHold, TimingSkew
 from insenv.effects.tone import Tone
 from insenv.effects.triad import AccelBias, AccelScaleFactor, Misalignment, NonOrthogonality
@@ -64,6 +68,16 @@ CATALOGUE: tuple[Effect, ...] = (
     CrossAxis(),
     Tone(),
     BaseTilt(),
+    EncoderBacklash(),
+    ScaleFactorHysteresis(),
+    DeadBand(),
+    OutputBandwidth(),
+    SelfHeating(),
+    SettlingAfterTurn(),
+    CentripetalAcceleration(1),
+    CentripetalAcceleration(2),
+    VibrationRectification(),
+    LeverArm(),
     SplineTime(),
     SplineTemperature(),
     SplineRate(),
@@ -79,7 +93,7 @@ TRIAD: tuple[Effect, ...] = (AccelBias(), AccelScaleFactor(), NonOrthogonality()
 
 #: Those and what only a scenario may name: at one tilt, from one record, or at the rates of a usual test they cannot be
 #: told from others (a sine from a cubic, a lock from a local anomaly), or by no turning at all (a field from the
-#: Earth's rate).
+#: Earth's rate). Some stand in a report as rivals nonetheless (`insenv.identify.search.twins`).
 ALL: tuple[Effect, ...] = (
     *CATALOGUE,
     *TRIAD,
@@ -88,6 +102,7 @@ ALL: tuple[Effect, ...] = (
     RateLock(),
     SineResponse(),
     MagneticField(),
+    BaseSettling(),
 )
 
 

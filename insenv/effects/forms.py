@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from scipy.signal import lfilter
 
 from insenv.core.errors import InputError
 from insenv.core.motion import Motion
@@ -26,6 +27,8 @@ from insenv.core.recording import Floats
 _SMALL = 0.0125
 _SINC = (-1 / 6 + 9 / 16 * _SMALL**4 / 5040, 1 / 120 - 3 / 2 * _SMALL**2 / 5040)
 
+#: Quantile of the size of fourth differences by which the noise of a reading is told, and its deviation by unit noise.
+QUANTILE, DEVIATION = 0.75, 1.15 * 70**0.5
 
 #: Intervals up to which an angle counts as straight [s]: at 60 deg/s^2 it bends by 9e-6 rad, 1e-4 deg/h of Earth rate.
 _SHORT = 0.01
@@ -157,3 +160,24 @@ def checked_order(effect: str, order: int, highest: int) -> None:
     """
     if not 1 <= order <= highest:
         raise InputError(f"effect {effect!r}: order {order} given, wanted 1 to {highest}")
+
+
+def reading_noise(x: Floats) -> float:
+    """Standard deviation of the noise of a reference that was measured: smooth motion leaves fourth differences."""
+    if x.shape[-1] < 8:
+        return 0.0
+    return float(np.quantile(np.abs(np.diff(x, 4, axis=-1)), QUANTILE)) / DEVIATION
+
+
+def first_order(decayed: Floats, drive: Floats, start: Floats) -> tuple[Floats, Floats]:
+    """Solve w[k+1] = decayed w[k] + drive[k]: w at the first n edges, shape (..., n), and at the last."""
+    shape = np.broadcast_shapes(drive.shape[:-1], start.shape)
+    n = drive.shape[-1]
+    edges = np.empty((*shape, n + 1))
+    edges[..., 0] = start
+    drive = np.broadcast_to(drive, (*shape, n))
+    # A filter has one set of coefficients: rows of a batch that differ in them are filtered one by one.
+    for row in np.ndindex(decayed.shape):
+        initial = (decayed[row] * edges[(*row, ..., 0)])[..., None]
+        edges[(*row, ..., slice(1, None))], _ = lfilter([1.0], [1.0, -decayed[row]], drive[row], zi=initial)
+    return edges[..., :-1], edges[..., -1].copy()

@@ -16,12 +16,11 @@ from dataclasses import dataclass
 from typing import Any, final
 
 import numpy as np
-from scipy.signal import lfilter
 
 from insenv.core.motion import Motion, interval_mean, interval_slope
 from insenv.core.recording import Floats
 from insenv.effects.base import OUTPUT, LinearEffect, MemoryEffect, Param
-from insenv.effects.forms import checked_order, columns, known, spread, time_constants
+from insenv.effects.forms import checked_order, columns, first_order, known, spread, time_constants
 
 _COEFFICIENTS = (
     Param("c", OUTPUT + "/K", sd=1e-2, bound=0.1),
@@ -100,7 +99,7 @@ class BiasThermalLag(MemoryEffect):
         decayed, share = np.exp(-x), -np.expm1(-x) / x
         # A ramp of one step per interval lags by 1 / x steps in the end.
         settled = np.diff(temperature, axis=-1) / x[..., None]
-        excess, last = _first_order(decayed, (1 - decayed)[..., None] * settled, np.asarray(state))
+        excess, last = first_order(decayed, (1 - decayed)[..., None] * settled, np.asarray(state))
         mean = share[..., None] * excess + (1 - share)[..., None] * settled
         return spread(u, theta[..., 0, None] * mean), last
 
@@ -114,17 +113,3 @@ def temperature_excess(motion: Motion, effect: str) -> Floats:
     excess = interval_mean(known(motion, "temperature", effect))
     excess -= motion.reference_temperature
     return excess
-
-
-def _first_order(decayed: Floats, drive: Floats, start: Floats) -> tuple[Floats, Floats]:
-    """Solve w[k+1] = decayed w[k] + drive[k]: w at the first n edges, shape (..., n), and at the last."""
-    shape = np.broadcast_shapes(drive.shape[:-1], start.shape)
-    n = drive.shape[-1]
-    edges = np.empty((*shape, n + 1))
-    edges[..., 0] = start
-    drive = np.broadcast_to(drive, (*shape, n))
-    # A filter has one set of coefficients: rows of a batch that differ in them are filtered one by one.
-    for row in np.ndindex(decayed.shape):
-        initial = (decayed[row] * edges[(*row, ..., 0)])[..., None]
-        edges[(*row, ..., slice(1, None))], _ = lfilter([1.0], [1.0, -decayed[row]], drive[row], zi=initial)
-    return edges[..., :-1], edges[..., -1].copy()

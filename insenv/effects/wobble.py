@@ -50,6 +50,7 @@ class Wobble(LinearEffect):
     source = "Sensors 13 (2013) 2750: wobble of a rate table's axis; kinematics of a small rotation"
     instruments = ("gyro",)
     belongs = "reference"
+    told_by = "another tilt of the gyro on the table"
 
     def __post_init__(self) -> None:
         checked_order(self.id, self.order, HIGHEST_ORDER)

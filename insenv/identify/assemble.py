@@ -52,7 +52,9 @@ from insenv.identify.search.detectable import Sensitivity
 from insenv.identify.search.excess import Structure, structure
 from insenv.identify.search.line_effects import hold_effect, line_effects, saturation_effect
 from insenv.identify.search.lines import Line
+from insenv.identify.search.rivals import Rivalry
 from insenv.identify.search.tracks import Step, Track
+from insenv.identify.search.twins import told, told_rarer, twins
 from insenv.identify.search.unfinished import unfinished
 from insenv.identify.search.vibration import went_away
 
@@ -256,8 +258,10 @@ def _verdict(track: Track, lines: tuple[Line, ...], left: Structure, earth: Eart
 
 def _added(track: Track, index: int, step: Step, parameters: tuple[Estimate, ...]) -> Added:
     effect = step.hit.candidate.effect
-    rivals = track.rivalries[index].rivals if index < len(track.rivalries) else ()
+    rivalry = track.rivalries[index] if index < len(track.rivalries) else Rivalry((), None)
     remark = f"one cause, judged on {', '.join(step.together)} together" if step.together else ""
+    same = twins(track.problem, track.fit, step.hit.term)
+    remark = "; ".join(filter(None, (remark, told(same), told_rarer(rivalry.rarer))))
     if track.instead:
         remark = "found with the noise held to what was declared; more noise would explain it as well"
     return Added(
@@ -266,11 +270,12 @@ def _added(track: Track, index: int, step: Step, parameters: tuple[Estimate, ...
         parameters=parameters,
         p_value=step.p_value,
         likelihood_ratio=step.hit.likelihood_ratio,
-        confounded_with=(*rivals, *track.instead),
+        confounded_with=(*rivalry.rivals, *track.instead),
         held_out_before=step.before.rms,
         held_out_after=step.after.rms,
         generic=step.hit.candidate.generic,
         remark=remark,
+        same_curve=(*(e.key for e in same), *rivalry.rarer),
     )
 
 

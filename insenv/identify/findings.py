@@ -60,7 +60,7 @@ class Added:
     """An effect that the model lacked, on one target; ``runs``, counted from 1, where it is not one of all runs.
 
     ``unit`` is that of its held-out errors where it is another than that of the target's. ``indirect``: no residual
-    shows it, and its least size alone is known.
+    shows it, and its least size alone is known. ``same_curve`` are effects that no data of this kind tell from it.
     """
 
     effect: str
@@ -76,6 +76,7 @@ class Added:
     runs: tuple[int, ...] = ()
     unit: str = ""
     indirect: bool = False
+    same_curve: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

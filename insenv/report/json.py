@@ -145,6 +145,7 @@ def _added(added: Added) -> Block:
         "p_value": added.p_value,
         "likelihood_ratio": added.likelihood_ratio,
         "confounded_with": list(added.confounded_with),
+        **({"same_curve": list(added.same_curve)} if added.same_curve else {}),
         "held_out_before": added.held_out_before,
         "held_out_after": added.held_out_after,
         "generic": added.generic,

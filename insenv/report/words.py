@@ -75,6 +75,32 @@ EFFECTS: dict[str, tuple[str, str]] = {
         "base tilt",
         "the base turns, as the gyros show, and gravity leaks into the level accelerometers",
     ),
+    "base_settling": ("settling of the base", "the base under the unit tilts to its place after it was set down"),
+    "encoder_backlash": (
+        "backlash of the encoder",
+        "the reference is wrong: play in the encoder's coupling, taken up after each reversal",
+    ),
+    "scale_factor_hysteresis": (
+        "hysteresis of the scale factor",
+        "the output depends on whether a rate was reached from below or from above",
+    ),
+    "dead_band": ("dead band", "below a threshold nothing is read"),
+    "output_bandwidth": (
+        "bandwidth of the output",
+        "the output comes through a low-pass: fast motion is late and too small",
+    ),
+    "self_heating": ("self-heating", "the bias follows the heat that driving left, later than the rate"),
+    "settling_after_turn": (
+        "settling after turns",
+        "after each turn of the table something comes to rest exponentially: base, support or fluid",
+    ),
+    "centripetal_acceleration": (
+        "centripetal acceleration",
+        "off the table's axis the bias follows the square of the rate (order 2: its fourth power), through a "
+        "sensitivity to acceleration; a response that is bent evenly looks the same",
+    ),
+    "lever_arm": ("lever arm", "off the axis of the table the accelerometer feels the turn itself"),
+    "vibration_rectification": ("vibration rectification", "the bias follows the mean square of the vibration"),
     "non_orthogonality": ("non-orthogonality", "the axes of the triad are not at right angles"),
     "misalignment": ("misalignment", "the triad as a whole is turned against the one that shows the attitude"),
     "accel_scale_factor": (

@@ -37,6 +37,7 @@ def rich_motion(n: int = 600, dt: float = 0.1, batch: tuple[int, ...] = ()) -> M
         rate=projection * np.diff(angle, axis=-1) / dt + vertical,
         angle=angle,
         rate_edges=projection * table_rate + vertical,
+        turn_rate=table_rate,
         temperature=temperature,
         base_tilt=mean_wave(1e-3, 0.4, 0.3),
         force={
@@ -44,6 +45,7 @@ def rich_motion(n: int = 600, dt: float = 0.1, batch: tuple[int, ...] = ()) -> M
             "y": mean_wave(1.0, 0.5, 1.1),
             "z": 9.8 + mean_wave(0.5, 0.2, 2.0),
         },
+        vibration={axis: 0.5 + mean_wave(0.3, 0.1 * k + 0.2, 0.3 * k) for k, axis in enumerate("xyz")},
         cross_rate={axis: mean_wave(0.2, 0.1 * k + 0.15, 0.4 * k) for k, axis in enumerate("xyz")},
         projection=projection,
     )

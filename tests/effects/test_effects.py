@@ -35,6 +35,8 @@ def test_the_catalogue_has_the_names_of_the_contract() -> None:
         "compensation_ripple",
         *("encoder_harmonic", "angle_locked_rate", "earth_rate", "timing_skew", "sample_hold"),
         *("g_sensitivity", "cross_axis", "tone", "base_tilt"),
+        *("encoder_backlash", "scale_factor_hysteresis", "dead_band", "output_bandwidth", "self_heating"),
+        *("settling_after_turn", "centripetal_acceleration", "vibration_rectification", "lever_arm"),
         *("spline_time", "spline_temperature", "spline_rate", "spline_angle"),
         *("angle_random_walk", "bias_instability", "rate_random_walk", "quantization"),
     }
@@ -44,7 +46,7 @@ def test_what_only_a_scenario_may_name_is_not_tried() -> None:
     assert ALL[: len(CATALOGUE)] == CATALOGUE
     assert {effect.id for effect in ALL[len(CATALOGUE) :]} == {
         *("accel_bias", "accel_scale_factor", "non_orthogonality", "misalignment"),
-        *("wobble", "lock_in_wander", "rate_lock", "sine_response", "magnetic_field"),
+        *("wobble", "lock_in_wander", "rate_lock", "sine_response", "magnetic_field", "base_settling"),
     }
 
 
@@ -97,7 +99,7 @@ def test_any_text_is_an_effect_or_an_input_error(key: str) -> None:
 
 @every_deterministic
 def test_an_effect_of_the_rate_follows_the_input(key: str) -> None:
-    motion = rich_motion(50)
+    motion = rich_motion(200)
     effect = on(motion, key)
     theta = typical(effect, motion)
     assert motion.rate_edges is not None
@@ -115,7 +117,7 @@ def test_an_effect_belongs_to_some_instrument_and_curves_without_a_cause_are_gen
         assert effect.instruments and set(effect.instruments) <= {"gyro", "accelerometer"}
         assert effect.generic == effect.id.startswith("spline_")
     alone = {effect.id for effect in CATALOGUE if effect.instruments == ("accelerometer",)}
-    assert alone == {"base_tilt"}
+    assert alone == {"base_tilt", "lever_arm"}
 
 
 @pytest.mark.parametrize("tau", [1e-3, 0.1, 0.3])
@@ -262,8 +264,9 @@ def test_a_row_of_a_batch_is_the_single_run(key: str) -> None:
 @every_effect
 def test_needs_are_what_the_effect_depends_on(key: str) -> None:
     motion = rich_motion(50)
-    optional = ("angle", "rate_edges", "temperature", "base_tilt", "force", "cross_rate")
-    lacking: dict[str, object] = {name: {} if name in ("force", "cross_rate") else None for name in optional}
+    optional = ("angle", "rate_edges", "turn_rate", "temperature", "base_tilt", "force", "vibration", "cross_rate")
+    mappings = ("force", "vibration", "cross_rate")
+    lacking: dict[str, object] = {name: {} if name in mappings else None for name in optional}
     effect = on(motion, key)
     theta = typical(effect, motion)
     assert effect.missing(motion) == ()
@@ -292,6 +295,8 @@ EXACT = {
 }
 # A threshold and a held sample are no smooth functions of the exposure.
 ABRUPT = {"lock_in", "rate_lock", "sample_hold"}
+# Nor are the side of a play and the end of a turn.
+ABRUPT |= {"dead_band", "encoder_backlash", "scale_factor_hysteresis", "settling_after_turn"}
 
 
 @pytest.mark.parametrize("key", [key for key in DETERMINISTIC if key not in ABRUPT])

@@ -10,11 +10,19 @@ is merely late or early leaves the whole of D or nothing of it: that is a `timin
 
 A table has one acceleration: where large jumps show it, smaller ones, whose way hides in the noise of single rows, are
 given the time that they take, and so is the start of a recording before which the table was at rest.
+
+Until it is there it falls behind the integral of the command by an angle, which the reading shows. Of a table with one
+acceleration a and a delay d that is
+
+    -sum r_i dt = D |D| / 2a + d D,
+
+fitted over all jumps of a run. Ways up and down do not cancel, for the first term is odd: after a few minutes an Earth
+rate would be looked for at the wrong heading.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
@@ -35,6 +43,40 @@ ROWS, OFF = 9, 5.0
 LONGER = 0.5
 #: First rows that tell the rate at the start of a recording, and the times by which its way may be longer than others.
 FIRST, SLOWER = 3, 3.0
+
+
+#: Fewest jumps that tell an acceleration and a delay.
+LEAST_JUMPS = 3
+
+
+def slewed(recording: Recording, target: str) -> Recording:
+    """The recording with a command on whose integral the table is: it comes to each rate as the reading shows."""
+    ways = [way for way in approaching(recording, target, 0) if way.start > 0]
+    u = table_rate_of_rows(recording, target) if len(ways) >= LEAST_JUMPS else None
+    if u is None:
+        return recording
+    share = table_share(recording, target)
+    left = recording.channels[target].values / share - u
+    jump = np.array([u[way.stop - 1] - u[way.start] for way in ways])
+    behind = np.array([_behind(left, way.start, way.stop) for way in ways])
+    terms = np.column_stack([jump * np.abs(jump), jump])
+    slow, late = np.linalg.lstsq(terms, behind, rcond=None)[0]
+    if slow <= 0:
+        return recording
+    rate = recording.channels["table_rate"]
+    values = rate.values.copy()
+    for way, lost in zip(ways, terms @ np.array([slow, late]), strict=True):
+        # Rows that are kept, at either end, know nothing of it: means and slopes reach one row further.
+        rows = np.arange(way.start + 1, max(way.stop - 2, way.start + 2))
+        weight = np.linspace(1.0, 0.0, len(rows) + 1)[:-1]
+        values[rows] -= lost * weight / weight.sum()
+    return replace(recording, channels={**recording.channels, "table_rate": replace(rate, values=values)})
+
+
+def _behind(left: Floats, start: int, stop: int) -> float:
+    """By how much the reading falls behind the command from row ``start`` to ``stop``, in rows times a rate."""
+    there = left[stop : stop + LEAST_DWELL]
+    return -float(np.sum(left[start:stop] - there.mean())) if len(there) else 0.0
 
 
 @dataclass(frozen=True)
@@ -81,8 +123,9 @@ def approaching(recording: Recording, target: str, run: int) -> tuple[RejectedRo
     found += [_paced(u, a, b, pace) for (a, b), one in zip(dwells, seen, strict=True) if one is None or not one.between]
     found += [one for one in (_from_rest(left, u, dwells[0][0], pace),) if one is not None]
     reason = "the table was still on its way to the commanded rate"
+    # Slopes of the command are central differences: the row before a jump has a part of it.
     return tuple(
-        RejectedRows(target, run, one.start, one.stop, reason, "ramp")
+        RejectedRows(target, run, max(one.start - 1, 0), one.stop, reason, "ramp")
         for one in sorted(found, key=lambda one: one.start)
         if one.stop > one.start
     )

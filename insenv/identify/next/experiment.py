@@ -240,7 +240,7 @@ def _ranked(bench: _Bench, confounded: Confounded, most: int) -> list[NextExperi
     known.sort(key=lambda row: -(row.expected_separation_sigma or 0.0))
     if (known[0].expected_separation_sigma or 0.0) >= SEPARATES:
         return _listed(known, most)
-    if len(keys) > 2 and (pairs := _by_pairs(known, most)):
+    if len(keys) > 2 and (pairs := _by_pairs(known, keys, most)):
         return pairs
     now = f"{known[0].procedure}: the best of {len(known)} procedures that were tried, and none separates them clearly"
     return [replace(known[0], procedure=now)]
@@ -283,15 +283,15 @@ def _listed(rows: list[NextExperiment], most: int) -> list[NextExperiment]:
     return good[:most]
 
 
-def _by_pairs(rows: list[NextExperiment], most: int) -> list[NextExperiment]:
-    """The best procedure for each pair that some procedure separates, those first that separate more."""
+def _by_pairs(rows: list[NextExperiment], keys: tuple[str, ...], most: int) -> list[NextExperiment]:
+    """The best procedure for each pair that some procedure separates, the likeliest pairs first, as ``keys`` are."""
     found: dict[tuple[str, str], NextExperiment] = {}
     for row in rows:
         for pair in row.pairs:
             best = found.get(pair.effects)
             if pair.sigma >= SEPARATES and (best is None or pair.sigma > (best.expected_separation_sigma or 0.0)):
                 found[pair.effects] = replace(row, separates=pair.effects, expected_separation_sigma=pair.sigma)
-    return sorted(found.values(), key=lambda row: -(row.expected_separation_sigma or 0.0))[:most]
+    return [found[pair] for pair in sorted(found, key=lambda pair: [keys.index(key) for key in pair])][:most]
 
 
 def _smallest(bench: _Bench, rival: Rival, sigma: float) -> str:

@@ -23,6 +23,7 @@ from insenv.effects.catalogue import by_key
 from insenv.identify.findings import NotTestable
 from insenv.identify.positions.accel import Magnitudes, directions, gravities
 from insenv.identify.positions.accel import with_walk as with_bias_walk
+from insenv.identify.positions.bent import bent
 from insenv.identify.positions.factor import common_factor
 from insenv.identify.positions.gyro import Rotations, rotations, with_noise
 from insenv.identify.positions.known import KnownAttitudes, as_level_as_read, noise_of_means, stated_up
@@ -205,7 +206,8 @@ def _accelerometers(
         problem = walking
     outcome = search(problem, terms, [term for term in more if term not in slow], alpha, doubts, slow)
     outcome = replace(outcome, not_testable=(*outcome.not_testable, *blind))
-    return Part(problem, outcome, _structure(problem, outcome.after, alpha, "rests")), left_out, known
+    curved = () if stated else bent(problem, outcome.after, alpha)
+    return Part(problem, outcome, (*_structure(problem, outcome.after, alpha, "rests"), *curved)), left_out, known
 
 
 def _gyros_between(

@@ -59,6 +59,9 @@ def candidates(
         if "angle" in effect.needs and (still := _without_motion(problem, effect)):
             blind.append(NotTestable(effect.key, (), still))
             continue
+        if all(own := [effect.blind(e.motion) for e in problem.exposures]):
+            blind.append(NotTestable(effect.key, (), own[0]))
+            continue
         terms = _terms(problem, effect)
         if terms:
             found.append(Candidate(effect, terms))

@@ -8,7 +8,7 @@ import numpy as np
 
 from insenv.core.errors import InputError
 from insenv.core.motion import Motion
-from insenv.core.recording import Floats, Recording, Response
+from insenv.core.recording import Channel, Floats, Recording, Response
 from insenv.data.exposure import CHANNEL_OF, expose
 from insenv.data.manifest.spec import Manifest
 from insenv.data.split import RowUse
@@ -20,6 +20,7 @@ from insenv.identify.clean.holds import LEAST_SHARE, MOST_SHARE, WHOLE, Hold, Lo
 from insenv.identify.clean.motion import at_rest
 from insenv.identify.clean.outliers import leaving_out, outliers, without_outliers
 from insenv.identify.clean.rails import Rail, find_rails, without_rails
+from insenv.identify.clean.ramps import slewed
 from insenv.identify.clean.response import responding, with_held
 from insenv.identify.clean.triads import of_others, turns_left_out, without_turns
 from insenv.identify.findings import RejectedRows
@@ -154,7 +155,17 @@ def _clean(recordings: tuple[Recording, ...], target: str, longest: int, moving:
     events = tuple(e for e in events if not any(_overlap(e, m) for m in moving))
     others = (*moving, *outlying, *events)
     clipping = tuple(_leaving_out(r, target, run, others) for run, r in enumerate(recordings)) if rails else free
+    tables = [slewed(recording, target).channels.get("table_rate") for recording in recordings]
+    free, clipping = _on_tables(free, tables), _on_tables(clipping, tables)
     return _Clean(free, clipping, (*clipped, *others), rails)
+
+
+def _on_tables(recordings: tuple[Recording, ...], rates: list[Channel | None]) -> tuple[Recording, ...]:
+    """The recordings with these rates of their tables, where they have one."""
+    return tuple(
+        r if rate is None else replace(r, channels={**r.channels, "table_rate": rate})
+        for r, rate in zip(recordings, rates, strict=True)
+    )
 
 
 def _overlap(one: RejectedRows, other: RejectedRows) -> bool:

@@ -2,20 +2,24 @@
 
 A rival of an added effect is another effect with which in its place the added one is no longer significant. A rival
 with more parameters must also explain better, beyond what a further parameter gains by itself, unless on this recording
-it is the very same curve: an anomaly at two rates is a cubic. What has another effect as its limit is no rival of it.
+it is the very same curve, or the same to the noise: an anomaly at two rates is a cubic. What has another effect as its
+limit is no rival of it. Of a rival that is rarer by far (`Effect.unusual`) the evidence must pay for that: one that
+explains no better than a common effect is told beside it (`same_curve`), and makes no doubt of it.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import chi2
 
 from insenv.core.recording import Floats
-from insenv.identify.fit.problem import Model, Problem, Term
-from insenv.identify.search.round import refined
+from insenv.effects.catalogue import plug_in_of
+from insenv.identify.fit.evidence import log_tail
+from insenv.identify.fit.problem import Model, Problem, Term, design
+from insenv.identify.search.round import UNUSUAL, against, refined
 from insenv.identify.search.scan import (
     Hit,
     Reference,
@@ -30,20 +34,25 @@ from insenv.identify.search.scan import (
 RICHER_GAIN = 2.0
 #: Likelihood ratio by which a rival may fall behind before its refit is worth nothing.
 NEAR = 60.0
+#: Likelihood ratio by which an unusual effect may fall behind a common one and be told beside it still.
+NEAR_UNUSUAL = 4.0
 #: Share of a curve outside another that two curves must have to be two.
 ALIKE = 0.05
+#: Standard deviations by which a curve at its size stands out of another's span, up to which nobody can tell the two.
+TO_THE_NOISE = 3.0
 
 
 @dataclass(frozen=True)
 class Rivalry:
     """Effects that explain as well as an added one, by key, best first, and their ``terms`` at the best shapes.
 
-    ``better`` is one that explains better.
+    ``better`` is one that explains better. ``rarer`` are those that explain nearly as well, against whom the odds are.
     """
 
     rivals: tuple[str, ...]
     better: Hit | None
     terms: tuple[Term, ...] = ()
+    rarer: tuple[str, ...] = ()
 
 
 def rivalry(
@@ -56,9 +65,11 @@ def rivalry(
     base = reference(problem, others)
     own, _ = likelihood_ratio(problem, base, (*others, term))
     rivals: list[Hit] = []
+    rarer: list[Hit] = []
     better: Hit | None = None
+    paid = _paid(term, own, hits)
     for hit in hits:
-        if hit.term.effect.key == term.effect.key or hit.candidate.generic or hit.p_value > alpha:
+        if hit.term.effect.key == term.effect.key or hit.candidate.generic or not _significant(problem, hit, alpha):
             continue
         extra = _parameters(problem, base, hit.term) - _parameters(problem, base, term)
         if own - hit.likelihood_ratio < NEAR and hit.term.effect.id != "tone":
@@ -66,13 +77,43 @@ def rivalry(
         richer = extra > 0 and not _same_curve(problem, base, hit.term, term)
         if richer and hit.likelihood_ratio < own + _gain_by_itself(hit.term, extra, alpha, gain):
             continue
-        if own - hit.likelihood_ratio > NEAR or _still_needed(problem, (*others, hit.term), term, alpha):
+        odds = _odds(hit.term) - _odds(term)
+        if odds < 0 and plug_in_of(term.effect) and _same_curve(problem, base, hit.term, term):
+            continue  # who installs an effect of his own for this curve knows which it is
+        if own - hit.likelihood_ratio > (NEAR_UNUSUAL if odds < 0 else NEAR) or _still_needed(
+            problem, (*others, hit.term), term, alpha
+        ):
+            continue
+        if odds < 0 and hit.rank <= paid + odds:
+            rarer.append(hit)
             continue
         rivals.append(hit)
-        if extra <= 0 and hit.likelihood_ratio > own + 1e-3 and better is None:
+        if extra <= 0 and hit.likelihood_ratio + odds > own + 1e-3 and better is None:
             better = hit
     rivals.sort(key=lambda hit: -hit.likelihood_ratio)
-    return Rivalry(tuple(hit.term.effect.key for hit in rivals), better, tuple(hit.term for hit in rivals))
+    rarer.sort(key=lambda hit: -hit.likelihood_ratio)
+    return Rivalry(_keys(rivals), better, tuple(hit.term for hit in rivals), _keys(rarer))
+
+
+def _keys(hits: list[Hit]) -> tuple[str, ...]:
+    return tuple(hit.term.effect.key for hit in hits)
+
+
+def _paid(term: Term, own: float, hits: list[Hit]) -> float:
+    """What the added effect's likelihood ratio is worth beside its parameters, its looks and the odds against it."""
+    hit = next((hit for hit in hits if hit.term.effect.key == term.effect.key), None)
+    return own if hit is None else replace(hit, likelihood_ratio=own).rank
+
+
+def _significant(problem: Problem, hit: Hit, alpha: float) -> bool:
+    """Whether a rival explains what is there at all: the odds against it are not counted, for nobody states it."""
+    log_p = log_tail(hit.deviate) + math.log(hit.looks / against(problem, hit.term.effect))
+    return log_p <= math.log(alpha)
+
+
+def _odds(term: Term) -> float:
+    """Twice the logarithm of the odds for an effect, before any data."""
+    return -2 * math.log(UNUSUAL) if term.effect.unusual else 0.0
 
 
 def _same_curve(problem: Problem, base: Reference, rival: Term, term: Term) -> bool:
@@ -81,7 +122,19 @@ def _same_curve(problem: Problem, base: Reference, rival: Term, term: Term) -> b
     if term.effect.id in rival.effect.becomes or own.shape != other.shape:
         return False
     span = np.linalg.qr(own)[0]
-    return float(np.linalg.norm(other - span @ (span.T @ other))) < ALIKE * float(np.linalg.norm(other))
+    outside = other - span @ (span.T @ other)
+    if float(np.linalg.norm(outside)) < ALIKE * float(np.linalg.norm(other)):
+        return True
+    size = np.linalg.lstsq(other, _left(problem, base), rcond=None)[0]
+    return float(np.linalg.norm(outside @ size)) < TO_THE_NOISE
+
+
+def _left(problem: Problem, base: Reference) -> Floats:
+    """Whitened residual of a model, shape (modes,)."""
+    root = np.sqrt(problem.modes().shapes @ base.noise.power)
+    q = np.linalg.qr(design(problem, base.model).transformed / root[:, None])[0]
+    data = problem.data() / root
+    return np.asarray(data - q @ (q.T @ data))
 
 
 def _told(problem: Problem, base: Reference, term: Term) -> Floats:

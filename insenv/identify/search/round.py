@@ -9,6 +9,7 @@ from scipy.optimize import minimize
 from scipy.special import ndtri_exp
 
 from insenv.core.recording import Floats
+from insenv.effects.base import Effect
 from insenv.effects.tone import Tone
 from insenv.identify.clean.settling import only_time
 from insenv.identify.fit.evidence import held_out_deviate, joint_deviate, log_tail
@@ -38,6 +39,9 @@ CALIBRATION = 2.0
 #: instruments jumps and settles by itself. Without it 13 % of 180 pieces of 1000 s of MEMS accelerometers at rest had
 #: a step or a warm-up named at a nominal 1 % (docs/method.md).
 EVENTS = 1000.0
+#: Further looks of an effect that is rarer by far than others that look like it: the odds against it. To be named first
+#: it must be likelier by as much.
+UNUSUAL = 20.0
 #: A candidate that fitted data alone would give a larger p-value than this is not put to the held-out data.
 SUGGESTED = 0.3
 #: Share of the input's square sum from which a tone at its frequency is the motion itself.
@@ -90,7 +94,8 @@ def _beyond_bounds(problem: Problem, fit: Fit) -> str:
         name = fit.design.labels[j][1].partition("[")[0]
         low, high = problem.limits(params[name])
         value, slack = float(fit.theta[j]), 3 * float(fit.sd[j])
-        if not low - slack <= value <= high + slack:
+        # Of what has one sign alone, noise gives either: the other one is no finding, however uncertain.
+        if not (low if low == 0 else low - slack) <= value <= high + slack:
             return f"its {name} would be {value:.3g}, beyond the credible {low:.3g} to {high:.3g}"
         if abs(value) + slack < params[name].least:
             return f"its {name} would be {value:.3g}, less than the credible {params[name].least:.3g}"
@@ -120,9 +125,14 @@ def _hit(problem: Problem, base: Reference, candidate: Candidate, scores: Scores
         tried.append((ratio, gained, term))
     ratio, gained, term = max(tried, key=lambda row: row[0])
     size = min(term.size, gained + len(term.shape))
-    events = candidate.effect.sudden and only_time(problem)
-    looks = scores.trials * count * (EVENTS if events else 1.0)
+    looks = scores.trials * count * against(problem, candidate.effect)
     return Hit(candidate, term, ratio, looks, deviate(problem, base, term, ratio, gained), size)
+
+
+def against(problem: Problem, effect: Effect) -> float:
+    """Odds against an effect, before any data: further looks of it."""
+    events = effect.sudden and only_time(problem)
+    return (EVENTS if events else 1.0) * (UNUSUAL if effect.unusual else 1.0)
 
 
 def deviate(problem: Problem, base: Reference, term: Term, ratio: float, gained: int) -> float:

@@ -89,8 +89,12 @@ class Track:
 
     @property
     def family(self) -> int:
-        """Tests of the whole search: its candidates, a tone, and the magnitude of the Earth rate where it is known."""
-        return len(self.candidates) + 1 + (self.level is not None)
+        """Tests of the whole search: its candidates, a tone, and the magnitude of the Earth rate where it is known.
+
+        Unusual ones have further looks of their own; all of them together count for no more than one.
+        """
+        usual = sum(not c.effect.unusual for c in self.candidates)
+        return usual + (usual < len(self.candidates)) + 1 + (self.level is not None)
 
     @property
     def added(self) -> Model:

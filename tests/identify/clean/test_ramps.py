@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from simulated_runs import DEG_PER_HOUR, closed
 
 from insenv.core.recording import Channel, Floats, Recording
-from insenv.identify.clean.ramps import approaching
+from insenv.identify.clean.ramps import approaching, slewed
 
 N, DT = 12_000, 0.05
 T = DT * np.arange(1.0, N + 1)
@@ -60,7 +62,7 @@ def test_a_table_that_stood_before_the_first_row_is_on_its_way_too() -> None:
     found = approaching(recording(rate, 6), "gyro", 0)
     assert found[0].start == 0 and 50 <= found[0].stop <= 120  # 2.5 s of 0.05 s, and half of it for what hides
     steady = approaching(recording(ramped(LEVELS, 2.0), 6), "gyro", 0)
-    assert steady[0].start == 600
+    assert steady[0].start == 599  # the slope of the row before has a part of the jump
 
 
 def test_short_ways_beside_long_ones_are_seen() -> None:
@@ -86,3 +88,23 @@ def test_a_reading_that_is_late_stays() -> None:
 
 def test_a_table_that_keeps_up_loses_nothing() -> None:
     assert approaching(recording(LEVELS, 4), "gyro", 0) == ()
+
+
+@pytest.mark.parametrize("acceleration", [10.0, 40.0])
+def test_the_table_is_where_its_ways_have_brought_it(acceleration: float) -> None:
+    """Its angle in the dwells, less what the integral of the command is off by: that is 18 deg, or 4, a cycle."""
+    rate = ramped(LEVELS, acceleration)
+    run = recording(rate, 8)
+    table = np.cumsum(slewed(run, "gyro").channels["table_rate"].values) * DT
+    kept = np.ones(N, bool)
+    for one in approaching(run, "gyro", 0):
+        kept[one.start : one.stop] = False
+    wrong = np.rad2deg(table) - np.cumsum(rate) * DT
+    assert np.ptp((np.cumsum(LEVELS - rate) * DT)[kept]) > 30 / acceleration * 10
+    assert np.ptp(wrong[kept]) < 0.2
+
+
+def test_without_jumps_a_command_stays_as_it_is() -> None:
+    slow = recording(ramped(LEVELS, 150.0), 9)
+    still = replace(slow, channels={**slow.channels, "table_rate": Channel(np.full(N, 0.3), "rad/s")})
+    assert slewed(still, "gyro") is still

@@ -1,0 +1,83 @@
+"""Errors that follow the square of an acceleration: at a lever arm on a table, and in vibration.
+
+    centripetal_acceleration   c u^2 (order 1), c u^4 (order 2)
+    vibration_rectification    c_x v_x + c_y v_y + c_z v_z
+    lever_arm                  c W^2 + s dW/dt                on an accelerometer that turns with a table at the rate W
+
+Off the axis of a table by r the specific force is r u^2 towards it: a g-sensitivity is then proportional to u^2, a
+g^2-sensitivity to u^4; an accelerometer there feels W x (W x r) + dW/dt x r itself. v is the mean square of the
+specific force about its own mean over a second.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+from insenv.core.motion import Motion, interval_slope
+from insenv.core.recording import Floats
+from insenv.effects.base import OUTPUT, LinearEffect, Param
+from insenv.effects.forms import along_axes, checked_order, columns, known
+
+
+@final
+@dataclass(frozen=True)
+class CentripetalAcceleration(LinearEffect):
+    """A bias that follows the centripetal acceleration, or (order 2) its square."""
+
+    order: int = 1
+
+    id = "centripetal_acceleration"
+    source = "IEEE Std 952-1997: acceleration and acceleration-squared sensitivity, at a lever arm"
+    instruments = ("gyro",)
+    of_rate = True
+    unusual = True
+
+    def __post_init__(self) -> None:
+        checked_order(self.id, self.order, 2)
+
+    @property
+    def linear(self) -> tuple[Param, ...]:
+        """One coefficient, whose unit is that of the power."""
+        unit = f"1/({OUTPUT})" if self.order == 1 else f"1/({OUTPUT})^3"
+        return (Param("c", unit, sd=1e-4, bound=1e-1),)
+
+    def basis(self, u: Floats, motion: Motion) -> Floats:
+        """Even power of the input, shape (..., n, 1); the mean rate stands for the rate."""
+        square = u * u
+        return columns(u, square if self.order == 1 else square * square)
+
+
+@final
+@dataclass(frozen=True)
+class VibrationRectification(LinearEffect):
+    """A bias that follows the mean square of the vibration."""
+
+    id = "vibration_rectification"
+    linear = tuple(Param(f"c_{axis}", OUTPUT + "/(m/s^2)^2", sd=1e-4, bound=1e-2) for axis in "xyz")
+    needs = ("vibration",)
+    source = "IEEE Std 1293-2018: vibration rectification error; IEEE Std 952-1997: acceleration-squared sensitivity"
+    unusual = True
+
+    def basis(self, u: Floats, motion: Motion) -> Floats:
+        """Mean square of the vibration along x, y and z, shape (..., n, 3)."""
+        return columns(u, *along_axes(motion.vibration))
+
+
+@final
+@dataclass(frozen=True)
+class LeverArm(LinearEffect):
+    """An accelerometer off the axis of a table: centripetal and tangential acceleration."""
+
+    id = "lever_arm"
+    linear = (Param("c", "m", sd=0.1, bound=5.0), Param("s", "m", sd=0.1, bound=5.0))
+    needs = ("turn_rate",)
+    source = "Titterton and Weston, section 9.6: size effect; kinematics of a rotating frame"
+    instruments = ("accelerometer",)
+    belongs = "place"
+
+    def basis(self, u: Floats, motion: Motion) -> Floats:
+        """Mean square and mean slope of the table's rate, shape (..., n, 2)."""
+        rate = known(motion, "turn_rate", self.id)
+        first, last = rate[..., :-1], rate[..., 1:]
+        return columns(u, (first * first + first * last + last * last) / 3, interval_slope(rate, motion.dt))

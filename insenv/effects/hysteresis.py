@@ -1,0 +1,155 @@
+r"""Errors that depend on the way by which a value was reached: play in the reference, hysteresis of the scale factor.
+
+    encoder_backlash          projection d/dt [c/2 s(a)]      the encoder stays behind by the play c after each reversal
+    scale_factor_hysteresis   c s(u)                          or, closed at the largest rate U, c s(u) (1 - u^2 / U^2),
+                                                              of another scale on the way up, c s(|u|) u / U
+
+with s(x) = (x - P(x)) / r between -1 and 1, P the play operator of radius r,
+
+    P_k = min(max(P_{k-1}, x_k - r), x_k + r),    P_0 = x_0:
+
+s is 1 where x was last raised by more than r, -1 where it was lowered, and in between on the way from the one to the
+other after each turning point. A chain of plays is one play: prefixes are composed in log2(n) passes, exactly.
+
+Source: M. Brokate and J. Sprekels, Hysteresis and Phase Transitions (1996), chapter 2.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Literal, Self, final
+
+import numpy as np
+
+from insenv.core.motion import Motion, interval_slope
+from insenv.core.recording import Floats
+from insenv.effects.base import OUTPUT, MemoryEffect, Param
+from insenv.effects.forms import known, reading_noise, spread
+from insenv.effects.scale import LEAST_RATE
+
+#: Radius of the play by which a reversal is told from the noise of an angle: unasked [rad], in deviations of that
+#: noise, and the least [rad].
+REVERSED, BEYOND, LEAST = 1e-3, 10.0, 1e-8
+#: Radii of a hysteresis that a scan tries, as shares of the largest rate.
+RADII = (0.01, 0.05, 0.15, 0.3, 0.6)
+
+Form = Literal["open", "closed", "share"]
+
+
+def play(x: Floats, radius: float | Floats, before: Floats) -> Floats:
+    """What follows ``x``, shape (..., n), through a gap of ``radius`` either way, from ``before``, shape (...)."""
+    low, high = x - radius, x + radius
+    low, high = np.broadcast_arrays(low, high)
+    low, high = low.copy(), high.copy()
+    step = 1
+    while step < x.shape[-1]:
+        # Each bound of the steps before, sent through the steps after: a chain of clamps is one clamp.
+        a, b = low[..., step:].copy(), high[..., step:].copy()
+        low[..., step:] = np.minimum(np.maximum(low[..., :-step], a), b)
+        high[..., step:] = np.minimum(np.maximum(high[..., :-step], a), b)
+        step *= 2
+    return np.minimum(np.maximum(before[..., None], low), high)
+
+
+@final
+@dataclass(frozen=True)
+class EncoderBacklash(MemoryEffect):
+    """An encoder on a coupling with play: after each reversal it stays behind by c.
+
+    Attributes
+    ----------
+    radius : float
+        Of the play by which a reversal is told: beyond the noise of the angle [rad].
+    """
+
+    radius: float = REVERSED
+
+    id = "encoder_backlash"
+    linear = (Param("c", "rad", sd=1e-4, bound=1e-2, low=0.0),)
+    needs = ("angle",)
+    source = "Play operator: Brokate and Sprekels, Hysteresis and Phase Transitions (1996), section 2.1"
+    instruments = ("gyro",)
+    belongs = "reference"
+    unusual = True
+
+    def over(self, motion: Motion) -> Self:
+        """The effect with a radius beyond the noise of the angle: no smooth motion is left in fourth differences."""
+        if motion.angle is None:
+            return self
+        return replace(self, radius=float(np.clip(BEYOND * reading_noise(motion.angle), LEAST, REVERSED)))
+
+    def begin(self, motion: Motion, theta: Floats) -> Floats:
+        """Where the coupling is: in the middle of its play, shape (...)."""
+        first = known(motion, "angle", self.id)[..., 0]
+        return np.broadcast_to(first, np.broadcast_shapes(first.shape, np.shape(theta)[:-1])).copy()
+
+    def carry(self, u: Floats, motion: Motion, theta: Floats, state: Any) -> tuple[Floats, Floats]:
+        """What the reference lacks while the play is taken up, shape (..., n), and where the coupling is, (...)."""
+        angle = known(motion, "angle", self.id)
+        behind = play(angle, self.radius, np.asarray(state))
+        behind[..., 0] = state
+        side = (angle - behind) / self.radius
+        rate = 0.5 * motion.projection * motion.gain * interval_slope(side, motion.dt)
+        return spread(u, theta[..., 0, None] * rate), behind[..., -1].copy()
+
+    def grid(self, motion: Motion) -> Floats:
+        """No shape: one row without columns, where the table reverses."""
+        return np.empty((1, 0))
+
+
+@final
+@dataclass(frozen=True)
+class ScaleFactorHysteresis(MemoryEffect):
+    """An output that depends on whether a rate was reached from below or from above.
+
+    Attributes
+    ----------
+    form : "open", "closed" or "share"
+        c s(u); c s(u) (1 - u^2 / U^2), closed at the largest rates; c s(abs u) u / U, another scale on the way up.
+    top : float
+        The largest rate U [rad/s].
+    least : float
+        Radius below which the noise of the reference alone goes to and fro in the play [rad/s].
+    """
+
+    form: Form = "open"
+    top: float = 1.0
+    least: float = 0.0
+
+    id = "scale_factor_hysteresis"
+    linear = (Param("c", OUTPUT, sd=0.01, bound=0.02, per_rate=True),)
+    shapes = (Param("r", OUTPUT, sd=0.1, low=1e-3),)
+    source = "Stop operator: Brokate and Sprekels, Hysteresis and Phase Transitions (1996), section 2.1"
+    instruments = ("gyro",)
+    of_rate = True
+    unusual = True
+
+    def variants(self, motion: Motion) -> tuple[Self, ...]:
+        """All forms, with the largest rate of ``motion`` and radii beyond the noise of the reference."""
+        top = float(np.abs(motion.rate).max(initial=0.0)) or 1.0
+        fitted = replace(self, top=top, least=BEYOND * reading_noise(motion.rate))
+        return (fitted, replace(fitted, form="closed"), replace(fitted, form="share"))
+
+    def begin(self, motion: Motion, theta: Floats) -> Floats:
+        """The first rate was reached from rest: shape (...)."""
+        return np.zeros(np.broadcast_shapes(motion.rate.shape[:-1], np.shape(theta)[:-1]))
+
+    def carry(self, u: Floats, motion: Motion, theta: Floats, state: Any) -> tuple[Floats, Floats]:
+        """The loop, shape (..., n), and what follows the rate through the play, shape (...)."""
+        radius = np.maximum(theta[..., 1, None], self.least)
+        x = np.abs(u) if self.form == "share" else u
+        x = np.broadcast_to(x, np.broadcast_shapes(x.shape, radius.shape))
+        behind = play(x, radius, np.asarray(state))
+        side = (x - behind) / radius
+        if self.form == "closed":
+            side = side * (1.0 - (u / self.top) ** 2)
+        elif self.form == "share":
+            side = side * u / self.top
+        return spread(u, theta[..., 0, None] * side), behind[..., -1].copy()
+
+    def grid(self, motion: Motion) -> Floats:
+        """Radii of the play, shape (g, 1)."""
+        largest = float(np.abs(motion.rate).max(initial=0.0))
+        radii = np.array(RADII) * largest
+        radii = radii[radii > BEYOND * reading_noise(motion.rate)]
+        return radii[:, None] if largest > LEAST_RATE else np.empty((0, 1))

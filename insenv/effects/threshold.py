@@ -1,0 +1,66 @@
+"""A threshold that the input must pass before anything is read.
+
+    dead_band   -c clip(u / d, -1, 1)        what is below d is lost, and as much of what is above (c = d)
+                -c u / d for |u| < d         only what is below d is lost
+
+Of rates that are all above the threshold the first form is a jump at zero, -c sign u, and tells c alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Self, final
+
+import numpy as np
+
+from insenv.core.motion import Motion
+from insenv.core.recording import Floats
+from insenv.effects.base import OUTPUT, CurveEffect, Param
+from insenv.effects.scale import LEAST_RATE
+
+#: Thresholds that a scan tries, and the share of the least rates that counts as none.
+THRESHOLDS, LEAST_SHARE = 10, 0.02
+#: A share of the largest rate below which the table stands.
+STANDS = 1e-5
+
+
+@final
+@dataclass(frozen=True)
+class DeadBand(CurveEffect):
+    """A threshold: below it nothing is read.
+
+    Attributes
+    ----------
+    whole : bool
+        Whether all of a rate above the threshold is read, and not what exceeds it.
+    """
+
+    whole: bool = False
+
+    id = "dead_band"
+    linear = (Param("c", OUTPUT, sd=0.01, bound=0.2, per_rate=True, low=0.0),)
+    shapes = (Param("d", OUTPUT, sd=0.01, low=1e-4),)
+    source = "IEEE Std 952-1997: dead band and threshold; Slotine and Li, Applied Nonlinear Control, section 5.1"
+    instruments = ("gyro",)
+    of_rate = True
+    local = True
+    unusual = True
+
+    def curve(self, u: Floats, motion: Motion, theta: Floats) -> Floats:
+        """What is lost, shape (..., n)."""
+        share = u / theta[..., 1, None]
+        lost = np.where(np.abs(share) < 1.0, share, 0.0) if self.whole else np.clip(share, -1.0, 1.0)
+        return np.asarray(-theta[..., 0, None] * lost)
+
+    def variants(self, motion: Motion) -> tuple[Self, ...]:
+        """Both forms."""
+        return (self, replace(self, whole=True))
+
+    def grid(self, motion: Motion) -> Floats:
+        """Thresholds from below the least rate that was run to half of the largest, shape (g, 1)."""
+        magnitude = np.abs(motion.rate).ravel()
+        largest = float(magnitude.max(initial=0.0))
+        if largest < LEAST_RATE:
+            return np.empty((0, 1))
+        least = float(np.quantile(magnitude[magnitude > STANDS * largest], LEAST_SHARE))
+        return np.geomspace(max(0.5 * least, 1e-4 * largest), 0.5 * largest, THRESHOLDS)[:, None]

@@ -1,0 +1,59 @@
+r"""Whether an accelerometer's response is bent: a square, a magnitude or a cube of the specific force, left by a fit.
+
+    rho_k = sum_i c_i u_ki h(u_ki),     h(u) = u^2, |u|, u^3,     u = f / |f|
+
+is what a bent response of axis i leaves in the magnitude of rest k. No effect of several positions has these curves.
+They are tested beside the fit (Fisher's F on three coefficients, as many looks as there are curves), not fitted: the
+verdict then says that something is left, and what it follows. Source: IEEE Std 1293-2018, model equation: K2 and K3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.stats import f as fisher
+
+from insenv.core.recording import Floats
+from insenv.identify.positions.accel import Magnitudes
+from insenv.identify.positions.search import Fit
+
+#: What a bent response follows.
+CURVES: dict[str, Callable[[Floats], Floats]] = {"square": np.square, "magnitude": np.abs, "cube": lambda u: u**3}
+#: Fewest degrees of freedom beside the coefficients with which a bend is told.
+LEAST_FREEDOM = 4
+
+
+def bent(problem: Magnitudes, fit: Fit, alpha: float) -> tuple[str, ...]:
+    """A reason why what is left is not noise, with the likeliest curve; empty where there is none."""
+    used = problem.fitted
+    unit = problem.measured / np.linalg.norm(problem.measured, axis=1)[:, None]
+    r, slopes = fit.residual[used][:, 0], fit.slopes[used][:, 0, :]
+    if fit.residual.shape[1] != 1 or fit.freedom < 3 + LEAST_FREEDOM:
+        return ()
+    found = []
+    for name, curve in CURVES.items():
+        columns = np.linalg.solve(problem.root, unit * curve(unit))[used]
+        found.append((_p_value(r, slopes, columns), name))
+    p, name = min(found)
+    p *= len(CURVES)
+    if p >= alpha:
+        return ()
+    told = "cube" if name == "cube" else "square or the magnitude"  # which of these two, few rests tell
+    return (f"rests miss gravity by what follows the {told} of the specific force: a bent response (p = {p:.1g})",)
+
+
+def _p_value(r: Floats, slopes: Floats, columns: Floats) -> float:
+    """Of the square sum that ``columns`` explain of ``r`` beside ``slopes``."""
+    size = np.linalg.norm(slopes, axis=0)
+    q = np.linalg.qr(slopes[:, size > 0] / size[size > 0])[0]
+    fresh = columns - q @ (q.T @ columns)
+    basis, spread, _ = np.linalg.svd(fresh / np.linalg.norm(columns, axis=0), full_matrices=False)
+    basis = basis[:, spread > 1e-3]
+    left = r - q @ (q.T @ r)
+    gained, freedom = basis.shape[1], len(r) - q.shape[1] - basis.shape[1]
+    if gained < 1 or freedom < LEAST_FREEDOM:
+        return 1.0
+    explained = float(np.sum((basis.T @ left) ** 2))
+    rest = max(float(left @ left) - explained, 1e-300)
+    return float(fisher.sf(explained / gained / (rest / freedom), gained, freedom))

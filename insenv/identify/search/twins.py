@@ -1,0 +1,49 @@
+"""Effects that no search tries, for on one recording they are the very curve of one that it does.
+
+No data at hand tell the two apart, whatever the noise: what is named is then the commoner of two causes, and the report
+says so with what would tell. An effect names its twins itself (`Effect.twins`). They are told where the recording has
+but one of what would tell them apart (the tilt of a gyro on its table), the instrument can have them, and their size is
+credible.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from insenv.core.units import STANDARD_GRAVITY
+from insenv.effects.base import Effect
+from insenv.identify.fit.gls import Fit
+from insenv.identify.fit.problem import Problem, Term
+
+#: Share of gravity that an axis feels, up to which it is level: a small tilt changes what it reads.
+LEVEL = 0.3
+
+
+def twins(problem: Problem, fit: Fit, term: Term) -> tuple[Effect, ...]:
+    """Effects that are the curve of a term of ``fit`` on this recording."""
+    motions = [e.motion for e in problem.exposures]
+    if len({m.projection for m in motions}) > 1:
+        return ()
+    instrument = "accelerometer" if problem.unit == "m/s^2" else "gyro"
+    if instrument == "accelerometer" and not _level(problem):
+        return ()
+    named = {t.effect.key for t in fit.model}
+    own = term.effect.twins(motions[0])
+    place = next(i for i, t in enumerate(fit.model) if t is term)
+    size = float(np.abs(fit.theta[fit.design.term == place]).max(initial=0.0))
+    return tuple(e for e in own if instrument in e.instruments and e.key not in named and size <= e.linear[0].bound)
+
+
+def told(found: tuple[Effect, ...]) -> str:
+    """A sentence on twins; empty where there are none."""
+    return "; ".join(f"on this recording {e.key} is the same curve: {e.told_by} tells them apart" for e in found)
+
+
+def told_rarer(keys: tuple[str, ...]) -> str:
+    """A sentence on rarer effects that explain no better; empty where there are none."""
+    return f"rarer, and nearly the same curve on this recording: {', '.join(keys)}" if keys else ""
+
+
+def _level(problem: Problem) -> bool:
+    reading = [float(np.sum(e.y * e.count) / max(e.count.sum(), 1)) for e in problem.exposures]
+    return all(abs(mean) < LEVEL * STANDARD_GRAVITY for mean in reading)

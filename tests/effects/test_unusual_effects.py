@@ -1,0 +1,195 @@
+"""Rare causes against second derivations, the twins that no search finds, and bent responses in several positions."""
+
+import ast
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from motions import edges, rich_motion
+
+from insenv.core.motion import Motion
+from insenv.core.recording import Floats
+from insenv.effects.acceleration import LeverArm
+from insenv.effects.angle import EncoderHarmonic
+from insenv.effects.base import Effect
+from insenv.effects.bias import BiasWarmUp
+from insenv.effects.catalogue import CATALOGUE, by_key
+from insenv.effects.hysteresis import EncoderBacklash, ScaleFactorHysteresis, play
+from insenv.effects.lag import OutputBandwidth, SelfHeating, SettlingAfterTurn
+from insenv.effects.threshold import DeadBand
+from insenv.effects.tilt import BaseSettling
+from insenv.effects.wobble import Wobble
+from insenv.identify.positions.accel import Magnitudes
+from insenv.identify.positions.bent import bent
+from insenv.identify.positions.model import Surroundings, triad_term
+from insenv.identify.positions.search import solve
+
+STUDY = Path(__file__).resolve().parents[2] / "scripts" / "studies" / "unknown"
+
+
+def added(effect: Effect, motion: Motion, *theta: float) -> Floats:
+    return effect.apply(motion.rate, motion, np.array(theta), effect.begin(motion, np.array(theta)))[0]
+
+
+def table(rate: Floats, dt: float) -> Motion:
+    """A table at one rate in each interval."""
+    angle = np.concatenate([[0.0], np.cumsum(rate * dt)])
+    return Motion(t=edges(len(rate), dt), rate=rate, angle=angle)
+
+
+def test_a_chain_of_plays_is_the_play_step_by_step() -> None:
+    rng = np.random.default_rng(0)
+    x = np.cumsum(rng.standard_normal((3, 257)), axis=1)
+    before = x[:, 0] + 0.3
+    found = play(x, 1.7, before)
+    for row in range(3):
+        now = before[row]
+        for k, value in enumerate(x[row]):
+            now = min(max(now, value - 1.7), value + 1.7)
+            assert found[row, k] == now
+
+
+def test_the_angle_of_an_encoder_stays_behind_by_its_play_after_each_reversal() -> None:
+    rate = np.concatenate([np.full(50, 0.2), np.full(80, -0.2), np.full(60, 0.2)])
+    motion = replace(table(rate, 0.1), projection=0.5)
+    behind = np.cumsum(added(EncoderBacklash(), motion, 1e-4)) * 0.1 / 0.5
+    # From the middle of its play: half of it at first, then all of it to and fro.
+    assert behind[49] == pytest.approx(0.5e-4)
+    assert behind[129] == pytest.approx(-0.5e-4)
+    assert behind[-1] == pytest.approx(0.5e-4)
+
+
+def test_a_rate_from_below_reads_another_value_than_from_above() -> None:
+    rate = np.array([0.0, 0.2, 0.5, 1.0, 0.5, 0.0, -1.0, 0.5])
+    loop = added(ScaleFactorHysteresis(), table(rate, 1.0), 1e-3, 0.1)
+    np.testing.assert_allclose(loop, 1e-3 * np.array([0, 1, 1, 1, -1, -1, -1, 1]))
+    closed = added(ScaleFactorHysteresis("closed", 1.0), table(rate, 1.0), 1e-3, 0.1)
+    assert closed[3] == closed[6] == 0.0 and closed[2] == -closed[4] == pytest.approx(0.75e-3)
+
+
+def test_a_dead_band_leaves_what_exceeds_it() -> None:
+    u = np.array([-1.0, -0.05, 0.0, 0.02, 0.3])
+    motion = table(u, 1.0)
+    np.testing.assert_allclose(u + added(DeadBand(), motion, 0.1, 0.1), [-0.9, 0, 0, 0, 0.2], atol=1e-15)
+    np.testing.assert_allclose(u + added(DeadBand(whole=True), motion, 0.1, 0.1), [-1, 0, 0, 0, 0.3], atol=1e-15)
+
+
+def test_a_low_pass_has_the_gain_and_the_phase_of_one() -> None:
+    dt, tau, omega = 0.002, 0.1, 9.0
+    t = edges(20000, dt)
+    u = np.diff(-np.cos(omega * t) / omega) / dt
+    out = u + added(OutputBandwidth(), Motion(t=t, rate=u), 1.0, tau)
+    late = slice(2000, None)
+    wave = np.column_stack([np.sin(omega * (t[1:] - dt / 2)), np.cos(omega * (t[1:] - dt / 2))])[late]
+    c, s = np.linalg.lstsq(wave, out[late], rcond=None)[0]
+    assert np.hypot(c, s) == pytest.approx(1 / np.hypot(1, omega * tau), rel=1e-3)
+    assert np.arctan2(-s, c) == pytest.approx(np.arctan(omega * tau), abs=1e-3)
+
+
+@pytest.mark.parametrize(("power", "heat"), [(2, 0.04), (1, 0.2)])
+def test_driving_heats_exponentially_and_cools_so(power: int, heat: float) -> None:
+    rate = np.concatenate([np.full(300, -0.2), np.zeros(300)])
+    motion = table(rate, 1.0)
+    found = added(SelfHeating(power), motion, 2.0, 50.0)
+    # Means over an interval in closed form.
+    mean = np.exp(-np.arange(300) / 50.0) * 50.0 * -np.expm1(-1 / 50.0)
+    np.testing.assert_allclose(found[:300], 2.0 * heat * (1 - mean), rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(found[300:], 2.0 * heat * -np.expm1(-300 / 50.0) * mean, rtol=1e-9)
+
+
+def test_heat_of_one_rate_is_a_warm_up_and_not_looked_for() -> None:
+    one, two = table(np.full(100, 0.3), 1.0), table(np.repeat([0.3, 0.0, -0.3, 0.1], 50), 1.0)
+    assert "warm-up" in SelfHeating().blind(one) and not SelfHeating().blind(two)
+    assert SettlingAfterTurn().blind(one) and not SettlingAfterTurn().blind(
+        table(np.tile(np.repeat([0.3, 0.0], 20), 4), 1.0)
+    )
+
+
+def test_what_settles_has_the_sense_of_the_turn_before() -> None:
+    rate = np.concatenate([np.zeros(5), np.full(4, 0.5), np.zeros(20), np.full(8, -0.5), np.zeros(20)])
+    motion = table(rate, 1.0)
+    mean = np.exp(-np.arange(20) / 7.0) * 7.0 * -np.expm1(-1 / 7.0)
+    for by, first, second in (("sense", 1.0, -1.0), ("each", 1.0, 1.0), ("angle", 2.0, -4.0)):
+        found = added(SettlingAfterTurn(by), motion, 1e-3, 7.0)  # type: ignore[arg-type]
+        assert not found[:9].any() and not found[29:37].any()
+        np.testing.assert_allclose(found[9:29], 1e-3 * first * mean, rtol=1e-12)
+        np.testing.assert_allclose(found[37:], 1e-3 * second * mean, rtol=1e-12)
+
+
+def test_a_lever_arm_feels_what_the_second_derivative_of_its_place_is() -> None:
+    t = edges(4000, 0.01)
+    turned, rate = 0.4 * np.sin(1.3 * t), 0.52 * np.cos(1.3 * t)
+    motion = Motion(t=t, rate=np.zeros(4000), turn_rate=rate)
+    place = 0.2 * np.exp(1j * turned)
+    second = np.diff(place, 2) / 0.01**2 * np.exp(-1j * turned[1:-1])
+    basis = LeverArm().basis(motion.rate, motion)
+    found = 0.2 * (-basis[..., 0] + 1j * basis[..., 1])
+    np.testing.assert_allclose(0.5 * (found[1:] + found[:-1]), second, atol=1e-4)
+
+
+def test_a_wobble_is_the_curve_of_a_harmonic_at_one_tilt() -> None:
+    motion = rich_motion(600)
+    for order in (1, 2):
+        twins = EncoderHarmonic(order).twins(motion)
+        assert {e.key for e in twins} == {f"wobble:{k}" for k in (order - 1, order + 1) if k}
+        own = EncoderHarmonic(order).basis(motion.rate, motion)
+        for twin in twins:
+            assert isinstance(twin, Wobble)
+            columns = twin.basis(motion.rate, motion)
+            alike = columns[:, :2] if twin.order > order else columns[:, 2:]
+            left = alike - own @ np.linalg.lstsq(own, alike, rcond=None)[0]
+            assert np.abs(left).max() < 1e-12 * np.abs(alike).max()
+    assert EncoderHarmonic(1).twins(replace(motion, projection=1.0)) == ()
+
+
+def test_a_base_that_settles_is_the_curve_of_a_warm_up() -> None:
+    motion = replace(rich_motion(300), angle=None)
+    assert BiasWarmUp().twins(motion) == (BaseSettling(),)
+    theta = np.array([0.01, 9.0])
+    np.testing.assert_array_equal(
+        BaseSettling().curve(motion.rate, motion, theta), BiasWarmUp().curve(motion.rate, motion, theta)
+    )
+
+
+def test_twins_say_what_tells_them() -> None:
+    motion = rich_motion(60)
+    for effect in CATALOGUE:
+        assert all(twin.told_by and twin not in CATALOGUE for twin in effect.twins(motion))
+
+
+def rests(rng: np.random.Generator, cube: float) -> Magnitudes:
+    """Forty attitudes of an accelerometer triad, 1 mm/s^2 of noise, c f^3 / g^2 on x."""
+    f = rng.standard_normal((40, 3))
+    f *= 9.80665 / np.linalg.norm(f, axis=1)[:, None]
+    measured = f + 1e-3 * rng.standard_normal(f.shape)
+    measured[:, 0] += cube * f[:, 0] ** 3 / 9.80665**2
+    every = np.ones(40, bool)
+    return Magnitudes(measured, np.full(40, 9.80665), Surroundings(np.arange(40.0)), every, every)
+
+
+def test_a_bent_response_is_told_and_noise_is_not() -> None:
+    """Nulls: 100 at 1 %, more than 6 with a probability of 2e-4."""
+    terms = [triad_term(e) for e in _triad()]
+    false = 0
+    for seed in range(100):
+        problem = rests(np.random.default_rng(seed), 0.0)
+        false += bool(bent(problem, solve(problem, terms), 0.01))
+    assert false <= 6
+    problem = rests(np.random.default_rng(7), 2e-3)
+    (reason,) = bent(problem, solve(problem, terms), 0.01)
+    assert "cube" in reason
+
+
+def _triad() -> list[Effect]:
+    return [by_key(key) for key in ("accel_bias", "accel_scale_factor", "non_orthogonality")]
+
+
+@pytest.mark.parametrize(
+    "name", ["generate.py", "procedures.py", "files.py", "causes.py", "units.py", "world.py", "rules.py"]
+)
+def test_the_generator_of_the_study_shares_nothing_with_insenv(name: str) -> None:
+    tree = ast.parse((STUDY / name).read_text(encoding="utf-8"))
+    imported = {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
+    imported |= {a.name for node in ast.walk(tree) if isinstance(node, ast.Import) for a in node.names}
+    assert not any(str(module).startswith(("insenv", "estimators", "scipy")) for module in imported)
