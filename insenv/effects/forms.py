@@ -169,6 +169,14 @@ def reading_noise(x: Floats) -> float:
     return float(np.quantile(np.abs(np.diff(x, 4, axis=-1)), QUANTILE)) / DEVIATION
 
 
+def behind_the_table(motion: Motion) -> str:
+    """Why what remembers the rate's past cannot be told on this exposure; empty where it can.
+
+    A reference that comes late has a past of its own, the logger's or the servo's, which is known but nearly.
+    """
+    return "beside a reference that comes late: what is left of its lag looks the same" if motion.lag else ""
+
+
 def first_order(decayed: Floats, drive: Floats, start: Floats) -> tuple[Floats, Floats]:
     """Solve w[k+1] = decayed w[k] + drive[k]: w at the first n edges, shape (..., n), and at the last."""
     shape = np.broadcast_shapes(drive.shape[:-1], start.shape)

@@ -24,7 +24,7 @@ import numpy as np
 from insenv.core.motion import Motion, interval_slope
 from insenv.core.recording import Floats
 from insenv.effects.base import OUTPUT, MemoryEffect, Param
-from insenv.effects.forms import known, reading_noise, spread
+from insenv.effects.forms import behind_the_table, known, reading_noise, spread
 from insenv.effects.scale import LEAST_RATE
 
 #: Radius of the play by which a reversal is told from the noise of an angle: unasked [rad], in deviations of that
@@ -92,6 +92,10 @@ class EncoderBacklash(MemoryEffect):
         rate = 0.5 * motion.projection * motion.gain * interval_slope(side, motion.dt)
         return spread(u, theta[..., 0, None] * rate), behind[..., -1].copy()
 
+    def blind(self, motion: Motion) -> str:
+        """Beside a late reference."""
+        return behind_the_table(motion)
+
     def grid(self, motion: Motion) -> Floats:
         """No shape: one row without columns, where the table reverses."""
         return np.empty((1, 0))
@@ -146,6 +150,10 @@ class ScaleFactorHysteresis(MemoryEffect):
         elif self.form == "share":
             side = side * u / self.top
         return spread(u, theta[..., 0, None] * side), behind[..., -1].copy()
+
+    def blind(self, motion: Motion) -> str:
+        """Beside a late reference."""
+        return behind_the_table(motion)
 
     def grid(self, motion: Motion) -> Floats:
         """Radii of the play, shape (g, 1)."""

@@ -22,7 +22,7 @@ import numpy as np
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats
 from insenv.effects.base import OUTPUT, MemoryEffect, Param
-from insenv.effects.forms import first_order, known, spread, time_constants
+from insenv.effects.forms import behind_the_table, first_order, known, spread, time_constants
 from insenv.effects.scale import LEAST_RATE
 
 #: Time constants of an output, in intervals, and the longest [s].
@@ -68,6 +68,10 @@ class OutputBandwidth(MemoryEffect):
         start = u[..., 0] if state is None else np.asarray(state)
         mean, last = lagged(u, theta[..., 1], motion.dt, start)
         return spread(u, theta[..., 0, None] * (mean - u)), last
+
+    def blind(self, motion: Motion) -> str:
+        """Beside a late reference."""
+        return behind_the_table(motion)
 
     def grid(self, motion: Motion) -> Floats:
         """Time constants, shape (g, 1)."""

@@ -106,6 +106,20 @@ def test_heat_of_one_rate_is_a_warm_up_and_not_looked_for() -> None:
     )
 
 
+def test_beside_a_late_reference_nothing_remembers_the_rate() -> None:
+    late = replace(table(np.repeat([0.3, 0.0, -0.3, 0.1], 50), 1.0), lag=0.02)
+    for effect in (OutputBandwidth(), ScaleFactorHysteresis(), EncoderBacklash()):
+        assert "late" in effect.blind(late) and not effect.blind(replace(late, lag=0.0))
+
+
+def test_radii_of_a_hysteresis_begin_beyond_the_noise_of_the_rate() -> None:
+    u = np.repeat([0.3, 0.0, -0.3, 0.1], 50)
+    noisy = u + 2e-3 * np.random.default_rng(1).standard_normal(len(u))
+    (fitted, *_), effect = ScaleFactorHysteresis().variants(table(noisy, 1.0)), ScaleFactorHysteresis()
+    assert 0.015 < fitted.least < 0.03 and effect.grid(table(noisy, 1.0)).min() > fitted.least
+    assert effect.grid(table(u, 1.0)).min() == pytest.approx(0.003)
+
+
 def test_what_settles_has_the_sense_of_the_turn_before() -> None:
     rate = np.concatenate([np.zeros(5), np.full(4, 0.5), np.zeros(20), np.full(8, -0.5), np.zeros(20)])
     motion = table(rate, 1.0)
