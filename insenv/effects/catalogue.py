@@ -71,7 +71,6 @@ CATALOGUE: tuple[Effect, ...] = (
     EncoderBacklash(),
     ScaleFactorHysteresis(),
     DeadBand(),
-    OutputBandwidth(),
     SelfHeating(),
     SettlingAfterTurn(),
     CentripetalAcceleration(1),
@@ -92,8 +91,9 @@ CATALOGUE: tuple[Effect, ...] = (
 TRIAD: tuple[Effect, ...] = (AccelBias(), AccelScaleFactor(), NonOrthogonality(), Misalignment())
 
 #: Those and what only a scenario may name: at one tilt, from one record, or at the rates of a usual test they cannot be
-#: told from others (a sine from a cubic, a lock from a local anomaly), or by no turning at all (a field from the
-#: Earth's rate). Some stand in a report as rivals nonetheless (`insenv.identify.search.twins`).
+#: told from others (a sine from a cubic, a lock from a local anomaly, a low-pass from a late reference or the servo's),
+#: or by no turning at all (a field from the Earth's rate). Some stand in a report as rivals nonetheless
+#: (`insenv.identify.search.twins`).
 ALL: tuple[Effect, ...] = (
     *CATALOGUE,
     *TRIAD,
@@ -103,6 +103,7 @@ ALL: tuple[Effect, ...] = (
     SineResponse(),
     MagneticField(),
     BaseSettling(),
+    OutputBandwidth(),
 )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -13,8 +13,8 @@ from rules import WORDS, judge
 Kept = dict[str, Any]
 HEAD = """# Causes that no catalogue had
 
-Made by `python scripts/studies/unknown/study.py STORE`, once with the program as it was and once as it is, and
-`python scripts/studies/unknown/study.py STORE --before STORE --out docs/results/unknown_causes.md`, from recordings
+Made by `python scripts/studies/unknown/study.py STORE` (`--minutes 5` as often as it takes: what the store holds is
+not run again) and `python scripts/studies/unknown/study.py STORE --out docs/results/unknown_causes.md`, from recordings
 that `scripts/studies/unknown/generate.py` writes. The generator imports nothing of insenv (NumPy alone: play and stop
 operators, lags, thresholds, kinematics of a base and of a table, noise from its density). The effects of the
 catalogue and these recordings were written by one hand all the same; the soft, second-order and two-constant forms
@@ -33,7 +33,7 @@ are those whose shape no effect has.
 * **Strength**: norm of the whitened addition beside the declared model, with the true noise, on the rows that are
   fitted: 8, 15 and 30; pairs with an ordinary effect at 20 each. A threshold has the nearest strength that there is.
 * **Controls** are ordinary effects of the catalogue, **nulls** have no cause.
-* Intervals: Wilson, 95 %. Before and after are the same recordings.
+* Intervals: Wilson, 95 %.
 
 How a case is judged (`scripts/studies/unknown/rules.py`):
 
@@ -50,8 +50,10 @@ def wilson(good: int, n: int, z: float = 1.96) -> tuple[float, float]:
     return max(0.0, middle - half), min(1.0, middle + half)
 
 
-def page(after: list[Kept], before: list[Kept]) -> str:
-    """The page, of the cases that both stores have."""
+def page(after: list[Kept], before: list[Kept] | None = None) -> str:
+    """The page; of the cases that both stores have, where there are two."""
+    if before is None:
+        return _single(after)
     common = {_name(k) for k in after} & {_name(k) for k in before}
     old = {_name(k): k for k in before if _name(k) in common}
     new = {_name(k): k for k in after if _name(k) in common}
@@ -66,6 +68,21 @@ def page(after: list[Kept], before: list[Kept]) -> str:
     lines += [_row(cause, old, new) for cause in causes]
     lines += ["", "Each cell: before → after.", "", "## What is not right after", ""]
     lines += _rest(new.values())
+    return "\n".join(lines) + "\n"
+
+
+def _single(kept: list[Kept]) -> str:
+    """The page of one store."""
+    by = dict(enumerate(kept))
+    stated = str(rules.__doc__).strip().partition("\n\n")[2]
+    lines = [HEAD + stated, "", "## Figures", "", "| figure | asked | reached |", "|---|---|---|"]
+    lines += [f"| {name} | {asked} | {_share(by, of, good)} |" for name, asked, of, good in _FIGURES]
+    lines += ["", "## By cause", "", f"| cause | n | {' | '.join(WORDS)} |", "|---|---|" + "---|" * len(WORDS)]
+    for cause in sorted({_label(k) for k in kept}):
+        counts = Counter(_word(k) for k in kept if _label(k) == cause)
+        cells = [str(counts[w] or "") for w in WORDS]
+        lines.append(f"| {cause.replace('_', ' ')} | {sum(counts.values())} | {' | '.join(cells)} |")
+    lines += ["", "## What is not right", "", *_rest(kept)]
     return "\n".join(lines) + "\n"
 
 
@@ -114,7 +131,7 @@ _FIGURES: tuple[tuple[str, str, Rule, Callable[[str], bool]], ...] = (
 )
 
 
-def _share(kept: dict[str, Kept], of: Rule, good: Callable[[str], bool]) -> str:
+def _share(kept: Mapping[Any, Kept], of: Rule, good: Callable[[str], bool]) -> str:
     words = [_word(k) for k in kept.values() if of(k)]
     count = sum(map(good, words))
     if not words:

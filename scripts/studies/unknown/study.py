@@ -116,7 +116,7 @@ def main() -> None:
     if given.out is not None:
         from page import page
 
-        given.out.write_text(page(_all(given.store), _all(given.before or given.store)), encoding="utf-8")
+        given.out.write_text(page(_all(given.store), _all(given.before) if given.before else None), encoding="utf-8")
         return
     given.store.mkdir(parents=True, exist_ok=True)
     part, parts = map(int, given.part.split("/"))
