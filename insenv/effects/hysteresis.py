@@ -30,6 +30,9 @@ from insenv.effects.scale import LEAST_RATE
 #: Radius of the play by which a reversal is told from the noise of an angle: unasked [rad], in deviations of that
 #: noise, and the least [rad].
 REVERSED, BEYOND, LEAST = 1e-3, 10.0, 1e-8
+#: Change of a rate that holds from one interval to the next, as a share of the largest, and the share of the time that
+#: it must hold.
+HOLDS, LEAST_HOLD = 1e-3, 0.3
 #: Radii of a hysteresis that a scan tries, as shares of the largest rate.
 RADII = (0.01, 0.05, 0.15, 0.3, 0.6)
 
@@ -152,7 +155,11 @@ class ScaleFactorHysteresis(MemoryEffect):
         return spread(u, theta[..., 0, None] * side), behind[..., -1].copy()
 
     def blind(self, motion: Motion) -> str:
-        """Beside a late reference."""
+        """Beside a late reference, and where the rate never holds: the phase of a servo that lags looks the same."""
+        largest = float(np.abs(motion.rate).max(initial=0.0))
+        holds = np.abs(np.diff(motion.rate, axis=-1)) < HOLDS * largest + BEYOND * reading_noise(motion.rate)
+        if not holds.size or float(np.mean(holds)) < LEAST_HOLD:
+            return "the rate hardly ever holds: a table that lags behind looks the same"
         return behind_the_table(motion)
 
     def grid(self, motion: Motion) -> Floats:

@@ -112,6 +112,11 @@ def test_beside_a_late_reference_nothing_remembers_the_rate() -> None:
         assert "late" in effect.blind(late) and not effect.blind(replace(late, lag=0.0))
 
 
+def test_a_hysteresis_is_told_between_rates_that_hold() -> None:
+    swing = table(np.sin(0.1 * np.arange(500.0)), 1.0)
+    assert "holds" in ScaleFactorHysteresis().blind(swing)
+
+
 def test_radii_of_a_hysteresis_begin_beyond_the_noise_of_the_rate() -> None:
     u = np.repeat([0.3, 0.0, -0.3, 0.1], 50)
     noisy = u + 2e-3 * np.random.default_rng(1).standard_normal(len(u))
