@@ -25,6 +25,7 @@ import click
 
 from insenv import __version__
 from insenv.core.errors import InputError
+from insenv.core.filing import run_as
 from insenv.core.names import KINDS
 from insenv.core.progress import (
     Progress,
@@ -432,6 +433,7 @@ def main() -> None:
     if isinstance(sys.stdout, TextIOWrapper):
         # A terminal or pipe that has no root sign or minus sign gets its escape, not a traceback.
         sys.stdout.reconfigure(errors="backslashreplace")
+    run_as(sys.argv[1:])
     try:
         insenv(standalone_mode=False)
     except InputError as error:

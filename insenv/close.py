@@ -78,7 +78,7 @@ def close(
         said = [name for name, channel in read.channels.items() if channel.source is not None]
         found = findings(read, recordings, outcome, (*remarks(recordings), *sentences(recordings, said)), limits)
     common = common_mode(read, recordings)
-    found = replace(found, common_mode=common, remarks=(*found.remarks, *common_remarks(common)))
+    found = replace(found, common_mode=common, remarks=(*found.remarks, *common_remarks(common)), filing=read.filing())
     return _with_doubts(_with_doubts(found, motion_cautions(recordings, found.rows_rejected)), doubts)
 
 

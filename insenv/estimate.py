@@ -48,7 +48,7 @@ def estimate(manifest: str | Path, estimator: str, progress: Progress = lambda t
     for run in read_recordings(read):
         progress(f"{run.label}: {estimator}")
         runs.append(_estimated(made, estimator, datasheet_of(read, run), run))
-    return Estimation(str(read.path), read.title, estimator, tuple(runs))
+    return Estimation(str(read.path), read.title, estimator, tuple(runs), read.filing())
 
 
 def _estimated(made: Callable[[Datasheet], Any], name: str, sheet: Datasheet, run: Recording) -> Estimated:

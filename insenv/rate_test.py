@@ -181,6 +181,7 @@ def _assembled(manifest: Manifest, target: str, runs: list[_Run], line: RateLine
         bias_of_power_ups=biases,
         bias_repeatability=spread,
         remarks=tuple(_remarks(line, _turns(manifest))),
+        filing=manifest.filing(),
     )
 
 

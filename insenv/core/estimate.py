@@ -16,6 +16,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from insenv.core.filing import Filing
 from insenv.core.recording import Floats, Mounting, Recording, Site
 
 
@@ -188,6 +189,7 @@ class Estimation:
     title: str
     estimator: str
     runs: tuple[Estimated, ...]
+    filing: Filing = Filing()
 
 
 class Estimator(Protocol):

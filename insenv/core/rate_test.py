@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from insenv.core.filing import Filing
 from insenv.core.recording import Floats
 
 #: What a nonlinearity is divided by: key -> words. The deviations are those of the dwells from the line, rate by rate.
@@ -341,6 +342,8 @@ class RateTest:
     bias_repeatability : Valued
         Their standard deviation [rad/s].
     remarks : tuple of str
+    filing : Filing
+        Head of the page, and the data files.
     """
 
     manifest: str
@@ -353,3 +356,4 @@ class RateTest:
     bias_of_power_ups: tuple[float, ...] = ()
     bias_repeatability: Valued = field(default_factory=Valued)
     remarks: tuple[str, ...] = ()
+    filing: Filing = Filing()

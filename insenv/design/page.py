@@ -10,7 +10,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-import insenv
 from insenv.core.files import write_whole
 from insenv.core.recording import Floats
 from insenv.design import words
@@ -23,8 +22,8 @@ from insenv.report.page import rendered
 from insenv.report.svg import inline
 
 #: Colours of the designed and the published procedure, and of the front; they differ in lightness, too.
-COLOR = {DESIGNED: "#1f4e8c", PUBLISHED: "#c8651b"}
-_FRONT, _ASKED = "#7a8794", "#4c8c3f"
+COLOR = {DESIGNED: draw.AFTER, PUBLISHED: draw.BEFORE}
+_FRONT, _ASKED = draw.DECLARED, draw.PALETTE["series-3"]
 #: Marks of estimators under a procedure.
 _MARKS = ("o", "^", "s", "D")
 #: By which the time of what was played is moved to the side for each mark.
@@ -47,11 +46,27 @@ def to_html(found: Designed) -> str:
     from markupsafe import Markup
 
     described = "standard deviation against time: the front, the designed and the published procedure"
-    pictures = [Markup(inline(front_figure(found), "front", described))]
-    pictures.append(Markup(inline(course_figure(found), "course", f"{found.axis[0]} of both procedures against time")))
+    pictures = [
+        (
+            "Time against accuracy",
+            Markup(inline(front_figure(found), "front", described)),
+            "Good: the designed procedure stands on the curve of the best ones, below or left of the published one, "
+            "and what was played lies on its ring.",
+        ),
+        (
+            "The two procedures",
+            Markup(inline(course_figure(found), "course", f"{found.axis[0]} of both procedures against time")),
+            "What the plant is told to do. Good: few and slow changes, as far as the accuracy allows.",
+        ),
+    ]
     if found.influences:
-        what = "what each effect does to both procedures"
-        pictures.append(Markup(inline(influence_figure(found), "influences", what)))
+        pictures.append(
+            (
+                "What nobody declared",
+                Markup(inline(influence_figure(found), "influences", "what each effect does to both procedures")),
+                "Good: short bars, all of them short beside the demanded deviation.",
+            )
+        )
     return rendered(
         "design.html.j2",
         title=words.title(found),
@@ -67,7 +82,6 @@ def to_html(found: Designed) -> str:
             ),
         ],
         pictures=pictures,
-        version=insenv.__version__,
     )
 
 
@@ -82,7 +96,7 @@ def front_figure(found: Designed) -> Figure:
         ax.plot(time, sd, color=_FRONT, lw=1.4, marker=".", ms=5, label="best procedures (bound)", zorder=2)
         _asked(ax, found, scale)
         for label, point in ((DESIGNED, found.chosen), (PUBLISHED, found.published)):
-            ring: dict[str, Any] = {"mfc": "white", "mec": COLOR[label], "mew": 1.6, "ms": 8, "ls": ""}
+            ring: dict[str, Any] = {"mfc": "none", "mec": COLOR[label], "mew": 1.6, "ms": 8, "ls": ""}
             if np.isfinite(point.sd):
                 ax.plot([point.time], [point.sd / scale], marker="o", label=f"{label} (bound)", zorder=3, **ring)
         played = 0
@@ -126,7 +140,7 @@ def _logarithmic(ax: Axes, time: Floats, values: list[float], found: Designed, s
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axis.set_minor_locator(NullLocator())
         axis.set_minor_formatter(NullFormatter())
-    ax.grid(True, color="#d9dee4", lw=0.6)
+    ax.grid(True, color=draw.GRID, lw=0.6)
     ax.set_axisbelow(True)
 
 
@@ -144,7 +158,7 @@ def course_figure(found: Designed) -> Figure:
             ax.margins(y=0.12)
             ax.set_ylabel(f"{what} [{unit}]", fontsize=8.5)
             ax.set_title(f"{label}: {point.time:.6g} s", fontsize=9, loc="left", color=COLOR[label])
-            ax.grid(True, color="#d9dee4", lw=0.5)
+            ax.grid(True, color=draw.GRID, lw=0.5)
             ax.spines[["top", "right"]].set_visible(False)
         axes[-1].set_xlabel("time [s]")
     return picture
@@ -174,7 +188,7 @@ def influence_figure(found: Designed) -> Figure:
         )
         ax.invert_yaxis()
         ax.set_xlabel(f"change of {found.quantity.name}, rms over runs [{name}]")
-        ax.grid(True, axis="x", color="#d9dee4", lw=0.5)
+        ax.grid(True, axis="x", color=draw.GRID, lw=0.5)
         ax.set_axisbelow(True)
         ax.legend(frameon=False, fontsize=8)
         ax.spines[["top", "right"]].set_visible(False)

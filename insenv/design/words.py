@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from insenv.core.files import write_whole
+from insenv.core.filing import stamp
 from insenv.design.designing import DESIGNED, PUBLISHED, Designed
 from insenv.design.front import Point
 from insenv.design.played import Check, Influence
@@ -160,6 +161,7 @@ def to_json(found: Designed) -> dict[str, Any]:
         "checks": [_check(one) for one in found.checks],
         "influences": [_influence(one) for one in found.influences],
         "remarks": list(found.remarks),
+        **stamp(),
     }
 
 

@@ -9,7 +9,6 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-import insenv
 from insenv.core.files import write_whole
 from insenv.evaluate import words
 from insenv.evaluate.evaluation import Evaluation
@@ -17,8 +16,6 @@ from insenv.report import drawing as draw
 from insenv.report.page import rendered
 from insenv.report.svg import inline
 
-#: Colours of the pairs, in their order; they differ in lightness, too.
-COLORS = ("#1f4e8c", "#c8651b", "#4c8c3f", "#8a3d7a", "#2a9d9d", "#8a6d1b", "#a03030", "#5a6470")
 _LEAST = 1e-12
 
 
@@ -60,7 +57,6 @@ def to_html(found: Evaluation) -> str:
         parts=parts,
         faults=found.faults,
         beyond=words.beyond(found),
-        version=insenv.__version__,
     )
 
 
@@ -72,15 +68,15 @@ def figure(found: Evaluation, quantity: str, unit: str) -> Figure:
         picture = Figure(figsize=(9.0, max(2.6, 1.3 + 0.42 * len(shown))), layout="constrained")
         left, right = picture.subplots(1, 2)
         for k, (one, s) in enumerate(shown):
-            color = COLORS[k % len(COLORS)]
+            color = draw.SERIES[k % len(draw.SERIES)]
             mark = {"color": color, "capsize": 3, "lw": 1.4}
             left.errorbar(s.rms[0] / scale, k, xerr=s.rms[1] / scale, fmt="o", ms=5, **mark)
             left.plot([s.told / scale] * 2, [k - 0.28, k + 0.28], color=color, lw=1.2, ls=":")
             if s.bound is not None:
-                left.plot([s.bound / scale] * 2, [k - 0.28, k + 0.28], color="#1c2128", lw=1.4)
+                left.plot([s.bound / scale] * 2, [k - 0.28, k + 0.28], color=draw.FITTED, lw=1.4)
             error = np.sort(np.abs(found.errors[one.estimator, one.policy][quantity])) / scale
             share = (np.arange(len(error)) + 0.5) / len(error)
-            style = ("-", "--", "-.", ":")[k // len(COLORS) % 4]
+            style = ("-", "--", "-.", ":")[k // len(draw.SERIES) % 4]
             right.plot(np.maximum(error, _LEAST), share, color=color, lw=1.4, ls=style)
         left.set_yticks(range(len(shown)), [f"{one.policy}\n{one.estimator}" for one, _ in shown], fontsize=8)
         left.invert_yaxis()
@@ -98,7 +94,7 @@ def figure(found: Evaluation, quantity: str, unit: str) -> Figure:
         right.set_xlabel(f"|error| of {quantity} [{name}]\n(colours as on the left)")
         right.set_ylabel("share of the runs below")
         for ax in (left, right):
-            ax.grid(True, color="#d9dee4", lw=0.5)
+            ax.grid(True, color=draw.GRID, lw=0.5)
             ax.set_axisbelow(True)
         every = (found.errors[one.estimator, one.policy][quantity] for one, _ in shown)
         right.set_xlim(left=max(min(float(np.quantile(np.abs(e), 0.02)) / scale for e in every), _LEAST))

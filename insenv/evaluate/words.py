@@ -11,6 +11,7 @@ from typing import Any
 
 from insenv.core.errors import InputError
 from insenv.core.files import write_whole
+from insenv.core.filing import stamp
 from insenv.core.units import ARCSEC, PPM
 from insenv.evaluate.evaluation import Evaluation
 from insenv.evaluate.scores import FALSE_ALARM, Paired, Score, Scored, Value
@@ -136,6 +137,7 @@ def to_json(found: Evaluation) -> dict[str, Any]:
         "beyond_bound_false_alarm": FALSE_ALARM,
         "pairs": [_pair(one) for one in found.scored],
         "paired": [_difference(one) for one in found.paired],
+        **stamp(),
     }
 
 

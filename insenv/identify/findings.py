@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from insenv.core.filing import Filing
 from insenv.core.recording import Floats, Mounting, Site
 
 
@@ -263,7 +264,7 @@ class RunRead:
 class Findings:
     """The whole outcome of one call: one block per target, and what was noticed while reading the data.
 
-    ``procedure`` is "multi-position" where the figures are of rests.
+    ``procedure`` is "multi-position" where the figures are of rests, ``filing`` the head of a page.
     """
 
     title: str
@@ -281,6 +282,7 @@ class Findings:
     procedure: str = ""
     rows_rejected: tuple[RejectedRows, ...] = ()
     common_mode: tuple[CommonMode, ...] = ()
+    filing: Filing = Filing()
 
 
 #: Verdicts from the strongest to the weakest: with several targets the strongest one speaks for all.

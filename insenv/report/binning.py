@@ -17,11 +17,15 @@ _LEAST = 3
 
 @dataclass(frozen=True)
 class Bins:
-    """Means of y in bins of x: arrays of shape (bins,); ``error`` is scatter over root count."""
+    """Means of y in bins of x: arrays of shape (bins,); ``error`` is scatter over root count.
+
+    ``held_out`` marks bins of held-out data, where they are joined in time; NaN parts what must not be joined.
+    """
 
     x: Floats
     mean: Floats
     error: Floats
+    held_out: NDArray[np.bool_] | None = None
 
 
 @dataclass(frozen=True)
@@ -37,7 +41,7 @@ def means(x: Floats, y: Floats, bins: int) -> Bins:
     good = np.isfinite(x) & np.isfinite(y)
     x, y = x[good], y[good]
     if len(x) == 0 or np.ptp(x) == 0:
-        return Bins(*3 * [np.empty(0)])
+        return Bins(np.empty(0), np.empty(0), np.empty(0))
     index = np.minimum(((x - x.min()) / np.ptp(x) * bins).astype(int), bins - 1)
     count = np.bincount(index, minlength=bins)
     safe = np.maximum(count, 1)
@@ -57,9 +61,32 @@ def means_of_runs(line: Timeline, y: Floats, bins: int) -> Bins:
     parts = []
     for _, start, stop in line.runs:
         mine = (line.x >= start) & (line.x <= stop)
-        parts.append(means(line.x[mine], y[mine], max(4, round(bins * (stop - start) / total))))
+        for x, of_y in _unbroken(line.x[mine], y[mine], total / bins):
+            parts.append(means(x, of_y, max(2, round(bins * np.ptp(x) / total))))
     gap = np.array([np.nan])
     return Bins(*(np.concatenate([a for b in parts for a in (getattr(b, k), gap)]) for k in ("x", "mean", "error")))
+
+
+def _unbroken(x: Floats, y: Floats, width: float) -> Iterator[tuple[Floats, Floats]]:
+    """Stretches without a gap that is longer than ``width`` and than three steps."""
+    step = np.diff(x)
+    long = np.flatnonzero(step > max(width, 3 * float(np.median(step)))) + 1 if len(step) else np.zeros(0, int)
+    yield from zip(np.split(x, long), np.split(y, long), strict=True)
+
+
+def paths(line: Timeline, x: Floats, y: Floats, held_out: NDArray[np.bool_], bins: int) -> Bins:
+    """Means of ``x`` and ``y`` in time, of fitted and of held-out stretches each on their own."""
+    total = sum(stop - start for _, start, stop in line.runs) or 1.0
+    found: list[tuple[Floats, Floats, NDArray[np.bool_]]] = []
+    for _, start, stop in line.runs:
+        mine = np.flatnonzero((line.x >= start) & (line.x <= stop))
+        for part in np.split(mine, np.flatnonzero(np.diff(held_out[mine])) + 1):
+            t, count = line.x[part], max(2, round(bins * np.ptp(line.x[part]) / total))
+            of_x, of_y = means(t, x[part], count), means(t, y[part], count)
+            found.append((np.append(of_x.mean, np.nan), np.append(of_y.mean, np.nan), held_out[part[:1]]))
+    joined = [np.concatenate([part[k] for part in found]) for k in (0, 1)]
+    marked = np.concatenate([np.full(len(part[0]), part[2][0]) for part in found])
+    return Bins(joined[0], joined[1], np.full(len(marked), np.nan), marked)
 
 
 def timeline(traces: Traces) -> Timeline:
@@ -104,6 +131,19 @@ def smoothed(f: Floats, density: Floats, per_decade: int = 24) -> tuple[Floats, 
             starts.append(i)
     count = np.diff([*starts, len(f)])
     return np.exp(np.add.reduceat(np.log(f), starts) / count), np.add.reduceat(density, starts) / count
+
+
+def envelope(f: Floats, values: Floats, per_decade: int = 120) -> tuple[Floats, Floats]:
+    """A curve over logarithmic ``f`` by the least and the largest of its values in each of many narrow bins."""
+    good = (f > 0) & np.isfinite(values)
+    f, values = f[good], values[good]
+    label = np.floor(np.log10(f) * per_decade)
+    starts = np.flatnonzero(np.concatenate([[True], np.diff(label) != 0])) if len(f) else np.zeros(0, int)
+    kept = set()
+    for start, stop in zip(starts, [*starts[1:], len(f)], strict=True):
+        kept |= {start + int(values[start:stop].argmin()), start + int(values[start:stop].argmax())}
+    chosen = np.array(sorted(kept), int)
+    return f[chosen], values[chosen]
 
 
 def reach(*residuals: Floats) -> tuple[float, int]:

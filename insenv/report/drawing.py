@@ -10,6 +10,8 @@ from typing import Any
 import matplotlib.style
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path as MplPath
 from matplotlib.ticker import (
     AutoMinorLocator,
     FixedLocator,
@@ -25,14 +27,32 @@ from insenv.core.recording import Floats
 from insenv.report.binning import Bins, Timeline, reach, stretches
 from insenv.report.quantities import Unit
 
-BEFORE, AFTER, FITTED, DECLARED, HELD_OUT = "#e08a2e", "#2f74c0", "#1c2128", "#6a737d", "#e9edf2"
-BEFORE_MEAN, AFTER_MEAN = "#9a5206", "#0d3f7d"
+#: Colours of the stylesheet, as they are on paper: on a page each is the variable of its name, which knows the dark.
+PALETTE = {
+    "page": "#ffffff", "ink": "#1c2128", "soft": "#57606a", "grey": "#6a737d", "held": "#e4eaf1", "grid": "#d9dee4",
+    "faint": "#eef1f4", "before": "#b8501a", "before-mean": "#7d3a0c", "after": "#2f74c0", "after-mean": "#0d3f7d",
+    "good-wash": "#e7f1e4", "series-3": "#2f7d4d", "series-4": "#8a3d7a", "series-5": "#0b7a7c", "series-6": "#8a6d1b",
+    "series-7": "#a03030", "series-8": "#5a6470",
+}  # fmt: skip
+BEFORE, AFTER, FITTED, DECLARED = (PALETTE[name] for name in ("before", "after", "ink", "grey"))
+HELD_OUT, GRID = PALETTE["held"], PALETTE["grid"]
+BEFORE_MEAN, AFTER_MEAN = PALETTE["before-mean"], PALETTE["after-mean"]
+#: Of several curves, in their order; they differ in lightness too.
+SERIES = (AFTER, BEFORE, *(PALETTE[f"series-{k}"] for k in range(3, 9)))
 
-#: Letters are drawn as paths: a picture looks the same on a machine without our fonts.
-_STYLE = {"svg.fonttype": "path", "svg.hashsalt": "insenv", "font.size": 9.5, "axes.labelsize": 9.5}
+_INK = ("text.color", "axes.edgecolor", "axes.labelcolor", "axes.titlecolor", "xtick.color", "ytick.color")
+#: Letters are letters, in the font of the page and on its ground.
+_STYLE = {
+    "svg.fonttype": "none", "svg.hashsalt": "insenv", "font.size": 9.5, "axes.labelsize": 9.5,
+    "axes.facecolor": "none", "legend.framealpha": 0.0, **dict.fromkeys(_INK, FITTED),
+}  # fmt: skip
 
-#: More points than this are drawn as pixels, so that a report stays small.
-RASTER_FROM = 400
+#: Points of a cloud that are drawn, and the share of those furthest out that are drawn in addition.
+MOST_POINTS, FAR = 500, 0.005
+#: Line of what is held out, where it cannot be shaded.
+DOTTED = (0, (1, 1.2))
+#: Share of a step by which what is drawn of many points goes on from one to the next.
+GOLDEN = 0.5 * (5**0.5 - 1)
 
 
 @contextmanager
@@ -43,14 +63,37 @@ def style() -> Iterator[None]:
 
 
 def cloud(ax: Axes, x: Floats, y: Floats, color: str) -> None:
-    """Points, fainter and smaller the more there are."""
-    crowd = 1500 / max(len(x), 1)
-    size, alpha = float(np.clip(8 * crowd, 1.2, 10.0)), float(np.clip(crowd, 0.2, 0.6))
-    ax.scatter(x, y, s=size, color=color, alpha=alpha, lw=0, rasterized=len(x) > RASTER_FROM, zorder=2)
+    """Points, fainter and smaller the more there are: every so many-th, and all that lie far out."""
+    shown = _thinned(y)
+    crowd = 500 / max(int(np.count_nonzero(shown)), 1)
+    width, alpha = float(np.clip(3.2 * np.sqrt(crowd), 1.3, 3.4)), float(np.clip(crowd, 0.3, 0.65))
+    # Strokes without length and with round ends: one path, a tenth of the size of markers.
+    points = np.repeat(np.column_stack([x, y])[shown & np.isfinite(x) & np.isfinite(y)], 2, axis=0)
+    codes = np.tile([MplPath.MOVETO, MplPath.LINETO], len(points) // 2)
+    path = MplPath(points, codes)
+    path.should_simplify = False
+    ax.add_patch(PathPatch(path, fill=False, ec=color, lw=width, alpha=alpha, capstyle="round", zorder=2))
+    ax.autoscale_view()
+
+
+def _thinned(y: Floats) -> NDArray[np.bool_]:
+    """Which of many values are drawn: `MOST_POINTS` of them, and the furthest from the middle in addition."""
+    share = MOST_POINTS / max(len(y), 1)
+    kept = np.mod(np.arange(len(y)) * GOLDEN, 1) < share  # evenly spread, and in step with nothing that turns
+    finite = np.isfinite(y)
+    if share < 1 and finite.any():
+        off = np.abs(y - np.median(y[finite]))
+        kept |= off > np.quantile(off[finite], 1 - FAR)
+    return kept
 
 
 def mean_line(ax: Axes, b: Bins, color: str, label: str) -> None:
     """Means as a line; with marks and bars of their scatter where they are few enough to be told apart."""
+    if b.held_out is not None:
+        for part, look in ((~b.held_out, "-"), (b.held_out, DOTTED)):
+            x, y = np.where(part, b.x, np.nan), np.where(part, b.mean, np.nan)
+            ax.plot(x, y, color=color, lw=1.3, ls=look, label=label if look == "-" else "_", zorder=4)
+        return
     if len(b.x) > 60:
         ax.plot(b.x, b.mean, color=color, lw=1.3, label=label, zorder=4)
         return
@@ -63,7 +106,7 @@ def limit(ax: Axes, *residuals: Floats) -> None:
     limit, beyond = reach(*residuals)
     ax.set_ylim(-limit, limit)
     ax.axhline(0, color=FITTED, lw=0.6, zorder=1)
-    ax.grid(True, color="#d9dee4", lw=0.5, zorder=0)
+    ax.grid(True, color=GRID, lw=0.5, zorder=0)
     ax.xaxis.set_minor_locator(AutoMinorLocator(2))
     ax.yaxis.set_major_locator(MaxNLocator(5))
     if 1e-4 < limit < 1e6:
@@ -133,8 +176,7 @@ def log_log(ax: Axes, x: Floats, curves: Sequence[Floats], unit: Unit) -> None:
         axis.set_major_formatter(FuncFormatter(lambda value, _: _tick_label(value)))
         axis.set_minor_locator(LogLocator(subs=range(1, 10), numticks=99))
         axis.set_minor_formatter(NullFormatter())
-    ax.grid(True, which="major", color="#d9dee4", lw=0.6)
-    ax.grid(True, which="minor", color="#eef1f4", lw=0.4)
+    ax.grid(True, which="major", color=GRID, lw=0.6)
 
 
 def log_ticks(low: float, high: float, most: int = 7) -> list[float]:

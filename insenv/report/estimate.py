@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-import insenv
 from insenv.core.estimate import Estimate, Estimated, Estimation
 from insenv.core.files import write_whole
+from insenv.core.filing import filed, stamp
 from insenv.report.page import rendered
 from insenv.report.quantities import number, span, unit_for, with_sd
 
@@ -63,7 +63,8 @@ def to_json(found: Estimation) -> dict[str, Any]:
         "manifest": found.manifest,
         "title": found.title,
         "estimator": found.estimator,
-        "version": insenv.__version__,
+        **stamp(),
+        **filed(found.filing),
         "runs": [
             {
                 "label": one.label,
@@ -95,12 +96,12 @@ def to_html(found: Estimation) -> str:
     """The page; nothing is loaded from elsewhere."""
     return rendered(
         "estimate.html.j2",
+        found.filing,
         title=found.title,
         estimator=found.estimator,
         manifest=found.manifest,
         header=_HEAD,
         runs=[(one, span(one.duration), rows(one), told(one)) for one in found.runs],
-        version=insenv.__version__,
     )
 
 

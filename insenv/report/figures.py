@@ -15,11 +15,13 @@ from insenv.core.recording import Floats
 from insenv.core.units import ZERO_CELSIUS
 from insenv.identify.findings import Spectra, TargetFindings
 from insenv.report import drawing as draw
-from insenv.report.binning import Bins, Timeline, means, means_of_runs, smoothed, timeline
+from insenv.report.binning import Bins, Timeline, envelope, means, means_of_runs, paths, smoothed, timeline
 from insenv.report.quantities import Unit, unit_for
 
 _PANEL, _WIDE, _README = (5.2, 4.3), (10.6, 4.6), (12.0, 3.9)
 _BINS = {"angle": 36}
+#: Means in time that a path against temperature goes through.
+_PATH = 60
 #: Fewer points than this are shown one by one: rests, turns.
 _FEW = 100
 #: Range of the table angle [deg] from which it counts as going round.
@@ -30,9 +32,9 @@ Binning = Callable[[Floats], Bins]
 
 
 @draw.style()
-def against_time(target: TargetFindings) -> Figure:
+def against_time(target: TargetFindings, narrow: bool = False) -> Figure:
     """Residual against time: before and after on one scale, below it after enlarged; held-out shaded."""
-    figure = _figure(_WIDE)
+    figure = _figure(_PANEL if narrow else _WIDE)
     line, label = _timeline(target)
     axes = _rows(figure, target)
     for ax in axes:
@@ -45,11 +47,21 @@ def against_time(target: TargetFindings) -> Figure:
 
 @draw.style()
 def against(target: TargetFindings, covariate: str) -> Figure:
-    """Residual against "angle", "rate" or "temperature", as `against_time`."""
+    """Residual against "angle", "rate" or "temperature", as `against_time`.
+
+    What is joined against temperature is time: a bias that follows it late runs through a loop.
+    """
     figure = _figure(_PANEL)
     x, label = _covariate(covariate, target.traces.covariates[covariate])
     axes = _rows(figure, target)
-    _pair(axes, x, target, lambda y: means(x, y, _BINS.get(covariate, 24)))
+    if covariate == "temperature" and len(x) >= _FEW:
+        line, _ = _timeline(target)
+        _pair(axes, x, target, lambda y: paths(line, x, y, target.traces.held_out, _PATH))
+        for ax in axes:
+            ax.plot([], [], color=draw.FITTED, lw=1.3, ls=draw.DOTTED, label="held out")
+            draw.legend(ax)
+    else:
+        _pair(axes, x, target, lambda y: means(x, y, _BINS.get(covariate, 24)))
     if covariate == "angle" and np.ptp(x[np.isfinite(x)]) >= _FULL_TURN:
         axes[-1].set_xlim(0, 360)
         axes[-1].set_xticks(range(0, 361, 60))
@@ -170,7 +182,8 @@ def _residual(ax: Axes, x: Floats, y: Floats, binning: Binning, colors: tuple[st
         ax.plot(x, y, "o", ms=4.2, mec="white", mew=0.4, color=colors[0], label=label, zorder=3)
         return
     draw.cloud(ax, x, y, colors[0])
-    draw.mean_line(ax, binning(y), colors[1], f"{label} (line: bin means)")
+    b = binning(y)
+    draw.mean_line(ax, b, colors[1], f"{label} ({'mean in time' if b.held_out is not None else 'line: bin means'})")
 
 
 def _spectrum(ax: Axes, s: Spectra, unit: Unit, changed: bool) -> None:
@@ -178,16 +191,7 @@ def _spectrum(ax: Axes, s: Spectra, unit: Unit, changed: bool) -> None:
     for density, color, label in ((s.psd_before, draw.BEFORE, "before"), (s.psd_after, draw.AFTER, "after")):
         if label == "before" and not changed:
             continue
-        draw.curve(
-            ax,
-            s.f,
-            np.sqrt(density),
-            unit,
-            color=color,
-            lw=0.5,
-            alpha=0.35,
-            rasterized=len(s.f) > draw.RASTER_FROM,
-        )
+        draw.curve(ax, *envelope(s.f, np.sqrt(density)), unit, color=color, lw=0.5, alpha=0.35)
         f, mean = smoothed(s.f, density)
         draw.curve(ax, f, np.sqrt(mean), unit, color=color, lw=1.6, label=label if changed else "residual")
     declared = None if s.psd_declared is None else np.sqrt(s.psd_declared)

@@ -11,7 +11,6 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import insenv
 from insenv.core.files import write_whole
 from insenv.identify.findings import (
     Added,
@@ -27,13 +26,31 @@ from insenv.report.quantities import number, p_value, percent, span
 
 Row = dict[str, Any]
 
-#: What to see in a picture against each covariate.
-_AGAINST = {
-    "angle": "Residual against table angle",
-    "rate": "Residual against rate",
-    "temperature": "Residual against temperature",
-    "force": "Residual against specific force",
-    "turned": "Residual against the turn about the axis",
+#: Title of each picture, and what a good one looks like.
+_SEEN = {
+    "time": (
+        "Residual against time",
+        "Good: after, a level band about zero that is no wider in the shaded part, which no fit saw.",
+    ),
+    "angle": ("Residual against table angle", "Good: after, a level line; waves over a turn are of the table."),
+    "rate": (
+        "Residual against rate",
+        "Good: after, a level line; slope, bow and steps are errors of the scale factor.",
+    ),
+    "temperature": (
+        "Residual against temperature",
+        "Joined in time. Good: after, a level line; a loop that is open between warming and cooling is a delay.",
+    ),
+    "force": ("Residual against specific force", "Good: after, a level line."),
+    "turned": ("Residual against the turn about the axis", "Good: after, a level line."),
+    "psd": (
+        "Spectrum of the residual",
+        "Good: after, the thick line follows the fitted noise and no peak stands out of it.",
+    ),
+    "adev": (
+        "Allan deviation of the residual",
+        "Good: after, the fitted noise runs within the band at every averaging time; lower is better.",
+    ),
 }
 
 
@@ -52,6 +69,8 @@ def to_html(findings: Findings) -> str:
     """``findings`` as one self-contained HTML page; every text from a file is escaped."""
     return rendered(
         "report.html.j2",
+        findings.filing,
+        title=findings.title or findings.manifest,
         findings=findings,
         overall=sentences.overall(findings),
         cautions=sentences.cautions(findings),
@@ -60,7 +79,6 @@ def to_html(findings: Findings) -> str:
         alpha=percent(findings.alpha),
         targets=[_target(t, f"t{i}", findings.alpha) for i, t in enumerate(findings.targets, 1)],
         method=words.METHOD_OF_POSITIONS if findings.procedure == "multi-position" else words.METHOD,
-        version=insenv.__version__,
     )
 
 
@@ -198,19 +216,22 @@ def _pictures(target: TargetFindings, ident: str) -> Row:
 
     shown = figures.covariates(target)
 
-    def picture(figure: Any, key: str, title: str) -> Row:
-        return {"title": title, "svg": Markup(inline(figure, f"{ident}-{key}", f"{title}, {target.target}"))}
+    def picture(figure: Any, key: str, form: str = "") -> Row:
+        title, good = _SEEN[key]
+        svg = Markup(inline(figure, f"{ident}-{key}{form}", f"{title}, {target.target}"))
+        return {"key": key, "title": title, "good": good, "svg": svg}
 
     def panels() -> Iterable[Row]:
         for key in shown:
-            yield picture(figures.against(target, key), key, _AGAINST[key])
+            yield picture(figures.against(target, key), key)
         if not len(target.spectra.f):
             return
-        yield picture(figures.spectrum(target), "psd", "Spectrum of the residual")
-        yield picture(figures.allan(target), "adev", "Allan deviation of the residual")
+        yield picture(figures.spectrum(target), "psd")
+        yield picture(figures.allan(target), "adev")
 
     return {
-        "time": picture(figures.against_time(target), "time", "Residual against time"),
+        "time": picture(figures.against_time(target), "time"),
+        "phone": picture(figures.against_time(target, narrow=True), "time", "-phone"),
         "panels": list(panels()),
-        "constant": words.listing(k for k in _AGAINST if k in target.traces.covariates and k not in shown),
+        "constant": words.listing(k for k in target.traces.covariates if k not in shown),
     }

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from insenv.core.files import write_whole
+from insenv.core.filing import filed, stamp
 from insenv.identify.findings import (
     Added,
     Derived,
@@ -59,6 +60,8 @@ def to_json(findings: Findings) -> Block:
         "common_mode": [{"channels": list(c.channels), "correlation": c.correlation} for c in findings.common_mode],
         "source": findings.source,
         "licence": findings.licence,
+        **stamp(),
+        **filed(findings.filing),
     }
     return {key: strict(value) for key, value in document.items()}
 

@@ -1,13 +1,38 @@
-"""A report's page from its template."""
+"""A report's page from its template: one stylesheet, one skeleton, one policy of what it may load, which is nothing.
+
+    base.html.j2 (head, filing, foot) + style.css -> every page
+
+A page runs no script but its own, of which its Content-Security-Policy has the SHA-256, and fetches nothing.
+"""
 
 from __future__ import annotations
 
+import base64
+import hashlib
+from collections.abc import Iterable
+from functools import cache
+from importlib.resources import files
 from typing import Any
 
+import insenv
+from insenv.core.filing import Filing, command
 
-def rendered(template: str, **content: Any) -> str:
-    """One self-contained HTML page from a template of this package; every text from a file is escaped."""
+
+def rendered(template: str, filing: Filing | None = None, scripts: tuple[str, ...] = (), **content: Any) -> str:
+    """One self-contained HTML page from a template of this package; every text from a file is escaped.
+
+    Parameters
+    ----------
+    template : str
+    filing : Filing, optional
+        What the head says of the recording.
+    scripts : tuple of str
+        Texts of the scripts that the page has inline, each as it stands between its tags.
+    **content
+        What the template shows.
+    """
     from jinja2 import Environment, PackageLoader, StrictUndefined
+    from markupsafe import Markup
 
     environment = Environment(
         loader=PackageLoader("insenv.report"),
@@ -16,4 +41,44 @@ def rendered(template: str, **content: Any) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    return environment.get_template(template).render(**content)
+    style = stylesheet()
+    return environment.get_template(template).render(
+        style=Markup(style),
+        policy=policy(style, scripts),
+        scripts=[Markup(script) for script in scripts],
+        filing=head(filing),
+        version=insenv.__version__,
+        **content,
+    )
+
+
+@cache
+def stylesheet() -> str:
+    """The one stylesheet of all pages."""
+    return files("insenv.report").joinpath("templates/style.css").read_text("utf-8")
+
+
+def policy(style: str, scripts: Iterable[str] = ()) -> str:
+    """A Content-Security-Policy under which a page has this style and these scripts, and loads nothing."""
+    run = " ".join(_hash(script) for script in scripts) or "'none'"
+    return (
+        f"default-src 'none'; style-src {_hash(style)}; script-src {run}; img-src data:; "
+        "base-uri 'none'; form-action 'none'"
+    )
+
+
+def _hash(text: str) -> str:
+    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
+
+
+def head(filing: Filing | None) -> list[tuple[str, str]]:
+    """Rows of the head of a page: what ``[report]`` says, the data files, version and command."""
+    rows = []
+    if filing is not None:
+        said = (filing.operator, filing.serial_number, filing.place, filing.date)
+        rows = [(n, v) for n, v in zip(("Operator", "Serial number", "Place", "Date"), said, strict=True) if v]
+        rows += [("Data", f"{one.name} (sha256 {one.sha256})") for one in filing.files]
+    rows.append(("Software", f"insenv {insenv.__version__}"))
+    if command():
+        rows.append(("Command", command()))
+    return rows

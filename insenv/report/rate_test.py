@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-import insenv
 from insenv.core.files import write_whole
+from insenv.core.filing import filed, stamp
 from insenv.core.rate_test import NORMALISATIONS, RateTest
 from insenv.core.units import DEG, DEG_PER_HOUR
 from insenv.report import rate_test_rows as rows
@@ -31,9 +31,16 @@ def to_json(tests: Sequence[RateTest]) -> Block:
         "schema": SCHEMA,
         "units": "SI and radians",
         "normalisations": dict(NORMALISATIONS),
-        "instruments": [_plain(test) for test in tests],
+        "instruments": [_instrument_json(test) for test in tests],
+        **stamp(),
     }
     return {key: strict(value) for key, value in block.items()}
+
+
+def _instrument_json(test: RateTest) -> Block:
+    block: Block = _plain(test)
+    del block["filing"]
+    return {**block, **filed(test.filing)}
 
 
 def _plain(value: Any) -> Any:
@@ -81,12 +88,12 @@ def to_html(tests: Sequence[RateTest]) -> str:
     resting = [test for test in tests if test.static is not None]
     return rendered(
         "rate_test.html.j2",
+        tests[0].filing if len(tests) == 1 else None,
         title=" · ".join(test.title for test in tests),
         comparison=_typeset(rows.comparison(tests)),
         several=len(tests) > 1,
         allan=_allan_of_all(resting) if len(resting) > 1 else "",
         instruments=[_instrument(test, f"i{i}") for i, test in enumerate(tests, 1)],
-        version=insenv.__version__,
     )
 
 
@@ -97,7 +104,7 @@ def _instrument(test: RateTest, ident: str) -> Block:
         "title": test.title,
         "manifest": test.manifest,
         "size": f"{test.rows:,}".replace(",", "\u202f") + f" rows, {span(test.duration)}",
-        "conditions": list(test.conditions.items()),
+        "conditions": [*test.conditions.items(), *((f"sha256 of {f.name}", f.sha256) for f in test.filing.files)],
         "line": None if test.line is None else _line(test, ident),
         "static": None if test.static is None else _static(test, ident),
         "remarks": test.remarks,
@@ -135,7 +142,16 @@ def _static(test: RateTest, ident: str) -> Block:
         "stability": _typeset(rows.stability(static)),
         "allan": _typeset(rows.allan(static)),
         "model": rows.of_the_model(static),
-        "figures": [_figure("allan", [test], ident), _figure("against_time", test, ident)],
+        "figures": [
+            (
+                _figure("allan", [test], ident),
+                "Good: lower at every averaging time, and the measured curve follows the sum of the fitted terms.",
+            ),
+            (
+                _figure("against_time", test, ident),
+                "Good: a level band without trend or steps, which does not follow the temperature.",
+            ),
+        ],
     }
 
 

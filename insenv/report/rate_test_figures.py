@@ -13,7 +13,7 @@ from insenv.report import drawing as draw
 from insenv.report.quantities import Unit, span
 
 _WIDE, _PANEL = (10.6, 3.9), (5.2, 4.0)
-_COLOURS = (draw.AFTER, draw.BEFORE, "#3b8f5a", "#8b5fb0", "#b0413e", "#6a737d")
+_COLOURS = draw.SERIES
 #: Powers of tau of the Allan terms and their factors: N / sqrt(tau) and so on, as variances.
 _TERMS = {
     "quantization": (3.0, -2.0),
@@ -32,7 +32,7 @@ def nonlinearity(test: RateTest) -> Figure:
     methods = ("all points", "without flagged") if test.line.flagged else ("all points",)
     axes = np.ravel(figure.subplots(1, len(methods)))
     for ax, method in zip(axes, methods, strict=True):
-        each: dict[str, Any] = {"color": "#aeb8c4", "lw": 0.6, "marker": ".", "ms": 2.5, "zorder": 2}
+        each: dict[str, Any] = {"color": draw.DECLARED, "lw": 0.6, "marker": ".", "ms": 2.5, "zorder": 2}
         for k, one in enumerate(test.line.of_each(method)):
             used = (one.weights > 0) | (method == "all points")
             ax.plot(one.rates[used] / DEG, _ppm(one)[used], label="_" if k else "each power-up", **each)
@@ -46,7 +46,7 @@ def nonlinearity(test: RateTest) -> Figure:
             for flagged in test.line.flagged:
                 ax.axvline(flagged.rate / DEG, color=draw.BEFORE, lw=0.9, ls="--", zorder=1)
         ax.axhline(0, color=draw.FITTED, lw=0.6, zorder=1)
-        ax.grid(True, color="#d9dee4", lw=0.5, zorder=0)
+        ax.grid(True, color=draw.GRID, lw=0.5, zorder=0)
         ax.set_xlabel("rate [deg/s]")
         ax.set_ylabel("deviation / largest output [ppm]")
         if test.line.flagged:
@@ -112,11 +112,13 @@ def against_time(test: RateTest) -> Figure:
     ax = figure.add_subplot()
     hours = static.t[-1] > 2 * HOUR if len(static.t) else False
     t = static.t / (HOUR if hours else 60.0)
-    ax.plot(t, static.series / DEG_PER_HOUR, color=draw.AFTER, lw=1.0)
+    look: dict[str, Any] = {"color": draw.AFTER, "lw": 1.0}
+    after_gap = np.append(False, np.diff(t) > 1.5 * np.median(np.diff(t))) if len(t) > 1 else np.zeros(len(t), bool)
+    ax.plot(*(np.insert(v, np.flatnonzero(after_gap), np.nan) for v in (t, static.series / DEG_PER_HOUR)), **look)
     ax.set_xlabel(f"time since the power-up [{'h' if hours else 'min'}]")
     mean = f", means over {span(float(np.median(np.diff(static.t))))}" if len(static.t) > 1 else ""
     ax.set_ylabel(f"output at rest{mean} [deg/h]")
-    ax.grid(True, color="#d9dee4", lw=0.5, zorder=0)
+    ax.grid(True, color=draw.GRID, lw=0.5, zorder=0)
     if len(static.temperature) and np.ptp(static.temperature) > 0.01:
         other = ax.twinx()
         other.plot(t, static.temperature - 273.15, color=draw.BEFORE, lw=0.9)

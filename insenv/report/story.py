@@ -10,6 +10,7 @@ from textwrap import wrap
 from typing import Any
 
 from insenv.core.files import write_whole
+from insenv.core.filing import stamp
 from insenv.core.units import ARCSEC, PPM
 from insenv.identify.story import Answer, Chapter, Story, Wanted
 from insenv.report import words
@@ -46,6 +47,7 @@ def to_json(story: Story) -> Block:
         else {"name": wanted.name, "unit": wanted.unit, "demanded": wanted.demanded, "estimator": wanted.estimator},
         "before": _answer(story.raw),
         "steps": [_step(chapter) for chapter in story.chapters],
+        **stamp(),
     }
     return {key: strict(value) for key, value in block.items()}
 

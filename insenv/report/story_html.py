@@ -10,7 +10,6 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator
 
-import insenv
 from insenv.core.files import write_whole
 from insenv.identify.story import Story
 from insenv.report import drawing as draw
@@ -44,7 +43,6 @@ def to_html(story: Story) -> str:
         settled=story.ending == "settled",
         picture=Markup(inline(errors(story), "error", words_of.ending(story))) if drawn else "",
         steps=[_step(story, k) for k in range(len(story.chapters))],
-        version=insenv.__version__,
     )
 
 
@@ -81,9 +79,16 @@ def errors(story: Story) -> Figure:
     values = np.array([unit.of(a.error) for a in answers])
     bars = np.array([2 * unit.of(a.sd) for a in answers])
     demanded = unit.of(story.wanted.demanded)
-    ax.axhspan(-demanded, demanded, color="#e7f1e4", lw=0, zorder=0, label=f"demanded: ± {demanded:.3g} {unit.label}")
+    ax.axhspan(
+        -demanded,
+        demanded,
+        color=draw.PALETTE["good-wash"],
+        lw=0,
+        zorder=0,
+        label=f"demanded: ± {demanded:.3g} {unit.label}",
+    )
     ax.axhline(0, color=draw.FITTED, lw=0.8, zorder=1)
-    ax.plot(x, values, color="#aeb8c4", lw=1.2, zorder=2)
+    ax.plot(x, values, color=draw.DECLARED, lw=1.2, zorder=2)
     style: dict[str, Any] = {"fmt": "o", "ms": 6, "capsize": 4, "elinewidth": 1.4, "zorder": 4}
     ax.errorbar(x[:1], values[:1], bars[:1], color=draw.BEFORE, label="as measured", **style)
     ax.errorbar(x[1:], values[1:], bars[1:], color=draw.AFTER, label="with what was found taken out", **style)
@@ -95,6 +100,6 @@ def errors(story: Story) -> Figure:
     ax.set_xlim(-0.4, len(answers) - 0.35)
     ax.margins(y=0.12)
     ax.set_ylabel(f"error of {words_of.quantity_name(story.wanted)} [{unit.label}]")
-    ax.grid(True, axis="y", color="#d9dee4", lw=0.5, zorder=0)
+    ax.grid(True, axis="y", color=draw.GRID, lw=0.5, zorder=0)
     draw.legend(ax)
     return figure

@@ -1,4 +1,4 @@
-"""A matplotlib figure as an ``<svg>`` element that can stand inside an HTML page."""
+"""A matplotlib figure as an ``<svg>`` element that can stand inside an HTML page and follows its stylesheet."""
 
 from __future__ import annotations
 
@@ -8,10 +8,18 @@ from io import StringIO
 
 from matplotlib.figure import Figure
 
-from insenv.report.drawing import style
+from insenv.report.drawing import PALETTE, style
 
-#: Pixels per inch of what is drawn as pixels.
-_DPI = 120
+#: Decimals of a coordinate [pt].
+_DECIMALS = 1
+#: What need not be said, because it is so anyway, or as the page has it.
+_USUAL = {
+    "stroke-dashoffset": "0", "stroke-linecap": "butt", "stroke-linejoin": "round", "stroke-opacity": "1",
+    "text-anchor": "start",
+}  # fmt: skip
+_LEFT_OUT = ("font-family", "image-rendering")
+#: What matplotlib states once for all elements of a picture.
+_WHOLE = 'stroke-linejoin="round" stroke-linecap="butt"'
 
 
 def inline(figure: Figure, prefix: str, description: str) -> str:
@@ -19,16 +27,73 @@ def inline(figure: Figure, prefix: str, description: str) -> str:
 
     Ids get ``prefix``, which must differ between the pictures of a page; ``description`` is read out by
     screen readers. Name spaces, metadata and comments are left out: HTML needs none, and a page that fetches
-    nothing should hold no address.
+    nothing should hold no address. Styles become attributes, which no Content-Security-Policy forbids, colours of
+    the palette variables of the stylesheet, so that the picture is dark where the page is, and text stays text.
     """
     buffer = StringIO()
     with style():
-        figure.savefig(buffer, format="svg", dpi=_DPI, metadata={"Date": None})
+        figure.savefig(buffer, format="svg", metadata={"Date": None}, facecolor="none")
     text = buffer.getvalue()
     text = text[text.index("<svg") :].rstrip()
-    text = re.sub(r"<metadata>.*?</metadata>|<!--.*?-->", "", text, flags=re.DOTALL)
+    text = re.sub(r"<metadata>.*?</metadata>|<!--.*?-->|<style.*?</style>", "", text, flags=re.DOTALL)
     text = re.sub(r"""\s+xmlns(:\w+)?="[^"]*\"""", "", text)
-    text = re.sub(r"""(\bid="|href="#|url\(#)""", rf"\g<1>{prefix}-", text)
+    text = re.sub(r"""(\bid="|href="#|url\(#)""", rf"\g<1>{prefix}-", text.replace("xlink:href", "href"))
+    text = re.sub(r'\s*style="([^"]*)"', _attributes, text)
+    text = _joined(_rounded(text))
     size = re.search(r'viewBox="0 0 ([\d.]+) ([\d.]+)"', text)
     box = size.group(0) if size else ""
-    return re.sub(r"<svg[^>]*>", f'<svg role="img" aria-label="{escape(description)}" {box}>', text, count=1)
+    return re.sub(r"<svg[^>]*>", f'<svg role="img" aria-label="{escape(description)}" {_WHOLE} {box}>', text, count=1)
+
+
+def _attributes(found: re.Match[str]) -> str:
+    """Attributes for a style; the last of those that say the same holds, as in a style."""
+    pairs = (part.partition(":") for part in found[1].split(";") if part.strip())
+    said = {name.strip(): _themed(value.strip()) for name, _, value in pairs}
+    told = (f' {n}="{v}"' for n, v in said.items() if _USUAL.get(n) != v and n not in _LEFT_OUT)
+    return "".join(told)
+
+
+def _themed(value: str) -> str:
+    return next((f"var(--{name})" for name, colour in PALETTE.items() if colour == value), value)
+
+
+def _rounded(text: str) -> str:
+    """The same with few decimals, and strokes without length as such."""
+
+    def few(number: re.Match[str]) -> str:
+        return f"{float(number[0]):.{_DECIMALS}f}".removesuffix(".0").replace("-0", "0", number[0] == "-0.0")
+
+    def path(found: re.Match[str]) -> str:
+        data = re.sub(r"-?\d+\.\d+", few, found[1])
+        data = re.sub(r"M (\S+ \S+)\s+L \1(?=\s|$)", r"M\1h0", data)
+        data = re.sub(r"\s*([A-Za-z])\s*", r"\1", data)
+        return f'd="{" ".join(data.split())}"'
+
+    text = re.sub(r'\bd="([^"]*)"', path, text)
+    text = re.sub(r'\b(x|y|font-size|stroke-width)="(-?\d+\.\d\d)\d*"', r'\1="\2"', text)
+    return re.sub(r' transform="rotate\(-0 [^"]*\)"', "", text)
+
+
+def _joined(text: str) -> str:
+    """The same without groups of one, and what is alike said once of all that stand beside each other."""
+    text = re.sub(r'<g id="[^"]*"', "<g", re.sub(r">\s+<", "><", text))
+    for _ in range(3):
+        text = re.sub(r"<g>(<(?:path|use)[^>]*/>|<text[^>]*>[^<]*</text>|)</g>", r"\1", text)
+    once = r'<use href="([^"]*)" x="([^"]*)" y="([^"]*)"([^>]*)/>'
+
+    def marks(found: re.Match[str]) -> str:
+        each = re.findall(once, found[0])
+        inner = "".join(f'<use href="{h}" x="{x}" y="{y}"/>' for h, x, y, _ in each)
+        return f"<g{each[0][3]}>{inner}</g>"
+
+    text = re.sub(rf'{once}(?:<use href="\1" x="[^"]*" y="[^"]*"\4/>)+', marks, text)
+    # Strokes that are alike: bars of errors, lines of a grid.
+    alike = r'<path d="([^"]*)"((?: clip-path="[^"]*")? fill="none"(?! opacity)[^>]*)/>'
+    return re.sub(rf'{alike}(?:<path d="[^"]*"\2/>)+', _strokes, text)
+
+
+def _strokes(found: re.Match[str]) -> str:
+    data = "".join(re.findall(r' d="([^"]*)"', found[0]))
+    rest = re.match(r'<path d="[^"]*"([^>]*)/>', found[0])
+    assert rest is not None
+    return f'<path d="{data}"{rest[1]}/>'

@@ -70,4 +70,5 @@ def load_manifest(path: Path | str, folder: Path | str | None = None, allow_code
         source=checks.source(table.source),
         positions=checks.positions(table.positions, table.model.procedure, path),
         datasheet=table.datasheet,
+        report=checks.report(table.report, path),
     )

@@ -10,9 +10,11 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import replace
+from datetime import date
 from pathlib import Path
 
 from insenv.core.errors import InputError, nearest
+from insenv.core.filing import Filing
 from insenv.core.plugins import check_code
 from insenv.core.recording import Mounting, Site
 from insenv.core.units import quantity
@@ -81,6 +83,16 @@ def source(table: schema.SourceTable | None) -> Source | None:
         licence=table.licence or "",
         sha256=_texts(table.sha256 or []),
     )
+
+
+def report(table: schema.ReportTable, path: Path) -> Filing:
+    """What the head of a page says, as texts."""
+    if not isinstance(table.date, str | date | None):
+        raise InputError(f"{path}: report.date = {shown(table.date)}; wanted a date or a text")
+    operator, serial, place, day = (
+        "" if one is None else str(one) for one in (table.operator, table.serial_number, table.place, table.date)
+    )
+    return Filing(operator, serial, place, day)
 
 
 def _texts(value: schema.Names) -> tuple[str, ...]:

@@ -37,6 +37,15 @@ class SourceTable(Table):
     sha256: Names | None = None
 
 
+class ReportTable(Table):
+    """``[report]``: what the head of a page says; any text, and of ``date`` a date of TOML too."""
+
+    operator: str | None = None
+    serial_number: str | int | None = None
+    place: str | None = None
+    date: Any = None
+
+
 class ChannelTable(Table):
     """One entry of ``[channels]``."""
 
@@ -161,6 +170,7 @@ class ManifestTable(Table):
     fit: FitTable = field(default_factory=FitTable)
     read: ReadTable = field(default_factory=ReadTable)
     source: SourceTable | None = None
+    report: ReportTable = field(default_factory=ReportTable)
     datasheet: DatasheetTable | None = None
 
 

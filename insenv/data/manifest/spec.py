@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
+from insenv.core.filing import Filing, hashed
 from insenv.core.recording import Covers, Mounting, Origin, Site
 from insenv.data.manifest.schema import DatasheetTable
 
@@ -180,7 +181,8 @@ class Manifest:
     """A manifest, checked, in SI units.
 
     ``noise`` maps each target to its declared noise parameters; ``resample`` is the rate at which means of uneven rows
-    are wanted [Hz], or None. ``datasheet`` is what `insenv.scenario.measured` reads, as written.
+    are wanted [Hz], or None. ``datasheet`` is what `insenv.scenario.measured` reads, as written, ``report`` what the
+    head of a page says.
     """
 
     path: Path
@@ -196,12 +198,18 @@ class Manifest:
     source: Source | None = None
     positions: KnownPositions | None = None
     datasheet: DatasheetTable | None = None
+    report: Filing = Filing()
 
     @property
     def procedure(self) -> Procedure:
         """The declared procedure; else "rate-table" where a channel tells of a table, else "static"."""
         table = "table_angle" in self.channels or "table_rate" in self.channels
         return self.model.procedure or ("rate-table" if table else "static")
+
+    def filing(self) -> Filing:
+        """The head of a page, with the hash of every data file: each is read once more for it."""
+        beside = [channel.file for channel in self.channels.values() if channel.file is not None]
+        return replace(self.report, files=hashed((*(run.file for run in self.runs), *beside)))
 
     @property
     def time_is_row(self) -> bool:
