@@ -40,6 +40,7 @@ from insenv.core.terminal import examples, width
 from insenv.data.commands import init, of_data
 from insenv.design.commands import design
 from insenv.evaluate.commands import check_plugin, evaluate
+from insenv.trust.commands import trust
 
 if TYPE_CHECKING:
     from insenv.identify.findings import Findings
@@ -370,6 +371,7 @@ insenv.add_command(init)
 insenv.add_command(check_plugin)
 insenv.add_command(evaluate)
 insenv.add_command(design)
+insenv.add_command(trust)
 
 
 @insenv.command("list", epilog=examples("insenv list effects", "insenv list recordings"))
@@ -421,6 +423,7 @@ _NAMED: Mapping[tuple[str, str], tuple[str, bool]] = {
     ("check-plugin", "env"): ("environments", False),
     ("design", "scenario"): ("scenarios", True),
     ("design", "estimator"): ("estimators", False),
+    ("trust", "manifest"): ("recordings", True),
 }
 for (_command, _parameter), (_kind, _or_file) in _NAMED.items():
     next(p for p in insenv.commands[_command].params if p.name == _parameter).type = _Name(_kind, _or_file)

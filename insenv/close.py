@@ -10,6 +10,7 @@ from pathlib import Path
 from insenv import datasets
 from insenv.core.errors import InputError
 from insenv.core.estimate import Limits
+from insenv.core.recording import Recording
 from insenv.data.load import read_recordings
 from insenv.data.manifest import Manifest, load_manifest
 from insenv.data.power import by_power_up
@@ -65,16 +66,36 @@ def close(
         raise InputError(f"alpha = {alpha:g}; wanted a probability between 0 and 1")
     if seed < 0:
         raise InputError(f"seed = {seed}; wanted zero or more")
-    tried = _chosen(effects)
+    tried = None if effects is None else _chosen(effects)
     read = opened(manifest, progress, allow_code)
     progress("reading the recording")
-    recordings = by_power_up(read_recordings(read))
+    return close_on(read, by_power_up(read_recordings(read)), tried, alpha, seed, progress, limits)
+
+
+def close_on(
+    read: Manifest,
+    recordings: tuple[Recording, ...],
+    tried: tuple[Effect, ...] | None = None,
+    alpha: float = 0.01,
+    seed: int = 0,
+    progress: Callable[[str], None] = lambda text: None,
+    limits: Limits | None = None,
+) -> Findings:
+    """As `close`, on recordings in memory, one per run, that are as ``read`` says.
+
+    Raises
+    ------
+    InputError
+        If they cannot be used.
+    """
     doubts = implausible(read, recordings)
     if read.procedure == "multi-position":
-        traced = trace_positions(read, recordings, None if effects is None else tried, alpha, progress)
+        traced = trace_positions(read, recordings, tried, alpha, progress)
         found = position_findings(read, recordings, traced, remarks(recordings), alpha, seed)
     else:
-        outcome = trace(read, recordings, split(read, recordings), tried, alpha, seed, progress)
+        outcome = trace(
+            read, recordings, split(read, recordings), catalogue() if tried is None else tried, alpha, seed, progress
+        )
         said = [name for name, channel in read.channels.items() if channel.source is not None]
         found = findings(read, recordings, outcome, (*remarks(recordings), *sentences(recordings, said)), limits)
     common = common_mode(read, recordings)
@@ -111,9 +132,7 @@ def opened(
     return load_manifest(Path(manifest), allow_code=allow_code)
 
 
-def _chosen(effects: Sequence[str] | None) -> tuple[Effect, ...]:
-    if effects is None:
-        return catalogue()
+def _chosen(effects: Sequence[str]) -> tuple[Effect, ...]:
     return tuple(_effect(key.strip()) for key in dict.fromkeys(effects))
 
 

@@ -99,6 +99,34 @@ def apply(calibration: Calibration, recording: Recording) -> Applied:
     return Applied(replace(recording, channels=channels), run, tuple(taken), tuple(left))
 
 
+def told(term: Term) -> bool:
+    """Whether the parameters say what a term adds: not of a line without a phase."""
+    return bool(term.parameters) and not (term.is_line and all(p.name != "phase" for p in term.parameters))
+
+
+def rows_of(term: Term, recording: Recording, exposure: Exposure, run: int) -> Floats:
+    """What a term adds to the rows of a target in run ``run``, counted from 1, whatever its cause: shape (rows,).
+
+    Zero where it is not `told`, or of other runs.
+    """
+    if not told(term) or (term.runs and run not in term.runs):
+        return np.zeros(len(recording))
+    if term.is_line:
+        return _line(recording, term)
+    effect, theta = term.made(), term.theta(run)
+    held = _Held(term, effect.near(theta), theta, term.phase(run))
+    return of_rows(held.addition(exposure.u, exposure.motion), exposure)
+
+
+def slopes_of(term: Term, recording: Recording, exposure: Exposure, run: int) -> Floats:
+    """Derivative of `rows_of` to each parameter of the effect, shape (rows, p); p = 0 where it is not `told`."""
+    if not told(term) or term.is_line:
+        return np.zeros((len(recording), 0))
+    effect, theta = term.made(), term.theta(run)
+    jacobian = effect.near(theta).jacobian(exposure.u, exposure.motion, theta)
+    return np.stack([of_rows(column, exposure) for column in np.moveaxis(jacobian, -1, 0)], axis=-1)
+
+
 def _run(calibration: Calibration, recording: Recording) -> int | None:
     mark = fingerprint(recording)
     return next((i for i, run in enumerate(calibration.runs, start=1) if run.sha256 == mark), None)
@@ -135,7 +163,7 @@ def _corrected(
         total = _sum(curves, exposure.u, exposure.motion)
     else:
         total = exposure.y - _settled(exposure, curves, f"{recording.label}: {target.target}")
-    values = channel.values - _of_rows(total, exposure)
+    values = channel.values - of_rows(total, exposure)
     for h in held:
         if h.term.is_line:
             values = values - _line(recording, h.term)
@@ -168,8 +196,8 @@ def _settled(exposure: Exposure, held: Sequence[_Held], where: str) -> Floats:
     return x
 
 
-def _of_rows(cells: Floats, exposure: Exposure) -> Floats:
-    """Values of the rows, shape (rows,); a row whose interval began before the recording is as its neighbour."""
+def of_rows(cells: Floats, exposure: Exposure) -> Floats:
+    """Values of the rows, shape (rows,), of those of the cells; a row of no cell lies between its neighbours."""
     cell = exposure.cell_of_row
     whole = np.flatnonzero(cell >= 0)
     return np.interp(np.arange(len(cell)), whole, cells[cell[whole]])

@@ -1,0 +1,167 @@
+r"""Altered copies of a recording, in which what is true is known.
+
+With the reading ``y`` of a channel, what was found in it taken out, and the residual ``r = y - u - model``,
+
+    y' = y - r + r'          nothing to find: r' is r without its relation to what the instrument was exposed to
+    y' = y + e(u; theta)     one effect to find, of a known size
+
+``r'`` is r, continued at both ends by its mirror image, from another instant on and with either sign. In half of the
+copies each excursion of its slow part from zero has a sign of its own. All three leave white noise, noise that
+recurs and random walks what they are (the excursions of a random walk have independent signs), and leave no jump.
+After Kepler's inverted and scrambled light curves: Christiansen (2017), KSCI-19110.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
+
+from insenv.calibration import calibration
+from insenv.calibration.apply import of_rows, rows_of, slopes_of, told
+from insenv.core.recording import Floats, Recording
+from insenv.data.exposure import expose
+from insenv.data.manifest import Manifest
+from insenv.effects.base import Effect
+from insenv.identify.findings import Findings
+
+#: Length of the means whose excursions have signs of their own, in lengths of the means that the loop looks at.
+SLOW = 4.0
+
+
+@dataclass(frozen=True)
+class Base:
+    """A recording, one per run, without what was found in it.
+
+    Attributes
+    ----------
+    manifest : Manifest
+    recordings : tuple of Recording
+    noise : tuple of mapping of str to ndarray, shape (rows,)
+        Residual of each target, run by run; NaN in rows that are no measurement of it.
+    averaging : mapping of str to float
+        Of each target: length of the means that the loop looked at [s].
+    left : mapping of str to tuple of str
+        Of each target: keys of what was found and is in the residual still, such as a line whose phase wanders.
+    """
+
+    manifest: Manifest
+    recordings: tuple[Recording, ...]
+    noise: tuple[Mapping[str, Floats], ...]
+    averaging: Mapping[str, float]
+    left: Mapping[str, tuple[str, ...]]
+
+
+def base(manifest: Manifest, recordings: Sequence[Recording], found: Findings) -> Base:
+    """What copies are made of."""
+    whole = calibration(found, manifest)
+    without, noise = [], []
+    for run, recording in enumerate(recordings):
+        channels, residuals = dict(recording.channels), {}
+        for target in whole.targets:
+            name, channel = target.target, channels[target.target]
+            exposure = expose(recording, name, 1, whole.reference_temperature, whole.with_earth)
+            parts = {
+                origin: sum(
+                    (rows_of(t, recording, exposure, run + 1) for t in target.terms if t.origin == origin),
+                    np.zeros(len(recording)),
+                )
+                for origin in ("declared", "added")
+            }
+            channels[name] = replace(channel, values=channel.values - parts["added"])
+            residual = channels[name].values - parts["declared"] - of_rows(exposure.motion.rate, exposure)
+            measured = ~_rejected(found, run, name, recording) & (exposure.cell_of_row >= 0)
+            slopes = [slopes_of(t, recording, exposure, run + 1) for t in target.terms]
+            residuals[name] = _unexplained(
+                residual, np.concatenate([np.ones((len(residual), 1)), *slopes], 1), measured
+            )
+        without.append(replace(recording, channels=channels))
+        noise.append(residuals)
+    averaging = {t.target: t.held_out.averaging for t in found.targets}
+    left = {t.target: tuple(dict.fromkeys(term.effect for term in t.terms if not told(term))) for t in whole.targets}
+    return Base(manifest, tuple(without), tuple(noise), averaging, left)
+
+
+def _unexplained(residual: Floats, slopes: Floats, measured: NDArray[np.bool_]) -> Floats:
+    """What parameters fitted to all rows would leave of a residual, shape (rows,); NaN in rows that are not measured.
+
+    Those of the loop were fitted to a part of the rows: what they leave of the others has curves of the model in it.
+    """
+    scale = np.sqrt(np.mean(slopes[measured] ** 2, axis=0))
+    columns = slopes[measured][:, scale > 0] / scale[scale > 0]
+    moved, *_ = np.linalg.lstsq(columns, residual[measured], rcond=1e-9)
+    left = np.full(len(residual), np.nan)
+    left[measured] = residual[measured] - columns @ moved
+    return left
+
+
+def _rejected(found: Findings, run: int, target: str, recording: Recording) -> NDArray[np.bool_]:
+    rows = np.zeros(len(recording), bool)
+    for r in found.rows_rejected:
+        if (r.run, r.target) == (run, target):
+            rows[r.start : r.stop] = True
+    return rows
+
+
+def without_effects(given: Base, rng: np.random.Generator) -> tuple[Recording, ...]:
+    """A copy in which nothing is to be found.
+
+    Channels of a run are altered from one instant on and with one sign, so that what they have in common stays so.
+    """
+    sign, part, cut = rng.choice([-1.0, 1.0]), rng.random(), rng.random() < 0.5
+    return tuple(
+        _altered(recording, noise, given.averaging, (sign, part, rng if cut else None))
+        for recording, noise in zip(given.recordings, given.noise, strict=True)
+    )
+
+
+def _altered(
+    recording: Recording,
+    noise: Mapping[str, Floats],
+    averaging: Mapping[str, float],
+    how: tuple[float, float, np.random.Generator | None],
+) -> Recording:
+    sign, part, rng = how
+    channels = dict(recording.channels)
+    for target, residual in noise.items():
+        kept = np.isfinite(residual)
+        own = sign * mirrored(residual[kept], round(part * 2 * np.count_nonzero(kept)))
+        if rng is not None:
+            window = max(1, round(SLOW * averaging[target] / recording.dt))
+            own = scrambled(own, window, rng)
+        new = channels[target].values.copy()
+        new[kept] += own - residual[kept]
+        channels[target] = replace(channels[target], values=new)
+    return replace(recording, channels=channels)
+
+
+def mirrored(series: Floats, start: int) -> Floats:
+    """As many values of a series from ``start`` on, which its mirror image continues: shape (n,)."""
+    n = len(series)
+    index = (np.arange(n) + start) % max(2 * n, 1)
+    return series[np.where(index < n, index, 2 * n - 1 - index)]
+
+
+def scrambled(series: Floats, window: int, rng: np.random.Generator) -> Floats:
+    """A series whose excursions from zero, of its means over ``window`` values, have random signs: shape (n,)."""
+    above = uniform_filter1d(series, window, mode="nearest") > 0
+    excursion = np.cumsum(np.diff(above, prepend=above[:1]))
+    return series * rng.choice([-1.0, 1.0], size=int(excursion[-1]) + 1)[excursion] if len(series) else series
+
+
+def with_effect(given: Base, target: str, effect: Effect, theta: Floats) -> tuple[Recording, ...]:
+    """A copy with one effect more on one target, of the parameters ``theta`` [SI], shape (p,)."""
+    return tuple(_with_effect(given, recording, target, effect.near(theta), theta) for recording in given.recordings)
+
+
+def _with_effect(given: Base, recording: Recording, target: str, effect: Effect, theta: Floats) -> Recording:
+    declared = given.manifest.model
+    exposure = expose(recording, target, 1, declared.reference_temperature, "earth_rate" in declared.declared)
+    motion = exposure.motion
+    added, _ = effect.apply(exposure.u, motion, theta, effect.begin(motion, theta))
+    channel = recording.channels[target]
+    values = channel.values + of_rows(np.asarray(added), exposure)
+    return replace(recording, channels={**recording.channels, target: replace(channel, values=values)})
