@@ -62,10 +62,7 @@ def close(
     InputError
         If anything given cannot be used.
     """
-    if not 0 < alpha < 1:
-        raise InputError(f"alpha = {alpha:g}; wanted a probability between 0 and 1")
-    if seed < 0:
-        raise InputError(f"seed = {seed}; wanted zero or more")
+    _check(alpha, seed)
     tried = None if effects is None else _chosen(effects)
     read = opened(manifest, progress, allow_code)
     progress("reading the recording")
@@ -88,6 +85,7 @@ def close_on(
     InputError
         If they cannot be used.
     """
+    _check(alpha, seed)
     doubts = implausible(read, recordings)
     if read.procedure == "multi-position":
         traced = trace_positions(read, recordings, tried, alpha, progress)
@@ -101,6 +99,13 @@ def close_on(
     common = common_mode(read, recordings)
     found = replace(found, common_mode=common, remarks=(*found.remarks, *common_remarks(common)), filing=read.filing())
     return _with_doubts(_with_doubts(found, motion_cautions(recordings, found.rows_rejected)), doubts)
+
+
+def _check(alpha: float, seed: int) -> None:
+    if not 0 < alpha < 1:
+        raise InputError(f"alpha = {alpha:g}; wanted a probability between 0 and 1")
+    if seed < 0:
+        raise InputError(f"seed = {seed}; wanted zero or more")
 
 
 def _with_doubts(found: Findings, doubts: Mapping[str, tuple[str, ...]]) -> Findings:

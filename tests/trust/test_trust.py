@@ -1,0 +1,181 @@
+"""Copies of a recording, what the loop says of them, and the command."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command import ASYMMETRY, MANIFEST, run, write
+from scipy.stats import binomtest
+
+from insenv.close import close_on, opened
+from insenv.core.recording import Recording
+from insenv.data.load import read_recordings
+from insenv.effects.catalogue import by_key
+from insenv.identify.findings import Findings
+from insenv.trust.copies import Base, base, mirrored, scrambled, with_effect, without_effects
+from insenv.trust.rates import Rate, trust
+from insenv.trust.trial import SIZES, Row, Trials, injections, read_row
+
+#: Found everywhere at four times the smallest detectable size; in copies with nothing to find never. Of 5 copies each
+#: a false alarm of 1 % per copy gives 2 or more in 1 of 1000 seeds, and a miss of 5 % 3 or more in 1 of 1000.
+COPIES, MOST_WRONG, MOST_MISSED = 5, 1, 2
+
+
+@pytest.fixture(scope="module")
+def closed(tmp_path_factory: pytest.TempPathFactory) -> tuple[tuple[Recording, ...], Findings, Base]:
+    manifest = opened(write(tmp_path_factory.mktemp("trust")))
+    recordings = tuple(read_recordings(manifest))
+    found = close_on(manifest, recordings)
+    return recordings, found, base(manifest, recordings, found)
+
+
+# ------------------------------------------------------------------------------------------ series
+
+
+def test_a_mirrored_series_is_a_stretch_of_the_series_and_its_image() -> None:
+    series = np.cumsum(np.random.default_rng(0).standard_normal(50))
+    endless = np.tile(np.concatenate([series, series[::-1]]), 3)
+    for start in (0, 1, 30, 50, 77, 99):
+        assert np.array_equal(mirrored(series, start), endless[start : start + 50])
+    assert np.array_equal(mirrored(series, 0), series)
+
+
+def test_scrambling_changes_signs_only_and_a_walk_leaves_no_jump() -> None:
+    walk = np.cumsum(np.random.default_rng(1).standard_normal(4000))
+    walk -= walk.mean()
+    other = scrambled(walk, 1, np.random.default_rng(2))
+    assert np.array_equal(np.abs(other), np.abs(walk))
+    assert not np.array_equal(other, walk) and not np.array_equal(other, -walk)
+    assert np.abs(np.diff(other)).max() <= np.abs(np.diff(walk)).max()
+
+
+# ---------------------------------------------------------------------------------------- copies
+
+
+def test_what_was_found_is_taken_out_and_the_rest_is_noise(
+    closed: tuple[tuple[Recording, ...], Findings, Base],
+) -> None:
+    recordings, found, given = closed
+    assert [one.effect for one in found.targets[0].added] == ["scale_factor_asymmetry"]
+    rate = recordings[0].channels["table_rate"].values
+    taken = recordings[0].channels["gyro"].values - given.recordings[0].channels["gyro"].values
+    assert np.polyfit(np.abs(rate), taken, 1)[0] == pytest.approx(ASYMMETRY, abs=1.6e-4)  # 4 sd
+    noise = given.noise[0]["gyro"]
+    white = np.radians(0.1 / 60 / np.sqrt(0.1))
+    assert np.nanstd(noise) == pytest.approx(white, rel=0.06)  # 4 sd of the scatter of 3000 rows
+    measured = np.isfinite(noise)
+    for regressor in (np.ones(len(rate)), rate, np.abs(rate)):  # fitted to all rows, so nothing of the model is left
+        share = noise[measured] @ regressor[measured] / np.linalg.norm(noise[measured]) / np.linalg.norm(regressor)
+        assert abs(share) < 1e-6
+
+
+def test_a_copy_without_effects_has_the_references_and_the_scatter_of_the_recording(
+    closed: tuple[tuple[Recording, ...], Findings, Base],
+) -> None:
+    _, _, given = closed
+    for seed in range(6):
+        (copy,) = without_effects(given, np.random.default_rng(seed))
+        (own,) = given.recordings
+        assert copy.channels["table_rate"] is own.channels["table_rate"]
+        noise = given.noise[0]["gyro"]
+        kept = np.isfinite(noise)
+        moved = (copy.channels["gyro"].values - own.channels["gyro"].values)[kept] + noise[kept]
+        assert np.allclose(np.sort(np.abs(moved)), np.sort(np.abs(_stretch(noise[kept], seed))), atol=1e-15)
+
+
+def _stretch(noise: np.ndarray, seed: int) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    rng.choice([-1.0, 1.0])
+    return mirrored(noise, round(rng.random() * 2 * len(noise)))
+
+
+def test_an_effect_is_added_as_its_own_text_says(closed: tuple[tuple[Recording, ...], Findings, Base]) -> None:
+    _, _, given = closed
+    (copy,) = with_effect(given, "gyro", by_key("scale_factor_asymmetry"), np.array([3e-4]))
+    (own,) = given.recordings
+    added = copy.channels["gyro"].values - own.channels["gyro"].values
+    rate = own.channels["table_rate"].values
+    held = np.r_[False, (rate[1:-1] == rate[:-2]) & (rate[1:-1] == rate[2:]), False]
+    assert added[held] == pytest.approx(3e-4 * np.abs(rate[held]), rel=1e-9)
+
+
+# ------------------------------------------------------------------------------------------- rates
+
+
+def test_intervals_are_those_of_clopper_and_pearson() -> None:
+    for count, of in ((0, 7), (3, 7), (7, 7), (1, 100)):
+        wanted = binomtest(count, of).proportion_ci(method="exact")
+        assert Rate(count, of).interval == pytest.approx((wanted.low, wanted.high), abs=1e-12)
+
+
+def test_a_row_survives_the_store(closed: tuple[tuple[Recording, ...], Findings, Base]) -> None:
+    _, found, given = closed
+    job = Trials(given, injections(found), 0.01, 0)
+    (text,) = job([1])["copy"]
+    row = read_row(str(text))
+    assert isinstance(row, Row) and row.injection is not None and row.size in SIZES
+    assert job([1])["copy"][0] == text
+
+
+def test_every_effect_has_its_turn_at_every_size(closed: tuple[tuple[Recording, ...], Findings, Base]) -> None:
+    _, found, given = closed
+    job = Trials(given, injections(found), 0.01, 0)
+    each = len(job.injections) * len(SIZES)
+    assert len({job._turn(k) for k in range(each)}) == each == len({job._turn(k) for k in range(each, 2 * each)})
+
+
+@pytest.mark.slow
+def test_the_loop_is_quiet_on_nothing_and_finds_what_is_large(
+    closed: tuple[tuple[Recording, ...], Findings, Base],
+) -> None:
+    _, found, given = closed
+    known = injections(found)
+    job = Trials(given, known, 0.01, 0)
+    quiet = [job.row(2 * k) for k in range(COPIES)]
+    large = [k for k in range(len(known) * len(SIZES)) if job._turn(k)[1] == SIZES[-1]][:COPIES]
+    result = trust(found, given, known, [*quiet, *(job.row(2 * k + 1) for k in large)], 0)
+    (one,) = result.reliability
+    assert one.wrong.of == COPIES and one.wrong.count <= MOST_WRONG
+    assert [name for name, _ in one.findings] == ["scale_factor_asymmetry"]
+    seen = result.whole.sizes[-1].found
+    assert seen.of == COPIES and seen.of - seen.count <= MOST_MISSED
+
+
+# ----------------------------------------------------------------------------------------- command
+
+
+def test_the_command_says_it_and_a_store_goes_on(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    manifest, store, out = write(tmp_path / "a"), tmp_path / "store", tmp_path / "trust.json"
+    command = ("trust", manifest, "--copies", 2, "--store", store)
+    ended = run(capsys, monkeypatch, *command, "--json", out)
+    assert ended.status == 0
+    assert "1 with nothing to find, 1 with one effect more" in ended.out
+    said = json.loads(out.read_text())
+    assert said["schema"] == "insenv.trust/1" and said["copies"] == 2
+    assert run(capsys, monkeypatch, *command).status == 2  # the folder holds it already
+    monkeypatch.setattr(Trials, "row", lambda *_: pytest.fail("done already"))
+    again = run(capsys, monkeypatch, *command, "--resume", "--json", out)
+    assert again.out == ended.out and json.loads(out.read_text()) == said
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (("--copies", "1"), "1 copies given; wanted 2 or more"),
+        (("--resume",), "--resume given without --store"),
+        (("--alpha", "2"), "alpha = 2; wanted a probability between 0 and 1"),
+        (("--jobs", "0"), "0 processes given"),
+    ],
+)
+def test_what_cannot_be_is_said_in_one_sentence(
+    options: tuple[str, ...],
+    sentence: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    ended = run(capsys, monkeypatch, "trust", write(tmp_path, MANIFEST), *options)
+    assert ended.status == 2 and sentence in ended.err and ended.err.count("\n") == 1
