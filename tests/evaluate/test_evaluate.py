@@ -393,7 +393,7 @@ def test_the_text_has_a_row_for_each_pair() -> None:
 def test_the_page_escapes_names_and_loads_nothing() -> None:
     page = to_html(made())
     assert "<c>" not in page and "&lt;c&gt;" in page
-    assert page.count("<svg") == 1 and "http" not in page
+    assert page.count("<svg") == 1 and "http" not in page.replace("http-equiv", "")
 
 
 @pytest.mark.parametrize(
