@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Self, final
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
 from insenv.core.motion import Motion, interval_slope
@@ -144,17 +145,32 @@ class SampleHold(MemoryEffect):
         """Share times held minus true input, shape (..., n), and the value held last, shape (...)."""
         before = u[..., 0] if state is None else np.asarray(state)
         # In intervals; a hold below one of them would need countless cells, and holds no more than one does.
-        ratio = np.maximum(theta[..., 1, None] / motion.dt, 1.0)
-        start = round(float(motion.t[0]) / motion.dt)
-        middle = start + np.arange(motion.n) + 0.5
-        cell = np.floor(middle / ratio + _ROUNDING)
-        first = np.ceil(cell * ratio - 0.5 - _ROUNDING).astype(int) - start
-        shape = np.broadcast_shapes(u.shape, first.shape)
+        ratio = np.maximum(theta[..., 1] / motion.dt, 1.0)
+        start, batch = round(float(motion.t[0]) / motion.dt), np.broadcast_shapes(u.shape[:-1], ratio.shape)
         # Column 0 is the value from the chunk before; the first interval of a run always begins a cell.
-        source = np.concatenate([np.broadcast_to(before[..., None], (*shape[:-1], 1)), np.broadcast_to(u, shape)], -1)
-        held = np.take_along_axis(source, np.maximum(np.broadcast_to(first, shape) + 1, 0), axis=-1)
+        source = np.empty((*batch, motion.n + 1))
+        source[..., 0], source[..., 1:] = before, u
+        held = np.empty((*batch, motion.n))
+        # Rows of a batch that differ in their hold are renewed at times of their own.
+        each = np.broadcast_to(ratio, batch) if ratio.ndim else ratio
+        for row in np.ndindex(each.shape):
+            first, count = _renewals(float(each[row]), start, motion.n)
+            held[row] = np.repeat(source[row][..., first], count, axis=-1)
         return theta[..., 0, None] * (held - u), held[..., -1].copy()
 
     def grid(self, motion: Motion) -> Floats:
         """Hold times of a few intervals, shape (g, 1)."""
         return np.array([[hold * motion.dt] for hold in HOLDS if 2 * hold <= motion.n]).reshape(-1, 1)
+
+
+def _renewals(ratio: float, start: int, n: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Which of the n intervals from ``start`` on each cell of one hold repeats, counted from 1, and how often.
+
+    0 is what was held before them.
+    """
+    low, high = (int(np.floor((start + k + 0.5) / ratio + _ROUNDING)) for k in (0, n - 1))
+    cells = np.arange(low, high + 1)
+    first = np.ceil(cells * ratio - 0.5 - _ROUNDING).astype(int) - start
+    begin = np.ceil((cells - _ROUNDING) * ratio - 0.5).astype(int) - start
+    begin[0] = 0
+    return np.maximum(first + 1, 0), np.diff(begin, append=n)

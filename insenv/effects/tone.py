@@ -15,7 +15,7 @@ import numpy as np
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats
 from insenv.effects.base import OUTPUT, CurveEffect, Param
-from insenv.effects.forms import spread
+from insenv.effects.forms import columns, spread
 
 
 @final
@@ -39,6 +39,12 @@ class Tone(CurveEffect):
         phase = 2 * np.pi * f * motion.middle
         wave = c * np.cos(phase) + s * np.sin(phase)
         return spread(u, wave * np.sinc(f * motion.dt))
+
+    def profile(self, u: Floats, motion: Motion, shape: Floats) -> Floats:
+        """Cosine and sine, shape (..., n, 2)."""
+        f = float(shape[0])
+        phase, share = 2 * np.pi * f * motion.middle, np.sinc(f * motion.dt)
+        return columns(u, share * np.cos(phase), share * np.sin(phase))
 
     def grid(self, motion: Motion) -> Floats:
         """Frequencies of the discrete Fourier transform [Hz], shape (n // 2, 1)."""

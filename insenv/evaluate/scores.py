@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtr
 
 from insenv.core.recording import Floats
 from insenv.evaluate.runs import Table
@@ -147,7 +147,7 @@ def score(table: Table, quantity: str, unit: str, bound: float | None) -> Score:
         spread=moments([z]).rms if np.isfinite(z).all() else (np.inf, np.nan),
         bound=bound,
         efficiency=efficiency,
-        chance=None if bound is None else float(chi2.cdf(np.sum((error / bound) ** 2), len(error))),
+        chance=None if bound is None else float(chdtr(len(error), np.sum((error / bound) ** 2))),
     )
 
 

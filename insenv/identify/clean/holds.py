@@ -18,7 +18,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats, Recording
@@ -274,7 +274,7 @@ def _told(found: _Gain, best: tuple[float, float], dt: float, freedom: int, fine
     noise = max(found.total - found.gain, 0.0) / max(freedom - 3, 1)
     sd = float(np.sqrt(noise / found.size)) if found.size > 0 else np.inf
     looks = freedom * PHASES
-    p = min(1.0, float(chi2.sf(found.gain / noise, 3)) * looks) if noise > 0 else 0.0
+    p = min(1.0, float(chdtrc(3, found.gain / noise)) * looks) if noise > 0 else 0.0
     if p > FALSE_ALARM or not LEAST_SHARE <= found.share <= MOST_SHARE or sd > LARGEST_SD * found.share:
         return None
     ratio, phase = best

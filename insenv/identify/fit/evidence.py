@@ -23,9 +23,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.fft import dct
 from scipy.special import log_ndtr, ndtri_exp
-from scipy.stats import t as student
 
 from insenv.core.recording import Floats
+from insenv.core.tails import log_tail_of_t
 from insenv.identify.fit.bins import Block
 from insenv.identify.fit.gls import Fit
 from insenv.identify.fit.heldout import residual
@@ -106,7 +106,7 @@ class _Anchored:
     @classmethod
     def of(cls, problem: Problem, power: Floats) -> _Anchored:
         blocks = problem.held_out
-        mode = modes(blocks, NOISE_TERMS, problem.bins.width)
+        mode = problem.held_out_modes()
         variance = mode.shapes @ power
         white, walk = mode.shapes[0, 0] * power[0], power[2] * problem.bins.width
         most = int(np.clip(np.sqrt(white / max(walk, 1e-300)), 4, 1e6))
@@ -178,8 +178,8 @@ def _deviate(product: float, information: float, freedom: float) -> float:
     if information < 1e-12:
         return 0.0
     z = product / np.sqrt(information) / HELD_OUT_SPREAD
-    log_tail_of_t = float(student.logsf(abs(z), freedom))
-    return float(np.copysign(-ndtri_exp(log_tail_of_t), z)) if np.isfinite(log_tail_of_t) else z
+    tail = log_tail_of_t(abs(z), freedom)
+    return float(np.copysign(-ndtri_exp(tail), z)) if np.isfinite(tail) else z
 
 
 def joint_deviate(log_p_fit: float, ratio: float, z_held: float, information: float) -> float:

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from insenv.core.recording import Floats
-from insenv.identify.fit.noise import NoiseFit, Pooled, fit_noise
-from insenv.identify.fit.problem import Design, Model, Problem, design
+from insenv.identify.fit.noise import NoiseFit, fit_noise
+from insenv.identify.fit.problem import Design, Model, Problem, design, pooled
 
 
 @dataclass(frozen=True)
@@ -61,15 +61,9 @@ def spectrum(problem: Problem, power: Floats) -> Floats:
 def solve(problem: Problem, model: Model, start: Floats | None = None) -> Fit:
     """Fit a model and its noise to the fitted bins."""
     columns = design(problem, model)
-    pooled = pool(problem, columns)
-    noise = fit_noise(pooled, columns.prior, restricted=True, start=start, most=problem.most)
+    noise = fit_noise(*pooled(problem, model), restricted=True, start=start, most=problem.most)
     beta, cov = coefficients(problem, columns, noise.power)
     return Fit(model, columns, beta, cov, noise)
-
-
-def pool(problem: Problem, columns: Design) -> Pooled:
-    """Pooled cross-products of the data and the columns."""
-    return problem.grouping().pool(np.column_stack([problem.data(), columns.transformed]))
 
 
 def coefficients(problem: Problem, columns: Design, power: Floats) -> tuple[Floats, Floats]:

@@ -12,8 +12,8 @@ import numpy as np
 
 from insenv.core.recording import Floats
 from insenv.identify.fit.gls import Fit
-from insenv.identify.fit.noise import eigenvalues, modes, transform
-from insenv.identify.fit.problem import NOISE_TERMS, Problem
+from insenv.identify.fit.noise import eigenvalues, transform
+from insenv.identify.fit.problem import Problem
 
 #: Share by which the held-out error may grow by chance, through a level that is now estimated a little differently.
 CHANCE = 0.01
@@ -46,8 +46,7 @@ def residual(problem: Problem, fit: Fit) -> Floats:
 def held_out_score(problem: Problem, fit: Fit) -> Score:
     """Score of a fit on the held-out bins."""
     left = residual(problem, fit)
-    shapes = modes(problem.held_out, NOISE_TERMS, problem.bins.width).shapes
-    variance = shapes @ fit.noise.power
+    variance = problem.held_out_modes().shapes @ fit.noise.power
     whitened = float(np.sum(transform(problem.held_out, left) ** 2 / variance))
     held = problem.bins.held_out
     # The level of a block is what the noise wandered since the fit, not its scatter: no part of the floor.

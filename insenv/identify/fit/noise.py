@@ -125,9 +125,21 @@ class Grouping:
 
     def pool(self, columns: Floats) -> Pooled:
         """Pool ``columns``, shape (modes, c)."""
-        ordered = columns[self.order]
-        edges = np.append(self.starts, len(ordered))
-        cross = np.stack([ordered[a:b].T @ ordered[a:b] for a, b in zip(edges[:-1], edges[1:], strict=True)])
+        return self.pooled(columns.T[:, self.order])
+
+    def pooled(self, new: Floats, ordered: Floats | None = None, before: Pooled | None = None) -> Pooled:
+        """Pool rows whose modes stand in this order, shape (c, modes), behind those that are pooled already."""
+        first = 0 if before is None else before.cross.shape[1]
+        cross = np.empty((len(self.count), first + len(new), first + len(new)))
+        if before is not None:
+            cross[:, :first, :first] = before.cross
+        for j, row in enumerate(new):
+            # Each with those up to it: the others are the same the other way round.
+            for start, rows in ((0, ordered), (first, new[: j + 1])):
+                if rows is not None:
+                    sums = np.add.reduceat(rows * row, self.starts, axis=1).T
+                    cross[:, first + j, start : start + len(rows)] = sums
+                    cross[:, start : start + len(rows), first + j] = sums
         return Pooled(cross, self.count, self.shapes)
 
 

@@ -9,7 +9,7 @@ is a tuple of terms; a term is an effect, at a fixed shape where it has one.
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,7 @@ from insenv.data.exposure import Exposure
 from insenv.effects.base import OUTPUT, CurveEffect, Effect, LinearEffect, NoiseEffect, Param
 from insenv.effects.noise import AngleRandomWalk, BiasInstability, Quantization, RateRandomWalk
 from insenv.identify.fit.bins import Bins, Block
-from insenv.identify.fit.noise import Grouping, Modes, grouping, modes, transform
+from insenv.identify.fit.noise import Grouping, Modes, Pooled, grouping, modes, transform
 
 #: Noise terms of every fit, in this order.
 NOISE_TERMS: tuple[NoiseEffect, ...] = (
@@ -33,7 +33,7 @@ NOISE_TERMS: tuple[NoiseEffect, ...] = (
 #: Blocks whose first and last bin are left free.
 MOST_FREE_ENDS = 8
 _NUISANCE = -1
-#: Models whose columns are remembered: a search asks for each of them with hundreds of terms more.
+#: Models whose columns are remembered: a search asks for them again, and for each with hundreds of terms more.
 MOST_STACKS = 8
 
 #: Usual sizes of a parameter in the standard deviation of its prior.
@@ -117,6 +117,10 @@ class Problem:
     def modes(self) -> Modes:
         """Noise shapes over the modes of the fitted blocks."""
         return self.remember("modes", lambda: modes(self.fitted, NOISE_TERMS, self.bins.width))
+
+    def held_out_modes(self) -> Modes:
+        """The same over the modes of the held-out blocks."""
+        return self.remember("held-out modes", lambda: modes(self.held_out, NOISE_TERMS, self.bins.width))
 
     def grouping(self) -> Grouping:
         """Pooling of the modes of the fitted blocks."""
@@ -222,16 +226,33 @@ class Design:
     dropped: tuple[tuple[str, str], ...]
 
 
-@dataclass(frozen=True, eq=False)
-class _Stack:
-    """Columns of a model that add something new each, and those that do not.
+@dataclass(frozen=True)
+class _Rows:
+    """Columns as rows: one more moves the others in one piece.
 
-    ``q`` spans the weighted columns, shape (modes, p). A kept one has its bins and modes, its scale, the standard
-    deviation of its prior, its label and the index of its term.
+    ``fresh`` is the weighted part outside the span of those before, of unit length; ``bins`` and ``modes`` are divided
+    by the column's scale; ``ordered`` are the modes in the order in which they are pooled, of the data too.
     """
 
-    q: Floats
-    kept: tuple[tuple[Floats, Floats, float, float, tuple[str, str, str], int], ...]
+    fresh: Floats
+    bins: Floats
+    modes: Floats
+    ordered: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class _Stack:
+    """Columns of a model that add something new each, and the names of those that do not.
+
+    ``new`` are all columns, or those of the last term and ``before`` the others: most models are asked for their
+    cross-products alone, ``pooled``. Of each column ``kept`` has the scale, the standard deviation of its prior, its
+    label and the index of its term.
+    """
+
+    before: _Rows | None
+    new: _Rows
+    pooled: Pooled
+    kept: tuple[tuple[float, float, tuple[str, str, str], int], ...]
     dropped: tuple[tuple[str, str], ...]
 
 
@@ -239,37 +260,58 @@ def _stack(problem: Problem, model: Model) -> _Stack:
     """The columns of a model, those of all but its last term as they are remembered of the models before it."""
     if not model:
         return _nothing(problem)
-    before = _remembered(problem, model[:-1])
-    term, q, kept, dropped = model[-1], before.q, list(before.kept), list(before.dropped)
+    before, term, groups = _whole(problem, model[:-1]), model[-1], problem.grouping()
     columns, changed, weight = problem.columns(term), problem.transformed(term), _weight(problem)
+    kept, dropped = list(before.kept), list(before.dropped)
+    span, own = before.new.fresh, []
     for j, ((name, unit, _), sd) in enumerate(zip(problem.names(term), problem.priors(term), strict=True)):
         scale = float(np.sqrt(np.mean(changed[:, j] ** 2)))
-        fresh = _outside(q, changed[:, j] * weight)
-        if scale == 0 or fresh is None:
+        outside = _outside(span, changed[:, j] * weight)
+        if scale == 0 or outside is None:
             dropped.append((term.effect.key, name))
             continue
-        q = np.column_stack([q, fresh])
-        label = term.effect.key, name, unit
-        kept.append((columns[:, j] / scale, changed[:, j] / scale, scale, sd, label, len(model) - 1))
-    return _Stack(q, tuple(kept), tuple(dropped))
+        if j + 1 < columns.shape[1]:
+            span = np.vstack([span, outside])
+        own.append((j, scale, outside))
+        kept.append((scale, sd, (term.effect.key, name, unit), len(model) - 1))
+    if not own:
+        return replace(before, dropped=tuple(dropped))
+    modes_of = np.array([changed[:, j] / scale for j, scale, _ in own])
+    bins = np.array([columns[:, j] / scale for j, scale, _ in own])
+    new = _Rows(np.array([row for *_, row in own]), bins, modes_of, modes_of[:, groups.order])
+    cross = groups.pooled(new.ordered, before.new.ordered, before.pooled)
+    return _Stack(before.new, new, cross, tuple(kept), tuple(dropped))
 
 
 def _nothing(problem: Problem) -> _Stack:
     """Of a model without terms: the free bins."""
-    free, changed = problem.remember("free", lambda: _free_bins(problem))
-    label = "free bin", "mean", problem.unit
-    kept = tuple((c, m, 1.0, np.inf, label, _NUISANCE) for c, m in zip(free.T, changed.T, strict=True))
-    return _Stack(np.linalg.qr(changed * _weight(problem)[:, None])[0], kept, ())
+    free, changed = (np.ascontiguousarray(c.T) for c in problem.remember("free", lambda: _free_bins(problem)))
+    groups = problem.grouping()
+    ordered = np.vstack([problem.data(), changed])[:, groups.order]
+    fresh = np.linalg.qr((changed * _weight(problem)).T)[0].T
+    kept = ((1.0, np.inf, ("free bin", "mean", problem.unit), _NUISANCE),) * len(free)
+    return _Stack(None, _Rows(fresh, free, changed, ordered), groups.pooled(ordered), kept, ())
 
 
 def _remembered(problem: Problem, model: Model) -> _Stack:
-    """The stack of a model to which several terms are added in turn; of the last `MOST_STACKS` models."""
+    """The stack of a model, to which several terms may be added in turn; of the last `MOST_STACKS` models."""
     stacks: dict[Model, _Stack] = problem.remember("stacks", dict)
     found = stacks.pop(model, None) or _stack(problem, model)
     stacks[model] = found  # the last one used stands last
     while len(stacks) > MOST_STACKS:
         del stacks[next(iter(stacks))]
     return found
+
+
+def _whole(problem: Problem, model: Model) -> _Stack:
+    """The same with all columns put together, and remembered so."""
+    found = _remembered(problem, model)
+    if found.before is None:
+        return found
+    pairs = ((getattr(found.before, f.name), getattr(found.new, f.name)) for f in fields(_Rows))
+    whole = replace(found, before=None, new=_Rows(*map(np.concatenate, pairs)))
+    problem.cache["stacks"][model] = whole
+    return whole
 
 
 def _weight(problem: Problem) -> Floats:
@@ -281,21 +323,26 @@ def _weight(problem: Problem) -> Floats:
 
 def design(problem: Problem, model: Model) -> Design:
     """Stack the columns of a model; leave out those that add nothing new on the fitted bins."""
-    stack = _stack(problem, model)
-    kept, dropped = stack.kept, stack.dropped
-    if not kept:
-        return _empty_design(problem, dropped)
-    matrix, transformed, scale_of, sd_of, labels, term_index = zip(*kept, strict=True)
-    scales = np.array(scale_of)
+    stack = _whole(problem, model)
+    if not stack.kept:
+        return _empty_design(problem, stack.dropped)
+    scales, prior = _scales(stack)
+    _, _, labels, term_index = zip(*stack.kept, strict=True)
     return Design(
-        np.column_stack(matrix),
-        np.column_stack(transformed),
-        scales,
-        (1 / (np.array(sd_of) * scales)) ** 2,
-        tuple(labels),
-        np.array(term_index),
-        dropped,
+        stack.new.bins.T, stack.new.modes.T, scales, prior, tuple(labels), np.array(term_index), stack.dropped
     )
+
+
+def pooled(problem: Problem, model: Model) -> tuple[Pooled, Floats]:
+    """Cross-products, in groups of modes, of the data and of the columns of a model's design; their prior precision."""
+    stack = _remembered(problem, model)
+    return stack.pooled, _scales(stack)[1]
+
+
+def _scales(stack: _Stack) -> tuple[Floats, Floats]:
+    """Scale and prior precision of each column, shapes (p,)."""
+    scales, sd = np.array([one[0] for one in stack.kept]), np.array([one[1] for one in stack.kept])
+    return scales, (1 / (sd * scales)) ** 2
 
 
 def _free_bins(problem: Problem) -> tuple[Floats, Floats]:
@@ -315,13 +362,13 @@ def _free_bins(problem: Problem) -> tuple[Floats, Floats]:
 
 
 def _outside(q: Floats, column: Floats) -> Floats | None:
-    """The unit vector of the part of ``column`` outside the span of ``q``; None where it is negligible."""
+    """The unit vector of the part of ``column`` outside the span of the rows ``q``; None where it is negligible."""
     norm = np.linalg.norm(column)
     if norm == 0 or not np.isfinite(norm):
         return None
     rest = column / norm
     for _ in range(2):  # twice is enough (Kahan, Parlett)
-        rest = rest - q @ (q.T @ rest)
+        rest = rest - (q @ rest) @ q
     left = np.linalg.norm(rest)
     return None if left < COLLINEAR else rest / left
 

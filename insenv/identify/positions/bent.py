@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy.stats import f as fisher
+from scipy.special import fdtrc
 
 from insenv.core.recording import Floats
 from insenv.identify.positions.accel import Magnitudes
@@ -56,4 +56,4 @@ def _p_value(r: Floats, slopes: Floats, columns: Floats) -> float:
         return 1.0
     explained = float(np.sum((basis.T @ left) ** 2))
     rest = max(float(left @ left) - explained, 1e-300)
-    return float(fisher.sf(explained / gained / (rest / freedom), gained, freedom))
+    return float(fdtrc(gained, freedom, explained / gained / (rest / freedom)))

@@ -25,10 +25,9 @@ from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import f as fisher
-from scipy.stats import t as student
 
 from insenv.core.recording import Floats
+from insenv.core.tails import log_tail_of_f, log_tail_of_t
 from insenv.identify.findings import NotTestable, Rejected
 from insenv.identify.fit.evidence import joint_deviate, log_tail
 from insenv.identify.positions.leave_out import left_out
@@ -259,7 +258,7 @@ def evidence(problem: Problem, small: Fit, large: Fit) -> Evidence:
     change = max(small.rss - large.rss, 0.0)
     # What all units have in common shows in no scatter: held-out units are judged with a spread for it, or else these.
     common = problem.spread**2 if in_turn(problem) else 1.0
-    log_p = float(fisher.logsf(change / gained / large.variance / common, gained, nu))
+    log_p = log_tail_of_f(change / gained / large.variance / common, gained, nu)
     ratio = float(problem.rank * problem.fitted.sum() * np.log(max(small.rss / large.rss, 1.0)))
     z, information = (0.0, 0.0) if in_turn(problem) else _held_out_deviate(problem, small, large)
     return Evidence(joint_deviate(log_p, change / large.variance, z, information), ratio)
@@ -277,7 +276,7 @@ def _held_out_deviate(problem: Problem, small: Fit, large: Fit) -> tuple[float, 
     if not information > 1e-12:
         return 0.0, 0.0
     z = float(r @ whitened) / np.sqrt(information) / problem.spread
-    log_p = float(student.logsf(abs(z), large.freedom))
+    log_p = log_tail_of_t(abs(z), large.freedom)
     return float(np.copysign(-_ndtri_exp(log_p), z)), information
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import f as fisher
+from scipy.special import fdtrc
 
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats, Recording
@@ -346,7 +346,7 @@ def _outliers(problem: Magnitudes, terms: Sequence[object]) -> NDArray[np.bool_]
         own = fit.residual[:, 0] ** 2 / (1 - leverage)
         ratio = own / (np.maximum(fit.rss - own, 1e-300) / (fit.freedom - 1))
         worst = int(np.argmax(np.where(now.fitted, ratio, -1.0)))
-        if float(fisher.sf(ratio[worst], 1, fit.freedom - 1)) * now.fitted.sum() > OUTLIER:
+        if float(fdtrc(1, fit.freedom - 1, ratio[worst])) * now.fitted.sum() > OUTLIER:
             break
         left[worst] = True
     return left
@@ -380,7 +380,7 @@ def _structure(problem: Magnitudes | Rotations | RestMeans, fit: Fit, alpha: flo
     if fit.freedom < 1 or not fit.variance > 0:
         return ()
     ratio = float(r @ np.linalg.solve(covariance, r)) / count / fit.variance
-    p = float(fisher.sf(ratio, count, fit.freedom))
+    p = float(fdtrc(count, fit.freedom, ratio))
     if p >= alpha:
         return ()
     return (f"held-out {units} scatter {np.sqrt(ratio):.3g} times as much as the fitted ones foretell (p = {p:.1e})",)

@@ -130,11 +130,13 @@ def _fitted_time(problem: Problem) -> tuple[float, float]:
 
 
 def stacked(problem: Problem, found: tuple[Candidate, ...]) -> list[Floats]:
-    """Transformed regressors of each candidate on the fitted bins, shape (modes, shapes, k) each."""
-    return [
-        problem.remember(
-            ("stacked", c.effect.key),
-            lambda c=c: np.stack([problem.transformed(term) for term in c.terms], axis=1),
-        )
-        for c in found
-    ]
+    """Transformed regressors of each candidate on the fitted bins, shape (k, shapes, modes) each."""
+    return [problem.remember(("stacked", c.effect.key), lambda c=c: _stacked(problem, c.terms)) for c in found]
+
+
+def _stacked(problem: Problem, terms: tuple[Term, ...]) -> Floats:
+    first = problem.transformed(terms[0])
+    rows = np.empty((first.shape[1], len(terms), len(first)))
+    for j, term in enumerate(terms):
+        rows[:, j] = problem.transformed(term).T
+    return rows

@@ -18,10 +18,9 @@ from functools import cached_property
 
 import numpy as np
 from scipy.special import log_ndtr, ndtri, ndtri_exp
-from scipy.stats import f as fisher
-from scipy.stats import t as student
 
 from insenv.core.recording import Floats
+from insenv.core.tails import log_tails_of_f, log_tails_of_t
 from insenv.identify.findings import Detectable
 from insenv.identify.fit.evidence import HELD_OUT_SPREAD, held_out_information
 from insenv.identify.fit.gls import Fit, noise_freedom
@@ -121,7 +120,7 @@ def _strength(need: float, d: int, freedom: float, ratio: float) -> float:
     """
     freedom = max(freedom, LEAST_FREEDOM)
     grid, sizes = np.geomspace(1e-2, 4e3, 200), np.linspace(0, 60, 200)
-    tail = np.asarray(student.logsf(sizes, freedom))
+    tail = log_tails_of_t(sizes, freedom)
     normal = -ndtri_exp(np.minimum(np.where(np.isfinite(tail), tail, log_ndtr(-sizes)), -1e-12))
     deviates = -ndtri_exp(np.minimum(_log_tail(freedom * np.log1p(grid / freedom) / d, d, freedom), -1e-12))
     a, b = (x.ravel() for x in np.meshgrid(_CHANCES, _CHANCES))
@@ -144,5 +143,5 @@ def _strength(need: float, d: int, freedom: float, ratio: float) -> float:
 
 def _log_tail(ratio: Floats, d: int, freedom: float) -> Floats:
     """Logarithm of the tail of Fisher's F, by its normal limit where that cannot be computed."""
-    log_tail = np.asarray(fisher.logsf(ratio, d, freedom))
+    log_tail = log_tails_of_f(ratio, d, freedom)
     return np.where(np.isfinite(log_tail), log_tail, log_ndtr(-np.sqrt(ratio * d)))

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtr
 
 from insenv.core.earth import EARTH_RATE
 from insenv.core.recording import Floats, Recording
@@ -154,7 +154,7 @@ def check(problem: Problem, fit: Fit, level: Level | None, family: int) -> Check
     departure = earth.magnitude - longer - level.value
     noise_sd = float(np.sqrt(earth.along @ earth.cov @ earth.along))
     sd = float(np.hypot(noise_sd, sd_level))
-    p = 2 * float(student.sf(abs(departure) / sd, _freedom(problem, fit)))
+    p = 2 * float(stdtr(_freedom(problem, fit), -abs(departure) / sd))
     return Check(replace(level, sd=sd_level), earth, departure, sd, noise_sd, min(1.0, p * family))
 
 

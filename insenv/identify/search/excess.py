@@ -18,15 +18,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.fft import idct
-from scipy.stats import chi2, kstwobign
-from scipy.stats import f as fisher
+from scipy.special import chdtr, chdtrc, fdtrc, kolmogorov
 
 from insenv.core.recording import Floats
 from insenv.identify.fit.bins import Block
 from insenv.identify.fit.evidence import HELD_OUT_SPREAD, held_out_modes
-from insenv.identify.fit.gls import Fit, noise_freedom, pool
+from insenv.identify.fit.gls import Fit, noise_freedom
 from insenv.identify.fit.noise import fit_noise
-from insenv.identify.fit.problem import NOISE_TERMS, Problem
+from insenv.identify.fit.problem import NOISE_TERMS, Problem, pooled
 from insenv.identify.search.orders import orders_p
 from insenv.identify.search.scan import whitened
 
@@ -77,16 +76,16 @@ def broad_p(problem: Problem, fit: Fit) -> float:
 
 
 def _excess_p(problem: Problem, fit: Fit, declared: dict[str, float]) -> float:
-    pooled = pool(problem, fit.design)
-    free = fit_noise(pooled, fit.design.prior, restricted=True, start=fit.noise.power)
+    pooled_model = pooled(problem, fit.model)
+    free = fit_noise(*pooled_model, restricted=True, start=fit.noise.power)
     most = most_power(declared)
     for carried in {name for term in fit.model for name in term.effect.carries}:
         most[_place(carried)] = np.inf  # the noise of another channel, of which no figure is told
     # Where rows were lost the angle errors of counts do not cancel: two of them are left at each loss.
     most[_place("angle_random_walk")] += 2 * _lost(problem) * _most("quantization", {"quantization": 0.0, **declared})
-    held = fit_noise(pooled, fit.design.prior, restricted=True, most=most)
+    held = fit_noise(*pooled_model, restricted=True, most=most)
     ratio = max(0.0, 2 * (free.loglik - held.loglik))
-    return float(chi2.sf(ratio, int(np.isfinite(most).sum())))
+    return float(chdtrc(int(np.isfinite(most).sum()), ratio))
 
 
 def _place(term: str) -> int:
@@ -158,7 +157,7 @@ def _loudness_p(blocks: Blocks) -> float:
         width = SHORTEST_WINDOW
         while 3 * width <= block.n:
             first = np.arange(0, block.n - width + 1, width // 2)
-            tails.append(float(chi2.sf((total[first + width] - total[first]).max() / LOUDER, width)))
+            tails.append(float(chdtrc(width, (total[first + width] - total[first]).max() / LOUDER)))
             width *= 2
     windows = sum(4 * block.n / SHORTEST_WINDOW for block, _ in blocks)
     return float(min(1.0, min(tails) * windows))
@@ -177,7 +176,7 @@ def _later_p(problem: Problem, fit: Fit) -> float:
         low, high = lam[slow[group[0]]], lam[slow[group[-1]]]
         beside = (fitted >= 0.5 * low) & (fitted <= 2 * high)
         freedom = noise_freedom(problem, fit.noise.power, beside.astype(float)) if beside.any() else 2.0
-        tails.append(float(fisher.sf(power[group].mean(), len(group), freedom)))
+        tails.append(float(fdtrc(len(group), freedom, power[group].mean())))
     return min(1.0, min(tails) * len(tails))
 
 
@@ -186,11 +185,11 @@ def _group_p(power: Floats, expected: Floats, groups: int = 40) -> float:
     total = np.diff(np.cumsum(power)[edges - 1])
     freedom = np.diff(np.cumsum(expected)[edges - 1])
     usable = freedom > 2
-    tail = np.minimum(chi2.sf(total[usable], freedom[usable]), chi2.cdf(total[usable], freedom[usable]))
+    tail = np.minimum(chdtrc(freedom[usable], total[usable]), chdtr(freedom[usable], total[usable]))
     return float(min(1.0, 2 * tail.min() * usable.sum())) if usable.any() else 1.0
 
 
 def _cumulated_p(power: Floats, expected: Floats) -> float:
     """Kolmogorov-Smirnov distance of the cumulated periodogram; the variance of chi-square on one degree is 2."""
     share = np.cumsum(power) / np.sum(power) - np.cumsum(expected) / np.sum(expected)
-    return float(kstwobign.sf(np.abs(share).max() * np.sqrt(len(power) / 2)))
+    return float(kolmogorov(np.abs(share).max() * np.sqrt(len(power) / 2)))

@@ -11,7 +11,7 @@ for orders k that need not be whole: gears, belts and pole pairs turn at rates o
 from __future__ import annotations
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from insenv.core.recording import Floats
 
@@ -52,7 +52,7 @@ def orders_p(residual: Floats, angle: Floats, change: Floats) -> float:
             freedom += 2 * told
         some = freedom > 0
         tried += int(some.sum())
-        tails.append(float(chi2.sf(power[some], freedom[some]).min(initial=1.0)))
+        tails.append(float(chdtrc(freedom[some], power[some]).min(initial=1.0)))
     return float(min(1.0, min(tails) * max(tried, 1)))
 
 

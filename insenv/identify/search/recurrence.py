@@ -17,7 +17,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from insenv.core.recording import Floats
 from insenv.identify.fit.gls import Fit, solve
@@ -66,7 +66,7 @@ def scattered(values: Floats, deviations: Floats) -> tuple[float, float]:
     q, free = float((values - mean) ** 2 @ w), len(values) - 1
     between = max(0.0, (q - free) / float(w.sum() - w @ w / w.sum()))
     v = 1 / (deviations**2 + between)
-    return float(chi2.sf(q, free)), float(abs(values @ v) / np.sqrt(v.sum()))
+    return float(chdtrc(free, q)), float(abs(values @ v) / np.sqrt(v.sum()))
 
 
 def _of_one_run(problem: Problem, fit: Fit, term: Term) -> str:

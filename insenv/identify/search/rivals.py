@@ -13,12 +13,12 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from insenv.core.recording import Floats
 from insenv.effects.catalogue import plug_in_of
 from insenv.identify.fit.evidence import log_tail
-from insenv.identify.fit.problem import Model, Problem, Term, design
+from insenv.identify.fit.problem import Model, Problem, Term
 from insenv.identify.search.round import UNUSUAL, against, refined
 from insenv.identify.search.scan import (
     Hit,
@@ -131,10 +131,8 @@ def _same_curve(problem: Problem, base: Reference, rival: Term, term: Term) -> b
 
 def _left(problem: Problem, base: Reference) -> Floats:
     """Whitened residual of a model, shape (modes,)."""
-    root = np.sqrt(problem.modes().shapes @ base.noise.power)
-    q = np.linalg.qr(design(problem, base.model).transformed / root[:, None])[0]
-    data = problem.data() / root
-    return np.asarray(data - q @ (q.T @ data))
+    data = problem.data() / base.root
+    return np.asarray(data - base.basis @ (base.basis.T @ data))
 
 
 def _told(problem: Problem, base: Reference, term: Term) -> Floats:
@@ -163,7 +161,7 @@ def _gain_by_itself(term: Term, extra: int, alpha: float, gain: float) -> float:
 
     A term that is free in each run has many, and follows by chance whatever differs from run to run.
     """
-    return float(chi2.isf(alpha, extra)) if term.per_run else gain * extra
+    return float(chdtri(extra, alpha)) if term.per_run else gain * extra
 
 
 def _still_needed(problem: Problem, model: Model, term: Term, alpha: float) -> bool:

@@ -14,14 +14,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
-from scipy.stats import f as fisher
+from numpy.typing import NDArray
+from scipy.special import chdtr
 
 from insenv.core.recording import Floats
+from insenv.core.tails import log_tail_of_f
 from insenv.identify.fit.evidence import log_tail
-from insenv.identify.fit.gls import Fit, noise_freedom, pool, spectrum
+from insenv.identify.fit.gls import Fit, noise_freedom, spectrum
 from insenv.identify.fit.noise import NoiseFit, fit_noise
-from insenv.identify.fit.problem import Design, Model, Problem, Term, design
+from insenv.identify.fit.problem import Model, Problem, Term, design, pooled
 from insenv.identify.search.candidates import Candidate, stacked
 
 #: Runs of simulated noise that measure the number of independent shapes.
@@ -64,7 +65,7 @@ class Scores:
     @property
     def trials(self) -> float:
         """Number of independent shapes: how many would give the median found on simulated noise."""
-        single = chi2.cdf(self.null_median, self.rank)
+        single = chdtr(self.rank, self.null_median)
         return float(max(1.0, np.log(0.5) / np.log(np.clip(single, 1e-12, 1 - 1e-12))))
 
 
@@ -126,72 +127,80 @@ def score(problem: Problem, fit: Fit, found: tuple[Candidate, ...], seed: int) -
     """Score statistics of all candidates, with their null distribution by simulated noise."""
     weight, q, residual = whitened(problem, fit)
     noise = np.random.Generator(np.random.SFC64(seed)).standard_normal((len(weight), NULL_RUNS))
-    draws = np.column_stack([residual, noise - q @ (q.T @ noise)])
-    return [_score_one(block, weight, q, draws) for block in stacked(problem, found)]
+    return [_score_one(block, weight, q, residual, noise) for block in stacked(problem, found)]
 
 
-def _score_one(block: Floats, weight: Floats, q: Floats, draws: Floats) -> Scores:
-    n, shapes, k = block.shape
-    columns = block.reshape(n, -1) * weight[:, None]
-    norm = np.linalg.norm(columns, axis=0)
-    columns = columns / np.where(norm > 0, norm, 1)
-    columns = columns - q @ (q.T @ columns)
-    fresh = columns.reshape(n, shapes, k)
-    basis, rank = _orthonormal(fresh)
+def _score_one(block: Floats, weight: Floats, q: Floats, residual: Floats, noise: Floats) -> Scores:
+    """Scores of regressors of shape (k, shapes, modes); what the model spans of the noise, no basis sees."""
+    k, shapes, n = block.shape
+    rows = block.reshape(-1, n) * weight
+    norm = np.sqrt(np.einsum("rn,rn->r", rows, rows))
+    rows /= np.where(norm > 0, norm, 1)[:, None]
+    rows -= (rows @ q) @ q.T
+    rank = _orthonormal(rows.reshape(block.shape))
     if not rank.any():
         return Scores(np.full(shapes, -1.0), 0.0, 0)
-    projected = np.einsum("nsk,nd->skd", basis, draws, optimize=True)
-    values = np.sum(projected**2, axis=1)
+    values = np.sum((rows @ residual).reshape(k, shapes) ** 2, axis=0)
     usable = rank > 0
-    null = values[usable, 1:].max(axis=0)
-    return Scores(np.where(usable, values[:, 0], -1.0), float(np.median(null)), int(np.median(rank[usable])))
+    null = np.sum((rows @ noise).reshape(k, shapes, -1) ** 2, axis=0)[usable].max(axis=0)
+    return Scores(np.where(usable, values, -1.0), float(np.median(null)), int(np.median(rank[usable])))
 
 
-def _orthonormal(columns: Floats) -> tuple[Floats, Floats]:
-    """Orthonormal columns of each shape, zero where the model spans them; (n, shapes, k), and ranks, (shapes,)."""
-    out = np.zeros_like(columns)
-    rank = np.zeros(columns.shape[1], dtype=int)
-    for j in range(columns.shape[2]):
-        rest = columns[:, :, j]
-        for i in range(j):
-            rest = rest - out[:, :, i] * np.sum(out[:, :, i] * columns[:, :, j], axis=0)
-        left = np.linalg.norm(rest, axis=0)
+def _orthonormal(rows: Floats) -> NDArray[np.int64]:
+    """Make the k rows of each shape, (k, shapes, modes), orthonormal, zero if the model spans them; their ranks."""
+    rank = np.zeros(rows.shape[1], dtype=int)
+    for j, rest in enumerate(rows):
+        own = rest.copy() if j else rest
+        for before in rows[:j]:
+            rest -= before * np.einsum("sn,sn->s", before, own)[:, None]
+        left = np.sqrt(np.einsum("sn,sn->s", rest, rest))
         good = left > TOLD_APART
-        out[:, :, j] = rest / np.where(good, left, 1.0) * good
+        rest *= (good / np.where(good, left, 1.0))[:, None]
         rank += good
-    return out, rank
+    return rank
 
 
 @dataclass(frozen=True)
 class Reference:
-    """The model at hand, with its noise by plain maximum likelihood: what likelihood ratios compare with."""
+    """The model at hand, with its noise by plain maximum likelihood: what likelihood ratios compare with.
+
+    Attributes
+    ----------
+    model : Model
+    noise : NoiseFit
+    parameters : int
+    root : ndarray, shape (modes,)
+        Standard deviation of each mode.
+    basis : ndarray, shape (modes, parameters)
+        Orthonormal basis of the whitened model.
+    """
 
     model: Model
     noise: NoiseFit
     parameters: int
+    root: Floats
+    basis: Floats
 
 
 def reference(problem: Problem, model: Model, start: Floats | None = None) -> Reference:
     """Maximum likelihood of a model."""
     columns = design(problem, model)
-    noise = fit_noise(pool(problem, columns), columns.prior, restricted=False, start=start, most=problem.most)
-    return Reference(model, noise, len(columns.scale))
+    noise = fit_noise(*pooled(problem, model), restricted=False, start=start, most=problem.most)
+    root = np.sqrt(spectrum(problem, noise.power))
+    return Reference(model, noise, len(columns.scale), root, np.linalg.qr(columns.transformed / root[:, None])[0])
 
 
 def likelihood_ratio(problem: Problem, base: Reference, model: Model) -> tuple[float, int]:
     """Twice the gain in log-likelihood of ``model`` over ``base``, noise fitted anew, and the parameters gained."""
-    columns: Design = design(problem, model)
-    pooled, start = pool(problem, columns), base.noise.power
-    noise = fit_noise(pooled, columns.prior, restricted=False, start=start, most=problem.most)
-    return 2 * (noise.loglik - base.noise.loglik), len(columns.scale) - base.parameters
+    cross, prior = pooled(problem, model)
+    noise = fit_noise(cross, prior, restricted=False, start=base.noise.power, most=problem.most)
+    return 2 * (noise.loglik - base.noise.loglik), len(prior) - base.parameters
 
 
 def beside(problem: Problem, base: Reference, term: Term) -> Floats:
     """Whitened regressors of a term beside those of the model, shape (modes, k)."""
-    root = np.sqrt(problem.modes().shapes @ base.noise.power)[:, None]
-    columns = problem.transformed(term) / root
-    q = np.linalg.qr(design(problem, base.model).transformed / root)[0]
-    return np.asarray(columns - q @ (q.T @ columns))
+    columns = problem.transformed(term) / base.root[:, None]
+    return np.asarray(columns - base.basis @ (base.basis.T @ columns))
 
 
 def term_freedom(problem: Problem, base: Reference, term: Term) -> float:
@@ -215,5 +224,5 @@ def log_significance(ratio: float, gained: int, freedom: float) -> float:
     if gained <= 0 or ratio <= 0:
         return 0.0
     growth = min(ratio / (freedom + gained + 1), LARGEST_GROWTH)
-    log_tail = float(fisher.logsf(freedom / gained * np.expm1(growth), gained, freedom))
-    return log_tail if np.isfinite(log_tail) else -0.5 * ratio
+    tail = log_tail_of_f(freedom / gained * np.expm1(growth), gained, freedom)
+    return tail if np.isfinite(tail) else -0.5 * ratio

@@ -12,9 +12,10 @@ large, is not named. The same holds for every effect of the catalogue.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
-from scipy.special import ndtri_exp
-from scipy.stats import chi2
+from scipy.special import chdtrc, ndtri_exp
 
 from insenv.core.recording import Floats
 from insenv.identify.fit.gls import Fit
@@ -65,7 +66,8 @@ def deviate(theta: Floats, cov: Floats) -> float:
     square = float(unit @ np.linalg.pinv(cov / np.outer(scale, scale), hermitian=True) @ unit)
     if len(theta) == 1:
         return float(np.sqrt(square))
-    log_p = float(chi2.logsf(square, len(theta)))
+    tail = float(chdtrc(len(theta), square))
+    log_p = math.log(tail) if tail > 0 else -math.inf
     return float(-ndtri_exp(log_p - np.log(2))) if np.isfinite(log_p) else float(np.sqrt(square))
 
 
