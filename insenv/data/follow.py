@@ -82,21 +82,35 @@ def _alongside(rate: Floats, reading: Floats, known: NDArray[np.bool_]) -> Float
     most = min(LONGEST, len(rate) // 8)
     if most < 1 or not known.any():
         return reading
-    u = np.where(known, rate - rate[known].mean(), 0.0)
-    y = np.where(known, reading - reading[known].mean(), 0.0)
-    norm = float(np.linalg.norm(u) * np.linalg.norm(y))
-    size = 1 << (2 * len(u) - 1).bit_length()
-    both = np.fft.irfft(np.fft.rfft(y, size) * np.conj(np.fft.rfft(u, size)), size)
-    near = both[np.arange(-most - 1, most + 2)]
+    rest = known.astype(np.float64)
+    both, power = correlation(rate, reading, rest, most + 1)
+    near = both / np.sqrt(np.maximum(power, 1e-300))
     at = 1 + int(np.argmax(np.abs(near[1:-1])))
-    if not abs(near[at]) > CORRELATED * norm:
+    if not abs(near[at]) > CORRELATED:
         return reading
     bend = float(near[at - 1] - 2 * near[at] + near[at + 1])
     shift = at - most - 1 + (0.5 * float(near[at - 1] - near[at + 1]) / bend if bend else 0.0)
     rows = np.arange(float(len(rate)))
     moved = np.interp(rows + shift, rows, reading) if abs(shift) > NEAR else reading
-    gain = float(near[at]) / float(u @ u)
+    gain = float(both[at]) / float(np.sum(rest * (rate - np.average(rate, weights=rest)) ** 2))
     return moved / gain if abs(gain - 1) > SMALL else moved
+
+
+def correlation(u: Floats, y: Floats, weights: Floats, most: int) -> tuple[Floats, Floats]:
+    """Sums of ``y`` times ``u`` so many rows before, for shifts ``-most`` to ``most``, and what they could be at most.
+
+    What they could be is of the rows that a shift leaves both of them, and squared, shape (2 most + 1,): without
+    that every row of shift costs a row of the sum, which of slow motion is more than the shift is worth.
+    """
+    u, y = (x - np.average(x, weights=weights) for x in (u, y))
+    u, y, n = u * weights, y * weights, len(u)
+    size = 1 << (2 * n - 1).bit_length()
+    both = np.fft.irfft(np.fft.rfft(y, size) * np.conj(np.fft.rfft(u, size)), size)
+    shifts = np.arange(-most, most + 1)
+    of_u, of_y = (np.concatenate([[0.0], np.cumsum(x**2)]) for x in (u, y))
+    late, early = np.maximum(shifts, 0), np.maximum(-shifts, 0)
+    power = (of_u[n - late] - of_u[early]) * (of_y[n - early] - of_y[late])
+    return both[shifts], power
 
 
 def _shakes(rate: Floats, reading: Floats, known: NDArray[np.bool_], most: float) -> bool:

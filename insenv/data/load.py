@@ -19,6 +19,7 @@ from insenv.data.manifest import ChannelSpec, Manifest, RunSpec
 from insenv.data.manifest.spec import ACCELEROMETERS, CHANNELS, EVENTS, GYROS, INCREMENTS, Quantity
 from insenv.data.readers import Column, Table, read_table
 from insenv.data.readers.table import rows_of
+from insenv.data.renewals import with_renewals
 from insenv.data.resample import resampled, spread
 from insenv.data.sampling import UnevenError, check_forwards, sampling
 
@@ -104,15 +105,15 @@ def _read_run(manifest: Manifest, run: RunSpec) -> Recording:
         t, shared = spread(t)
         notes = (*notes, *shared)
         own = np.append(np.median(np.diff(t)), np.diff(t))
-        uneven = replace(recording(manifest, run, table, t, own), notes=notes)
+        uneven = with_renewals(replace(recording(manifest, run, table, t, own), notes=notes))
         return resampled(uneven, manifest.resample, f"{manifest.path}: fit.resample")
     taken = sampling(run.file, t, table.place, table.values.get("table_angle"))
     if taken.angle is not None:
         table = replace(table, values={**table.values, "table_angle": taken.angle})
-    read = recording(manifest, run, table, taken.t, taken.covered)
+    read = with_renewals(replace(recording(manifest, run, table, taken.t, taken.covered), notes=notes))
     instruments = [name for name in read.channels if name in (*GYROS, *ACCELEROMETERS)]
     left_out = dict.fromkeys(instruments, taken.doubtful) if taken.doubtful.any() else {}
-    return replace(read, notes=(*notes, *taken.notes), left_out=left_out)
+    return replace(read, notes=(*read.notes, *taken.notes), left_out=left_out)
 
 
 def _without_strays(manifest: Manifest, run: RunSpec, table: Table, t: Floats) -> tuple[Table, Floats, tuple[str, ...]]:

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from insenv.core.motion import Motion, interval_slope
 from insenv.core.recording import Floats, Recording, Response
 from insenv.data.exposure import Exposure, expose
+from insenv.data.follow import correlation
 from insenv.data.reference import order
 from insenv.effects.timing import SampleHold, before_mean, earlier
 from insenv.identify.fit.problem import Model
@@ -315,13 +316,9 @@ def _other(gain: float, sd: float, model: Model) -> bool:
 def _coarse(one: Stretch) -> float:
     """The lag at which reading and input correlate most [s]."""
     dt = one.exposure.motion.dt
-    u, y = one.input(0.0), one.y
-    u, y = (u - u.mean()) * one.known, (y - y.mean()) * one.known
-    n = 1 << (2 * len(u) - 1).bit_length()
-    both = np.fft.irfft(np.fft.rfft(y, n) * np.conj(np.fft.rfft(u, n)), n)
-    most = min(int(LONGEST / dt), len(u) // 4)
-    shifts = np.arange(-most, most + 1)
-    return float(shifts[np.argmax(np.abs(both[shifts]))] * dt)
+    most = min(int(LONGEST / dt), len(one.y) // 4)
+    both, power = correlation(one.input(0.0), one.y, one.known, most)
+    return float((int(np.argmax(both**2 / np.maximum(power, 1e-300))) - most) * dt)
 
 
 def _measured(recording: Recording) -> bool:

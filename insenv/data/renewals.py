@@ -1,0 +1,188 @@
+"""A table's channel that was read less often than the rows: held, or on straight lines, between its readings.
+
+An attitude of 15 Hz beside a gyro of 100 Hz is brought to the gyro's rows by who writes the file: each reading is
+repeated until the next, or rows between two readings stand on the straight line through them. Neither is how a table
+moves. The rate of what is held is a comb, that of straight lines a staircase, and what such a reference leaves of the
+motion, -a h^2 / 8 in the middle of a step h, is taken for an error of the instrument. The readings are therefore found
+again, where the change from row to row bends or jumps,
+
+    straight    v_i = v_k + (v_k+1 - v_k) (x_i - x_k) / (x_k+1 - x_k)       x the time or the number of the row
+    held        v_i = v_k                                                   until x_k+1
+
+and a cubic spline through them, over the same x, stands for the rows. Readings are told from a programme that turns
+evenly and from the steps of a coarse encoder by their distance in rows: it is the same nearly everywhere.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insenv.core.recording import GAP, Floats, Recording
+from insenv.core.stretches import stretches
+
+Indices = NDArray[np.int64]
+
+#: Rows between readings, in the median, and the longest time [s]: no programme of a table has shorter dwells.
+LEAST_ROWS, MOST_ROWS, LONGEST = 2, 64, 0.5
+#: Fewest readings, and rows of a straight line from reading to reading.
+FEWEST, STRAIGHT_ROWS = 40, 4
+#: A change of the slope is none below this share of the largest one within so many rows, or so many times that of the
+#: straightest rows, this share of all: there it is rounding.
+STRAIGHT, NEARBY, ROUNDING, STRAIGHTEST = 0.02, 8, 20.0, 0.3
+#: Share of the readings after less than three times the usual number of rows; of these 90 % lie within as many rows as
+#: are usual, and no earlier than at this share of them.
+REGULAR, EARLIEST = 0.75, 0.4
+#: Rows between the 5 and 95 % quantiles of their distances up to which readings are even.
+EVEN = 2.0
+#: Share of the jumps of a held value that are hardly larger than the smallest, up to which it is no coarse encoder's.
+SMALLEST = 0.5
+#: Share of the corners of straight lines that one row or two have.
+SHARP = 0.75
+
+
+@dataclass(frozen=True)
+class Renewals:
+    """The readings behind a channel.
+
+    Attributes
+    ----------
+    values : ndarray, shape (n,)
+        What the channel is at the rows, on a smooth curve through the readings.
+    period : float
+        Median time from reading to reading [s].
+    held : bool
+        Whether the channel held its readings, and did not go straight from one to the next.
+    """
+
+    values: Floats
+    period: float
+    held: bool
+
+
+def with_renewals(recording: Recording) -> Recording:
+    """The recording with its table's channels on smooth curves through their readings, where rows were not read."""
+    for name in ("table_angle", "table_rate"):
+        channel = recording.channels.get(name)
+        if channel is None or channel.source == "command":
+            continue
+        found = renewals(recording.t, channel.values)
+        if found is not None:
+            how = "held between its readings" if found.held else "on straight lines between its readings"
+            text = f"{name} is {how}, every {found.period:.3g} s: taken on a smooth curve through them"
+            channels = {**recording.channels, name: replace(channel, values=found.values)}
+            recording = replace(recording, channels=channels, notes=(*recording.notes, text))
+    return recording
+
+
+def renewals(t: Floats, values: Floats) -> Renewals | None:
+    """The readings behind a channel that was read less often than the rows; None where every row was read.
+
+    Parameters
+    ----------
+    t : ndarray, shape (n,)
+        Times of the rows [s], increasing.
+    values : ndarray, shape (n,)
+    """
+    if len(t) < 2 * FEWEST or not np.any(np.diff(values)):
+        return None
+    rows = np.arange(float(len(t)))
+    jumps = 1 + np.flatnonzero(np.diff(values))
+    usual, even = (0, False) if _coarse(np.abs(np.diff(values)[jumps - 1])) else _usual(jumps, t)
+    if usual >= LEAST_ROWS:
+        at = _filled(jumps, usual, len(t))
+        # What is held at first was read before the first row.
+        first = max(1, -(-int(jumps[0]) // usual))
+        before = t[jumps[0]] - _period(t, usual) * np.arange(first, 0, -1.0)
+        when, readings = np.append(before, t[at]), np.append(np.full(first, values[0]), values[at])
+        return Renewals(_through(when, readings, t, even), _period(t, usual), held=True)
+    for x in (t, rows):
+        corners, meet, heights = _corners(x, values)
+        usual, even = _usual(corners, t)
+        if usual >= STRAIGHT_ROWS:
+            place, heights = _with_lines(x, values, meet, heights, usual)
+            return Renewals(_through(place, heights, x, even), _period(t, usual), held=False)
+    return None
+
+
+def _period(t: Floats, usual: int) -> float:
+    return usual * float(np.mean(np.diff(t)[np.diff(t) <= GAP * np.median(np.diff(t))]))
+
+
+def _usual(at: Indices, t: Floats) -> tuple[int, bool]:
+    """Rows from reading to reading, of readings at rows ``at``, and whether all are as far apart; 0: none is usual."""
+    if len(at) < FEWEST:
+        return 0, False
+    gaps = np.diff(at)
+    usual = float(np.median(gaps))
+    own = gaps[gaps <= 3 * usual]
+    low, high = np.quantile(own, (0.05, 0.95))
+    regular = len(own) >= REGULAR * len(gaps) and high - low <= max(1.0, usual) and low >= max(EARLIEST * usual, 2.0)
+    if not regular or usual > MOST_ROWS or _period(t, round(usual)) > LONGEST:
+        return 0, False
+    return round(usual), bool(high - low <= EVEN)
+
+
+def _coarse(jumps: Floats) -> bool:
+    """Whether jumps are the steps of a coarse encoder: most of them the smallest that there is."""
+    return bool(np.mean(jumps < 1.5 * jumps.min()) > SMALLEST)
+
+
+def _corners(x: Floats, values: Floats) -> tuple[Indices, Floats, Floats]:
+    """Rows at which straight lines meet, and where over ``x`` and how high they do."""
+    from scipy.ndimage import maximum_filter1d  # slow to import
+
+    slope = np.diff(values) / np.diff(x)
+    bend = np.abs(np.diff(slope))
+    near = maximum_filter1d(bend, 2 * NEARBY + 1, mode="nearest")
+    bent = (bend > STRAIGHT * near) & (bend > ROUNDING * float(np.quantile(bend, STRAIGHTEST)))
+    groups = stretches(bent)
+    if not groups or np.mean([b - a <= 2 for a, b in groups]) < SHARP:
+        return np.empty(0, np.int64), np.empty(0), np.empty(0)
+    rows, at, readings = [], [], []
+    for a, b in groups:
+        # Bend i is at row i + 1; two bent rows have the corner between them, where the lines on both sides meet.
+        one, other = a + 1, b
+        place, before, after = float(x[one]), slope[a], slope[min(b, len(slope) - 1)]
+        if b - a == 2 and after != before:
+            meet = (values[other] - after * x[other] - values[one] + before * x[one]) / (before - after)
+            place = float(np.clip(meet, x[one], x[other]))
+        rows.append(one)
+        at.append(place)
+        readings.append(values[one] + before * (place - x[one]))
+    return np.array(rows), np.array(at), np.array(readings)
+
+
+def _filled(at: Indices, usual: int, n: int) -> Indices:
+    """Rows of readings, with those in between that read the same again."""
+    ends = np.append(at[1:], n)
+    each = [np.arange(a, max(b - usual // 2, a + 1), usual) for a, b in zip(at, ends, strict=True)]
+    return np.concatenate(each)
+
+
+def _with_lines(x: Floats, values: Floats, at: Floats, readings: Floats, usual: int) -> tuple[Floats, Floats]:
+    """Readings with the first and the last row, and with points on lines that are longer than usual."""
+    place = np.concatenate([x[:1], at[(at > x[0]) & (at < x[-1])], x[-1:]])
+    height = np.concatenate([values[:1], readings[(at > x[0]) & (at < x[-1])], values[-1:]])
+    step = usual * float(np.median(np.diff(x)))
+    parts = np.maximum(1, np.rint(np.diff(place) / step)).astype(int)
+    share = np.concatenate([np.arange(k) / k for k in parts] + [[0.0]])
+    first = np.append(np.repeat(np.arange(len(parts)), parts), len(parts))
+    return np.interp(first + share, np.arange(float(len(place))), place), np.interp(
+        first + share, np.arange(float(len(place))), height
+    )
+
+
+def _through(at: Floats, readings: Floats, x: Floats, even: bool) -> Floats:
+    """Cubic spline through readings.
+
+    Readings that follow each other unevenly have stamps with errors, which a spline through all of them would make
+    larger: it is as smooth as generalised cross-validation says.
+    """
+    from scipy.interpolate import CubicSpline, make_smoothing_spline  # slow to import
+
+    size = float(np.median(np.diff(at)))
+    curve = CubicSpline(at / size, readings) if even else make_smoothing_spline(at / size, readings)
+    return np.asarray(curve(x / size))

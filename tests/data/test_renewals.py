@@ -1,0 +1,100 @@
+"""A reference that was read less often than the rows: found, and taken on a smooth curve; all others left alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from insenv.core.recording import Channel, Floats, Origin, Recording
+from insenv.data.renewals import renewals, with_renewals
+
+ROW = 0.01
+T: Floats = ROW * np.arange(4000, dtype=np.float64)
+
+
+def hand(seed: int) -> Callable[[Floats], Floats]:
+    """The angle of a table that is turned by hand, as a function of time."""
+    rng = np.random.default_rng(seed)
+    f, a, phase = rng.uniform(0.05, 0.8, 12), rng.uniform(0.05, 0.4, 12), rng.uniform(0, 6, 12)
+    return lambda t: np.asarray(np.sum(a[:, None] * np.sin(2 * np.pi * f[:, None] * t + phase[:, None]), axis=0))
+
+
+def rate_error(values: Floats, angle: Callable[[Floats], Floats]) -> float:
+    inner = slice(20, -20)
+    return float(np.std((np.diff(values) - np.diff(angle(T)))[inner]) / ROW)
+
+
+@pytest.mark.parametrize("rate", [15.0, 25.0])
+def test_straight_lines_between_readings_are_rounded_off(rate: float) -> None:
+    angle, knots = hand(1), np.arange(-1.013, 42.0, 1 / rate)
+    values = np.interp(T, knots, angle(knots))
+    found = renewals(T, values)
+    assert found is not None
+    assert not found.held
+    assert found.period == pytest.approx(1 / rate, abs=0.6 * ROW)
+    assert rate_error(found.values, angle) < 0.1 * rate_error(values, angle)
+
+
+def test_lines_over_the_number_of_the_row_are_found_where_stamps_jitter() -> None:
+    angle, rng = hand(2), np.random.default_rng(2)
+    t = T + 0.8 * ROW * rng.uniform(-0.5, 0.5, len(T))
+    knots = np.unique(np.append(np.arange(0, len(T), 7), len(T) - 1))
+    found = renewals(t, np.interp(np.arange(len(T)), knots, angle(T)[knots]))
+    assert found is not None
+    np.testing.assert_allclose(found.values[20:-20], angle(T)[20:-20], atol=3e-4)
+
+
+@pytest.mark.parametrize("rate", [20.0, 50.0])
+@pytest.mark.parametrize("of", ["angle", "rate"])
+def test_readings_that_are_held_are_taken_where_they_begin(rate: float, of: str) -> None:
+    motion = hand(3)
+    signal = motion if of == "angle" else (lambda t: (motion(t + 5e-4) - motion(t - 5e-4)) / 1e-3)
+    knots = np.arange(-1.005, 42.0, 1 / rate)
+    values = signal(knots[np.searchsorted(knots, T, side="right") - 1])
+    found = renewals(T, values)
+    assert found is not None
+    assert found.held
+    late = signal(T - 0.005)  # half a row old where it is first seen
+    off, raw = np.std((found.values - late)[20:-20]), np.std((values - late)[20:-20])
+    assert off < 0.3 * raw
+
+
+def every_row_read() -> dict[str, Floats]:
+    rng = np.random.default_rng(5)
+    angle = hand(4)(T)
+    dwells = np.repeat(rng.uniform(-1, 1, 40), 100)
+    eased = lfilter([0.05], [1, -0.95], dwells)
+    counts = 2 * np.pi / 400
+    return {
+        "smooth": angle,
+        "noisy": angle + 1e-4 * rng.standard_normal(len(T)),
+        "coarse": counts * np.floor(angle / counts),
+        "rounded": np.round(angle, 4),
+        "one rate": 0.3 * T,
+        "a staircase of rates": np.cumsum(dwells) * ROW,
+        "a table that follows one": np.cumsum(eased) * ROW,
+        "told": dwells,
+        "triangles": np.abs((T % 4.0) - 2.0),
+        "at rest": np.zeros(len(T)),
+        "noise": rng.standard_normal(len(T)),
+        "coarse noise": np.round(0.4 * rng.standard_normal(len(T))),
+    }
+
+
+@pytest.mark.parametrize("name", every_row_read())
+def test_what_was_read_at_every_row_is_left_alone(name: str) -> None:
+    assert renewals(T, every_row_read()[name]) is None
+
+
+def test_a_command_holds_for_it_was_told_so() -> None:
+    knots = np.arange(-1.0, 42.0, 0.05)
+    values = hand(6)(knots[np.searchsorted(knots, T, side="right") - 1])
+    sources: tuple[Origin, ...] = ("encoder", "command")
+    for source in sources:
+        channel = Channel(values, "rad/s", source=source)
+        seen = with_renewals(Recording(T, {"table_rate": channel}))
+        assert bool(seen.notes) == (source == "encoder")
+        assert np.array_equal(seen.channels["table_rate"].values, values) == (source == "command")
