@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from insenv.core.errors import InputError
-from insenv.core.progress import Progress, allow_code_option, check_folder, tell, verbosity, verbosity_options
+from insenv.core.progress import Progress, allow_code_option, check_reports, tell, verbosity, verbosity_options
 from insenv.core.terminal import examples
 
 
@@ -26,6 +26,7 @@ from insenv.core.terminal import examples
 @click.option("--store", type=click.Path(path_type=Path), help="Folder for the copies that are done.")
 @click.option("--resume", is_flag=True, help="Go on with what --store holds.")
 @click.option("--json", "json_path", type=click.Path(path_type=Path), help="Write the rates as JSON.")
+@click.option("--html", "html_path", type=click.Path(path_type=Path), help="Write a page with a figure.")
 def trust(  # noqa: PLR0913 -- an argument for each option
     manifest: str,
     copies: int,
@@ -35,6 +36,7 @@ def trust(  # noqa: PLR0913 -- an argument for each option
     store: Path | None,
     resume: bool,
     json_path: Path | None,
+    html_path: Path | None,
 ) -> None:
     """Say how far close-loop can be trusted on a recording: how often right and how often wrong on copies of it.
 
@@ -45,7 +47,7 @@ def trust(  # noqa: PLR0913 -- an argument for each option
     from insenv.trust.run import Kept, trust_of
     from insenv.trust.words import summary, verdict, write_json
 
-    check_folder(json_path)
+    check_reports(json_path, html_path)
     if resume and store is None:
         raise InputError("--resume given without --store; wanted the folder to go on with")
     try:
@@ -55,6 +57,10 @@ def trust(  # noqa: PLR0913 -- an argument for each option
         rest = "nothing was kept" if store is None else f"the copies that are done are in {store}; --resume goes on"
         click.echo(f"insenv: {str(error) or 'interrupted'}; {rest}", err=True)
         sys.exit(2 if isinstance(error, LostError) else 130)
+    if html_path is not None:
+        from insenv.trust.page import write_html
+
+        write_html(found, html_path)
     if json_path is not None:
         write_json(found, json_path)
-    tell(summary(found), None, json_path, verdict=verdict(found))
+    tell(summary(found), html_path, json_path, verdict=verdict(found))

@@ -5,20 +5,21 @@ With the reading ``y`` of a channel, what was found in it taken out, and the res
     y' = y - r + r'          nothing to find: r' is r without its relation to what the instrument was exposed to
     y' = y + e(u; theta)     one effect to find, of a known size
 
-``r'`` is r, continued at both ends by its mirror image, from another instant on and with either sign. In half of the
-copies each excursion of its slow part from zero has a sign of its own. All three leave white noise, noise that
-recurs and random walks what they are (the excursions of a random walk have independent signs), and leave no jump.
-After Kepler's inverted and scrambled light curves: Christiansen (2017), KSCI-19110.
+``r'`` is, in one half of the copies, r from another instant on, continued at both ends by its mirror image, with either
+sign: bursts and noise that changes its size stay as they are. In the other half every mode of its cosine transform has
+a sign by chance: such copies differ in all modes. Both keep the spectrum, and leave no jump in a random walk.
+After Kepler's inverted and scrambled light curves, Christiansen (2017), KSCI-19110, and the surrogates of Theiler et
+al. (1992), Physica D 58, 77-94.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
+from scipy.fft import dct, idct
 
 from insenv.calibration import calibration
 from insenv.calibration.apply import of_rows, rows_of, slopes_of, told
@@ -27,9 +28,6 @@ from insenv.data.exposure import expose
 from insenv.data.manifest import Manifest
 from insenv.effects.base import Effect
 from insenv.identify.findings import Findings
-
-#: Length of the means whose excursions have signs of their own, in lengths of the means that the loop looks at.
-SLOW = 4.0
 
 
 @dataclass(frozen=True)
@@ -42,8 +40,6 @@ class Base:
     recordings : tuple of Recording
     noise : tuple of mapping of str to ndarray, shape (rows,)
         Residual of each target, run by run; NaN in rows that are no measurement of it.
-    averaging : mapping of str to float
-        Of each target: length of the means that the loop looked at [s].
     left : mapping of str to tuple of str
         Of each target: keys of what was found and is in the residual still, such as a line whose phase wanders.
     """
@@ -51,7 +47,6 @@ class Base:
     manifest: Manifest
     recordings: tuple[Recording, ...]
     noise: tuple[Mapping[str, Floats], ...]
-    averaging: Mapping[str, float]
     left: Mapping[str, tuple[str, ...]]
 
 
@@ -80,9 +75,8 @@ def base(manifest: Manifest, recordings: Sequence[Recording], found: Findings) -
             )
         without.append(replace(recording, channels=channels))
         noise.append(residuals)
-    averaging = {t.target: t.held_out.averaging for t in found.targets}
     left = {t.target: tuple(dict.fromkeys(term.effect for term in t.terms if not told(term))) for t in whole.targets}
-    return Base(manifest, tuple(without), tuple(noise), averaging, left)
+    return Base(manifest, tuple(without), tuple(noise), left)
 
 
 def _unexplained(residual: Floats, slopes: Floats, measured: NDArray[np.bool_]) -> Floats:
@@ -109,32 +103,30 @@ def _rejected(found: Findings, run: int, target: str, recording: Recording) -> N
 def without_effects(given: Base, rng: np.random.Generator) -> tuple[Recording, ...]:
     """A copy in which nothing is to be found.
 
-    Channels of a run are altered from one instant on and with one sign, so that what they have in common stays so.
+    All channels have one sign and begin at one instant, or the signs of their modes are the same: what they have in
+    common stays so.
     """
-    sign, part, cut = rng.choice([-1.0, 1.0]), rng.random(), rng.random() < 0.5
+    sign, part, modes = rng.choice([-1.0, 1.0]), rng.random(), rng.random() < 0.5
+    seed = int(rng.integers(2**63))
+
+    def other(series: Floats) -> Floats:
+        if modes:
+            return scrambled(series, np.random.default_rng(seed))
+        return sign * mirrored(series, round(part * 2 * len(series)))
+
     return tuple(
-        _altered(recording, noise, given.averaging, (sign, part, rng if cut else None))
-        for recording, noise in zip(given.recordings, given.noise, strict=True)
+        _altered(recording, noise, other) for recording, noise in zip(given.recordings, given.noise, strict=True)
     )
 
 
-def _altered(
-    recording: Recording,
-    noise: Mapping[str, Floats],
-    averaging: Mapping[str, float],
-    how: tuple[float, float, np.random.Generator | None],
-) -> Recording:
-    sign, part, rng = how
+def _altered(recording: Recording, noise: Mapping[str, Floats], other: Callable[[Floats], Floats]) -> Recording:
+    """The recording with another series in the place of the residual of each channel."""
     channels = dict(recording.channels)
     for target, residual in noise.items():
         kept = np.isfinite(residual)
-        own = sign * mirrored(residual[kept], round(part * 2 * np.count_nonzero(kept)))
-        if rng is not None:
-            window = max(1, round(SLOW * averaging[target] / recording.dt))
-            own = scrambled(own, window, rng)
-        new = channels[target].values.copy()
-        new[kept] += own - residual[kept]
-        channels[target] = replace(channels[target], values=new)
+        values = channels[target].values.copy()
+        values[kept] += other(residual[kept]) - residual[kept]
+        channels[target] = replace(channels[target], values=values)
     return replace(recording, channels=channels)
 
 
@@ -145,11 +137,10 @@ def mirrored(series: Floats, start: int) -> Floats:
     return series[np.where(index < n, index, 2 * n - 1 - index)]
 
 
-def scrambled(series: Floats, window: int, rng: np.random.Generator) -> Floats:
-    """A series whose excursions from zero, of its means over ``window`` values, have random signs: shape (n,)."""
-    above = uniform_filter1d(series, window, mode="nearest") > 0
-    excursion = np.cumsum(np.diff(above, prepend=above[:1]))
-    return series * rng.choice([-1.0, 1.0], size=int(excursion[-1]) + 1)[excursion] if len(series) else series
+def scrambled(series: Floats, rng: np.random.Generator) -> Floats:
+    """A series of the same modes, each of either sign: shape (n,)."""
+    modes = dct(series, norm="ortho")
+    return np.asarray(idct(modes * rng.choice([-1.0, 1.0], size=len(series)), norm="ortho"))
 
 
 def with_effect(given: Base, target: str, effect: Effect, theta: Floats) -> tuple[Recording, ...]:

@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from insenv.core.files import write_whole
+from insenv.core.filing import filed, stamp
+from insenv.evaluate.words import columns
 from insenv.report.json import strict
 from insenv.report.quantities import unit_for
 from insenv.trust.rates import Completeness, Rate, Reliability, Trust
@@ -18,17 +20,22 @@ SCHEMA = "insenv.trust/1"
 
 def summary(found: Trust) -> str:
     """In words and numbers, for a terminal."""
-    quiet = found.reliability[0].wrong.of
-    lines = [
-        found.findings.title,
-        f"{found.copies} copies: {quiet} with nothing to find, {found.copies - quiet} with one effect more. "
-        "Brackets hold 95 % intervals.",
-    ]
+    lines = [found.findings.title, f"{head(found)} Brackets hold with 95 %."]
     for one in found.reliability:
-        lines += ["", *_reliability(one, found.findings.alpha)]
+        lines += ["", *columns(("on", "name", "", "copies with nothing to find"), reliability(one))]
+        if one.left:
+            lines.append(f"  {left(one)}")
     if found.effects:
-        lines += ["", *_completeness(found)]
+        header, *rows = completeness(found)
+        lines += ["", "  Copies in which an effect was named, by its size in smallest detectable amplitudes:"]
+        lines += columns(header, rows)
     return "\n".join(lines)
+
+
+def head(found: Trust) -> str:
+    """What was done."""
+    quiet = found.reliability[0].wrong.of
+    return f"{found.copies} copies: {quiet} with nothing to find, {found.copies - quiet} with one effect more."
 
 
 def verdict(found: Trust) -> str:
@@ -48,47 +55,51 @@ def rate(r: Rate) -> str:
     return f"{r.count} of {r.of} ({100 * low:.0f} to {100 * high:.0f} %)"
 
 
-def _reliability(one: Reliability, alpha: float) -> list[str]:
-    lines = [
-        f"{one.target}: something is named in {rate(one.wrong)} copies with nothing to find; {100 * alpha:g} % wanted"
-    ]
-    lines += [f"  {name}: found in the recording, named without cause in {rate(r)}" for name, r in one.findings]
+def reliability(one: Reliability) -> list[tuple[str, ...]]:
+    """Rows of target, name, what is known of it, and in how many copies it was named without cause."""
     known = {name for name, _ in one.findings}
-    lines += [f"  {name}: named without cause in {rate(r)}" for name, r in one.names if name not in known]
-    if one.left:
-        lines.append(f"  not counted, for every copy has it: {', '.join(one.left)}")
-    return lines
-
-
-def _completeness(found: Trust) -> list[str]:
-    """A table: effects down, sizes across."""
-    head = ("effect", "on", "smallest detectable", *(f"x {size:g}" for size in SIZES))
-    rows = [head, *(_row(one) for one in found.effects)]
-    for word in ("found", "named", "honest"):
-        rates = [getattr(size, word) for size in found.whole.sizes]
-        rows.append((_WORDS[word], "", "", *(f"{r.count}/{r.of}" if r.of else "-" for r in rates)))
-    widths = [max(len(row[i]) for row in rows) for i in range(len(head))]
-    table = ["  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip() for row in rows]
     return [
-        "Copies in which an effect was named, of those that have it, by size in smallest detectable amplitudes:",
-        *table,
+        (one.target, "anything", "", rate(one.wrong)),
+        *((one.target, name, "found in the recording", rate(r)) for name, r in one.findings),
+        *((one.target, name, "", rate(r)) for name, r in one.names if name not in known),
     ]
 
 
-_WORDS = {"found": "anything found", "named": "the effect named", "honest": "estimate within 1.96 sd"}
+def left(one: Reliability) -> str:
+    """What is not counted."""
+    return f"not counted, for every copy has it: {', '.join(one.left)}"
+
+
+def completeness(found: Trust) -> list[tuple[str, ...]]:
+    """A header and rows: effects down, sizes across; all effects together last."""
+    rows = [("effect", "on", "smallest detectable", *(f"x {size:g}" for size in SIZES))]
+    rows += [_row(one) for one in found.effects]
+    for word, text in _WORDS.items():
+        rates = [getattr(size, word) for size in found.whole.sizes]
+        rows.append((text, "", "", *map(_count, rates)))
+    return rows
+
+
+_WORDS = {"found": "all: anything found", "named": "all: effect named", "honest": "all: estimate within 1.96 sd"}
 
 
 def _row(one: Completeness) -> tuple[str, ...]:
-    named = [f"{s.named.count}/{s.named.of}" if s.named.of else "-" for s in one.sizes]
-    return (one.effect, one.target, unit_for(one.unit, one.amplitude).show(one.amplitude), *named)
+    shown = unit_for(one.unit, one.amplitude).show(one.amplitude)
+    return (one.effect, one.target, shown, *(_count(size.named) for size in one.sizes))
+
+
+def _count(r: Rate) -> str:
+    return f"{r.count}/{r.of}" if r.of else "-"
 
 
 def to_json(found: Trust) -> dict[str, Any]:
     """As plain dictionaries, lists, strings and finite numbers; SI."""
     return {
         "schema": SCHEMA,
+        **stamp(),
         "title": found.findings.title,
         "manifest": found.findings.manifest,
+        **filed(found.findings.filing),
         "verdict": found.findings.verdict,
         "copies": found.copies,
         "seed": found.seed,
