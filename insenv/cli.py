@@ -40,6 +40,7 @@ from insenv.core.terminal import examples, width
 from insenv.data.commands import init, of_data
 from insenv.design.commands import design
 from insenv.evaluate.commands import check_plugin, evaluate
+from insenv.play.commands import play
 from insenv.trust.commands import trust
 
 if TYPE_CHECKING:
@@ -372,6 +373,7 @@ insenv.add_command(check_plugin)
 insenv.add_command(evaluate)
 insenv.add_command(design)
 insenv.add_command(trust)
+insenv.add_command(play)
 
 
 @insenv.command("list", epilog=examples("insenv list effects", "insenv list recordings"))
@@ -421,6 +423,10 @@ _NAMED: Mapping[tuple[str, str], tuple[str, bool]] = {
     ("evaluate", "policy"): ("policies", False),
     ("evaluate", "scenario"): ("scenarios", True),
     ("check-plugin", "env"): ("environments", False),
+    ("play", "env"): ("environments", False),
+    ("play", "scenario"): ("scenarios", True),
+    ("play", "estimator"): ("estimators", False),
+    ("play", "policy"): ("policies", False),
     ("design", "scenario"): ("scenarios", True),
     ("design", "estimator"): ("estimators", False),
     ("trust", "manifest"): ("recordings", True),

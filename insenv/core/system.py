@@ -36,6 +36,8 @@ class TaskKind:
         "module:Name" of what `insenv design` makes of a scenario and its free variables (`insenv.design.kind.Kind`).
     ranged : bool
         Whether ``task.range`` has a meaning.
+    policies : tuple of str
+        Those that suit, by name; the documented one first.
     """
 
     name: str
@@ -43,6 +45,7 @@ class TaskKind:
     estimator: str
     procedure: str
     ranged: bool = False
+    policies: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -91,6 +94,8 @@ class System:
     bound : str
         ``(datasheet, run, quantities, scenario) -> {quantity: least standard deviation}``; nothing where there is none.
     trial : Trial
+    scene : str
+        What a person sees and sets in the browser (`insenv.play.scene.Scene`); nothing for the plain one.
     """
 
     name: str
@@ -104,6 +109,7 @@ class System:
     check: str
     trial: Trial
     bound: str = ""
+    scene: str = ""
 
     @property
     def id(self) -> str:

@@ -18,7 +18,9 @@ import insenv
 from insenv.core.filing import Filing, command
 
 
-def rendered(template: str, filing: Filing | None = None, scripts: tuple[str, ...] = (), **content: Any) -> str:
+def rendered(
+    template: str, filing: Filing | None = None, scripts: tuple[str, ...] = (), connect: bool = False, **content: Any
+) -> str:
     """One self-contained HTML page from a template of this package; every text from a file is escaped.
 
     Parameters
@@ -28,6 +30,8 @@ def rendered(template: str, filing: Filing | None = None, scripts: tuple[str, ..
         What the head says of the recording.
     scripts : tuple of str
         Texts of the scripts that the page has inline, each as it stands between its tags.
+    connect : bool
+        Whether the page asks the server that it came from; else it asks nobody.
     **content
         What the template shows.
     """
@@ -44,7 +48,7 @@ def rendered(template: str, filing: Filing | None = None, scripts: tuple[str, ..
     style = stylesheet()
     return environment.get_template(template).render(
         style=Markup(style),
-        policy=policy(style, scripts),
+        policy=policy(style, scripts, connect),
         scripts=[Markup(script) for script in scripts],
         filing=head(filing),
         version=insenv.__version__,
@@ -58,11 +62,12 @@ def stylesheet() -> str:
     return files("insenv.report").joinpath("templates/style.css").read_text("utf-8")
 
 
-def policy(style: str, scripts: Iterable[str] = ()) -> str:
+def policy(style: str, scripts: Iterable[str] = (), connect: bool = False) -> str:
     """A Content-Security-Policy under which a page has this style and these scripts, and loads nothing."""
     run = " ".join(_hash(script) for script in scripts) or "'none'"
+    asked = "connect-src 'self'; " if connect else ""
     return (
-        f"default-src 'none'; style-src {_hash(style)}; script-src {run}; img-src data:; "
+        f"default-src 'none'; style-src {_hash(style)}; script-src {run}; img-src data:; {asked}"
         "base-uri 'none'; form-action 'none'"
     )
 

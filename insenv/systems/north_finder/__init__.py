@@ -9,8 +9,20 @@ from insenv.core.system import System, TaskKind, Trial
 SYSTEM = System(
     name="NorthFinder",
     kinds=(
-        TaskKind("north-finder", "rad", "north_gls", "insenv.systems.north_finder.procedure:NorthFinder"),
-        TaskKind("scale-factor-test", "1", "scale_factor", "insenv.systems.rate_table.procedure:ScaleFactorTest"),
+        TaskKind(
+            "north-finder",
+            "rad",
+            "north_gls",
+            "insenv.systems.north_finder.procedure:NorthFinder",
+            policies=("bidirectional", "constant_rate", "horizon_north", "rate_choice", "greedy_north"),
+        ),
+        TaskKind(
+            "scale-factor-test",
+            "1",
+            "scale_factor",
+            "insenv.systems.rate_table.procedure:ScaleFactorTest",
+            policies=("scale_factor_test",),
+        ),
     ),
     scenario="north_finder/published",
     scenarios=Path(__file__).parent / "scenarios",
@@ -20,6 +32,7 @@ SYSTEM = System(
     vector="insenv.systems.north_finder.env:NorthFinderVectorEnv",
     check="insenv.systems.north_finder.check:check",
     bound="insenv.systems.north_finder.bound:bound",
+    scene="insenv.systems.north_finder.scene:SCENE",
     trial=Trial(
         "north_finder/realistic",
         {"duration": "100 s", "task.step": "5 s", "instrument.sampling": "20 Hz", "table.max_rate": "100 deg/s"},

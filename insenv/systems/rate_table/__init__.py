@@ -8,7 +8,24 @@ from insenv.core.system import System, TaskKind, Trial
 
 SYSTEM = System(
     name="RateTable",
-    kinds=(TaskKind("rate-table", "1", "rate_line", "insenv.systems.rate_table.procedure:RateTable", ranged=True),),
+    kinds=(
+        TaskKind(
+            "rate-table",
+            "1",
+            "rate_line",
+            "insenv.systems.rate_table.procedure:RateTable",
+            ranged=True,
+            policies=(
+                "optimal_ladder",
+                "published_ladder",
+                "van_der_corput",
+                "sweep_and_refine",
+                "greedy_information",
+                "greedy_rate_table",
+                "horizon_rate_table",
+            ),
+        ),
+    ),
     scenario="rate_table/b215",
     scenarios=Path(__file__).parent / "scenarios",
     home="rate_table",
@@ -17,6 +34,7 @@ SYSTEM = System(
     vector="insenv.systems.rate_table.env:RateTableVectorEnv",
     check="insenv.systems.rate_table.check:check",
     bound="insenv.systems.rate_table.bound:bound",
+    scene="insenv.systems.rate_table.scene:SCENE",
     trial=Trial(
         "rate_table/kvh13",
         {"duration": "150 s", "task.step": "2 s", "instrument.sampling": "20 Hz"},

@@ -8,7 +8,21 @@ from insenv.core.system import System, TaskKind, Trial
 
 SYSTEM = System(
     name="TwoPosition",
-    kinds=(TaskKind("two-position", "rad", "two_position_tied", "insenv.systems.two_position.procedure:TwoPosition"),),
+    kinds=(
+        TaskKind(
+            "two-position",
+            "rad",
+            "two_position_tied",
+            "insenv.systems.two_position.procedure:TwoPosition",
+            policies=(
+                "three_rests",
+                "published_schedule",
+                "covariance_triggered",
+                "horizon_two_position",
+                "greedy_two_position",
+            ),
+        ),
+    ),
     scenario="two_position/published_a",
     scenarios=Path(__file__).parent / "scenarios",
     home="two_position",
@@ -17,6 +31,7 @@ SYSTEM = System(
     vector="insenv.systems.two_position.env:TwoPositionVectorEnv",
     check="insenv.systems.two_position.check:check",
     bound="insenv.systems.two_position.bound:bound",
+    scene="insenv.systems.two_position.scene:SCENE",
     trial=Trial(
         "two_position/published_a2",
         {"duration": "120 s", "task.step": "2 s", "instrument.sampling": "20 Hz", "sight.readings": "turns"},
