@@ -30,6 +30,7 @@ from insenv.identify.search.earth_rate import due_level
 from insenv.identify.search.excess import most_power, structure
 from insenv.identify.search.line_effects import IN_BINS
 from insenv.identify.search.lines import Line
+from insenv.identify.search.one_box import DOUBT, DRIFTS, LEAST, looks_of, may_drift, surest
 from insenv.identify.search.prepare import prepare
 from insenv.identify.search.round import at_shape, search, with_term
 from insenv.identify.search.scan import Hit, likelihood_ratio, reference
@@ -248,7 +249,7 @@ def _grow(tracks: list[Track], alpha: float, progress: Progress) -> tuple[list[T
         proposals = _proposals(tracks, alpha)
         if not proposals:
             return tracks, False
-        best = max(proposals, key=lambda p: sum(hit.rank for hit in p.hits))
+        best = max(proposals, key=lambda p: p.rank)
         names = tuple(tracks[i].problem.target for i in best.where)
         changed = list(tracks)
         refused = False
@@ -257,18 +258,42 @@ def _grow(tracks: list[Track], alpha: float, progress: Progress) -> tuple[list[T
             refused |= not ok
             progress(f"{tracks[index].problem.target}: {hit.candidate.effect.key} {'added' if ok else 'refused'}")
         if not refused:
-            return changed, True
+            return _doubted(changed, best), True
         # A target that refuses has no say any more: the others are asked again without it.
         tracks = [new if new.refusals != old.refusals else old for new, old in zip(changed, tracks, strict=True)]
 
 
+def _doubted(tracks: list[Track], proposal: _Proposal) -> list[Track]:
+    """The tracks after a drift of the box was added to some: others that may have it are not said to be still."""
+    if not proposal.looks:
+        return tracks
+    key, out = proposal.hits[0].candidate.effect.key, list(tracks)
+    for index, track in enumerate(tracks):
+        if index in proposal.where or not may_drift(track) or not _has(track, key):
+            continue
+        hit = _hit(track, key)
+        if hit.deviate >= DOUBT:
+            out[index] = replace(
+                track, refusals=(*track.refusals, Refusal(hit, "too weak on this axis to be told", of_box=True))
+            )
+    return out
+
+
 @dataclass(frozen=True)
 class _Proposal:
-    """An effect, significant on the targets ``where`` taken together."""
+    """An effect, significant on the targets ``where`` taken together; ``looks`` were taken for all of them at once."""
 
     where: tuple[int, ...]
     hits: tuple[Hit, ...]
     p_value: float
+    looks: float = 0.0
+
+    @property
+    def rank(self) -> float:
+        """What orders proposals: as that of a hit."""
+        if not self.looks:
+            return sum(hit.rank for hit in self.hits)
+        return sum(hit.likelihood_ratio - 2 * hit.size for hit in self.hits) - 2 * math.log(self.looks)
 
 
 def _proposals(tracks: list[Track], alpha: float) -> list[_Proposal]:
@@ -280,6 +305,7 @@ def _proposals(tracks: list[Track], alpha: float) -> list[_Proposal]:
         # A line whose phase does not hold comes last: what shakes with the base may have a cause.
         good.sort(key=lambda hit: _wander(track, hit) is not None)
         found += [_Proposal((index,), (hit,), hit.p_value) for hit in good[:1]]
+    found += _drifts_of_one_box(tracks, alpha)
     for key in SHARED:
         where = tuple(i for i, t in enumerate(tracks) if _has(t, key) and not _full(t))
         if where:
@@ -287,6 +313,24 @@ def _proposals(tracks: list[Track], alpha: float) -> list[_Proposal]:
             log_p = _joint_log_p(hits)
             if log_p < math.log(alpha):
                 found.append(_Proposal(where, hits, math.exp(log_p)))
+    return found
+
+
+def _drifts_of_one_box(tracks: list[Track], alpha: float) -> list[_Proposal]:
+    """Drifts that are significant on several axes of a unit at rest together, at one shape."""
+    found: list[_Proposal] = []
+    for key in DRIFTS:
+        able = [i for i, t in enumerate(tracks) if may_drift(t) and _has(t, key) and not _full(t)]
+        where = [i for i in able if _hit(tracks[i], key).deviate >= LEAST]
+        if len(where) < 2:
+            continue
+        hits = dict(zip(where, _common([tracks[i] for i in where], key), strict=True))
+        looks = max(looks_of(tracks[i], hit) for i, hit in hits.items())
+        deviates = [(hits[i] if i in hits else _hit(tracks[i], key)).deviate for i in able]
+        log_p = surest(deviates, looks)
+        where = [i for i, hit in hits.items() if hit.deviate >= LEAST]
+        if log_p < math.log(alpha):
+            found.append(_Proposal(tuple(where), tuple(hits[i] for i in where), math.exp(log_p), looks))
     return found
 
 
@@ -349,8 +393,8 @@ def _common(tracks: list[Track], key: str) -> list[Hit]:
 
 def _tried(track: Track, hit: Hit, proposal: _Proposal, names: tuple[str, ...], alpha: float) -> tuple[Track, bool]:
     """The track with ``hit`` added, or with its refusal noted."""
-    together = names if len(names) > 1 else ()
-    if together and hit.deviate < LEAST_SUPPORT:
+    joined = names if len(names) > 1 else ()
+    if joined and hit.deviate < LEAST_SUPPORT:
         refusal = Refusal(hit, "found on another target; nothing speaks for it on this one")
         return replace(track, refusals=(*track.refusals, refusal)), False
     problem = track.problem
@@ -373,14 +417,15 @@ def _tried(track: Track, hit: Hit, proposal: _Proposal, names: tuple[str, ...], 
             return _damped(track, wander, hit), True
     if not confirmed:
         growth = score.rms / track.score.rms - 1
-        reason = f"significant, but it makes held-out data worse, by {growth:.0%}"
-        against: Refusal | None = Refusal(hit, reason, not together)
+        where = " on several axes together" if proposal.looks else ""
+        reason = f"significant{where}, but it makes held-out data worse, by {growth:.0%}"
+        against: Refusal | None = Refusal(hit, reason, not joined, of_box=bool(proposal.looks))
     else:
-        unclear = "" if together else unsized(problem, fit, hit.term)
+        unclear = "" if joined else unsized(problem, fit, hit.term)
         against = Refusal(hit, unclear, unsized=True) if unclear else None
     if against is not None:
         return replace(track, refusals=(*track.refusals, against)), False
-    step = Step(hit, track.score, score, proposal.p_value, together)
+    step = Step(hit, track.score, score, proposal.p_value, joined)
     steps = (*(s for s in track.steps if s.hit.term in model), step)
     grown = replace(track, fit=fit, score=score, steps=steps, hits=None)
     return _pruned(grown, alpha), True

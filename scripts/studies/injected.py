@@ -37,11 +37,24 @@ from insenv.data.manifest import load_manifest
 from insenv.identify.findings import Findings
 
 Floats = NDArray[np.float64]
+GRAVITY = 9.80665
+#: How far a table leans under a gyro that feels gravity.
+LEAN = 0.5
 DEG = np.pi / 180.0
 #: Blocks over which the scatter of the rest is judged [s]: of effects that follow the table, of slow ones, of waves.
 TABLE_BLOCK, SLOW_BLOCK = 5.0, 60.0
 QUICK_BLOCK = 1.0
 SURE = ("effects-found", "nothing-significant")
+#: Other names that are right, for what no search tries or what is the same on one recording.
+ALSO = {
+    "sine_response": {"scale_factor_cubic"},
+    "output_bandwidth": {"timing_skew", "bandwidth", "settling_after_turn"},
+    "settling": {"timing_skew", "settling_after_turn", "output_bandwidth", "bandwidth"},
+    "dead_band": {"lock_in"},
+    "lock_in": {"dead_band"},
+}
+#: What is put in as it is, whatever the strength.
+WHOLE = ("sample_hold",)
 
 
 @dataclass(frozen=True)
@@ -93,6 +106,71 @@ def _lock_in(d: Drivers) -> Floats:
     return held - d.u
 
 
+def _scale_warm_up(d: Drivers) -> Floats:
+    return d.u * np.exp(-d.t / (d.t[-1] * d.rng.uniform(0.08, 0.3)))
+
+
+def _ripple(d: Drivers) -> Floats:
+    full = 1.05 * np.max(np.abs(d.u))
+    return np.sin(int(d.rng.choice([5, 7])) * np.arcsin(d.u / full))
+
+
+def _sine(d: Drivers) -> Floats:
+    phase = d.rng.uniform(0.5, 1.2) / np.max(np.abs(d.u))
+    return np.sin(phase * d.u) / phase - d.u
+
+
+def _play(x: Floats, radius: float) -> Floats:
+    """Which way ``x`` was last moved by more than the radius, between -1 and 1."""
+    out, now = np.empty_like(x), x[0]
+    for i, one in enumerate(x):
+        now = min(max(now, one - radius), one + radius)
+        out[i] = now
+    return (x - out) / radius
+
+
+def _backlash(d: Drivers) -> Floats:
+    return np.gradient(_play(d.angle, 0.002), d.t)
+
+
+def _hysteresis(d: Drivers) -> Floats:
+    return _play(d.u, 0.15 * float(np.max(np.abs(d.u))))
+
+
+def _dead_band(d: Drivers) -> Floats:
+    least = np.min(np.abs(d.u[np.abs(d.u) > 0.01 * np.max(np.abs(d.u))]))
+    width = d.rng.uniform(0.5, 0.9) * max(least, 0.05 * float(np.max(np.abs(d.u))))
+    return -np.clip(d.u / width, -1.0, 1.0)
+
+
+def _heat_of_turning(d: Drivers) -> Floats:
+    return _lagged(d.u**2, d.t[1] - d.t[0], d.t[-1] * d.rng.uniform(0.03, 0.1))
+
+
+def _settling(d: Drivers) -> Floats:
+    """After each change of the rate something settles, in the sense of the change."""
+    dt = d.t[1] - d.t[0]
+    return d.u - _lagged(d.u, dt, d.t[-1] * d.rng.uniform(0.004, 0.012))
+
+
+def _bandwidth(d: Drivers) -> Floats:
+    return _lagged(d.u, d.t[1] - d.t[0], d.rng.uniform(0.03, 0.15)) - d.u
+
+
+def _hold(d: Drivers) -> Floats:
+    """An output that is renewed every so many rows; as it is, whatever the strength."""
+    rows = int(d.rng.integers(4, 9))
+    return d.u[np.arange(d.u.size) // rows * rows] - d.u
+
+
+def _curved(order: int) -> Law:
+    def law(d: Drivers) -> Floats:
+        x = (d.kelvin - d.kelvin.mean()) / np.ptp(d.kelvin)
+        return x + d.rng.choice([-1.0, 1.0]) * 3.0 * np.abs(x) ** order * (np.sign(x) if order == 3 else 1.0)
+
+    return law
+
+
 def _waves(order: int) -> Law:
     return lambda d: np.cos(order * d.angle + d.rng.uniform(0, 6.28))
 
@@ -117,6 +195,23 @@ LAWS: dict[str, tuple[bool, Law]] = {
     "angle_locked_rate": (True, _waves(1)),
     "angle_locked_rate:2": (True, _waves(2)),
     "encoder_harmonic": (True, lambda d: d.u * np.cos(d.angle + d.rng.uniform(0, 6.28))),
+    "bias_temperature:2": (False, _curved(2)),
+    "bias_temperature:3": (False, _curved(3)),
+    "scale_factor_warm_up": (True, _scale_warm_up),
+    "compensation_ripple": (True, _ripple),
+    "sine_response": (True, _sine),
+    "encoder_harmonic:2": (True, lambda d: d.u * np.cos(2 * d.angle + d.rng.uniform(0, 6.28))),
+    "angle_locked_rate:3": (True, _waves(3)),
+    "centripetal_acceleration": (True, lambda d: d.u**2),
+    "dead_band": (True, _dead_band),
+    "encoder_backlash": (True, _backlash),
+    "scale_factor_hysteresis": (True, _hysteresis),
+    "self_heating": (True, _heat_of_turning),
+    "settling": (True, _settling),
+    "output_bandwidth": (True, _bandwidth),
+    "sample_hold": (True, _hold),
+    "g_sensitivity": (True, lambda d: np.cos(d.angle)),
+    "cross_axis": (True, lambda d: d.u),
     "none at rest": (False, lambda d: 0.0 * d.t),
     "none on a table": (True, lambda d: 0.0 * d.t),
 }

@@ -20,6 +20,9 @@ from insenv.core.recording import Floats
 
 #: Share of a unit's information that must not be its own: below it the others do not foretell it.
 LEAST_SHARE = 1e-6
+#: The same, in all that a unit measures: below it the others foretell it ten times worse than it was measured (an axis
+#: that points up in one rest alone), and it says nothing of a model.
+FORETOLD = 1e-2
 
 
 def left_out(root: Floats, residual: Floats, slopes: Floats, inverse: Floats, used: NDArray[np.bool_]) -> Floats:
@@ -57,11 +60,19 @@ def left_out(root: Floats, residual: Floats, slopes: Floats, inverse: Floats, us
         block = own[at, at]
         # A component that is no measurement has neither noise nor derivatives of its own.
         values, vectors = np.linalg.eigh(0.5 * (block + block.T))
-        told = values > LEAST_SHARE * np.diag(white.T @ white)[at].max()
-        if not told.all():
+        information = (white.T @ white)[at, at]
+        told = values > LEAST_SHARE * np.diag(information).max()
+        if not told.all() or _shares(block, information).max() < FORETOLD:
             out[at] = np.inf
             continue
         shift = vectors @ ((vectors.T @ pulled[at]) / values[:, None])
         out[at] += plain_rows[at] @ (spread @ (moved[:, at] @ shift))
     out[~np.repeat(used, d)] = 0.0
     return out.reshape(residual.shape)
+
+
+def _shares(left: Floats, information: Floats) -> Floats:
+    """Shares of a unit's information that are not its own, along the components that it measures, shape (d,)."""
+    size, axes = np.linalg.eigh(information)
+    unit = axes / np.sqrt(np.maximum(size, LEAST_SHARE * size.max()))
+    return np.asarray(np.linalg.eigvalsh(unit.T @ left @ unit))

@@ -4,6 +4,7 @@ At rest an accelerometer shows its own noise, lines and drift beside gravity, an
 specific force or a rate, and what two channels have in common by their electronics, or by a floor that shakes, is no
 sensitivity of the one to the other. Without a table such a regressor counts if its means over a second cover more than
 instruments at rest do by themselves: 0.1 m/s^2, as a tilt of 0.6 deg does, and 0.6 deg/s. Single knocks do not count.
+A vibration counts if its mean square over a second covers the square of that.
 """
 
 from __future__ import annotations
@@ -20,8 +21,12 @@ from insenv.identify.fit.problem import Problem
 AVERAGING = 1.0
 #: Quantiles between which they are.
 INNER = (0.01, 0.99)
-#: What they cover at least where something moves: of specific forces [m/s^2], of rates [rad/s].
-LEAST = {"force": (0.1, "specific force", "m/s^2"), "cross_rate": (0.01, "rate about the other axes", "rad/s")}
+#: What they cover at least where something moves: of specific forces [m/s^2] and their squares, of rates [rad/s].
+LEAST = {
+    "force": (0.1, "specific force", "m/s^2"),
+    "cross_rate": (0.01, "rate about the other axes", "rad/s"),
+    "vibration": (0.01, "mean square of the vibration", "(m/s^2)^2"),
+}
 #: Deviations of a mean by the white noise of its bins that real motion covers: the quantiles of noise cover 4.7.
 BEYOND = 8.0
 #: Angle from which on a table turned [rad].

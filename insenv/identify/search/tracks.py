@@ -49,13 +49,14 @@ class Refusal:
     """A hit that was significant, by itself or on other targets, and was not added; ``reason`` in words.
 
     ``fails`` says that it was so by itself, and that held-out data speak against it, ``unsized`` that its size is not
-    told.
+    told, ``of_box`` that it is a drift of several axes of the unit together.
     """
 
     hit: Hit
     reason: str
     fails: bool = False
     unsized: bool = False
+    of_box: bool = False
 
 
 @dataclass(frozen=True)

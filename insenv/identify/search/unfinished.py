@@ -3,6 +3,7 @@
 * An effect or a smooth curve that is significant on the fitted data and fails on the held-out ones: something is there
   that is not this.
 * An effect whose size is not told, and that is still significant beside all that was added.
+* A drift that axes of the unit have together, and that is not told on this one.
 * Tones at multiples of one frequency: one wave that is no sine, and has a cause that no tone names.
 * A curve without a cause beside effects that have one.
 * As many effects as are added at most.
@@ -14,6 +15,7 @@ import numpy as np
 
 from insenv.core.recording import Floats
 from insenv.identify.fit.problem import Problem
+from insenv.identify.search.one_box import DRIFTS
 from insenv.identify.search.tracks import MOST_ADDED, Track
 
 #: Tones at multiples of one frequency that are no chance.
@@ -28,6 +30,7 @@ def unfinished(track: Track, alpha: float) -> tuple[str, ...]:
     return (
         *_what_does_not_last(track),
         *_without_a_size(track, alpha),
+        *_of_the_box(track),
         *_waves(track),
         *_curves(track),
         *_as_many_as_may_be(track),
@@ -56,6 +59,14 @@ def _without_a_size(track: Track, alpha: float) -> tuple[str, ...]:
         for r in track.refusals
         if r.unsized and r.hit.candidate.effect.key in left and not (late and r.hit.candidate.effect.of_rate)
     )
+
+
+def _of_the_box(track: Track) -> tuple[str, ...]:
+    """A drift that axes of the unit have together and that this one may have."""
+    if any(step.hit.candidate.effect.key in DRIFTS for step in track.steps):
+        return ()
+    found = next((r for r in track.refusals if r.of_box), None)
+    return (f"axes of the unit drift together, and this one may as well: {found.reason}",) if found else ()
 
 
 def _waves(track: Track) -> tuple[str, ...]:

@@ -548,6 +548,16 @@ def test_each_left_out_is_what_a_fit_without_it_says() -> None:
         np.testing.assert_allclose(each[i], y[~keep] - x[~keep] @ other, rtol=1e-8)
 
 
+def test_a_rest_that_alone_tells_an_axis_does_not_speak_against_a_model() -> None:
+    """One rest alone has the second axis up: the others foretell nothing of it, and it judges no model."""
+    slopes = np.array([[1.0, 1e-3], [-1.0, 2e-3], [0.5, -1e-3], [0.3, 1.0], [0.9, 1e-3]])[:, None, :]
+    residual = np.array([0.1, -0.2, 0.1, 0.0, 0.1])[:, None]
+    inverse = np.asarray(np.linalg.inv(slopes[:, 0].T @ slopes[:, 0]), np.float64)
+    each = left_out(np.eye(5), residual, slopes, inverse, np.ones(5, dtype=bool))
+    assert np.isinf(each[3]).all()
+    assert np.isfinite(np.delete(each, 3)).all()
+
+
 def test_a_hand_that_trembles_and_a_unit_that_settles_do_not_hide_the_scale_factor() -> None:
     """Half of 24 rests by hand, all with settling: the gyros' whole matrix as from rests on a bench."""
     matrix = scales(6e-3, -5e-3, 4e-3) + tied(4e-3, -4e-3, 3e-3)
