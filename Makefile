@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 # Two workers share the machine; threads inside each would only fight over its cores.
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 NUMBA_NUM_THREADS=1
 
-.PHONY: help demo test check format pages bench constraints clean
+.PHONY: help demo test browser check format pages bench constraints clean
 .DEFAULT_GOAL := help
 
 help:
@@ -24,6 +24,9 @@ demo: $(VENV)/.installed-demo
 
 test: $(VENV)/.installed-test
 	@$(ONE_THREAD) MPLBACKEND=Agg $(BIN)/python -m pytest -n 2 --dist worksteal
+
+# Where a browser is: the tests of pages run in it, else they skip and say so.
+browser: $(VENV)/.installed-browser
 
 check: $(VENV)/.installed-check
 	$(BIN)/ruff format --check .
@@ -49,7 +52,7 @@ bench: $(VENV)/.installed-test
 constraints: $(VENV)/.uv
 	@$(pip_settings); \
 	printf 'uv\nhatchling\neditables\n' | $(BIN)/uv pip compile pyproject.toml - --universal --upgrade \
-		--no-header --no-annotate $(foreach e,io dist design render test dev docs,--extra $(e)) \
+		--no-header --no-annotate $(foreach e,io dist design render browser test dev docs,--extra $(e)) \
 		--output-file constraints.txt --quiet
 
 clean:
@@ -60,6 +63,7 @@ clean:
 
 EXTRAS_demo := .
 EXTRAS_test := .[test]
+EXTRAS_browser := .[browser]
 EXTRAS_check := .[test,dev,docs]
 
 # uv reads the proxies and certificates of the environment, but none of pip's settings. Those that say where

@@ -57,6 +57,7 @@ from insenv.identify.search.tracks import Step, Track
 from insenv.identify.search.twins import told, told_rarer, twins
 from insenv.identify.search.unfinished import unfinished
 from insenv.identify.search.vibration import went_away
+from insenv.identify.switches import Asked
 
 #: Held-out error in scatters of the fitted noise from which on a word is said.
 WANDER = 2.0
@@ -182,6 +183,7 @@ def _target(
         derived=derived(plain, before, track, earth),
         cautions=(*_incredible(problem, own), *cautions(earth), *_wander(scores[1])),
         covariance=covariance(problem, track.fit),
+        switchable=Asked(track),
     )
 
 

@@ -5,8 +5,8 @@ All numbers are SI. Nothing here computes; `insenv.identify.loop` fills it, `ins
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -199,10 +199,80 @@ class Traces:
 
 
 @dataclass(frozen=True)
+class Switch:
+    """An effect that a reader may take into the model or out of it, at the shape at which it was found or tried.
+
+    ``role`` is "declared", "added", "rival" (of the effect ``of``) or "refused"; ``shape`` has name, value and SI unit.
+    """
+
+    effect: str
+    role: str
+    of: str = ""
+    shape: tuple[tuple[str, float, str], ...] = ()
+
+
+@dataclass(frozen=True)
+class Switchable:
+    """The bins of one target and the columns of every effect that was found or tried: enough to fit any of them anew.
+
+    The bins are those of `Traces`. What is measured is ``Traces.after + columns @ theta``.
+
+    Attributes
+    ----------
+    switches : tuple of Switch
+    columns : ndarray, shape (bins, p)
+        Regressors in the unit of the target for one SI unit of the coefficient.
+    of : tuple of int
+        Index of the switch of each column.
+    labels : tuple of (name, SI unit)
+    prior, theta : ndarray, shape (p,)
+        Standard deviation of the prior, and the coefficient in the final model, zero where it is not in it.
+    free : tuple of int
+        Bins that no model has to explain.
+    blocks : tuple of (run from 1, first bin, end, whether it is fitted, bins from end to end of the run)
+    width : float
+        Of a bin [s].
+    most : tuple of float, optional
+        Largest power of each noise term.
+    noise : tuple of str
+        The noise terms.
+    lam, spectra : ndarray, shapes (k,) and (k, terms)
+        Variance of a mode of eigenvalue ``lam`` for a unit of each noise term's power.
+    rows : ndarray of int, shape (bins, 2)
+        First row of each bin and the one after its last, counted through all runs.
+    known : tuple of (which switches are on, powers of the noise)
+        The fitted noise of the declared model, of the final one, and of that with one switch turned.
+    own_level : bool
+        Whether a run without fitted bins has a level (and a scale factor) of its own.
+    cleaned : tuple of str
+        What was taken out of the samples before the bins were made, and cannot be switched.
+    """
+
+    switches: tuple[Switch, ...]
+    columns: Floats
+    of: tuple[int, ...]
+    labels: tuple[tuple[str, str], ...]
+    prior: Floats
+    theta: Floats
+    free: Sequence[int]
+    blocks: tuple[tuple[int, int, int, bool, int], ...]
+    width: float
+    most: tuple[float, ...] | None
+    noise: tuple[str, ...]
+    lam: Floats
+    spectra: Floats
+    rows: NDArray[np.int64]
+    known: tuple[tuple[tuple[bool, ...], tuple[float, ...]], ...]
+    own_level: bool
+    cleaned: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class TargetFindings:
     """All that was found on one target channel.
 
     ``cautions`` say, in sentences, which of the figures may be wrong by more than their standard deviations.
+    ``switchable`` gives what a reader may fit anew; it takes some fits, so a report asks for it and nothing else does.
     """
 
     target: str
@@ -223,6 +293,7 @@ class TargetFindings:
     derived: tuple[Derived, ...] = ()
     cautions: tuple[str, ...] = ()
     covariance: Covariance | None = None
+    switchable: Callable[[], Switchable | None] = field(default=lambda: None, compare=False, repr=False)
 
 
 @dataclass(frozen=True)

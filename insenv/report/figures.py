@@ -35,7 +35,7 @@ Binning = Callable[[Floats], Bins]
 def against_time(target: TargetFindings, narrow: bool = False) -> Figure:
     """Residual against time: before and after on one scale, below it after enlarged; held-out shaded."""
     figure = _figure(_PANEL if narrow else _WIDE)
-    line, label = _timeline(target)
+    line, label = time_of(target)
     axes = _rows(figure, target)
     for ax in axes:
         draw.shade(ax, line, target.traces.held_out)
@@ -52,10 +52,10 @@ def against(target: TargetFindings, covariate: str) -> Figure:
     What is joined against temperature is time: a bias that follows it late runs through a loop.
     """
     figure = _figure(_PANEL)
-    x, label = _covariate(covariate, target.traces.covariates[covariate])
+    x, label = covariate_of(covariate, target.traces.covariates[covariate])
     axes = _rows(figure, target)
     if covariate == "temperature" and len(x) >= _FEW:
-        line, _ = _timeline(target)
+        line, _ = time_of(target)
         _pair(axes, x, target, lambda y: paths(line, x, y, target.traces.held_out, _PATH))
         for ax in axes:
             ax.plot([], [], color=draw.FITTED, lw=1.3, ls=draw.DOTTED, label="held out")
@@ -80,14 +80,14 @@ def covariates(target: TargetFindings) -> tuple[str, ...]:
 def spectrum(target: TargetFindings) -> Figure:
     """Root spectral density of the residual before and after, fitted and declared noise."""
     figure = _figure(_PANEL)
-    _spectrum(figure.add_subplot(), target.spectra, _unit(target), _changed(target))
+    _spectrum(figure.add_subplot(), target.spectra, unit_of(target), _changed(target))
     return figure
 
 
 @draw.style()
 def allan(target: TargetFindings) -> Figure:
     """Allan deviation of the residual before and after with its 68 % band, fitted and declared noise."""
-    figure, s, unit = _figure(_PANEL), target.spectra, _unit(target)
+    figure, s, unit = _figure(_PANEL), target.spectra, unit_of(target)
     ax = figure.add_subplot()
     if _changed(target):
         draw.curve(ax, s.tau, s.allan_before, unit, color=draw.BEFORE, lw=1.5, marker="o", ms=2.6, label="before")
@@ -124,8 +124,8 @@ def overview(target: TargetFindings) -> Figure:
     """One wide picture: residual before and after against time, and its spectrum."""
     figure = _figure(_README)
     left, right = figure.subplots(1, 2, width_ratios=(1.75, 1))
-    line, label = _timeline(target)
-    unit = _unit(target)
+    line, label = time_of(target)
+    unit = unit_of(target)
     draw.shade(left, line, target.traces.held_out)
     _both(left, line.x, target, _in_time(line))
     draw.mark_runs(left, line)
@@ -153,7 +153,7 @@ def _in_time(line: Timeline) -> Binning:
 
 def _pair(axes: Sequence[Axes], x: Floats, target: TargetFindings, binning: Binning) -> None:
     """Before and after on the first axes, after alone on the second."""
-    unit = _unit(target)
+    unit = unit_of(target)
     _both(axes[0], x, target, binning)
     if len(axes) > 1:
         after = unit.each(target.traces.after)
@@ -167,7 +167,7 @@ def _pair(axes: Sequence[Axes], x: Floats, target: TargetFindings, binning: Binn
 
 def _both(ax: Axes, x: Floats, target: TargetFindings, binning: Binning) -> None:
     """Before and after on the same axes: points, and means in bins."""
-    unit = _unit(target)
+    unit = unit_of(target)
     before, after = unit.each(target.traces.before), unit.each(target.traces.after)
     if _changed(target):
         _residual(ax, x, before, binning, (draw.BEFORE, draw.BEFORE_MEAN), "before")
@@ -214,13 +214,13 @@ def _after_label(target: TargetFindings) -> str:
     return "after, 68 % band" if _changed(target) else "residual, 68 % band"
 
 
-def _unit(target: TargetFindings) -> Unit:
+def unit_of(target: TargetFindings) -> Unit:
     """One unit for all pictures of a target, by the size of its residual before."""
     size = np.abs(target.traces.before[np.isfinite(target.traces.before)])
     return unit_for(target.held_out.unit, float(np.quantile(size, 0.9)) if len(size) else 0.0)
 
 
-def _timeline(target: TargetFindings) -> tuple[Timeline, str]:
+def time_of(target: TargetFindings) -> tuple[Timeline, str]:
     """All runs on one axis, in a unit of time that suits them, and the label of the axis."""
     line = timeline(target.traces)
     seconds, label = _time_unit(float(np.ptp(line.x)) if len(line.x) else 0.0)
@@ -235,7 +235,7 @@ def _time_unit(length: float) -> tuple[float, str]:
     return (60.0, "min") if length <= 3 * 3600 else (3600.0, "h")
 
 
-def _covariate(name: str, values: Floats) -> tuple[Floats, str]:
+def covariate_of(name: str, values: Floats) -> tuple[Floats, str]:
     """Values of a covariate to be drawn, and the label of its axis."""
     if name == "temperature":
         return values - ZERO_CELSIUS, "temperature [°C]"

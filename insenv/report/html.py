@@ -20,7 +20,7 @@ from insenv.identify.findings import (
     Rejected,
     TargetFindings,
 )
-from insenv.report import estimates, found, sentences, words
+from insenv.report import estimates, explore, found, sentences, words
 from insenv.report.page import rendered
 from insenv.report.quantities import number, p_value, percent, span
 
@@ -67,9 +67,16 @@ def write_html(findings: Findings, path: str | os.PathLike[str]) -> Path:
 
 def to_html(findings: Findings) -> str:
     """``findings`` as one self-contained HTML page; every text from a file is escaped."""
+    from markupsafe import Markup
+
+    data, switched = explore.data(findings)
     return rendered(
         "report.html.j2",
         findings.filing,
+        explore.scripts() if data else (),
+        explore.style() if data else "",
+        data=Markup(data),
+        switched=switched,
         title=findings.title or findings.manifest,
         findings=findings,
         overall=sentences.overall(findings),

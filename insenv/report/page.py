@@ -19,7 +19,12 @@ from insenv.core.filing import Filing, command
 
 
 def rendered(
-    template: str, filing: Filing | None = None, scripts: tuple[str, ...] = (), connect: bool = False, **content: Any
+    template: str,
+    filing: Filing | None = None,
+    scripts: tuple[str, ...] = (),
+    more_style: str = "",
+    connect: bool = False,
+    **content: Any,
 ) -> str:
     """One self-contained HTML page from a template of this package; every text from a file is escaped.
 
@@ -30,6 +35,8 @@ def rendered(
         What the head says of the recording.
     scripts : tuple of str
         Texts of the scripts that the page has inline, each as it stands between its tags.
+    more_style : str
+        What they bring for the stylesheet.
     connect : bool
         Whether the page asks the server that it came from; else it asks nobody.
     **content
@@ -45,7 +52,7 @@ def rendered(
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    style = stylesheet()
+    style = stylesheet() + more_style
     return environment.get_template(template).render(
         style=Markup(style),
         policy=policy(style, scripts, connect),

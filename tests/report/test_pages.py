@@ -7,6 +7,7 @@ import hashlib
 import json
 import re
 from dataclasses import replace
+from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from made_findings import nothing_significant, one_target
 from insenv.core.errors import InputError
 from insenv.core.filing import Filing, command, hashed, run_as
 from insenv.data.manifest import load_manifest
-from insenv.report import to_html, to_json
+from insenv.report import explore, to_html, to_json
 from insenv.report.drawing import PALETTE
 from insenv.report.page import stylesheet
 
@@ -83,13 +84,13 @@ def test_a_page_may_run_and_load_nothing_but_its_own() -> None:
 
 def test_the_head_of_a_page_is_what_a_laboratory_files(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("time,gyro\n0,0\n")
-    files = hashed([tmp_path / "a.csv", tmp_path / "a.csv", tmp_path / "gone.csv"])
+    data = hashed([tmp_path / "a.csv", tmp_path / "a.csv", tmp_path / "gone.csv"])
     sha = hashlib.sha256(b"time,gyro\n0,0\n").hexdigest()
-    assert [(one.name, one.sha256) for one in files] == [("a.csv", sha)]
+    assert [(one.name, one.sha256) for one in data] == [("a.csv", sha)]
     before = command()
     try:
         run_as(["close-loop", "my run.toml"])
-        made = replace(one_target(60), filing=Filing("<b>Operator", "SN 42", "laboratory", "2026-11-22", files))
+        made = replace(one_target(60), filing=Filing("<b>Operator", "SN 42", "laboratory", "2026-11-22", data))
         document, text = to_json(made), to_html(made)
     finally:
         run_as(before.split()[1:])
@@ -99,6 +100,20 @@ def test_the_head_of_a_page_is_what_a_laboratory_files(tmp_path: Path) -> None:
     for shown in ("&lt;b&gt;Operator", "SN 42", "laboratory", "2026-11-22", sha, "close-loop"):
         assert shown in text
     json.dumps(document)
+
+
+def test_what_comes_from_elsewhere_is_as_it_was() -> None:
+    folder = files("insenv.report").joinpath("vendor")
+    named = re.findall(r"`(uPlot\.[\w.]+)` \| `([0-9a-f]{64})`", folder.joinpath("README.md").read_text("utf-8"))
+    assert len(named) == 3
+    for name, sha in named:
+        assert hashlib.sha256(folder.joinpath(name).read_bytes()).hexdigest() == sha, name
+
+
+def test_the_pages_own_script_is_small_and_makes_no_markup_of_texts() -> None:
+    own = "".join(explore.scripts()[1:])
+    assert len(own.encode()) <= 40_000
+    assert not re.search(r"innerHTML|outerHTML|insertAdjacent|document\.write|eval\(|fetch\(|XMLHttp|import\(", own)
 
 
 MANIFEST = """

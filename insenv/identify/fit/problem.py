@@ -345,15 +345,20 @@ def _scales(stack: _Stack) -> tuple[Floats, Floats]:
     return scales, (1 / (sd * scales)) ** 2
 
 
+def free_bins(problem: Problem) -> list[int]:
+    """Bins that no model has to explain: outliers, and the ends of the longest fitted blocks."""
+    longest = sorted(problem.fitted, key=lambda b: -b.n)[:MOST_FREE_ENDS]
+    ends = {edge for b in longest if b.n >= 8 for edge in (b.start, b.stop - 1)}
+    return sorted(ends | set(problem.outliers))
+
+
 def _free_bins(problem: Problem) -> tuple[Floats, Floats]:
     """Columns that free the first and the last bin of the longest fitted blocks, and outliers.
 
     An error of angle enters the means on both sides of an edge with opposite signs, but only one of them at the ends of
     a block. Modes are independent once those two means are free; otherwise quantisation there looks like a warm-up.
     """
-    longest = sorted(problem.fitted, key=lambda b: -b.n)[:MOST_FREE_ENDS]
-    ends = {edge for b in longest if b.n >= 8 for edge in (b.start, b.stop - 1)}
-    bins = sorted(ends | set(problem.outliers))
+    bins = free_bins(problem)
     columns = np.zeros((problem.bins.n, len(bins)))
     columns[bins, np.arange(len(bins))] = 1.0
     changed = transform(problem.fitted, columns)

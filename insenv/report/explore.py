@@ -1,0 +1,186 @@
+"""What the explorable report needs of each target, as JSON that a page can hold.
+
+An array is whole numbers times a step, chosen so fine that no figure feels it (`FINE` of the residual); its differences
+are deflated, which makes a smooth column a few hundred bytes.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import zlib
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+
+from insenv.core.recording import Floats
+from insenv.identify.findings import Estimate, Findings, Switch, Switchable, TargetFindings
+from insenv.report import figures, words
+from insenv.report.quantities import p_value, unit_for
+
+#: Steps of arrays, as shares of the residual: of columns times their coefficients, of the residual itself.
+FINE, RESIDUAL = 1e-4, 1e-4
+#: Step of a column as a share of it, at least: columns that span each other must do so still.
+FINEST = 1e-6
+#: Largest whole number.
+_MOST = 2**30
+
+Block = dict[str, Any]
+
+
+def data(findings: Findings) -> tuple[str, tuple[str, ...]]:
+    """JSON of all targets that have something to switch, safe inside ``<script>``, and their ids; "" where none has."""
+    found = [_target(target, index) for index, target in enumerate(findings.targets, 1)]
+    targets = [one for one in found if one is not None]
+    if not targets:
+        return "", ()
+    text = json.dumps({"targets": targets}, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c"), tuple(one["id"] for one in targets)
+
+
+def scripts() -> tuple[str, ...]:
+    """The scripts of the page: uPlot, the fit, the page's own."""
+    here = files("insenv.report")
+    plot = here.joinpath("vendor/uPlot.iife.min.js").read_text("utf-8")
+    return plot, *(
+        _lean(here.joinpath(f"templates/{name}.js").read_text("utf-8")) for name in ("gls", "problem", "explore")
+    )
+
+
+def style() -> str:
+    """The stylesheet of uPlot."""
+    return files("insenv.report").joinpath("vendor/uPlot.min.css").read_text("utf-8")
+
+
+def _lean(script: str) -> str:
+    """A script without its comments, its indentation and the spaces that a reader likes."""
+    lines = (re.sub(r"(^| )// .*", "", line.strip()) for line in script.splitlines())
+    text = "\n".join(line for line in lines if line) + "\n"
+    return re.sub(r"""(`[^`]*`|'[^'\n]*')| *([,;{}()=<>?:&|*]) *""", lambda found: found[1] or found[2], text)
+
+
+def _target(target: TargetFindings, index: int) -> Block | None:
+    model, traces = target.switchable(), target.traces
+    size = float(np.sqrt(np.mean(traces.after**2))) if len(traces.after) else 0.0
+    arrays = (traces.after,) if model is None else (traces.after, model.columns)
+    if model is None or not size > 0 or not all(np.isfinite(one).all() for one in arrays):
+        return None
+    unit = figures.unit_of(target)
+    line, label = figures.time_of(target)
+    steps = _steps(model, size)
+    packed = _Packed()
+    packed.add("after", traces.after, RESIDUAL * size)
+    packed.add("x", line.x, 1e-3 * _step(line.x))
+    packed.add("t", traces.t, 1e-4 * model.width)
+    packed.add("first", model.rows[:, 0].astype(float), 1.0)
+    packed.add("end", model.rows[:, 1].astype(float), 1.0)
+    against = []
+    for name in figures.covariates(target):
+        values, axis = figures.covariate_of(name, traces.covariates[name])
+        packed.add(name, values, 1e-4 * float(np.ptp(values)))
+        against.append({"name": name, "label": axis})
+    for k, step in enumerate(steps):
+        packed.add(f"c{k}", model.columns[:, k], step)
+    shown = [_coefficient(model, k) for k in range(len(model.of))]
+    return {
+        "id": f"t{index}",
+        "target": target.target,
+        "unit": unit.label,
+        "factor": unit.factor,
+        "n": len(traces.after),
+        "width": model.width,
+        "timeLabel": label,
+        "several": len(line.runs) > 1,
+        "against": against,
+        "switches": [_switch(one, target) for one in model.switches],
+        "columns": [{"s": s, **column} for s, column in zip(model.of, shown, strict=True)],
+        "free": list(model.free),
+        "blocks": [
+            {"run": run, "start": start, "n": stop - start, "fitted": fitted, "span": span}
+            for run, start, stop, fitted, span in model.blocks
+        ],
+        "most": None if model.most is None else list(model.most),
+        "terms": list(model.noise),
+        "lam": [float(model.lam[0]), float(model.lam[-1]), len(model.lam)],
+        "spectra": np.round(np.log(model.spectra), 6).T.tolist(),
+        "known": [["".join("01"[on] for on in state), list(power)] for state, power in model.known],
+        "ownLevel": model.own_level,
+        "cleaned": list(model.cleaned),
+        "heldOut": [target.held_out.before, target.held_out.after, target.held_out.noise_floor],
+        "parts": packed.parts,
+        "data": packed.text(),
+    }
+
+
+def _steps(model: Switchable, size: float) -> list[float]:
+    """Steps of the columns: times the largest coefficient that counts, they are `FINE` of the residual."""
+    fitted = np.concatenate([np.arange(start, stop) for _, start, stop, own, _ in model.blocks if own])
+    scale = np.sqrt(np.mean(model.columns[fitted] ** 2, axis=0))
+    # A coefficient that was not fitted is taken for one that would be thirty times the residual.
+    wanted = np.maximum(np.abs(model.theta), 30 * size / np.maximum(scale, 1e-300))
+    step = FINE * size / wanted
+    step = np.minimum(step, FINEST * np.where(scale > 0, scale, 1.0))
+    largest = np.abs(model.columns).max(axis=0, initial=0.0)
+    return np.maximum(step, np.maximum(largest, 1e-300) / _MOST).tolist()
+
+
+def _coefficient(model: Switchable, k: int) -> Block:
+    name, si = model.labels[k]
+    value = float(model.theta[k])
+    unit = unit_for(si, value if value else float(model.prior[k]))
+    prior = float(model.prior[k])
+    return {
+        "name": name, "unit": unit.label, "per": unit.factor, "theta": value,
+        "prior": prior if np.isfinite(prior) else None,
+    }  # fmt: skip
+
+
+def _switch(one: Switch, target: TargetFindings) -> Block:
+    note = ""
+    if one.role == "added":
+        note = next((f"p {p_value(a.p_value)}" for a in target.added if words.key_of(a) == one.effect), "")
+    if one.role == "refused":
+        note = next((r.reason for r in target.rejected if r.effect == one.effect), "")
+    return {
+        "key": one.effect,
+        "name": words.name(one.effect),
+        "role": one.role,
+        "of": one.of,
+        "note": note,
+        "shape": ", ".join(_shape(*row) for row in one.shape),
+    }
+
+
+def _shape(name: str, value: float, unit: str) -> str:
+    from insenv.report.estimates import value as shown
+
+    return f"{name} = {shown(Estimate('', name, value, float('nan'), unit))}"
+
+
+def _step(x: Floats) -> float:
+    return float(np.median(np.abs(np.diff(x)))) if len(x) > 1 else 1.0
+
+
+class _Packed:
+    """Arrays of whole numbers, one after the other: names with lengths and steps, and their bytes."""
+
+    def __init__(self) -> None:
+        self.parts: list[tuple[str, int, float]] = []
+        self._bytes: list[bytes] = []
+
+    def add(self, name: str, values: Floats, step: float) -> None:
+        """Add ``values`` to within half a ``step``."""
+        step = step if step > 0 else 1.0
+        finite = np.where(np.isfinite(values), values, 0.0)
+        whole = np.rint(finite / max(step, float(np.abs(finite).max(initial=0.0)) / _MOST)).astype(np.int64)
+        step = max(step, float(np.abs(finite).max(initial=0.0)) / _MOST)
+        change = np.diff(whole, prepend=0)
+        zigzag = np.where(change < 0, -2 * change - 1, 2 * change).astype("<u4")
+        self._bytes.append(zigzag.view(np.uint8).reshape(-1, 4).T.tobytes())
+        self.parts.append((name, len(values), step))
+
+    def text(self) -> str:
+        """All of them, deflated, in base 64."""
+        return base64.b64encode(zlib.compress(b"".join(self._bytes), 9)).decode()

@@ -1,0 +1,214 @@
+"""The explorable report in a real browser: offline, by keyboard, on a telephone, on paper; figures as the engine's."""
+
+from __future__ import annotations
+
+import pickle
+import re
+import shutil
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from made_findings import nothing_significant
+
+from insenv import datasets
+from insenv.close import close
+from insenv.identify.findings import Findings, TargetFindings
+from insenv.identify.fit.gls import solve
+from insenv.identify.fit.heldout import held_out_score
+from insenv.identify.switches import Asked, offered
+from insenv.report import to_html
+
+sync_api = pytest.importorskip("playwright.sync_api", reason="no playwright here: pip install insenv[browser]")
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here (Debian: apt install chromium)")
+
+EVIL = "</script><img src=x onerror=evil()><script>evil()</script> {{ 7 * 7 }}"
+#: Largest relative difference of held-out errors; of models whose noise the page fits by itself.
+SAME, ALIKE = 1e-4, 2e-3
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with sync_api.sync_playwright() as play:
+        chromium = play.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory: pytest.TempPathFactory) -> Findings:
+    """Two gyros at rest through a slow warming: one follows it, the other steps; 800 rows with a gap."""
+    folder, rng = tmp_path_factory.mktemp("explorable"), np.random.default_rng(4)
+    t = np.arange(800) * 0.5
+    t[500:] += 60.0
+    warm = 25 + 8 * np.sin(t / 80)
+    x = 1e-4 + 4e-6 * (warm - 25) + rng.normal(0, 2e-5, len(t))
+    y = -2e-4 + 6e-5 * (t > 120) + rng.normal(0, 2e-5, len(t))
+    head = 't,"x, <b>","y",T </script><script>evil()</script>'.replace('"x, <b>"', "x <b>").replace('"', "")
+    np.savetxt(folder / "a.csv", np.column_stack([t, x, y, warm]), delimiter=",", header=head, comments="", fmt="%.12g")
+    temperature = head.split(",")[3]
+    (folder / "<run>.toml").write_text(f'''
+title = "{EVIL.replace('"', "'")}"
+data = "a.csv"
+[channels]
+time = {{ column = "t", unit = "s" }}
+gyro_x = {{ column = "x <b>", unit = "rad/s" }}
+gyro_y = {{ column = "y", unit = "rad/s" }}
+temperature = {{ column = "{temperature}", unit = "degC" }}
+[model]
+target = ["gyro_x", "gyro_y"]
+declared = ["bias"]
+[report]
+operator = "{EVIL.replace('"', "'")}"
+''')
+    return close(folder / "<run>.toml", effects=("bias_temperature", "bias_step"))
+
+
+@pytest.fixture(scope="module")
+def path(found: Findings, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("page") / "report.html"
+    path.write_text(to_html(found), "utf-8")
+    return path
+
+
+class Visit:
+    """A page in a context of its own, offline; what it said and asked for."""
+
+    def __init__(self, browser: Any, path: Path, address: str = "", **context: Any) -> None:
+        self.said: list[str] = []
+        self.asked: list[str] = []
+        self.context = browser.new_context(offline=True, **context)
+        self.page = self.context.new_page()
+        self.page.on("console", lambda message: self.said.append(message.text))
+        self.page.on("pageerror", lambda error: self.said.append(str(error)))
+        self.page.on("request", lambda request: self.asked.append(request.url))
+        self.page.goto(path.as_uri() + address)
+        if "explorer" in path.read_text("utf-8").partition("<main>")[2]:
+            self.page.wait_for_selector("html[data-ready]")
+
+    def __enter__(self) -> Visit:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.context.close()
+        assert self.said == [] and len(self.asked) == 1, (self.said, self.asked)
+
+    def rms(self, ident: str) -> float:
+        return float(self.page.get_attribute(f"#{ident}-explore", "data-rms"))
+
+
+def _engine(target: TargetFindings, turned: tuple[int, ...] = ()) -> float:
+    """Held-out error of the final model with some switches turned, by the engine."""
+    assert isinstance(target.switchable, Asked)
+    track = target.switchable.track
+    terms, switches = offered(track)
+    final = [one.role in ("declared", "added") for one in switches]
+    model = tuple(term for k, (term, on) in enumerate(zip(terms, final, strict=True)) if on != (k in turned))
+    return held_out_score(track.problem, solve(track.problem, model)).rms
+
+
+def _compare(visit: Visit, found: Findings) -> None:
+    """Each switch, and each two that follow each other, give the engine's held-out error."""
+    for number, target in enumerate(found.targets, 1):
+        ident = f"t{number}"
+        if len(found.targets) > 1:
+            visit.page.click(f'[role=tab][aria-controls="{ident}"]')
+        visit.page.wait_for_selector(f"#{ident}-explore[data-rms]")
+        assert visit.rms(ident) == pytest.approx(_engine(target), rel=SAME)
+        boxes = visit.page.query_selector_all(f"#{ident}-explore [data-switch]")
+        for k, box in enumerate(boxes):
+            box.click()
+            assert visit.rms(ident) == pytest.approx(_engine(target, (k,)), rel=SAME), (target.target, k)
+            if k + 1 < len(boxes):
+                boxes[k + 1].click()
+                expected = _engine(target, (k, k + 1))
+                assert visit.rms(ident) == pytest.approx(expected, rel=ALIKE), (target.target, k)
+                boxes[k + 1].click()
+            box.click()
+
+
+def test_every_switch_gives_the_engines_error_on_held_out_data(browser: Any, path: Path, found: Findings) -> None:
+    assert {one.effect for target in found.targets for one in target.added} == {"bias_temperature", "bias_step"}
+    with Visit(browser, path) as visit:
+        _compare(visit, found)
+        assert visit.page.evaluate("document.documentElement.dataset.ready") == "yes"
+
+
+def test_pickled_findings_give_the_same_page(found: Findings, path: Path) -> None:
+    assert to_html(pickle.loads(pickle.dumps(found))) == path.read_text("utf-8")
+
+
+def test_names_from_files_are_texts(browser: Any, path: Path) -> None:
+    with Visit(browser, path) as visit:
+        assert visit.page.inner_text("h1") == EVIL
+        assert visit.page.query_selector("img") is None
+        assert visit.page.evaluate("typeof evil") == "undefined"
+
+
+def test_everything_is_reached_by_keyboard_and_kept_in_the_address(browser: Any, path: Path, found: Findings) -> None:
+    with Visit(browser, path) as visit:
+        page = visit.page
+        page.focus("[role=tab][aria-selected=true]")
+        page.keyboard.press("ArrowRight")
+        page.wait_for_selector("#t2-explore[data-rms]")
+        assert page.is_hidden("#t1") and page.get_attribute("[role=tab] >> nth=1", "aria-selected") == "true"
+        page.focus("#t2-explore [data-switch]")
+        page.keyboard.press("Space")
+        page.focus("#t2-explore .plot[tabindex]")
+        for key in ("ArrowRight", "ArrowRight", "+"):
+            page.keyboard.press(key)
+        assert "this model" in page.inner_text("#t2-explore .readout")
+        page.click("#t2-explore >> text=Copy as [held_out]")
+        rows = tomllib.loads(page.input_value("#t2-explore textarea"))["held_out"]["rows"]
+        assert rows and all(0 <= first < end <= 800 for first, end in rows)
+        page.click("#t2-explore >> text=Copy as CSV")
+        lines = page.input_value("#t2-explore textarea").splitlines()
+        assert lines[0].startswith("run,time [s],declared model") and len({line.count(",") for line in lines}) == 1
+        address, error = page.evaluate("location.hash"), visit.rms("t2")
+    with Visit(browser, path, address) as visit:
+        assert visit.page.is_visible("#t2") and visit.rms("t2") == error
+        assert error == pytest.approx(_engine(found.targets[1], (0,)), rel=SAME)
+        assert visit.page.evaluate("location.hash") == address
+
+
+def test_a_telephone_the_dark_and_paper(browser: Any, path: Path, tmp_path: Path) -> None:
+    plain = tmp_path / "plain.html"
+    plain.write_text(to_html(nothing_significant()), "utf-8")
+    for place in (path, plain):
+        with Visit(browser, place, viewport={"width": 390, "height": 800}, color_scheme="dark") as visit:
+            assert visit.page.evaluate("document.documentElement.scrollWidth") <= 390
+            assert visit.page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(20, 24, 29)"
+            visit.page.emulate_media(media="print", color_scheme="dark")
+            assert visit.page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+            for section in visit.page.query_selector_all("section[data-target]"):
+                assert section.is_visible() and section.query_selector("figure svg").is_visible()
+            for explorer in visit.page.query_selector_all(".explorer"):
+                assert explorer.is_hidden()
+
+
+def test_without_script_the_pictures_are_there(browser: Any, path: Path) -> None:
+    context = browser.new_context(offline=True, java_script_enabled=False)
+    page = context.new_page()
+    page.goto(path.as_uri())
+    assert page.is_visible("#t1 figure svg") and page.is_visible("#t2 figure svg") and page.is_hidden("#t1-explore")
+    context.close()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "most"), [("psins_lasergyro", 500_000), ("tofupilot_thermal", 1_000_000), ("ln100_updown", 1_000_000)]
+)
+def test_measured_recordings(browser: Any, tmp_path: Path, name: str, most: int) -> None:
+    if datasets.locate(name) is None:
+        pytest.skip(f"{name} is not here: insenv datasets --fetch {name}")
+    found = close(name)
+    text = to_html(found)
+    assert len(text.encode()) <= most
+    (tmp_path / "page.html").write_text(text, "utf-8")
+    assert re.search(r'class="explorer"', text)
+    with Visit(browser, tmp_path / "page.html") as visit:
+        _compare(visit, found)
