@@ -17,11 +17,11 @@ from insenv.identify.fit.problem import NOISE_TERMS, Problem, Term, free_bins
 from insenv.identify.search.tracks import Track
 
 #: Refused effects that can be tried, the likeliest ones; rivals of one effect.
-MOST_REFUSED, MOST_RIVALS = 5, 3
+MOST_REFUSED, MOST_RIVALS = 4, 3
 #: Bins beyond which refused ones are left out, and free bins beyond which nothing is switched: the file would be large.
 MOST_BINS, MOST_FREE = 12000, 60
 #: Eigenvalues at which the spectra of the noise are told.
-SPECTRUM = 500
+SPECTRUM = 200
 
 
 @dataclass(frozen=True)

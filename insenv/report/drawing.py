@@ -10,6 +10,7 @@ from typing import Any
 import matplotlib.style
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path as MplPath
 from matplotlib.ticker import (
@@ -47,8 +48,8 @@ _STYLE = {
     "axes.facecolor": "none", "legend.framealpha": 0.0, **dict.fromkeys(_INK, FITTED),
 }  # fmt: skip
 
-#: Points of a cloud that are drawn, and the share of those furthest out that are drawn in addition.
-MOST_POINTS, FAR = 500, 0.005
+#: Points of a cloud that are drawn for each inch of a picture, and the share of all that are drawn for being far out.
+POINTS, FAR = 36, 0.005
 #: Line of what is held out, where it cannot be shaded.
 DOTTED = (0, (1, 1.2))
 #: Share of a step by which what is drawn of many points goes on from one to the next.
@@ -64,21 +65,22 @@ def style() -> Iterator[None]:
 
 def cloud(ax: Axes, x: Floats, y: Floats, color: str) -> None:
     """Points, fainter and smaller the more there are: every so many-th, and all that lie far out."""
-    shown = _thinned(y)
+    width = ax.figure.get_figwidth() if isinstance(ax.figure, Figure) else 5.0
+    shown = _thinned(y, round(POINTS * width))
     crowd = 500 / max(int(np.count_nonzero(shown)), 1)
-    width, alpha = float(np.clip(3.2 * np.sqrt(crowd), 1.3, 3.4)), float(np.clip(crowd, 0.3, 0.65))
+    stroke, alpha = float(np.clip(3.2 * np.sqrt(crowd), 1.3, 3.4)), float(np.clip(crowd, 0.3, 0.65))
     # Strokes without length and with round ends: one path, a tenth of the size of markers.
     points = np.repeat(np.column_stack([x, y])[shown & np.isfinite(x) & np.isfinite(y)], 2, axis=0)
     codes = np.tile([MplPath.MOVETO, MplPath.LINETO], len(points) // 2)
     path = MplPath(points, codes)
     path.should_simplify = False
-    ax.add_patch(PathPatch(path, fill=False, ec=color, lw=width, alpha=alpha, capstyle="round", zorder=2))
+    ax.add_patch(PathPatch(path, fill=False, ec=color, lw=stroke, alpha=alpha, capstyle="round", zorder=2))
     ax.autoscale_view()
 
 
-def _thinned(y: Floats) -> NDArray[np.bool_]:
-    """Which of many values are drawn: `MOST_POINTS` of them, and the furthest from the middle in addition."""
-    share = MOST_POINTS / max(len(y), 1)
+def _thinned(y: Floats, most: int) -> NDArray[np.bool_]:
+    """Which of many values are drawn: ``most`` of them, and the furthest from the middle in addition."""
+    share = most / max(len(y), 1)
     kept = np.mod(np.arange(len(y)) * GOLDEN, 1) < share  # evenly spread, and in step with nothing that turns
     finite = np.isfinite(y)
     if share < 1 and finite.any():

@@ -17,15 +17,15 @@ import numpy as np
 
 from insenv.core.recording import Floats
 from insenv.identify.findings import Estimate, Findings, Switch, Switchable, TargetFindings
-from insenv.report import figures, words
+from insenv.report import words
 from insenv.report.quantities import p_value, unit_for
 
 #: Steps of arrays, as shares of the residual: of columns times their coefficients, of the residual itself.
-FINE, RESIDUAL = 1e-4, 1e-4
+FINE, RESIDUAL = 2e-5, 1e-4
 #: Step of a column as a share of it, at least: columns that span each other must do so still.
-FINEST = 1e-6
+FINEST = 1e-7
 #: Largest whole number.
-_MOST = 2**30
+_MOST = 2**29
 
 Block = dict[str, Any]
 
@@ -62,6 +62,8 @@ def _lean(script: str) -> str:
 
 
 def _target(target: TargetFindings, index: int) -> Block | None:
+    from insenv.report import figures  # here and not above: slow to import
+
     model, traces = target.switchable(), target.traces
     size = float(np.sqrt(np.mean(traces.after**2))) if len(traces.after) else 0.0
     arrays = (traces.after,) if model is None else (traces.after, model.columns)

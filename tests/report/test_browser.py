@@ -122,7 +122,9 @@ def _compare(visit: Visit, found: Findings) -> None:
         boxes = visit.page.query_selector_all(f"#{ident}-explore [data-switch]")
         for k, box in enumerate(boxes):
             box.click()
-            assert visit.rms(ident) == pytest.approx(_engine(target, (k,)), rel=SAME), (target.target, k)
+            # A spline runs far beyond the data that tell it: the last digits of its columns count there.
+            near = 2 * SAME if "spline" in (box.evaluate("e => e.closest('label').textContent") or "") else SAME
+            assert visit.rms(ident) == pytest.approx(_engine(target, (k,)), rel=near), (target.target, k)
             if k + 1 < len(boxes):
                 boxes[k + 1].click()
                 expected = _engine(target, (k, k + 1))

@@ -97,8 +97,10 @@ const GLS = (() => {
 
   function spectra(problem, lam) { // of the noise terms at an eigenvalue, from the table
     const {lam: x, spectra: y, terms} = problem, n = x.length;
-    const at = Math.min(n - 1, Math.max(0, (n - 1) * Math.log(lam / x[0]) / Math.log(x[n - 1] / x[0]))), i = Math.min(n - 2, Math.floor(at));
-    return terms.map((_, j) => Math.exp(y[j * n + i] + (at - i) * (y[j * n + i + 1] - y[j * n + i])));
+    const at = Math.min(n - 1, Math.max(0, (n - 1) * Math.log(lam / x[0]) / Math.log(x[n - 1] / x[0])));
+    const i = Math.min(n - 3, Math.max(1, Math.floor(at))), d = at - i; // a cubic through the four next to it
+    const w = [-d * (d - 1) * (d - 2) / 6, (d + 1) * (d - 1) * (d - 2) / 2, -(d + 1) * d * (d - 2) / 2, (d + 1) * d * (d - 1) / 6];
+    return terms.map((_, j) => Math.exp(w.reduce((s, v, k) => s + v * y[j * n + i - 1 + k], 0)));
   }
 
   function modes(problem, blocks) { // their variances, and which are no level
@@ -160,7 +162,7 @@ const GLS = (() => {
 
   function independent(ready, wanted) { // columns that add something new on the fitted bins, in their order
     const {gram, c} = ready, kept = [], L = [];
-    let rounding = 0;
+
     for (const j of wanted) {
       const own = gram[(j + 1) * c + j + 1];
       if (!(own > 0)) continue;
@@ -172,8 +174,16 @@ const GLS = (() => {
         row.push(s / L[r][r]);
         rest -= row[r] * row[r];
       });
-      if (ready.columns[j].s >= 0 && rest < own * COLLINEAR ** 2 + 30 * (rounding + ready.columns[j].rounding)) continue;
-      rounding += ready.columns[j].rounding;
+      // What the rounding of the columns leaves of one that the others span.
+      const of = [];
+      let rounding = ready.columns[j].rounding;
+      for (let r = kept.length - 1; r >= 0; r--) {
+        of[r] = row[r];
+        for (let k = r + 1; k < kept.length; k++) of[r] -= L[k][r] * of[k];
+        of[r] /= L[r][r];
+        rounding += of[r] ** 2 * ready.columns[kept[r]].rounding;
+      }
+      if (ready.columns[j].s >= 0 && rest < own * COLLINEAR ** 2 + 30 * rounding) continue;
       row.push(Math.sqrt(Math.max(rest, 1e-300)));
       L.push(row); kept.push(j);
     }
