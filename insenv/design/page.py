@@ -14,11 +14,11 @@ from insenv.core.files import write_whole
 from insenv.core.recording import Floats
 from insenv.design import words
 from insenv.design.designing import DESIGNED, PUBLISHED, Designed
-from insenv.design.front import Point
+from insenv.design.explore import PROFILE, SIZE, front, held
 from insenv.design.texts import shown
 from insenv.evaluate.words import shown as units
 from insenv.report import drawing as draw
-from insenv.report.page import rendered
+from insenv.report.page import rendered, script
 from insenv.report.svg import inline
 
 #: Colours of the designed and the published procedure, and of the front; they differ in lightness, too.
@@ -72,6 +72,10 @@ def to_html(found: Designed) -> str:
         title=words.title(found),
         head=[f"{words.asked(found)}.", *words.sentences(found)],
         remarks=found.remarks,
+        front=front(found),
+        size=SIZE,
+        profile=PROFILE,
+        scripts=(script("front.js"),),
         tables=[
             ("Checked by Monte Carlo; +- are 95 % intervals", words.CHECKS, words.check_rows(found)),
             ("Time against accuracy", words.FRONT, words.front_rows(found)),
@@ -151,7 +155,7 @@ def course_figure(found: Designed) -> Figure:
         picture = Figure(figsize=(7.6, 3.6), layout="constrained")
         axes = picture.subplots(2, 1)
         for ax, (label, point) in zip(axes, ((DESIGNED, found.chosen), (PUBLISHED, found.published)), strict=True):
-            track = point.plan.track or _held(point)
+            track = point.plan.track or held(point)
             t, y = ([pair[k] for pair in track] for k in (0, 1))
             ax.plot(t, [shown(value, unit) for value in y], color=COLOR[label], lw=1.3)
             ax.set_xlim(0.0, point.time)
@@ -162,15 +166,6 @@ def course_figure(found: Designed) -> Figure:
             ax.spines[["top", "right"]].set_visible(False)
         axes[-1].set_xlabel("time [s]")
     return picture
-
-
-def _held(point: Point) -> list[tuple[float, float]]:
-    """Both ends of each stretch in which a value is held."""
-    found, passed = [(0.0, 0.0)], 0.0
-    for time, value in point.plan.course:
-        found += [(passed, value), (passed + time, value)]
-        passed += time
-    return found
 
 
 def influence_figure(found: Designed) -> Figure:

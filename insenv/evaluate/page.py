@@ -10,10 +10,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from insenv.core.files import write_whole
-from insenv.evaluate import words
+from insenv.evaluate import board, words
 from insenv.evaluate.evaluation import Evaluation
 from insenv.report import drawing as draw
-from insenv.report.page import rendered
+from insenv.report.page import rendered, script
 from insenv.report.svg import inline
 
 _LEAST = 1e-12
@@ -41,7 +41,7 @@ def to_html(found: Evaluation) -> str:
             {
                 "name": quantity,
                 "unit": words.shown(unit)[0],
-                "rows": words.rows(found, quantity),
+                "rows": board.board(found, quantity),
                 "paired": words.paired_rows(found, quantity),
                 "bound": words.bound(found, quantity),
                 "picture": Markup(inline(figure(found, quantity, unit), f"q{k}", described)),
@@ -51,7 +51,10 @@ def to_html(found: Evaluation) -> str:
         "evaluation.html.j2",
         title=f"{found.environment}: {found.scenario}",
         head=words.head(found),
-        header=words.HEADER,
+        header=board.HEADER,
+        titles=board.TITLES,
+        picture=board.PICTURE,
+        scripts=(script("sort.js"),),
         paired_header=words.PAIRED,
         first=words.first(found),
         parts=parts,

@@ -64,6 +64,12 @@ def rendered(
 
 
 @cache
+def script(name: str) -> str:
+    """The text of a script of this package: "sort.js"."""
+    return files("insenv.report").joinpath("templates", name).read_text("utf-8")
+
+
+@cache
 def stylesheet() -> str:
     """The one stylesheet of all pages."""
     return files("insenv.report").joinpath("templates/style.css").read_text("utf-8")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import tomllib
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from insenv.cli import insenv
 from insenv.core.errors import InputError
 from insenv.core.units import ARCSEC, DEG, PPM
 from insenv.design.designing import Asked, Designed, design, kind_of
+from insenv.design.explore import front
 from insenv.design.front import Designer
 from insenv.design.page import to_html
 from insenv.design.played import Stage
@@ -321,7 +323,16 @@ def test_the_whole_of_a_design_is_told(tmp_path: Path) -> None:
     told = to_json(found)
     json.dumps(told, allow_nan=False)
     assert told["influences"][0]["effect"]["effect"] == "bias_drift"
-    assert to_html(found).count("<svg") == 3
+    page = to_html(found)
+    explored = front(found)
+    assert page.count("<svg") == 3 + 1 + len(explored.points)
+    for point in explored.points:
+        (tmp_path / "picked.toml").write_text(point.scenario)
+        assert load(tmp_path / "picked.toml").duration == pytest.approx(float(point.time))
+        assert point.title.startswith(f"{point.time} s, ") and escape(point.words) in page
+    on = [point for point in explored.points if point.kind != "published"]
+    assert [p.x for p in on] == sorted(p.x for p in on) and [p.y for p in on] == sorted(p.y for p in on)
+    assert {point.kind for point in explored.points} == {"front", "designed", "published"}
 
 
 @pytest.mark.slow

@@ -22,6 +22,7 @@ from insenv.core.units import ARCSEC
 from insenv.envs.rollout import roll_out
 from insenv.evaluate import play as runs_played
 from insenv.evaluate import words
+from insenv.evaluate.board import HEADER, board
 from insenv.evaluate.bounds import bounds
 from insenv.evaluate.check.child import SIMULATOR
 from insenv.evaluate.child import Child, Ended
@@ -393,7 +394,20 @@ def test_the_text_has_a_row_for_each_pair() -> None:
 def test_the_page_escapes_names_and_loads_nothing() -> None:
     page = to_html(made())
     assert "<c>" not in page and "&lt;c&gt;" in page
-    assert page.count("<svg") == 1 and "http" not in page.replace("http-equiv", "")
+    assert page.count("<svg") == 1 + 2 and "http" not in page.replace("http-equiv", "")
+
+
+def test_the_leaderboard_has_the_least_error_first_and_its_pictures_in_order() -> None:
+    found = made()
+    again = replace(found, scored=found.scored[::-1])
+    rows = board(found, "azimuth")
+    assert rows == board(again, "azimuth") and len(rows) == 2
+    errors = [dict(zip(HEADER, row.cells, strict=True))["rms"][1] for row in rows]
+    assert errors == sorted(errors)
+    for row in rows:
+        picture = row.picture
+        assert 0 < picture.low <= picture.middle <= picture.high < 140 and 0 < picture.claimed < 140
+    assert rows[0].picture.middle < rows[1].picture.middle
 
 
 @pytest.mark.parametrize(
