@@ -26,7 +26,6 @@ from insenv.core.errors import InputError
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats
 from insenv.effects.base import DrivenEffect, Effect, LinearEffect, NoiseEffect
-from insenv.plants.turntable import Turntable
 from insenv.rig import CHUNK, Fitted, Rig, stream
 
 #: First number of the place of every generator here: none of them is one of the path sample by sample.
@@ -146,7 +145,7 @@ def dwell_law(rig: Rig, commands: Iterable[Command], edges: Sequence[int] | NDAr
     last = sum(n for _, n in listed)
     if len(edges) < 2 or edges[0] < 0 or np.any(np.diff(edges) < 1) or edges[-1] > last:
         raise InputError(f"edges of dwells {_shown(edges)} given; wanted two or more, rising, from 0 to {last} samples")
-    if rig.plant.draws and not isinstance(rig.plant, Turntable):
+    if rig.plant.by_chance:
         raise InputError("this plant moves by chance; wanted one that moves as it is commanded")
     sums = [_Sums(fitted, edges, rig.rate) for fitted in rig.instruments]
     state, start = rig.plant.begin(), 0

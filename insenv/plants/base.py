@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, Self
 
+from insenv.core.estimate import Limits
 from insenv.core.motion import Motion
-from insenv.core.recording import Floats
+from insenv.core.recording import Floats, Mounting
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,10 @@ class Scene:
 
 
 class Plant(Protocol):
-    """A plant holds settings only; its state goes in and comes out."""
+    """A plant holds settings only; its state goes in and comes out.
+
+    It says of itself what a scenario, a datasheet or an environment must know: nobody asks which plant it is.
+    """
 
     @property
     def reference_temperature(self) -> float:
@@ -55,6 +59,48 @@ class Plant(Protocol):
     @property
     def draws(self) -> int:
         """Unit normals per sample."""
+
+    @property
+    def by_chance(self) -> bool:
+        """Whether chance moves it, so that it is not the command alone that says what an instrument is exposed to."""
+
+    @property
+    def limits(self) -> Limits:
+        """Of what it can be commanded."""
+
+    @property
+    def mounting(self) -> Mounting:
+        """How it carries the instruments, as a datasheet tells it."""
+
+    @property
+    def encoder_noise(self) -> float:
+        """White noise of its own reading of the angle [rad]."""
+
+    @property
+    def pivots(self) -> bool:
+        """Whether its profile turns it, with triads that it carries, about the vertical."""
+
+    @property
+    def sightings(self) -> tuple[str, ...]:
+        """References that are read at instants: of a sight, and of a level."""
+
+    @property
+    def tells(self) -> Mapping[str, tuple[float, ...]]:
+        """Parameters of effects that follow from the plant [SI], by the id of the effect."""
+
+    @property
+    def entails(self) -> Mapping[str, str]:
+        """Effects that its instruments must have, by id, and why."""
+
+    @property
+    def excludes(self) -> Mapping[str, str]:
+        """Effects that its instruments cannot have, by id, and why."""
+
+    def turned(self, angle: float) -> Self:
+        """The plant with its base turned by ``angle``, clockwise from above [rad]."""
+
+    def felt_force(self) -> Self:
+        """The plant with the specific force in every exposure, where that is left out to save time."""
 
     def begin(self) -> Any:
         """State at time 0."""

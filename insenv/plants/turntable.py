@@ -21,16 +21,19 @@ horizontal part of the gyro's axis.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import cos, sin
+from typing import Self
 
 import numpy as np
 
 from insenv.core.earth import EARTH_RATE
 from insenv.core.errors import InputError
+from insenv.core.estimate import Limits
 from insenv.core.motion import Motion
-from insenv.core.recording import Floats
+from insenv.core.recording import Floats, Mounting
 from insenv.effects.forms import wave
 from insenv.plants.base import Reference, Scene
 from insenv.plants.profile import Piece, Profile
@@ -162,6 +165,64 @@ class Turntable:
     def draws(self) -> int:
         """Unit normals per sample: one for a noisy encoder."""
         return int(self.encoder.noise > 0)
+
+    @property
+    def by_chance(self) -> bool:
+        """No: its reading alone is noisy."""
+        return False
+
+    @property
+    def limits(self) -> Limits:
+        """Of the servo."""
+        return Limits(self.max_rate, self.max_acceleration)
+
+    @property
+    def mounting(self) -> Mounting:
+        """The gyro's tilt."""
+        return Mounting(tilt=self.tilt)
+
+    @property
+    def encoder_noise(self) -> float:
+        """Root sum of squares of the encoder's white noise and of its resolution / sqrt(12) [rad]."""
+        return float(np.hypot(self.encoder.noise, self.encoder.resolution / np.sqrt(12.0)))
+
+    @property
+    def pivots(self) -> bool:
+        """No: it carries no triad."""
+        return False
+
+    @property
+    def sightings(self) -> tuple[str, ...]:
+        """None."""
+        return ()
+
+    @property
+    def tells(self) -> Mapping[str, tuple[float, ...]]:
+        """The horizontal Earth rate, where the site is known."""
+        if self.latitude is None:
+            return {}
+        c, s = self.horizontal_earth_rate
+        return {"earth_rate": (float(c), float(s))}
+
+    @property
+    def entails(self) -> Mapping[str, str]:
+        """The horizontal Earth rate, where the gyro sees it."""
+        if not np.hypot(*self.horizontal_earth_rate) > 1e-12:
+            return {}
+        return {"earth_rate": "the input axis is not vertical and sees the Earth turn"}
+
+    @property
+    def excludes(self) -> Mapping[str, str]:
+        """Nothing."""
+        return {}
+
+    def turned(self, angle: float) -> Self:
+        """With another azimuth at table angle 0."""
+        return replace(self, azimuth=self.azimuth + angle)
+
+    def felt_force(self) -> Self:
+        """With `felt` set."""
+        return replace(self, felt=True)
 
     def begin(self) -> Knots:
         """The servo at angle 0, already at the rate of the first piece, and all that will be asked of it.

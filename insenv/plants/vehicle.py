@@ -16,19 +16,20 @@ Source of the procedure: Guo, Li and He (2018), as in `insenv.plants.vehicle_sig
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import accumulate
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
 from insenv.core import earth
 from insenv.core.attitude import dcm_from_angles
 from insenv.core.errors import InputError
+from insenv.core.estimate import Limits
 from insenv.core.motion import Motion
-from insenv.core.recording import Floats
+from insenv.core.recording import Floats, Mounting
 from insenv.plants.base import Reference, Scene
 from insenv.plants.thermal import Constant, Temperature
 from insenv.plants.vehicle_frame import Slope, product, times, transport_matrix
@@ -100,6 +101,61 @@ class Vehicle:
         return int(self.sight is not None and self.sight.tracking > 0)
 
     @property
+    def by_chance(self) -> bool:
+        """Whether a sighting has an error of its own."""
+        return self.draws > 0
+
+    @property
+    def limits(self) -> Limits:
+        """Of a turn."""
+        return Limits(self.max_rate, self.max_acceleration)
+
+    @property
+    def mounting(self) -> Mounting:
+        """As of a triad."""
+        return Mounting()
+
+    @property
+    def encoder_noise(self) -> float:
+        """Zero: it has no encoder."""
+        return 0.0
+
+    @property
+    def pivots(self) -> bool:
+        """Whether its profile has turns."""
+        return any(angle for _, angle in self.profile)
+
+    @property
+    def sightings(self) -> tuple[str, ...]:
+        """Of the sight, where there is one, and of the level with it, where that is told."""
+        if self.sight is None:
+            return ()
+        return ("sight_heading",) if self.level_error is None else ("sight_heading", "level_pitch", "level_roll")
+
+    @property
+    def tells(self) -> Mapping[str, tuple[float, ...]]:
+        """Nothing."""
+        return {}
+
+    @property
+    def entails(self) -> Mapping[str, str]:
+        """Nothing."""
+        return {}
+
+    @property
+    def excludes(self) -> Mapping[str, str]:
+        """The Earth rate is what its gyros are there to sense."""
+        return {"earth_rate": "earth_rate is no error of a [vehicle]'s gyros, which sense it"}
+
+    def turned(self, angle: float) -> Self:
+        """Towards another heading."""
+        return replace(self, heading=self.heading + angle)
+
+    def felt_force(self) -> Self:
+        """As it is: the force is always there."""
+        return self
+
+    @property
     def turns(self) -> bool:
         """Whether it can turn."""
         return 0 < self.max_rate < np.inf and 0 < self.max_acceleration < np.inf
@@ -138,7 +194,7 @@ class Vehicle:
         InputError
             If its profile has turns and it cannot turn.
         """
-        if not self.turns and any(angle for _, angle in self.profile):
+        if not self.turns and self.pivots:
             raise InputError("the profile asks for a turn of a vehicle without a rate and an acceleration to turn with")
         return ahead()
 

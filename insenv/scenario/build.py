@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -16,17 +16,15 @@ from insenv.data.manifest.schema import shown
 from insenv.effects.base import DrivenEffect, Effect, NoiseEffect
 from insenv.effects.catalogue import ALL, by_key
 from insenv.plants.base import Plant, Scene
-from insenv.plants.turntable import Turntable
-from insenv.plants.vehicle import Vehicle
 from insenv.rig import Fitted, Rig
 from insenv.scenario import cast
 from insenv.scenario import plant as plants
 from insenv.scenario.cast import Planted, Truth
+from insenv.scenario.draws import PHASE, Fixed, Spread, generator, listed
 from insenv.scenario.run_to_run import changing, held, slowed
 from insenv.scenario.schema import ScenarioTable, family, family_name
 from insenv.scenario.task import Task, task
 from insenv.scenario.values import effect_named, exact, parameters, positive
-from insenv.scenario.vehicle import Spread, spread
 from insenv.sensors.chain import Sensor
 
 #: Longest recording that is written: more is a slip of the pen.
@@ -59,12 +57,10 @@ class Scenario:
         Channels that the manifest wants explained.
     planted : tuple of Planted
         All that is simulated, means and deviations.
-    level_sd : pair of float
-        Standard deviations of the table's level error about east and north [rad].
     task : Task, optional
         What an environment asks for.
     spread : Spread
-        Of what differs from run to run on a vehicle.
+        What differs from run to run of the plant.
     """
 
     path: Path
@@ -73,9 +69,8 @@ class Scenario:
     samples: int
     targets: tuple[str, ...]
     planted: tuple[Planted, ...]
-    level_sd: tuple[float, float] = (0.0, 0.0)
     task: Task | None = None
-    spread: Spread = field(default_factory=Spread)
+    spread: Spread = field(default_factory=Fixed)
 
     @property
     def duration(self) -> float:
@@ -92,7 +87,7 @@ class Scenario:
         """
         if power_up < 1:
             raise InputError(f"power-up {power_up} given; wanted 1 or more")
-        return cast.truth(self.table, self.rig.plant, (self.level_sd, self.spread), self.planted, seed, power_up)
+        return cast.truth(self.rig.plant, self.spread, self.planted, seed, power_up)
 
     def cast(self, seeds: int | Sequence[int], power_ups: int | Sequence[int] = 1) -> Rig:
         """The rig of one run, or of a batch of R.
@@ -110,10 +105,10 @@ class Scenario:
         InputError
             If a seed is negative, or there is none.
         """
-        runs = cast.listed(seeds)
+        runs = listed(seeds)
         numbers = len(runs) * [power_ups] if isinstance(power_ups, int) else power_ups
         rigs = [self._rig(self.truth(seed, int(p))) for seed, p in zip(runs, numbers, strict=True)]
-        return rigs[0] if isinstance(seeds, int | np.integer) else cast.batch(rigs, any(self.level_sd))
+        return rigs[0] if isinstance(seeds, int | np.integer) else cast.batch(rigs, self.spread)
 
     def phases(self, seeds: int | Sequence[int], target: str) -> float | Floats:
         """Part of a pulse that the counter of ``target`` holds at the start, from 0 to below 1.
@@ -125,8 +120,8 @@ class Scenario:
         InputError
             If a seed is negative, or there is none.
         """
-        place = cast.PHASE + [fitted.sensor.target for fitted in self.rig.instruments].index(target)
-        found = [float(cast.generator(seed, place).random()) for seed in cast.listed(seeds)]
+        place = PHASE + [fitted.sensor.target for fitted in self.rig.instruments].index(target)
+        found = [float(generator(seed, place).random()) for seed in listed(seeds)]
         return found[0] if isinstance(seeds, int | np.integer) else np.array(found)
 
     def _rig(self, truth: Truth) -> Rig:
@@ -166,8 +161,8 @@ def build(table: ScenarioTable, path: Path) -> Scenario:
     targets = Targets(outputs, _targets(table, outputs, path))
     planted = (*_noise(table, outputs, path), *changing(table, _effects(table, plant, targets, path), path))
     _complete(plant, planted, path)
-    if isinstance(plant, Turntable) and any("force" in p.effect.needs for p in planted):
-        plant = replace(plant, felt=True)
+    if any("force" in p.effect.needs for p in planted):
+        plant = plant.felt_force()
     rig = Rig(plant, tuple(_instrument(output, planted) for output in outputs), rate)
     _exposed(rig, planted, path)
     return Scenario(
@@ -177,19 +172,20 @@ def build(table: ScenarioTable, path: Path) -> Scenario:
         samples,
         targets.explained,
         planted,
-        plants.level_error(table, path)[1],
         task(table, samples, path),
-        spread(table, path),
+        plants.spread(table, path),
     )
 
 
 def _complete(plant: Plant, planted: tuple[Planted, ...], path: Path) -> None:
     """Refuse a scenario that leaves out what the plant does to the instruments."""
-    for effect_id, cause in plants.entailed(plant):
-        if effect_id not in {p.effect.id for p in planted}:
+    there = {p.effect.id for p in planted}
+    for effect_id, cause in plant.entails.items():
+        if effect_id not in there:
             raise InputError(f"{path}: {cause}; wanted {effect_id} = {{}} in [declared] or in [undeclared]")
-    if isinstance(plant, Vehicle) and any(p.effect.id == "earth_rate" for p in planted):
-        raise InputError(f"{path}: earth_rate is no error of a [vehicle]'s gyros, which sense it; wanted it left out")
+    for effect_id, cause in plant.excludes.items():
+        if effect_id in there:
+            raise InputError(f"{path}: {cause}; wanted it left out")
 
 
 def _targets(table: ScenarioTable, outputs: tuple[str, ...], path: Path) -> tuple[str, ...]:

@@ -5,13 +5,8 @@ Nothing undeclared is in it, no drawn value, no azimuth and no level error: thes
 
 from __future__ import annotations
 
-import numpy as np
-
-from insenv.core.estimate import Datasheet, Declared, Limits
-from insenv.core.recording import Mounting
+from insenv.core.estimate import Datasheet, Declared
 from insenv.core.units import scale_to_si
-from insenv.plants.turntable import Turntable
-from insenv.plants.vehicle import Vehicle
 from insenv.scenario.build import Scenario
 from insenv.scenario.plant import site
 from insenv.scenario.schema import UNITS
@@ -41,11 +36,11 @@ def datasheet(scenario: Scenario) -> Datasheet:
         sampling=scenario.rig.rate,
         duration=scenario.duration,
         site=site(table, scenario.path),
-        mounting=Mounting(tilt=plant.tilt) if isinstance(plant, Turntable) else Mounting(),
-        limits=Limits(plant.max_rate, plant.max_acceleration) if isinstance(plant, Turntable | Vehicle) else Limits(),
+        mounting=plant.mounting,
+        limits=plant.limits,
         noise=noise,
         pulse=_pulse(scenario),
-        encoder_noise=_encoder_noise(plant) if isinstance(plant, Turntable) else 0.0,
+        encoder_noise=plant.encoder_noise,
         declared=declared,
         sight=sight,
         level_sd=level_sd,
@@ -59,8 +54,3 @@ def _pulse(scenario: Scenario) -> float:
     if not gyro.pulses:
         return 0.0
     return scale_to_si(gyro.unit or UNITS["angle"], "angle", f"{scenario.path}: instrument.gyro.unit")[0]
-
-
-def _encoder_noise(plant: Turntable) -> float:
-    """White noise of an angle reading [rad]."""
-    return float(np.hypot(plant.encoder.noise, plant.encoder.resolution / np.sqrt(12.0)))

@@ -5,9 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
-from insenv.plants.base import Plant
-from insenv.plants.turntable import Turntable
-from insenv.plants.vehicle import Vehicle
 from insenv.scenario.build import Scenario
 from insenv.scenario.cast import Truth
 from insenv.scenario.plant import told_by
@@ -40,13 +37,6 @@ class SameInstrument(Scenario):
         found = super().truth(self.instrument, power_up)
         if not self.base_turned:
             return found
-        plant = self._turned(found.plant)
+        plant = found.plant.turned(self.base_turned)
         told = (replace(p, values=told_by(plant, p.effect) or p.values) if p.told else p for p in found.planted)
         return Truth(plant, tuple(told))
-
-    def _turned(self, plant: Plant) -> Plant:
-        if isinstance(plant, Turntable):
-            return replace(plant, azimuth=plant.azimuth + self.base_turned)
-        if isinstance(plant, Vehicle):
-            return replace(plant, heading=plant.heading + self.base_turned)
-        return plant

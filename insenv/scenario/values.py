@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
+
+import msgspec
 
 from insenv.core.errors import InputError, nearest
 from insenv.core.plugins import check_code
@@ -156,3 +158,20 @@ def _parameter(param: Param, text: object, unit: str, where: str) -> tuple[float
         wanted = f"a mean {LEAST_DISTANCE:g} standard deviations or more above {param.low:g} {si}"
         raise InputError(f"{where} = {shown(text)}; wanted {wanted}")
     return mean, deviation
+
+
+def only(table: msgspec.Struct, keys: Sequence[str], where: str, may: Sequence[str] = ()) -> None:
+    """Refuse keys that mean nothing for the table's kind, and miss those that do; some ``may`` be left out.
+
+    Raises
+    ------
+    InputError
+    """
+    kind = getattr(table, "kind", None)
+    present = {n for n in table.__struct_fields__ if n != "kind" and getattr(table, n) is not None}
+    for name in sorted(present - set(keys)):
+        wanted = ", ".join(keys) or "no other key"
+        raise InputError(f"{where}.{name} has no meaning for kind = {kind!r}; wanted {wanted}")
+    for name in keys:
+        if name not in present and name not in may:
+            raise InputError(f"{where}.{name} is missing; kind = {kind!r} needs it")

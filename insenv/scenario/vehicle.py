@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from insenv.plants.vehicle import Vehicle
 from insenv.plants.vehicle_frame import Slope
 from insenv.plants.vehicle_sight import OpticalSight, orientation_error
 from insenv.plants.vehicle_sway import Band, Line, Settling, Sway, highest, waves
+from insenv.scenario.draws import VEHICLE, generator
 from insenv.scenario.schema import RANDOM, ProfileTable, ScenarioTable, SightTable, SwayTable
 from insenv.scenario.values import given, not_negative, positive, some, uncertain
 
@@ -25,7 +27,7 @@ LEAST_SETTLING = 1e-3
 
 
 @dataclass(frozen=True)
-class Spread:
+class VehicleSpread:
     """Means and standard deviations of what is drawn for a run of a vehicle [rad].
 
     Attributes
@@ -60,9 +62,9 @@ class Spread:
         level = (float(np.hypot(*self.pitch)), float(np.hypot(*self.roll))) if self.level else (np.inf, np.inf)
         return sight, level
 
-    def drawn(self, plant: Vehicle, draws: tuple[np.random.Generator, ...]) -> Vehicle:
-        """The vehicle of a run; ``draws`` are generators of heading, sight, level and sway."""
-        heading, sight, level, sway = draws
+    def drawn(self, plant: Vehicle, seed: int) -> Vehicle:
+        """The vehicle of a run."""
+        heading, sight, level, sway = (generator(seed, place) for place in VEHICLE)
         if self.heading:
             plant = replace(plant, heading=float(np.pi * (1 - 2 * heading.random())))
         if plant.sight is not None:
@@ -80,20 +82,28 @@ class Spread:
             plant = replace(plant, sway=replace(plant.sway, waves=waves(self.lines, self.band, sway)))
         return plant
 
+    def stacked(self, plants: Sequence[Vehicle]) -> Vehicle:
+        """Vehicles of single runs as one batch: what is drawn for a run has shape (R, ...)."""
+        first = replace(plants[0], heading=np.array([v.heading for v in plants]))
+        if first.sight is not None:
+            sights = [v.sight for v in plants if v.sight is not None]
+            installation, orientation = (np.array([getattr(s, name) for s in sights]) for name in _DRAWN)
+            first = replace(first, sight=replace(first.sight, installation=installation, orientation=orientation))
+        if first.level_error is not None:
+            pitch, roll = np.array([v.level_error for v in plants]).T.copy()
+            first = replace(first, level_error=(pitch, roll))
+        if first.sway.waves is not None:
+            first = replace(first, sway=replace(first.sway, waves=np.stack([_waves(v) for v in plants])))
+        return first
 
-def stacked(vehicles: list[Vehicle]) -> Vehicle:
-    """Single vehicles as one batch: what is drawn for a run has shape (R, ...)."""
-    first = replace(vehicles[0], heading=np.array([v.heading for v in vehicles]))
-    if first.sight is not None:
-        sights = [v.sight for v in vehicles if v.sight is not None]
-        installation, orientation = (np.array([getattr(s, name) for s in sights]) for name in _DRAWN)
-        first = replace(first, sight=replace(first.sight, installation=installation, orientation=orientation))
-    if first.level_error is not None:
-        pitch, roll = np.array([v.level_error for v in vehicles]).T.copy()
-        first = replace(first, level_error=(pitch, roll))
-    if first.sway.waves is not None:
-        first = replace(first, sway=replace(first.sway, waves=np.stack([_waves(v) for v in vehicles])))
-    return first
+    def shown(self, plant: Vehicle) -> Mapping[str, object]:
+        """Heading, sight and level."""
+        found: dict[str, object] = {"heading": plant.heading}
+        if plant.sight is not None:
+            found |= {"installation_angle": plant.sight.installation, "orientation_error": plant.sight.orientation}
+        if plant.level_error is not None:
+            found["level_error"] = list(plant.level_error)
+        return {"vehicle": found}
 
 
 def vehicle(table: ScenarioTable, shared: dict[str, Any], path: Path) -> tuple[Vehicle, float]:
@@ -105,7 +115,7 @@ def vehicle(table: ScenarioTable, shared: dict[str, Any], path: Path) -> tuple[V
     """
     named, where = table.vehicle, f"{path}: vehicle"
     assert named is not None
-    own = spread(table, path)
+    own = vehicle_spread(table, path)
     slope = given(named.slope, "angle", f"{where}.slope", 0.0)
     if not abs(slope) <= MOST_SLOPE:
         raise InputError(f"{where}.slope = {named.slope!r}; wanted at most 20 deg")
@@ -139,20 +149,19 @@ def vehicle(table: ScenarioTable, shared: dict[str, Any], path: Path) -> tuple[V
     return plant, _duration(table, plant, path)
 
 
-def spread(table: ScenarioTable, path: Path) -> Spread:
-    """What differs from run to run; nothing where there is no vehicle.
+def vehicle_spread(table: ScenarioTable, path: Path) -> VehicleSpread:
+    """What differs from run to run of a vehicle.
 
     Raises
     ------
     InputError
     """
     named, sight = table.vehicle, table.sight
-    if named is None:
-        return Spread()
+    assert named is not None
     where = f"{path}: vehicle"
     sway = named.sway or SwayTable()
     level = named.level_error or ("0 deg", "0 deg")
-    own = Spread(
+    own = VehicleSpread(
         pitch=_off(level[0], f"{where}.level_error[0]"),
         roll=_off(level[1], f"{where}.level_error[1]"),
         level=named.level_error is not None,
@@ -238,7 +247,7 @@ def _band(sway: SwayTable, where: str) -> Band | None:
     return Band(low, high, not_negative(sway.band.rms, "angle", f"{where}.rms"))
 
 
-def _sway(table: SwayTable | None, own: Spread, where: str) -> Sway:
+def _sway(table: SwayTable | None, own: VehicleSpread, where: str) -> Sway:
     if table is None:
         return Sway()
     if not (own.lines or own.band):
@@ -259,7 +268,7 @@ def _settling(table: Any, where: str) -> Settling:
     return Settling(given(table.distance, "length", f"{where}.distance") / tau, tau)
 
 
-def _sight(table: SightTable | None, own: Spread) -> OpticalSight | None:
+def _sight(table: SightTable | None, own: VehicleSpread) -> OpticalSight | None:
     if table is None:
         return None
     return OpticalSight(own.installation[0], 0.0, own.tracking, table.readings == "turns")

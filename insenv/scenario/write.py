@@ -7,7 +7,6 @@ last. The undeclared effects are in none of them but the truth.
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,18 +19,15 @@ from insenv.core.errors import InputError
 from insenv.core.files import WRITERS, replacing, toml
 from insenv.core.recording import Floats
 from insenv.core.units import scale_to_si
-from insenv.data.manifest.spec import CHANNELS, EVENTS, INCREMENTS
+from insenv.data.manifest.spec import CHANNELS, INCREMENTS
 from insenv.data.save import nested
 from insenv.effects.base import OUTPUT, Effect
-from insenv.plants.base import Plant
-from insenv.plants.turntable import Turntable
-from insenv.plants.vehicle import Vehicle
 from insenv.rig import Readings
 from insenv.scenario.build import Scenario
 from insenv.scenario.datasheet import datasheet
 from insenv.scenario.measured import sheet_table
-from insenv.scenario.schema import RANDOM, UNITS, OutputTable, TurntableTable, family, family_name
-from insenv.scenario.values import PLUS_MINUS, given, not_negative
+from insenv.scenario.schema import UNITS, OutputTable, TurntableTable, family, family_name
+from insenv.scenario.values import given, not_negative
 from insenv.sensors.chain import Sensor
 from insenv.sensors.counter import count
 
@@ -118,7 +114,7 @@ def columns(scenario: Scenario) -> tuple[Column, ...]:
     for name, over_interval in (("table_angle", False), ("table_rate", True), ("temperature", False)):
         if name == "temperature" and scenario.table.temperature is None:
             continue
-        turns = name == "table_angle" and bool(_turns(scenario))
+        turns = name == "table_angle" and scenario.rig.plant.pivots
         if name == "temperature" or scenario.table.table is not None or turns:
             unit = UNITS[CHANNELS[name]]
             factor, offset = scale_to_si(unit, CHANNELS[name], str(scenario.path))
@@ -129,12 +125,12 @@ def columns(scenario: Scenario) -> tuple[Column, ...]:
 
 def _of_sight(scenario: Scenario) -> Iterator[Column]:
     """What a vehicle's sight and level read, and whether it turns."""
-    plant = scenario.rig.plant
-    if isinstance(plant, Vehicle) and plant.sight is not None:
+    names = scenario.rig.plant.sightings
+    if names:
         yield Column("turning", "", 1.0, over_interval=True)
-        for name in EVENTS[: 3 if plant.level_error is not None else 1]:
-            unit = UNITS[CHANNELS[name]]
-            yield Column(name, unit, scale_to_si(unit, CHANNELS[name], str(scenario.path))[0])
+    for name in names:
+        unit = UNITS[CHANNELS[name]]
+        yield Column(name, unit, scale_to_si(unit, CHANNELS[name], str(scenario.path))[0])
 
 
 def _as_logged(column: Column, table: TurntableTable | None, period: float) -> list[Column]:
@@ -217,17 +213,11 @@ def manifest(scenario: Scenario, data: str | list[str], seed: int) -> str:
 
 def explained(scenario: Scenario) -> tuple[str, ...]:
     """Channels that the manifest wants explained: those named; else of a vehicle that turns, the upright gyro."""
-    return (_TURNED,) if _turns(scenario) and scenario.table.model.target is None else scenario.targets
+    return (_TURNED,) if scenario.rig.plant.pivots and scenario.table.model.target is None else scenario.targets
 
 
 #: Gyro of a vehicle that stands along its pivot axis.
 _TURNED = "gyro_z"
-
-
-def _turns(scenario: Scenario) -> tuple[tuple[float, float], ...]:
-    """Turns of a vehicle's profile."""
-    plant = scenario.rig.plant
-    return tuple(turn for turn in plant.profile if turn[1]) if isinstance(plant, Vehicle) else ()
 
 
 def _channel(column: Column, form: str) -> dict[str, object]:
@@ -245,7 +235,7 @@ def _mounting(scenario: Scenario) -> Mapping[str, object]:
     """How the instruments stand: a gyro on a table, or a triad, which a vehicle turns about its upright axis."""
     if scenario.table.table is not None:
         return {"tilt": scenario.table.table.tilt or "90 deg"}
-    return {"axes": "RFU"} | ({"table_axis": "U"} if _turns(scenario) else {})
+    return {"axes": "RFU"} | ({"table_axis": "U"} if scenario.rig.plant.pivots else {})
 
 
 def _model(scenario: Scenario) -> dict[str, object]:
@@ -253,7 +243,7 @@ def _model(scenario: Scenario) -> dict[str, object]:
     targets = explained(scenario)
     entry: dict[str, object] = {"target": targets[0] if len(targets) == 1 else list(targets)}
     declared = scenario.declared_of(targets)
-    if _turns(scenario) and scenario.table.site.latitude is not None and "earth_rate" not in declared:
+    if scenario.rig.plant.pivots and scenario.table.site.latitude is not None and "earth_rate" not in declared:
         declared = (*declared, "earth_rate")
     entry["declared"] = list(declared)
     reference = scenario.table.instrument.reference_temperature
@@ -281,31 +271,7 @@ def truth(scenario: Scenario, seed: int) -> str:
         for p in true.planted
     ]
     document: dict[str, object] = {"schema": "insenv.truth/1", "seed": seed, "effects": effects}
-    return json.dumps(document | _mounted(scenario, true.plant), indent=1) + "\n"
-
-
-def _mounted(scenario: Scenario, plant: Plant) -> dict[str, object]:
-    """How the table stands, where that is no figure of the scenario or is an error [rad]."""
-    if isinstance(plant, Vehicle):
-        return {"vehicle": _vehicle(plant)}
-    table = scenario.table.table
-    found: dict[str, object] = {}
-    if isinstance(plant, Turntable) and table is not None:
-        if table.azimuth == RANDOM or re.search(PLUS_MINUS, table.azimuth or ""):
-            found["azimuth"] = plant.azimuth
-        if table.level_error is not None:
-            found["level_error"] = list(plant.level_error)
-    return {"table": found} if found else {}
-
-
-def _vehicle(plant: Vehicle) -> dict[str, object]:
-    """Heading, sight and level of a vehicle in one run [rad]."""
-    found: dict[str, object] = {"heading": plant.heading}
-    if plant.sight is not None:
-        found |= {"installation_angle": plant.sight.installation, "orientation_error": plant.sight.orientation}
-    if plant.level_error is not None:
-        found["level_error"] = list(plant.level_error)
-    return found
+    return json.dumps(document | dict(scenario.spread.shown(true.plant)), indent=1) + "\n"
 
 
 def _watched(chunks: Iterator[Floats], total: int, progress: Progress | None) -> Iterator[Floats]:

@@ -25,7 +25,8 @@ from insenv.identify.findings import VERDICTS
 from insenv.report import to_json
 from insenv.report.words import EFFECTS
 from insenv.scenario import schema as scenario_schema
-from insenv.scenario.plant import PROFILES, TEMPERATURES
+from insenv.scenario.plant import TEMPERATURES
+from insenv.scenario.turntable import PROFILES
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]

@@ -20,6 +20,7 @@ from insenv.design.texts import rounded, text
 from insenv.information.north import north_sd
 from insenv.information.rate_noise import lock_in
 from insenv.information.table_motion import back_and_forth
+from insenv.scenario.turntable import TableSpread
 
 #: What is free where nobody says [rad/s], [rad].
 RATES, TILTS, REVERSALS = (2 * DEG, np.inf), (5 * DEG, 60 * DEG), (1, 4)
@@ -111,8 +112,9 @@ class NorthFinder(OfScenario):
         """What a level error does that nothing tells of [rad]."""
         if self.scenario.table.instrument.accel is not None:
             return 0.0
-        latitude = self.sheet.site.latitude or 0.0
-        return float(abs(np.tan(latitude)) * self.scenario.level_sd[1])
+        latitude, spread = self.sheet.site.latitude or 0.0, self.scenario.spread
+        assert isinstance(spread, TableSpread)
+        return float(abs(np.tan(latitude)) * spread.level_sd[1])
 
     def _changes(self, course: Course) -> dict[str, Any]:
         return {"duration": text(table.length(course), "s", 12), "profile": table.profile(course)}
