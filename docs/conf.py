@@ -22,6 +22,8 @@ exclude_patterns = ["_build"]
 
 html_theme = "furo"
 html_title = "insenv"
+html_static_path = ["static"]
+html_css_files = ["gallery.css"]
 html_show_sourcelink = False
 html_math_renderer = "mathml"
 

@@ -3,8 +3,8 @@
 ``effects.md``: one section for each physical family (a module of `insenv.effects`), with the module's
 docstring, which opens with its equations, and a table of its effects. It stands in the page itself, for those who read
 it where Sphinx does not: ``python docs/fromcode.py`` renews it (`make format`), and tells with ``--check`` whether that
-is to be done (`make check`). ``method.md``: the constants of `insenv.identify` with the comments above them, filled in
-by Sphinx.
+is to be done (`make check`). ``method.md``: the constants of `insenv.identify` with the comments above them, and
+``gallery.md``: pictures of the effects (`gallery`), filled in by Sphinx.
 """
 
 from __future__ import annotations
@@ -121,7 +121,15 @@ def _constants() -> Iterator[tuple[str, str, str]]:
             yield ", ".join(f"{module}.{name}" for name in names.split(", ")), values, meaning
 
 
-PAGES: dict[str, Callable[[], str]] = {"method": constants}
+def _gallery() -> str:
+    """Pictures of all effects; drawn where they are wanted, for it takes seconds."""
+    sys.path.insert(0, str(Path(__file__).parent))
+    from gallery import pictures
+
+    return pictures()
+
+
+PAGES: dict[str, Callable[[], str]] = {"method": constants, "gallery": _gallery}
 _EFFECTS = Path(__file__).parent / "effects.md"
 
 

@@ -14,13 +14,14 @@ from typing import Any
 import click
 import made_findings
 import msgspec
+import numpy as np
 import pytest
 
 from insenv.cli import insenv
 from insenv.data.manifest import schema as manifest_schema
 from insenv.data.manifest.checks import NOISE, SUFFIXES, VELOCITY_RANDOM_WALK
 from insenv.data.manifest.spec import CHANNELS
-from insenv.effects.catalogue import CATALOGUE
+from insenv.effects.catalogue import ALL, CATALOGUE, by_key
 from insenv.identify.findings import VERDICTS
 from insenv.report import to_json
 from insenv.report.words import EFFECTS
@@ -68,9 +69,9 @@ def _structs(node: Any) -> list[type]:
     return _structs(node.item_type) if isinstance(node, msgspec.inspect.ListType) else []
 
 
-def fromcode() -> ModuleType:
-    """The Sphinx extension that fills pages from the code."""
-    spec = importlib.util.spec_from_file_location("fromcode", ROOT / "docs" / "fromcode.py")
+def fromcode(name: str = "fromcode") -> ModuleType:
+    """The Sphinx extension that fills pages from the code, or another module of the documentation."""
+    spec = importlib.util.spec_from_file_location(name, ROOT / "docs" / f"{name}.py")
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
@@ -202,6 +203,15 @@ def test_the_pages_leave_room_for_what_comes_from_the_code() -> None:
     for page in code.PAGES:
         assert text(page).count(code.MARK) == 1
     assert text("effects") == code.written(), "make format renews it"
+
+
+def test_the_gallery_shows_every_effect() -> None:
+    gallery = fromcode("gallery")
+    whole = gallery.motion()
+    assert not [effect.key for effect in ALL if effect.missing(whole)]
+    for key in ("tone", "angle_random_walk", "scale_factor"):
+        section = gallery._section(by_key(key), whole, np.random.default_rng(0).standard_normal(whole.n))
+        assert section.count("<svg") == 3 and "nan" not in section
 
 
 # ------------------------------------------------------------------------------- as GitHub shows the pages
