@@ -43,6 +43,8 @@ class Channel:
         Age of the value at the row's time [s].
     source : "encoder", "command" or None
         Of a table's angle or rate: whether it was measured or asked for; None where nobody said.
+    every : float
+        Time from reading to reading [s], where it was not read at every row; 0 where it was.
     """
 
     values: Floats
@@ -50,6 +52,7 @@ class Channel:
     covers: Covers = "instant"
     delay: float = 0.0
     source: Origin | None = None
+    every: float = 0.0
 
 
 @dataclass(frozen=True)

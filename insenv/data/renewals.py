@@ -72,7 +72,7 @@ def with_renewals(recording: Recording) -> Recording:
         if found is not None:
             how = "held between its readings" if found.held else "on straight lines between its readings"
             text = f"{name} is {how}, every {found.period:.3g} s: taken on a smooth curve through them"
-            channels = {**recording.channels, name: replace(channel, values=found.values)}
+            channels = {**recording.channels, name: replace(channel, values=found.values, every=found.period)}
             recording = replace(recording, channels=channels, notes=(*recording.notes, text))
     return recording
 

@@ -16,6 +16,7 @@ from insenv.effects.base import CurveEffect, DrivenEffect, NoiseEffect
 from insenv.effects.catalogue import by_key
 from insenv.effects.timing import TimingSkew
 from insenv.identify.clean.bursts import without_bursts
+from insenv.identify.clean.doubtful import rows_told
 from insenv.identify.clean.holds import LEAST_SHARE, MOST_SHARE, WHOLE, Hold, Look, find_hold, without_hold
 from insenv.identify.clean.motion import at_rest
 from insenv.identify.clean.outliers import leaving_out, outliers, without_outliers
@@ -103,6 +104,8 @@ def prepare(
     rows = _rows_per_bin(manifest, recordings, uses, width)
     fit = tuple(use.fit for use in uses)
     recordings = responding(recordings, _spans(recordings, uses), target, model, fit, forms=not holds)
+    if manifest.held_out.averaging is None:
+        rows = _told(recordings, uses, target, rows)
     clean = _clean(recordings, target, rows, moving)
     recordings, rejected = clean.recordings, clean.rejected
     plain = _problem(manifest, recordings, uses, target, rows, reject_lines=False)
@@ -219,6 +222,13 @@ def _held(
         return tuple(replace(r, responses={**r.responses, target: one}) for r, one in zip(runs, own, strict=True))
 
     return Look(hold), begun(recordings), begun(freed)
+
+
+def _told(recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], target: str, rows: int) -> int:
+    """Rows of a bin that holds no faster motion than a measured reference tells, if enough bins are left."""
+    most = sum(int(use.fit.sum()) for use in uses) // FEWEST_BINS
+    wide = min(rows_told(recordings, _spans(recordings, uses), target), most)
+    return _divisible(wide, sum(map(len, recordings))) if wide > rows else rows
 
 
 def _whole_rows(hold: Hold, dt: float) -> bool:
