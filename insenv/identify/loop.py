@@ -35,7 +35,7 @@ from insenv.identify.search.prepare import prepare
 from insenv.identify.search.round import at_shape, search, with_term
 from insenv.identify.search.scan import Hit, likelihood_ratio, reference
 from insenv.identify.search.settle import settled, sized
-from insenv.identify.search.size import unsized
+from insenv.identify.search.size import unsized, unsized_together
 from insenv.identify.search.tracks import MOST_ADDED, Progress, Refusal, Step, Track
 from insenv.identify.search.vibration import as_lines, averaged, doublings, stands_out, unresolved, without
 from insenv.identify.search.wandering import lost, wanders, without_line
@@ -257,10 +257,24 @@ def _grow(tracks: list[Track], alpha: float, progress: Progress) -> tuple[list[T
             changed[index], ok = _tried(tracks[index], hit, best, names, alpha)
             refused |= not ok
             progress(f"{tracks[index].problem.target}: {hit.candidate.effect.key} {'added' if ok else 'refused'}")
+        if not refused and best.looks and (unclear := _unsized_box(changed, best)):
+            refused = True
+            for index, hit in zip(best.where, best.hits, strict=True):
+                refusal = Refusal(hit, unclear, unsized=True)
+                changed[index] = replace(tracks[index], refusals=(*tracks[index].refusals, refusal))
         if not refused:
             return _doubted(changed, best), True
         # A target that refuses has no say any more: the others are asked again without it.
         tracks = [new if new.refusals != old.refusals else old for new, old in zip(changed, tracks, strict=True)]
+
+
+def _unsized_box(tracks: list[Track], proposal: _Proposal) -> str:
+    """Why the amounts by which the axes of a box drift, just added, are not told; empty if they are."""
+    key = proposal.hits[0].candidate.effect.key
+    grown = [tracks[i] for i in proposal.where]
+    last = [(t.problem, t.fit, t.steps[-1].hit) for t in grown if t.steps]
+    parts = [(problem, fit, hit.term) for problem, fit, hit in last if hit.candidate.effect.key == key]
+    return unsized_together(parts) if parts else ""
 
 
 def _doubted(tracks: list[Track], proposal: _Proposal) -> list[Track]:

@@ -7,6 +7,7 @@ where the recordings are not on this machine.
 from math import degrees, radians, sin
 
 import measured
+import numpy as np
 import pytest
 
 from insenv.core.earth import EARTH_RATE
@@ -17,6 +18,7 @@ from insenv.data.split import split
 from insenv.identify.assemble import findings
 from insenv.identify.findings import Findings, TargetFindings
 from insenv.identify.loop import trace
+from insenv.identify.search.size import LEAST
 
 DEG_PER_HOUR = radians(1) / 3600
 
@@ -84,6 +86,19 @@ def test_gyro_z_does_not_lag(chamber: Findings) -> None:
     found = target(chamber, "gyro_z")
     assert "bias_thermal_lag" not in names_added(found)
     assert "bias_thermal_lag" in [rejected.effect for rejected in found.rejected]
+
+
+@pytest.mark.parametrize("recording", ["vehicle", "chamber", "two_positions"])
+def test_what_is_named_has_a_size_on_all_its_targets_together(recording: str, request: pytest.FixtureRequest) -> None:
+    """A warm-up of 1 +- 5 mm/s^2 is none, be it significant on two axes together."""
+    found: Findings = request.getfixturevalue(recording)
+    sizes: dict[str, list[float]] = {}
+    for one in (added for t in found.targets for added in t.added if not added.generic):
+        first = one.parameters[0]
+        sizes.setdefault(one.effect, []).append(first.value / first.sd)
+    assert sizes
+    for effect, z in sizes.items():
+        assert float(np.hypot.reduce(z)) > LEAST, effect
 
 
 @pytest.mark.parametrize(("line", "within"), [(29.9, 0.2), (19.0, 0.3), (9.2, 0.3)])

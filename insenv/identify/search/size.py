@@ -13,8 +13,10 @@ large, is not named. The same holds for every effect of the catalogue.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
+from scipy.linalg import block_diag
 from scipy.special import chdtrc, ndtri_exp
 
 from insenv.core.recording import Floats
@@ -57,6 +59,19 @@ def unsized(problem: Problem, fit: Fit, term: Term, inexact: Model = ()) -> str:
     if any(s > most[name] for name, s in zip(names, sd, strict=True)):
         return f"its size is not told: {_listed(theta, sd)}, beyond a credible {max(most.values()):.3g}"
     return ""
+
+
+def unsized_together(parts: Sequence[tuple[Problem, Fit, Term]]) -> str:
+    """Why the sizes of one cause on several targets, each the last term of its fit, are not told; empty if they are.
+
+    Each may be weak: by the coefficients of all of them together, m = sum of theta' C^-1 theta.
+    """
+    told = [coefficients_of(problem, fit, term, ()) for problem, fit, term in parts]
+    z = deviate(np.concatenate([theta for theta, _ in told]), block_diag(*(cov for _, cov in told)))
+    if z >= LEAST:
+        return ""
+    each = "; ".join(_listed(theta, np.sqrt(np.diag(cov))) for theta, cov in told)
+    return f"its sizes are not told: {each}, together {z:.2g} standard deviations from nothing"
 
 
 def deviate(theta: Floats, cov: Floats) -> float:
