@@ -65,6 +65,7 @@ class Drivers:
     u: Floats
     angle: Floats
     kelvin: Floats
+    rest: Floats
     rng: np.random.Generator
 
 
@@ -158,9 +159,9 @@ def _bandwidth(d: Drivers) -> Floats:
 
 
 def _hold(d: Drivers) -> Floats:
-    """An output that is renewed every so many rows; as it is, whatever the strength."""
-    rows = int(d.rng.integers(4, 9))
-    return d.u[np.arange(d.u.size) // rows * rows] - d.u
+    """An output, noise and all, that is renewed every so many rows; as it is, whatever the strength."""
+    rows, read = int(d.rng.integers(4, 9)), d.u + d.rest
+    return read[np.arange(read.size) // rows * rows] - read
 
 
 def _curved(order: int) -> Law:
@@ -313,7 +314,12 @@ def word(law: str, found: Findings, logger: Logger) -> tuple[str, str]:
     names = [a.effect for a in target.added]
     rivals = {r.partition(":")[0] for a in target.added for r in a.confounded_with}
     said = f"{', '.join(names) or 'nothing'} ({target.verdict}){' or ' + ', '.join(sorted(rivals)) if rivals else ''}"
-    there = {truth, "tone", *(("timing_skew", "reference_lag") if logger.late or logger.reference == "command" else ())}
+    right = {truth} | ALSO.get(truth, set())
+    there = {
+        *right,
+        "tone",
+        *(("timing_skew", "reference_lag") if logger.late or logger.reference == "command" else ()),
+    }
     there |= (
         {"bias_thermal_lag", "bias_temperature_rate"}
         if logger.thermometer_lag and ("temp" in truth or "therm" in truth)
@@ -323,9 +329,9 @@ def word(law: str, found: Findings, logger: Logger) -> tuple[str, str]:
     sure = target.verdict in SURE
     if law.startswith("none"):
         return ("wrong, stated" if false and sure else "wrong, flagged" if false else "right"), said
-    if truth in names:
+    if right & set(names):
         return ("right" if not false else "wrong, stated" if sure else "wrong, flagged"), said
-    if truth in rivals:
+    if right & rivals:
         return "honest", said
     if false:
         return ("wrong, stated" if sure else "wrong, flagged"), said
@@ -380,11 +386,12 @@ def case(
     t = dt * np.arange(1.0, rows + 1.0)
     turns, effect_of = LAWS[law]
     wanted, u = programme(t, rng) if turns else (0.0 * t, 0.0 * t)
-    d = Drivers(t, u, np.cumsum(u) * dt, heat(t, rng), rng)
+    d = Drivers(t, u, np.cumsum(u) * dt, heat(t, rng), rest, rng)
     declared = [np.ones(rows), *([u] if turns and law != "scale_factor" else [])]
     effect = effect_of(d)
     block = TABLE_BLOCK if turns else QUICK_BLOCK if law == "tone" else SLOW_BLOCK
-    effect = scaled(effect, rest, declared, max(int(block / dt), 1), strength)
+    if law not in WHOLE:
+        effect = scaled(effect, rest, declared, max(int(block / dt), 1), strength)
     known = '["bias"]' if not turns or law == "scale_factor" else '["bias", "scale_factor"]'
     logger = Logger.drawn(rng) if rough else Logger()
     manifest_of = written(rest + u + effect, d, wanted, turns, logger, known, folder)

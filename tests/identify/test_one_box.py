@@ -36,6 +36,15 @@ def test_what_no_axis_tells_by_itself_the_box_does(tmp_path: Path) -> None:
         assert added.p_value < 0.01
 
 
+def test_a_drift_that_falls_short_among_all_that_was_tried_is_no_silence(tmp_path: Path) -> None:
+    path = bench(tmp_path, (1.1, -1.1, 0.9), seed=1)
+    path.write_text(path.read_text().replace(json.dumps(AXES), '"gyro_x"'), encoding="utf-8")
+    (target,) = close(path).targets
+    assert target.added == ()
+    assert target.verdict == "unexplained-structure"
+    assert any("bias_drift explains the data better than noise" in reason for reason in target.reasons)
+
+
 def test_false_alarms_of_the_choice_of_axes_are_paid_for() -> None:
     """At a nominal 1 % no more than 1 % of 20000 boxes of six axes without any drift (three sigma: 1.2 %)."""
     draws = np.random.default_rng(5).standard_normal((20000, 6))

@@ -4,6 +4,7 @@
   that is not this.
 * An effect whose size is not told, and that is still significant beside all that was added.
 * A drift that axes of the unit have together, and that is not told on this one.
+* A drift of a unit at rest that would be significant if nothing else had been tried.
 * Tones at multiples of one frequency: one wave that is no sine, and has a cause that no tone names.
 * A curve without a cause beside effects that have one.
 * As many effects as are added at most.
@@ -14,8 +15,11 @@ from __future__ import annotations
 import numpy as np
 
 from insenv.core.recording import Floats
+from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.problem import Problem
 from insenv.identify.search.one_box import DRIFTS
+from insenv.identify.search.round import CALIBRATION, against
+from insenv.identify.search.scan import Hit
 from insenv.identify.search.tracks import MOST_ADDED, Track
 
 #: Tones at multiples of one frequency that are no chance.
@@ -31,6 +35,7 @@ def unfinished(track: Track, alpha: float) -> tuple[str, ...]:
         *_what_does_not_last(track),
         *_without_a_size(track, alpha),
         *_of_the_box(track),
+        *_leaning(track, alpha),
         *_waves(track),
         *_curves(track),
         *_as_many_as_may_be(track),
@@ -67,6 +72,27 @@ def _of_the_box(track: Track) -> tuple[str, ...]:
         return ()
     found = next((r for r in track.refusals if r.of_box), None)
     return (f"axes of the unit drift together, and this one may as well: {found.reason}",) if found else ()
+
+
+def _leaning(track: Track, alpha: float) -> tuple[str, ...]:
+    """A drift or warm-up of a unit at rest that would be significant if nothing else had been tried."""
+    turns = any(np.ptp(e.u) for e in track.problem.exposures)
+    if track.steps or turns or any(r.of_box for r in track.refusals):
+        return ()
+    hits = [hit for hit in track.last_physical if hit.candidate.effect.key in DRIFTS]
+    found = min(hits, key=lambda hit: _by_itself(track, hit), default=None)
+    if found is None or (log_p := _by_itself(track, found)) >= np.log(alpha):
+        return ()
+    return (
+        f"{found.candidate.effect.key} explains the data better than noise does (p = {np.exp(log_p):.1g} by itself, "
+        f"{found.p_value:.1g} among all that was tried): not decided between it and a random walk",
+    )
+
+
+def _by_itself(track: Track, hit: Hit) -> float:
+    """Logarithm of the p-value of a hit without the looks of other effects and the odds against events."""
+    others = CALIBRATION * track.family * against(track.problem, hit.candidate.effect)
+    return min(0.0, log_tail(hit.deviate) + float(np.log(hit.looks / others)))
 
 
 def _waves(track: Track) -> tuple[str, ...]:
