@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.signal import lfilter
+from scipy.linalg.blas import dtbsv
 
 from insenv.core.errors import InputError
 from insenv.core.motion import Motion
@@ -182,10 +182,10 @@ def first_order(decayed: Floats, drive: Floats, start: Floats) -> tuple[Floats, 
     shape = np.broadcast_shapes(drive.shape[:-1], start.shape)
     n = drive.shape[-1]
     edges = np.empty((*shape, n + 1))
-    edges[..., 0] = start
-    drive = np.broadcast_to(drive, (*shape, n))
-    # A filter has one set of coefficients: rows of a batch that differ in them are filtered one by one.
-    for row in np.ndindex(decayed.shape):
-        initial = (decayed[row] * edges[(*row, ..., 0)])[..., None]
-        edges[(*row, ..., slice(1, None))], _ = lfilter([1.0], [1.0, -decayed[row]], drive[row], zi=initial)
+    edges[..., 0], edges[..., 1:] = start, drive
+    factor, band = np.broadcast_to(decayed, shape), np.empty((2, n + 1), order="F")
+    for row in np.ndindex(shape):
+        # As a triangular system of two diagonals; `scipy.signal` would take longer to import than a day to filter.
+        band[1] = -factor[row]
+        edges[row] = dtbsv(1, band, edges[row], lower=1, diag=1)
     return edges[..., :-1], edges[..., -1].copy()

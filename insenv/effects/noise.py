@@ -31,7 +31,6 @@ from typing import Any, ClassVar, final
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_discrete_lyapunov
-from scipy.signal import sosfilt
 from scipy.special import zeta
 
 from insenv.core.errors import InputError
@@ -190,6 +189,8 @@ class BiasInstability(NoiseEffect):
             return held(replace(self, hold=1), self.hold, theta, dt, state, z)
         sections = _flicker(self.decades)[0]
         x = z[..., 0, :]
+        from scipy.signal import sosfilt  # slow to import
+
         before = np.zeros((*x.shape[:-1], len(sections), 2)) if state is None else np.asarray(state)
         y, after = sosfilt(sections, x, zi=np.moveaxis(before, -2, 0))
         return y * theta[..., 0, None], np.moveaxis(after, 0, -2)
@@ -357,6 +358,8 @@ def _response(section: Floats, v: Floats) -> Floats:
 
 def _stationary_root(sections: Floats) -> Floats:
     """Root of the covariance that unit white noise keeps in the states, shape (2 sections, 2 sections)."""
+    from scipy.signal import sosfilt  # slow to import
+
     size = 2 * len(sections)
     inputs = np.zeros((size + 1, 1))
     inputs[-1] = 1.0

@@ -19,7 +19,6 @@ from functools import lru_cache
 from typing import Any, Self, final
 
 import numpy as np
-from scipy.interpolate import BSpline
 
 from insenv.core.errors import InputError
 from insenv.core.motion import Motion
@@ -167,6 +166,8 @@ def _coefficients(count: int) -> tuple[Param, ...]:
 @lru_cache
 def _clamped(count: int) -> tuple[Any, Any]:
     """B-splines on [0, 1], constant outside, and their antiderivatives; each maps (...) to (..., count)."""
+    from scipy.interpolate import BSpline  # slow to import
+
     knots = np.concatenate([np.zeros(DEGREE), np.linspace(0, 1, count - DEGREE + 1), np.ones(DEGREE)])
     value = BSpline(knots, np.eye(count), DEGREE)
     antiderivative = value.antiderivative()
@@ -182,6 +183,8 @@ def _clamped(count: int) -> tuple[Any, Any]:
 @lru_cache
 def _periodic(count: int) -> tuple[Any, Any]:
     """B-splines of period 1 and their antiderivatives; each maps (...) to (..., count)."""
+    from scipy.interpolate import BSpline  # slow to import
+
     knots = np.arange(-DEGREE, count + DEGREE + 1) / count
     value = BSpline(knots, np.concatenate([np.eye(count), np.eye(count)[:DEGREE]]), DEGREE)
     antiderivative = value.antiderivative()

@@ -17,7 +17,6 @@ from typing import Any, Self, final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline
 
 from insenv.core.motion import Motion, interval_slope
 from insenv.core.recording import Floats
@@ -112,6 +111,8 @@ def _averaged(u: Floats, edges: Floats, motion: Motion) -> tuple[Floats, Floats]
 
 def _integral(u: Floats, edges: Floats, motion: Motion) -> Callable[[Floats], Floats]:
     """Integral of the input from the start of the run, as a function of time."""
+    from scipy.interpolate import CubicHermiteSpline  # slow to import
+
     rates = np.broadcast_to(edges, (*np.broadcast_shapes(u.shape[:-1], edges.shape[:-1]), edges.shape[-1]))
     total = np.zeros(rates.shape)
     np.cumsum(u * motion.dt, axis=-1, out=total[..., 1:])

@@ -26,7 +26,6 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
 import numpy as np
-from scipy.signal import lfilter
 
 from insenv.core.earth import EARTH_RATE
 from insenv.core.estimate import Limits
@@ -176,6 +175,8 @@ class StaticBase:
         """Tilts about the level axes at the edges [rad], shape (..., 2, n + 1), and the state."""
         if not self.draws:
             return None, None
+        from scipy.signal import lfilter  # slow to import
+
         dt = float(t[-1] - t[0]) / (len(t) - 1)
         a = np.exp(-dt / self.disturbance.time_constant)
         # Two equal poles: variance (1 + a^2) / (1 - a^2)^3 per unit of driving variance.
