@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import pairwise
 from typing import Literal
 
@@ -173,7 +174,7 @@ class Recording:
             raise InputError(f"{self.label}: channel {name!r} is in {channel.unit}, wanted in {unit}")
         return channel.values
 
-    @property
+    @cached_property
     def dt(self) -> float:
         """Sampling period [s]: the mean of the steps that are no gap, so that jitter averages out."""
         if self.period is not None:

@@ -21,10 +21,12 @@ def problem_of(
     declared: tuple[str, ...] = ("bias", "scale_factor"),
     bias: Literal["common", "per-run"] | None = None,
     averaging: float | None = None,
+    samples: bool = True,
 ) -> tuple[Problem, Model]:
-    """Bins and declared terms, 60 % of each run fitted."""
+    """Bins and declared terms, 60 % of each run fitted; lines and a hold are looked for in the ``samples``."""
     asked = manifest(declared=declared, bias=bias, averaging=averaging)
-    prepared = prepare(asked, recordings, tuple(use(len(r)) for r in recordings), asked.model.targets[0])
+    uses = tuple(use(len(r)) for r in recordings)
+    prepared = prepare(asked, recordings, uses, asked.model.targets[0], tones=samples, holds=samples)
     return prepared.plain, prepared.model
 
 

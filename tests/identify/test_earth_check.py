@@ -73,7 +73,9 @@ def table_run(
 
 
 def fitted(recording: Recording, declared: tuple[str, ...] = DECLARED) -> tuple[Problem, Fit]:
-    prepared = prepare(manifest(declared=declared), (recording,), (use(len(recording)),), "gyro", tones=False)
+    prepared = prepare(
+        manifest(declared=declared), (recording,), (use(len(recording)),), "gyro", tones=False, holds=False
+    )
     return prepared.problem, solve(prepared.problem, prepared.model)
 
 

@@ -47,6 +47,8 @@ TELLS, HALF, PART = 3.0, 0.5, 48
 MOST = 0.1
 #: Peaks of the spectrum that are looked at as renewal rates, hold times that are tried, and phases of each.
 PEAKS, TRIED, PHASES = 32, 32, 8
+#: Share of a column's square sum that rounding leaves of it.
+ROUNDING = 1e-13
 #: Rows of the first look, and the shortest hold times, which are always tried.
 COARSE, ALWAYS = 8000, 24
 #: Hold times of round numbers of samples, always tried too: a ramp that is shorter than the hold shows no sawtooth.
@@ -311,14 +313,17 @@ class _Search:
         return self.seen[key]
 
     def _gain(self, ratio: float, phase: float) -> _Gain:
-        dt, cells, total = self.exposure.motion.dt, self.cells, float(self.left @ self.left)
+        whole, cells, total = self.exposure.motion, self.cells, float(self.left @ self.left)
         start, stop = max(0, int(cells[0]) - int(ratio) - 1), int(cells[-1]) + 1  # from a whole cell of the hold on
-        motion = self.exposure.motion.interval(start, stop)
-        column = held_addition(self.exposure.u[start:stop], motion, np.array([1.0, ratio * dt]), phase * dt)
+        u = self.exposure.u[start:stop]
+        motion = Motion(whole.t[start : stop + 1], u, step=whole.step)  # a hold needs no more of it
+        column = held_addition(u, motion, np.array([1.0, ratio * whole.dt]), phase * whole.dt)
         change = np.diff(column[cells - start])
-        column = change - self.q @ (self.q.T @ change)
-        size = float(column @ column)
-        share = float(column @ self.left) / size if size > 0 else 0.0
+        along = self.q.T @ change  # what is left has no part there
+        power = float(change @ change)
+        size = power - float(along @ along)
+        size = size if size > ROUNDING * power else 0.0
+        share = float(change @ self.left) / size if size > 0 else 0.0
         credible = 0 < share <= MOST_SHARE  # a larger one is another hold, tried too
         return _Gain(share**2 * size if credible else 0.0, share, size, total)
 
