@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 import subprocess
 import sys
@@ -11,7 +12,35 @@ import venv
 from pathlib import Path
 from types import SimpleNamespace
 
+from command import Ended
+
 ROOT = Path(__file__).parents[2]
+#: Commands one after another in one process: to start it takes longer than most of them.
+COMMANDS = """
+import contextlib, io, json, sys
+from insenv.cli import main
+
+ended = []
+for options in json.loads(sys.argv[1]):
+    out, err, status = io.StringIO(), io.StringIO(), 0
+    sys.argv[1:] = options
+    try:
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            main()
+    except SystemExit as end:
+        status = end.code or 0
+    ended.append((status, out.getvalue(), err.getvalue()))
+print(json.dumps(ended))
+"""
+
+
+def commands(python: Path, folder: Path, *lines: tuple[str, ...]) -> list[Ended]:
+    """How `insenv` with each of these options ends, run by another Python in ``folder``."""
+    told = subprocess.run(
+        [python, "-c", COMMANDS, json.dumps(lines)], cwd=folder, capture_output=True, text=True, timeout=500
+    )
+    assert told.returncode == 0, told.stdout + told.stderr
+    return [Ended(*one) for one in json.loads(told.stdout)]
 
 
 def environment_with(example: Path, folder: Path) -> Path:

@@ -39,7 +39,7 @@ LADDERS: tuple[tuple[str, str, tuple[float, ...]], ...] = (
 def test_what_is_found_is_found_at_every_larger_strength(key: str, kind: str, theta: tuple[float, ...]) -> None:
     for snr in (12.0, 120.0, 12000.0):
         run, _ = with_effects(kind, 7, ((key, np.array(theta)),), snr, 1800.0)
-        (target,) = closed(run.recording, manifest(declared=declared_for(run.recording))).targets
+        (target,) = closed(run.recording, manifest(declared=declared_for(run.recording), averaging=1.0)).targets
         named = {a.effect if a.order is None else f"{a.effect}:{a.order}" for a in target.added}
         named |= {rival for a in target.added for rival in a.confounded_with}
         assert key in named or key.partition(":")[0] in named, f"strength {snr:g}"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pickle
 import struct
-import subprocess
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -13,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from command import Ended, run
-from installed import environment_with
+from installed import commands, environment_with
 
 from estimators.two_position.joint import TwoPositionJoint
 from insenv.core.errors import InputError
@@ -491,16 +490,11 @@ def test_bad_input_ends_in_one_sentence(
 def test_an_installed_package_adds_an_estimator_and_a_policy(tmp_path: Path) -> None:
     python = environment_with(EXAMPLE, tmp_path / "env")
 
-    def insenv(*options: str) -> subprocess.CompletedProcess[str]:
-        command = [str(python), "-m", "insenv.cli", *options]
-        return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=500)
-
-    for name in ("folded_turns", "there_and_back"):
-        ended = insenv("check-plugin", name, "--env", "NorthFinder")
-        assert ended.returncode == 0, ended.stdout + ended.stderr
-    ended = insenv(
-        *("evaluate", "--env", "NorthFinder", "--estimator", "folded_turns,revolution"),
-        *("--policy", "there_and_back", "--seeds", "8", "--every", "1000"),
+    checks = [("check-plugin", name, "--env", "NorthFinder") for name in ("folded_turns", "there_and_back")]
+    both = ("evaluate", "--env", "NorthFinder", "--estimator", "folded_turns,revolution")
+    *checked, evaluated = commands(
+        python, tmp_path, *checks, (*both, "--policy", "there_and_back", "--seeds", "8", "--every", "1000")
     )
-    assert ended.returncode == 0, ended.stdout + ended.stderr
-    assert "there_and_back  folded_turns" in ended.stdout
+    assert all(ended.status == 0 for ended in checked), checked
+    assert evaluated.status == 0, evaluated
+    assert "there_and_back  folded_turns" in evaluated.out

@@ -6,7 +6,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from installed import ROOT, environment_with
+from installed import ROOT, commands, environment_with
 
 EXAMPLE = ROOT / "docs/example_system"
 PROGRAM = """
@@ -24,23 +24,21 @@ print(several.step(several.action_space.sample())[1].shape)
 def test_every_command_works_for_the_system_of_another_package(tmp_path: Path) -> None:
     python = environment_with(EXAMPLE, tmp_path / "env")
 
-    def ran(*options: str) -> str:
-        ended = subprocess.run([python, *options], cwd=tmp_path, capture_output=True, text=True, timeout=500)
-        assert ended.returncode == 0, ended.stdout + ended.stderr
-        return ended.stdout
-
-    def insenv(*options: str) -> str:
-        return ran("-m", "insenv.cli", *options)
-
     slow = "slow_table/slow"
-    assert "insenv/SlowTable-v0" in insenv("list", "environments") and slow in insenv("list", "scenarios")
-    assert "OK: it keeps the contract" in insenv("check-plugin", "north_gls", "--env", "SlowTable")
     some = ("--policy", "constant_rate", "--estimator", "north_gls", "--seeds", "2", "--every", "1000")
-    assert "Cramer-Rao bound" in insenv("evaluate", "--env", "SlowTable", *some)
-    assert "azimuth" in insenv("sweep", slow, *some)
-    assert "both ways" in insenv("design", slow, "--time", "60 s", "--no-verify")
-    assert "error of north by north_gls" in insenv("close-loop", slow, "--in-environment")
-    assert ran("-c", PROGRAM) == "(2,)\n"
+    expected = {
+        ("list", "environments"): "insenv/SlowTable-v0",
+        ("list", "scenarios"): slow,
+        ("check-plugin", "north_gls", "--env", "SlowTable"): "OK: it keeps the contract",
+        ("evaluate", "--env", "SlowTable", *some): "Cramer-Rao bound",
+        ("sweep", slow, *some): "azimuth",
+        ("design", slow, "--time", "60 s", "--no-verify"): "both ways",
+        ("close-loop", slow, "--in-environment"): "error of north by north_gls",
+    }
+    for sentence, ended in zip(expected.values(), commands(python, tmp_path, *expected), strict=True):
+        assert ended.status == 0 and sentence in ended.out, ended
+    made = subprocess.run([python, "-c", PROGRAM], cwd=tmp_path, capture_output=True, text=True, timeout=500)
+    assert made.stdout == "(2,)\n", made.stderr
 
 
 def test_a_kind_of_task_that_no_system_has_is_answered_with_those_that_are() -> None:
