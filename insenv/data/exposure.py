@@ -22,7 +22,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
 
 from insenv.core.earth import EARTH_RATE
 from insenv.core.motion import Motion, interval_mean
@@ -485,6 +484,8 @@ def _vibration(recording: Recording, target: str, cell_of_row: NDArray[np.int64]
 
     Of an accelerometer the other axes alone: its own noise is no vibration to itself.
     """
+    from scipy.ndimage import uniform_filter1d  # slow to import
+
     width = int(SHAKES / recording.dt)
     if width < FEWEST or len(recording) < 2 * width:
         return {}

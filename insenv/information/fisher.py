@@ -16,7 +16,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import solveh_banded
 
 from insenv.core.errors import InputError
 from insenv.core.motion import Motion
@@ -236,6 +235,8 @@ def north_bound(
 
 def _quadratic(columns: Floats, noise: IncrementNoise, dt: float) -> Floats:
     """X' C^-1 X, shape (p, p)."""
+    from scipy.linalg import solveh_banded  # slow to import
+
     band = noise.banded(len(columns), dt)
     if noise.angle > 0 and len(columns) > 1:
         weighed = solveh_banded(band, columns, check_finite=False)

@@ -1,5 +1,6 @@
 """Facts about the repository itself: what is tracked, its version, the cost of importing it."""
 
+import ast
 import re
 import subprocess
 import sys
@@ -107,6 +108,19 @@ def test_version_is_the_same_everywhere() -> None:
 
 def test_importing_insenv_loads_no_heavy_library() -> None:
     assert modules_after("import insenv").isdisjoint(IMPORTED_WHEN_USED)
+
+
+def test_what_an_environment_imports_leaves_slow_parts_of_scipy_until_they_are_used() -> None:
+    """They cost more than all the rest of a first step: imports at the head of these modules are read."""
+    slow = {"scipy.signal", "scipy.interpolate", "scipy.ndimage", "scipy.optimize", "scipy.stats"}
+    found = []
+    for folder in ("core", "data", "effects", "sensors", "plants", "scenario", "envs", "systems"):
+        for path in sorted((ROOT / "insenv" / folder).rglob("*.py")):
+            for node in ast.parse(path.read_text(encoding="utf-8")).body:
+                heads = [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+                heads += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+                found += [f"{path}: {name}" for name in heads if name in slow]
+    assert found == []
 
 
 @pytest.mark.parametrize("name", ["scipy", "pint"])
