@@ -5,28 +5,31 @@ Generated with NumPy, no effect of insenv; seeds are fixed. A scatter that chanc
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from simulated_runs import manifest, use
 
-from insenv.core.recording import Channel, Floats, Recording
+from insenv.core.recording import Channel, Floats, Recording, Response
 from insenv.effects.catalogue import by_key
 from insenv.effects.tone import Tone
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Term
 from insenv.identify.search.prepare import prepare
 from insenv.identify.search.recurrence import not_in_all_runs, scattered
+from insenv.identify.search.round import search
 
 DT, N, NOISE = 0.1, 6000, 1e-4
 LINE = 0.31
 
 
-def run(seed: int, cubic: float = 0.0, line: float = 0.0) -> Recording:
+def run(seed: int, cubic: float = 0.0, line: float = 0.0, top: float = 1.5, gain: float = 1.0) -> Recording:
     """A gyro on a table that swings, with a cubic scale factor [1/(rad/s)^2] and a line [rad/s]."""
     rng = np.random.default_rng(seed)
     t: Floats = DT * np.arange(1.0, N + 1)
-    rate = 1.5 * np.sin(2 * np.pi * t / 40)
-    gyro = rate + cubic * rate**3 + line * np.sin(2 * np.pi * LINE * t) + NOISE * rng.standard_normal(N)
+    rate = top * np.sin(2 * np.pi * t / 40)
+    gyro = gain * rate + cubic * rate**3 + line * np.sin(2 * np.pi * LINE * t) + NOISE * rng.standard_normal(N)
     return Recording(t, {"gyro": Channel(gyro, "rad/s"), "table_rate": Channel(rate, "rad/s", source="command")})
 
 
@@ -49,6 +52,25 @@ def test_one_run_says_nothing_of_others() -> None:
 def test_a_line_of_one_run_alone_is_none_of_the_instrument(lines: tuple[float, ...], law: bool) -> None:
     recordings = tuple(run(seed, line=line) for seed, line in enumerate(lines))
     assert (not said(recordings, Term(Tone(), (LINE,), per_run=True))) == law
+
+
+@pytest.mark.parametrize(("cubic", "gains"), [(1e-3, (1.0, 1.0)), (0.0, (1.0, 0.999))])
+def test_beside_a_late_reference_a_gain_in_each_run_is_no_curve(cubic: float, gains: tuple[float, float]) -> None:
+    """Runs of other amplitudes and gains, as a filter makes them at other frequencies, look like a cubic together."""
+    runs = [run(k, cubic, top=top, gain=gain) for k, (top, gain) in enumerate(zip((0.6, 1.5), gains, strict=True))]
+    late = tuple(replace(one, responses={"gyro": Response(lag=0.01)}) for one in runs)
+    assert (not said(late, Term(by_key("scale_factor_cubic")))) == (cubic > 0)
+
+
+@pytest.mark.parametrize(("multiple", "remarked"), [(1, True), (3, True), (4.5, False)])
+def test_a_line_at_a_multiple_of_a_swing_is_of_the_motion(multiple: float, remarked: bool) -> None:
+    t: Floats = DT * np.arange(1.0, N + 1)
+    one = run(5)
+    gyro = one.channels["gyro"].values + 1e-3 * np.sin(2 * np.pi * multiple / 40 * t + 0.7)
+    one = replace(one, channels={**one.channels, "gyro": replace(one.channels["gyro"], values=gyro)})
+    problem = prepare(manifest(), (one,), (use(N),), "gyro", holds=False, tones=False)
+    (hit,) = search(problem.problem, solve(problem.problem, problem.model), (), 0, 1, tones=True)
+    assert ("swings" in hit.remark) == remarked
 
 
 def test_the_mean_of_runs_that_agree_is_the_weighted_one() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import minimize
 from scipy.special import ndtri_exp
 
@@ -46,6 +47,8 @@ UNUSUAL = 20.0
 SUGGESTED = 0.3
 #: Share of the input's square sum from which a tone at its frequency is the motion itself.
 OF_MOTION = 0.5
+#: Multiples of that frequency that curves of the motion have.
+HARMONICS = 8
 
 
 def search(
@@ -150,21 +153,46 @@ def _tone_hit(problem: Problem, fit: Fit, base: Reference, count: float) -> Hit:
     best = Hit(Candidate(Tone(), (term,)), term, ratio, trials * count, found, term.size)
     if _of_the_motion(problem, term):
         return replace(
-            best, deviate=-np.inf, remark="at the frequency at which the table swings: its motion, not a line"
+            best,
+            deviate=-np.inf,
+            remark="at a multiple of the frequency at which the table swings: its motion, not a line",
         )
     return refined(problem, base, best, np.array([min(resolution, 0.25 / _span(problem))]))
 
 
 def _of_the_motion(problem: Problem, term: Term) -> bool:
-    """Whether a tone is most of the input: what a swinging table leaves at its frequency follows the motion."""
+    """Whether a tone stands where a table swings, in any run, or at a multiple of that.
+
+    What follows the motion of a table that swings, its angle or rate by any curve, has lines there and nowhere else.
+    """
     u = problem.bins.mean(tuple(e.u for e in problem.exposures))
-    wave = problem.columns(replace(term, per_run=True))
-    u = u - np.array([u[problem.bins.run == run].mean() for run in range(len(problem.exposures))])[problem.bins.run]
+    swings = (_swing(u[run], problem.bins.width) for run in _runs(problem))
+    return any(_multiple(term.shape[0], *swing) for swing in swings if swing is not None)
+
+
+def _runs(problem: Problem) -> list[NDArray[np.int64]]:
+    """Bins of each run."""
+    return [np.flatnonzero(problem.bins.run == run) for run in range(len(problem.exposures))]
+
+
+def _swing(u: Floats, width: float) -> tuple[float, float] | None:
+    """Frequency [Hz] at which a run has more than half of its input, and its resolution; None where it has no such."""
+    u = u - u.mean() if len(u) else u
     total = float(u @ u)
-    if not total:
-        return False
-    left = u - wave @ np.linalg.lstsq(wave, u, rcond=None)[0]
-    return float(left @ left) < (1 - OF_MOTION) * total
+    if not total or len(u) < 8:
+        return None
+    power = np.abs(np.fft.rfft(u)) ** 2
+    near = np.convolve(power, np.ones(3), mode="same")  # of a line between two frequencies of the transform
+    at = int(np.argmax(near[1:])) + 1
+    if 2 * float(near[at]) / len(u) < OF_MOTION * total:
+        return None
+    around = np.arange(max(at - 1, 1), min(at + 2, len(power)))
+    return float(power[around] @ around / power[around].sum()) / (len(u) * width), 1 / (len(u) * width)
+
+
+def _multiple(frequency: float, swing: float, resolution: float) -> bool:
+    order = round(frequency / swing)
+    return 1 <= order <= HARMONICS and abs(frequency - order * swing) <= resolution
 
 
 def _span(problem: Problem) -> float:
