@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -57,7 +58,7 @@ from insenv.identify.search.tracks import Step, Track
 from insenv.identify.search.twins import told, told_rarer, twins
 from insenv.identify.search.unfinished import unfinished
 from insenv.identify.search.vibration import went_away
-from insenv.identify.switches import Asked
+from insenv.identify.switches import Asked, switchable
 
 #: Held-out error in scatters of the fitted noise from which on a word is said.
 WANDER = 2.0
@@ -183,7 +184,8 @@ def _target(
         derived=derived(plain, before, track, earth),
         cautions=(*_incredible(problem, own), *cautions(earth), *_wander(scores[1])),
         covariance=covariance(problem, track.fit),
-        switchable=Asked(track),
+        switchable=Asked(partial(switchable, track)),
+        samples=Asked(track.prepared.samples),
     )
 
 

@@ -199,15 +199,33 @@ class Traces:
 
 
 @dataclass(frozen=True)
+class SampleSpectrum:
+    """Two-sided density of the samples up to ``nyquist`` [Hz]: mean and largest value in narrow bins around ``f``.
+
+    Of the longest stretch that may be fitted, less what the declared effects explain. ``lines`` has frequency [Hz] and
+    whether its phase holds; means over ``width`` [s] are fitted.
+    """
+
+    f: Floats
+    density: Floats
+    largest: Floats
+    nyquist: float
+    width: float
+    lines: tuple[tuple[float, bool], ...] = ()
+
+
+@dataclass(frozen=True)
 class Switch:
     """An effect that a reader may take into the model or out of it, at the shape at which it was found or tried.
 
     ``role`` is "declared", "added", "rival" (of the effect ``of``) or "refused"; ``shape`` has name, value and SI unit.
+    ``generic``: a curve without a cause.
     """
 
     effect: str
     role: str
     of: str = ""
+    generic: bool = False
     shape: tuple[tuple[str, float, str], ...] = ()
 
 
@@ -272,7 +290,8 @@ class TargetFindings:
     """All that was found on one target channel.
 
     ``cautions`` say, in sentences, which of the figures may be wrong by more than their standard deviations.
-    ``switchable`` gives what a reader may fit anew; it takes some fits, so a report asks for it and nothing else does.
+    ``switchable`` gives what a reader may fit anew, ``samples`` the spectrum of the samples: both take time, so that a
+    report asks for them and nothing else does.
     """
 
     target: str
@@ -294,6 +313,7 @@ class TargetFindings:
     cautions: tuple[str, ...] = ()
     covariance: Covariance | None = None
     switchable: Callable[[], Switchable | None] = field(default=lambda: None, compare=False, repr=False)
+    samples: Callable[[], SampleSpectrum | None] = field(default=lambda: None, compare=False, repr=False)
 
 
 @dataclass(frozen=True)

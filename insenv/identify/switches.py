@@ -5,8 +5,10 @@ y - X theta = after:   with X, the priors and the noise's spectra anyone can fit
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -15,6 +17,8 @@ from insenv.identify.fit.gls import solve
 from insenv.identify.fit.noise import eigenvalues
 from insenv.identify.fit.problem import NOISE_TERMS, Problem, Term, free_bins
 from insenv.identify.search.tracks import Track
+
+T = TypeVar("T")
 
 #: Refused effects that can be tried, the likeliest ones; rivals of one effect.
 MOST_REFUSED, MOST_RIVALS = 4, 3
@@ -25,32 +29,32 @@ SPECTRUM = 200
 
 
 @dataclass(frozen=True)
-class Told:
-    """What was made of a track, as a callable that can be pickled."""
+class Told(Generic[T]):
+    """What was made, as a callable that can be pickled."""
 
-    found: Switchable | None
+    found: T
 
-    def __call__(self) -> Switchable | None:
+    def __call__(self) -> T:
         """What was made."""
         return self.found
 
 
 @dataclass(frozen=True)
-class Asked:
-    """`switchable` of a track when it is asked for; what is pickled is what it gives."""
+class Asked(Generic[T]):
+    """``make()`` when it is asked for, once; what is pickled is what it gives."""
 
-    track: Track
+    make: Callable[[], T]
 
     @cached_property
-    def found(self) -> Switchable | None:
-        """What was made, once."""
-        return switchable(self.track)
+    def found(self) -> T:
+        """What was made."""
+        return self.make()
 
-    def __call__(self) -> Switchable | None:
+    def __call__(self) -> T:
         """What is made."""
         return self.found
 
-    def __reduce__(self) -> tuple[type[Told], tuple[Switchable | None]]:
+    def __reduce__(self) -> tuple[type[Told[T]], tuple[T]]:
         return Told, (self.found,)
 
 
@@ -124,7 +128,9 @@ def offered(track: Track) -> tuple[tuple[Term, ...], tuple[Switch, ...]]:
         left -= left > 0 and add(hit.term, "refused")
         if not left:
             break
-    switches = tuple(Switch(term.effect.key, role, of, _shape(track.problem, term)) for term, role, of in rows)
+    switches = tuple(
+        Switch(term.effect.key, role, of, term.effect.generic, _shape(track.problem, term)) for term, role, of in rows
+    )
     return tuple(term for term, _, _ in rows), switches
 
 

@@ -21,9 +21,11 @@ from insenv.report import words
 from insenv.report.quantities import p_value, unit_for
 
 #: Steps of arrays, as shares of the residual: of columns times their coefficients, of the residual itself.
-FINE, RESIDUAL = 2e-5, 1e-4
+FINE, RESIDUAL = 2e-5, 1e-6
 #: Step of a column as a share of it, at least: columns that span each other must do so still.
 FINEST = 1e-7
+#: The same of a curve without a cause, which together with a bias is hardly told: its last digits decide far outside.
+FINEST_CURVE = 1e-9
 #: Largest whole number.
 _MOST = 2**29
 
@@ -123,7 +125,8 @@ def _steps(model: Switchable, size: float) -> list[float]:
     # A coefficient that was not fitted is taken for one that would be thirty times the residual.
     wanted = np.maximum(np.abs(model.theta), 30 * size / np.maximum(scale, 1e-300))
     step = FINE * size / wanted
-    step = np.minimum(step, FINEST * np.where(scale > 0, scale, 1.0))
+    curve = np.array([model.switches[k].generic for k in model.of], bool)
+    step = np.minimum(step, np.where(curve, FINEST_CURVE, FINEST) * np.where(scale > 0, scale, 1.0))
     largest = np.abs(model.columns).max(axis=0, initial=0.0)
     return np.maximum(step, np.maximum(largest, 1e-300) / _MOST).tolist()
 

@@ -198,11 +198,12 @@ def _spectrum(ax: Axes, s: Spectra, unit: Unit, changed: bool) -> None:
     draw.models(ax, s.f, np.sqrt(s.psd_fitted), declared, unit)
     draw.log_log(ax, s.f, [np.sqrt(s.psd_before), np.sqrt(s.psd_after)], unit)
     ax.set_xlabel("frequency [Hz]")
-    ax.set_ylabel(f"two-sided root PSD [{_per_root_hertz(unit)}]")
+    ax.set_ylabel(f"two-sided root PSD [{per_root_hertz(unit)}]")
     draw.legend(ax)
 
 
-def _per_root_hertz(unit: Unit) -> str:
+def per_root_hertz(unit: Unit) -> str:
+    """Unit of a root spectral density."""
     return f"({unit.label})/√Hz" if "/" in unit.label else f"{unit.label}/√Hz"
 
 

@@ -11,6 +11,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from insenv.core.files import write_whole
 from insenv.identify.findings import (
     Added,
@@ -43,6 +45,14 @@ _SEEN = {
     ),
     "force": ("Residual against specific force", "Good: after, a level line."),
     "turned": ("Residual against the turn about the axis", "Good: after, a level line."),
+    "samples": (
+        "Spectrum of the samples",
+        "Good: no peak stands out but those marked. Lines beyond the dotted line reach the means as aliases alone.",
+    ),
+    "effect": (
+        "The effect on what is left without it",
+        "Good: the line runs through the dots, and through the held-out ones too.",
+    ),
     "psd": (
         "Spectrum of the residual",
         "Good: after, the thick line follows the fitted noise and no peak stands out of it.",
@@ -84,9 +94,23 @@ def to_html(findings: Findings) -> str:
         label=_label_of_all(findings.targets),
         duration=span(findings.duration),
         alpha=percent(findings.alpha),
-        targets=[_target(t, f"t{i}", findings.alpha) for i, t in enumerate(findings.targets, 1)],
+        targets=[
+            {**_target(t, f"t{i}", findings.alpha), "once": _as_before(t, findings.targets)}
+            for i, t in enumerate(findings.targets, 1)
+        ],
         method=words.METHOD_OF_POSITIONS if findings.procedure == "multi-position" else words.METHOD,
     )
+
+
+def _as_before(target: TargetFindings, targets: Sequence[TargetFindings]) -> str:
+    """The first target that shares its one measurement with this one, if it is another: what is left is the same."""
+    for other in targets:
+        if other is target:
+            return ""
+        pairs = ((getattr(one.traces, name) for one in (target, other)) for name in ("t", "before", "after"))
+        if other.held_out == target.held_out and all(np.array_equal(a, b) for a, b in pairs):
+            return other.target
+    return ""
 
 
 def _label(verdict: str) -> tuple[str, str]:
@@ -218,10 +242,10 @@ def _pictures(target: TargetFindings, ident: str) -> Row:
     """The pictures of a target as ``<svg>`` elements with their captions."""
     from markupsafe import Markup
 
-    from insenv.report import figures
+    from insenv.report import evidence, figures
     from insenv.report.svg import inline
 
-    shown = figures.covariates(target)
+    shown, model, sampled = figures.covariates(target), target.switchable(), target.samples()
 
     def picture(figure: Any, key: str, form: str = "") -> Row:
         title, good = _SEEN[key]
@@ -240,5 +264,11 @@ def _pictures(target: TargetFindings, ident: str) -> Row:
         "time": picture(figures.against_time(target), "time"),
         "phone": picture(figures.against_time(target, narrow=True), "time", "-phone"),
         "panels": list(panels()),
+        "samples": None if sampled is None else picture(evidence.samples(target, sampled), "samples"),
+        "effects": {}
+        if model is None
+        else {
+            key: picture(figure, "effect", f"-{k}") for k, (key, figure) in enumerate(evidence.effects(target, model))
+        },
         "constant": words.listing(k for k in target.traces.covariates if k not in shown),
     }

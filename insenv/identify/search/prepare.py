@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -24,11 +26,12 @@ from insenv.identify.clean.rails import Rail, find_rails, without_rails
 from insenv.identify.clean.ramps import slewed
 from insenv.identify.clean.response import responding, with_held
 from insenv.identify.clean.triads import of_others, turns_left_out, without_turns
-from insenv.identify.findings import RejectedRows
+from insenv.identify.findings import RejectedRows, SampleSpectrum
 from insenv.identify.fit.bins import gather
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Model, Problem, Term, regressors
 from insenv.identify.search.lines import Line, find_lines, quantum
+from insenv.identify.search.samples import sample_spectrum
 
 #: Fitted bins aimed at, and the most that are used.
 BINS, MOST_BINS = 2000, 20000
@@ -70,6 +73,8 @@ class Prepared:
         Outlying rows, which no bin of ``problem`` holds.
     rails : tuple of Rail
         Values at which the target clips; ``plain`` has the rows at them.
+    samples : callable
+        Spectrum of the samples, when it is asked for.
     """
 
     plain: Problem
@@ -79,6 +84,7 @@ class Prepared:
     held: Look = Look()
     rejected: tuple[RejectedRows, ...] = ()
     rails: tuple[Rail, ...] = ()
+    samples: Callable[[], SampleSpectrum | None] = field(default=lambda: None, repr=False, compare=False)
 
 
 def prepare(
@@ -123,7 +129,8 @@ def prepare(
     if not lines:
         free = plain if held.hold is None else _problem(manifest, recordings, uses, target, rows, reject_lines=False)
         plain = _clipping(manifest, clean, uses, target, rows, plain)
-        return Prepared(plain, free, model, (), held, rejected, clean.rails)
+        shown = partial(_samples, recordings, uses, plain, model, ())
+        return Prepared(plain, free, model, (), held, rejected, clean.rails, shown)
     wandering = [line.frequency for line in lines if not line.steady]
     if wandering and manifest.held_out.averaging is None:
         wide = int(np.ceil(CYCLES_PER_BIN / min(wandering) / recordings[0].dt))
@@ -137,7 +144,8 @@ def prepare(
         if _scatter(rejecting, model) < _scatter(problem, model):
             problem = rejecting
     plain = _clipping(manifest, clean, uses, target, rows, plain)
-    return Prepared(plain, problem, model, lines, held, rejected, clean.rails)
+    shown = partial(_samples, recordings, uses, plain, model, lines)
+    return Prepared(plain, problem, model, lines, held, rejected, clean.rails, shown)
 
 
 @dataclass(frozen=True)
@@ -464,6 +472,17 @@ def _lines(
         found += find_lines(t, recording.dt, values, step, run, 0.6 / problem.bins.width)
     noise = _bin_noise(problem)
     return tuple(x for x in found if _matters(x, problem.bins.width, noise))
+
+
+def _samples(
+    recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], problem: Problem, model: Model, lines: tuple[Line, ...]
+) -> SampleSpectrum | None:
+    """Spectrum of the samples of the run with the longest stretch that may be fitted."""
+    spans = _spans(recordings, uses)
+    run = max(range(len(spans)), key=lambda k: spans[k].stop - spans[k].start)
+    values = _left(recordings[run], spans[run], problem, model)
+    own = tuple(line for line in lines if line.run == run)
+    return sample_spectrum(values, recordings[run].dt, own, problem.bins.width)
 
 
 def _of_hold(line: Line, hold: Hold, problem: Problem) -> bool:

@@ -134,7 +134,7 @@
       this.others = el('div', {});
       const cleaned = T.cleaned.length ? ' Taken out of the samples beforehand, in every model here: ' + T.cleaned.join(', ') + '.' : '';
       this.place.append(
-        el('p', {class: 'note'}, 'Each switch fits the model anew on the fitted data, noise and all, as insenv does; shapes such as time constants and frequencies stay as found.' + cleaned),
+        el('p', {class: 'note'}, 'Each switch fits the model anew on the fitted data, noise and all, as insenv does; shapes such as time constants and frequencies stay as found, and deviations are those for known shapes.' + cleaned),
         el('div', {class: 'board'},
           el('div', {class: 'model', role: 'group', 'aria-label': 'effects of the model'}, group('declared', 'Declared'), group('added', 'Added'), group('rival', 'Cannot be told apart'), group('refused', 'Tried and refused'),
             el('p', {}, button('As found', () => set(this.found)), ' ', button('Declared only', () => set(this.declared)))),
