@@ -17,6 +17,7 @@ from made_findings import nothing_significant, one_target
 from insenv.core.errors import InputError
 from insenv.core.filing import Filing, command, hashed, run_as
 from insenv.data.manifest import load_manifest
+from insenv.identify.search.samples import sample_spectrum
 from insenv.report import explore, to_html, to_json
 from insenv.report.drawing import PALETTE
 from insenv.report.page import stylesheet
@@ -114,6 +115,26 @@ def test_the_pages_own_script_is_small_and_makes_no_markup_of_texts() -> None:
     own = "".join(explore.scripts()[1:])
     assert len(own.encode()) <= 40_000
     assert not re.search(r"innerHTML|outerHTML|insertAdjacent|document\.write|eval\(|fetch\(|XMLHttp|import\(", own)
+
+
+def test_one_measurement_of_several_axes_is_drawn_once() -> None:
+    made = nothing_significant()
+    twice = replace(made, targets=(made.targets[0], replace(made.targets[0], target="gyro_b")))
+    text = to_html(twice)
+    assert text.count("As for gyro: one measurement of all axes together") == 1
+    assert text.count('<svg role="img"') == to_html(made).count('<svg role="img"')
+
+
+def test_the_spectrum_of_samples_keeps_its_level_and_shows_a_line() -> None:
+    # White noise of variance 4 every 10 ms: density 0.04; means over more than 1000 values, within 3 deviations.
+    rng, dt = np.random.default_rng(2), 0.01
+    t = np.arange(60_000) * dt
+    found = sample_spectrum(2 * rng.normal(size=len(t)) + np.cos(2 * np.pi * 30 * t), dt, (), 1.0)
+    assert found is not None and found.nyquist == 50.0
+    quiet = (found.f > 40) & (found.f < 49)
+    assert found.density[quiet].mean() == pytest.approx(0.04, rel=0.1)
+    assert abs(found.f[found.largest.argmax()] - 30) < 1
+    assert sample_spectrum(np.zeros(1000), dt, (), 1.0) is None
 
 
 MANIFEST = """

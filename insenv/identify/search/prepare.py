@@ -129,8 +129,9 @@ def prepare(
     if not lines:
         free = plain if held.hold is None else _problem(manifest, recordings, uses, target, rows, reject_lines=False)
         plain = _clipping(manifest, clean, uses, target, rows, plain)
-        shown = partial(_samples, recordings, uses, plain, model, ())
-        return Prepared(plain, free, model, (), held, rejected, clean.rails, shown)
+        return Prepared(
+            plain, free, model, (), held, rejected, clean.rails, partial(_samples, recordings, uses, plain, model, ())
+        )
     wandering = [line.frequency for line in lines if not line.steady]
     if wandering and manifest.held_out.averaging is None:
         wide = int(np.ceil(CYCLES_PER_BIN / min(wandering) / recordings[0].dt))
@@ -144,8 +145,10 @@ def prepare(
         if _scatter(rejecting, model) < _scatter(problem, model):
             problem = rejecting
     plain = _clipping(manifest, clean, uses, target, rows, plain)
-    shown = partial(_samples, recordings, uses, plain, model, lines)
-    return Prepared(plain, problem, model, lines, held, rejected, clean.rails, shown)
+    return Prepared(
+        plain, problem, model, lines, held, rejected, clean.rails,
+        partial(_samples, recordings, uses, plain, model, lines),
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
