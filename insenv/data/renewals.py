@@ -32,6 +32,8 @@ FEWEST, STRAIGHT_ROWS = 40, 4
 #: A change of the slope is none below this share of the largest one within so many rows, or so many times that of the
 #: straightest rows, this share of all: there it is rounding.
 STRAIGHT, NEARBY, ROUNDING, STRAIGHTEST = 0.02, 8, 20.0, 0.3
+#: Share of a step by which stamps of an even clock are off by rounding.
+ROUNDED = 0.02
 #: Share of the readings after less than three times the usual number of rows; of these 90 % lie within as many rows as
 #: are usual, and no earlier than at this share of them.
 REGULAR, EARLIEST = 0.75, 0.4
@@ -98,13 +100,22 @@ def renewals(t: Floats, values: Floats) -> Renewals | None:
         before = t[jumps[0]] - _period(t, usual) * np.arange(first, 0, -1.0)
         when, readings = np.append(before, t[at]), np.append(np.full(first, values[0]), values[at])
         return Renewals(_through(when, readings, t, even), _period(t, usual), held=True)
-    for x in (t, rows):
+    for x in (_clock(t), rows):
         corners, meet, heights = _corners(x, values)
         usual, even = _usual(corners, t)
         if usual >= STRAIGHT_ROWS:
             place, heights = _with_lines(x, values, meet, heights, usual)
             return Renewals(_through(place, heights, x, even), _period(t, usual), held=False)
     return None
+
+
+def _clock(t: Floats) -> Floats:
+    """Times, without their rounding where they are an even clock's, shape (n,): their last digits would bend lines."""
+    steps = np.diff(t) / np.median(np.diff(t))
+    whole = np.rint(steps)
+    if np.all(np.abs(steps - whole) < ROUNDED * np.maximum(whole, 1.0)):
+        return np.concatenate([[0.0], np.cumsum(whole)])
+    return t
 
 
 def _period(t: Floats, usual: int) -> float:
