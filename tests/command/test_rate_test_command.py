@@ -198,7 +198,7 @@ def test_the_page_is_whole_and_fetches_nothing(test: RateTest) -> None:
     ):
         assert words in page
     assert page.count("<svg") == 2 * 3 + 1
-    assert "nan" not in re.sub("<svg.*?</svg>", "", page, flags=re.DOTALL).lower()
+    assert "nan" not in re.sub("<svg.*?</svg>|<style>.*?</style>", "", page, flags=re.DOTALL).lower()
 
 
 def test_texts_from_a_file_are_escaped(tmp_path: Path) -> None:

@@ -278,7 +278,8 @@ def test_the_command_writes_whole_files_and_says_what_it_found(tmp_path: Path) -
     assert told["designed"]["bound"] > told["published"]["bound"] > 30 * ARCSEC
     assert load(out / "designed.toml").duration == 60.0
     page = html.read_text(encoding="utf-8")
-    assert page.count("<svg") == 2 and "http" not in page.replace("http-equiv", "")
+    told_points = page.count("data-point=")  # each with its profile, beside two pictures and the front to explore
+    assert page.count("<svg") == 3 + told_points > 3 and "http" not in page.replace("http-equiv", "")
 
 
 def test_the_command_wants_two_runs() -> None:
