@@ -47,6 +47,9 @@ OUTLIER, MOST_OUTLIERS = 1e-4, 0.1
 NO_REST = 0.5
 #: Least freedom of a fit that is asked for outliers.
 OUTLIER_FREEDOM = 6
+#: What a sound accelerometer repeats from rest to rest within minutes [m/s^2], at worst; and the noise of the means of
+#: rests counts so many times.
+REPEATS, NOISY = 3e-3, 5.0
 
 
 @dataclass(frozen=True)
@@ -206,8 +209,23 @@ def _accelerometers(
         problem = walking
     outcome = search(problem, terms, [term for term in more if term not in slow], alpha, doubts, slow)
     outcome = replace(outcome, not_testable=(*outcome.not_testable, *blind))
-    curved = () if stated else bent(problem, outcome.after, alpha)
-    return Part(problem, outcome, (*_structure(problem, outcome.after, alpha, "rests"), *curved)), left_out, known
+    others = () if stated else (*bent(problem, outcome.after, alpha), *_too_few(outcome, recordings, rests))
+    return Part(problem, outcome, (*_structure(problem, outcome.after, alpha, "rests"), *others)), left_out, known
+
+
+def _too_few(outcome: Outcome, recordings: Sequence[Recording], rests: Sequence[Rest]) -> tuple[str, ...]:
+    """What an instrument that repeats itself does not leave, where too few rests tell whether scale factors explain it.
+
+    Six faces have six magnitudes: biases and scale factors fit them whatever they are, and nothing would confirm it.
+    """
+    key, left = "accel_scale_factor", float(np.sqrt(outcome.after.variance))
+    blind = any(n.effect == key and n.needs == ("more positions",) for n in outcome.not_testable)
+    if not blind or left < max(REPEATS, NOISY * noise_of_means(recordings, rests)):
+        return ()
+    return (
+        f"rests leave {1e3 * left:.2g} mm/s^2, where an accelerometer repeats itself to about {1e3 * REPEATS:g}: "
+        f"{key} would explain it, and more attitudes would tell",
+    )
 
 
 def _gyros_between(
