@@ -58,6 +58,20 @@ def strongest_tone(problem: Problem, fit: Fit) -> tuple[float, float]:
     return (best[0] if best[0] > 0 else 0.25 / width), max(looked, 1.0)
 
 
+def coherent_power(problem: Problem, fit: Fit, frequencies: Floats) -> Floats:
+    """Power of the whitened residual at ``frequencies`` [Hz], all blocks of a run in one phase: shape (k,)."""
+    _, _, residual = whitened(problem, fit)
+    sums: dict[int, Floats] = {}
+    offset = 0
+    for block in problem.fitted:
+        series = idct(residual[offset : offset + block.n], type=2, norm="ortho")
+        offset += block.n
+        time = problem.bins.time[block.start : block.stop]
+        own = np.exp(-2j * np.pi * np.outer(frequencies, time)) @ series
+        sums[block.run] = sums.get(block.run, 0) + own
+    return np.asarray(sum(np.abs(own) ** 2 for own in sums.values()))
+
+
 @dataclass(frozen=True)
 class Line:
     """A line above the bin rate in one run.

@@ -17,7 +17,7 @@ from insenv.identify.fit.evidence import held_out_deviate, joint_deviate, log_ta
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import Model, Problem, Term
 from insenv.identify.search.candidates import Candidate
-from insenv.identify.search.lines import strongest_tone
+from insenv.identify.search.lines import coherent_power, strongest_tone
 from insenv.identify.search.recurrence import not_in_all_runs
 from insenv.identify.search.scan import (
     SHAPES_REFITTED,
@@ -31,6 +31,8 @@ from insenv.identify.search.scan import (
     term_freedom,
 )
 
+#: Frequencies at most that a tone is tried at, of those that blocks far apart tell from each other.
+MOST_LOBES = 64
 #: Candidates whose shapes are refined, best first.
 REFINED = 4
 #: What refining shapes and choosing among held-out deviates adds to the looks: with it 5 of 300 simulated recordings
@@ -148,7 +150,7 @@ def _tone_hit(problem: Problem, fit: Fit, base: Reference, count: float) -> Hit:
     frequency, trials = strongest_tone(problem, fit)
     resolution = 0.25 / max(b.n for b in problem.fitted) / problem.bins.width
     term = Term(Tone(), (frequency,), per_run=len(problem.exposures) > 1)
-    term, ratio, gained = _coherent(problem, base, term, resolution)
+    term, ratio, gained = _coherent(problem, fit, base, term, resolution)
     found = deviate(problem, base, term, ratio, gained)
     best = Hit(Candidate(Tone(), (term,)), term, ratio, trials * count, found, term.size)
     if _of_the_motion(problem, term):
@@ -204,16 +206,21 @@ def _span(problem: Problem) -> float:
     return max(float(np.ptp(s)) for s in spans) + problem.bins.width
 
 
-def _coherent(problem: Problem, base: Reference, term: Term, resolution: float) -> tuple[Term, float, int]:
+def _coherent(problem: Problem, fit: Fit, base: Reference, term: Term, resolution: float) -> tuple[Term, float, int]:
     """The tone at the best frequency near that of ``term``, its likelihood ratio, and the parameters gained.
 
-    Several blocks of a run tell a frequency as sharply as the time from the first to the last, with lobes beside.
+    Several blocks of a run tell a frequency as sharply as the time from the first to the last, with lobes beside. Short
+    blocks far apart have thousands: of those the ones with most power are tried.
     """
     step = 0.25 / _span(problem)
     count = int(np.ceil(2 * resolution / step)) if step < 0.9 * resolution else 0
     best = (term, *likelihood_ratio(problem, base, (*base.model, term)))
-    for k in range(-count, count + 1) if count else ():
-        moved = replace(term, shape=(term.shape[0] + k * step,))
+    frequencies: Floats = term.shape[0] + step * np.arange(-count, count + 1.0) if count else np.empty(0)
+    if len(frequencies) > MOST_LOBES:
+        strongest = np.argsort(coherent_power(problem, fit, frequencies))[-MOST_LOBES:]
+        frequencies = frequencies[np.sort(strongest)]
+    for frequency in frequencies.tolist():
+        moved = replace(term, shape=(frequency,))
         tried = likelihood_ratio(problem, base, (*base.model, moved))
         if tried[0] > best[1]:
             best = (moved, *tried)
