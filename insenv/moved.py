@@ -37,6 +37,7 @@ MOVED = {
     "insenv.design.scale_factor": "insenv.information.scale_factor",
     "insenv.design.sensitivity": "insenv.information.sensitivity",
     "insenv.design.table_motion": "insenv.information.table_motion",
+    "insenv.envs.asked": "insenv.envs.setup",
     "insenv.envs.north_finder": "insenv.systems.north_finder.env",
     "insenv.envs.two_position": "insenv.systems.two_position.env",
     "insenv.identify.problem": "insenv.identify.fit.problem",

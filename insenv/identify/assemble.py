@@ -58,7 +58,7 @@ from insenv.identify.search.tracks import Step, Track
 from insenv.identify.search.twins import told, told_rarer, twins
 from insenv.identify.search.unfinished import unfinished
 from insenv.identify.search.vibration import went_away
-from insenv.identify.switches import Asked, switchable
+from insenv.identify.switches import Lazy, switchable
 
 #: Held-out error in scatters of the fitted noise from which on a word is said.
 WANDER = 2.0
@@ -184,8 +184,8 @@ def _target(
         derived=derived(plain, before, track, earth),
         cautions=(*_incredible(problem, own), *cautions(earth), *_wander(scores[1])),
         covariance=covariance(problem, track.fit),
-        switchable=Asked(partial(switchable, track)),
-        samples=Asked(track.prepared.samples),
+        switchable=Lazy(partial(switchable, track)),
+        samples=Lazy(track.prepared.samples),
     )
 
 

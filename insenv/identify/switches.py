@@ -29,33 +29,26 @@ SPECTRUM = 200
 
 
 @dataclass(frozen=True)
-class Told(Generic[T]):
-    """What was made, as a callable that can be pickled."""
-
-    found: T
-
-    def __call__(self) -> T:
-        """What was made."""
-        return self.found
-
-
-@dataclass(frozen=True)
-class Asked(Generic[T]):
-    """``make()`` when it is asked for, once; what is pickled is what it gives."""
+class Lazy(Generic[T]):
+    """``make()`` when it is called, once; what is pickled is what it gives."""
 
     make: Callable[[], T]
 
     @cached_property
-    def found(self) -> T:
-        """What was made."""
+    def value(self) -> T:
+        """What it gives."""
         return self.make()
 
     def __call__(self) -> T:
-        """What is made."""
-        return self.found
+        """What it gives."""
+        return self.value
 
-    def __reduce__(self) -> tuple[type[Told[T]], tuple[T]]:
-        return Told, (self.found,)
+    def __reduce__(self) -> tuple[Callable[[T], Lazy[T]], tuple[T]]:
+        return _constant, (self.value,)
+
+
+def _constant(value: T) -> Lazy[T]:
+    return Lazy(lambda: value)
 
 
 def switchable(track: Track) -> Switchable | None:

@@ -49,64 +49,81 @@ class Scene:
 class Plant(Protocol):
     """A plant holds settings only; its state goes in and comes out.
 
-    It says of itself what a scenario, a datasheet or an environment must know: nobody asks which plant it is.
+    It says of itself what a scenario, a datasheet or an environment must know: nobody asks which plant it is. What is
+    said here holds of a plain one, which carries triads, has no encoder and is driven by nobody; a plant says what
+    differs.
     """
 
     @property
     def reference_temperature(self) -> float:
         """T_ref of the temperature effects [K]."""
+        ...
 
     @property
     def draws(self) -> int:
         """Unit normals per sample."""
+        return 0
 
     @property
     def by_chance(self) -> bool:
         """Whether chance moves it, so that it is not the command alone that says what an instrument is exposed to."""
+        return self.draws > 0
 
     @property
     def limits(self) -> Limits:
         """Of what it can be commanded."""
+        return Limits()
 
     @property
     def mounting(self) -> Mounting:
         """How it carries the instruments, as a datasheet tells it."""
+        return Mounting()
 
     @property
     def encoder_noise(self) -> float:
         """White noise of its own reading of the angle [rad]."""
+        return 0.0
 
     @property
     def pivots(self) -> bool:
         """Whether its profile turns it, with triads that it carries, about the vertical."""
+        return False
 
     @property
     def sightings(self) -> tuple[str, ...]:
         """References that are read at instants: of a sight, and of a level."""
+        return ()
 
     @property
     def tells(self) -> Mapping[str, tuple[float, ...]]:
         """Parameters of effects that follow from the plant [SI], by the id of the effect."""
+        return {}
 
     @property
     def entails(self) -> Mapping[str, str]:
         """Effects that its instruments must have, by id, and why."""
+        return {}
 
     @property
     def excludes(self) -> Mapping[str, str]:
         """Effects that its instruments cannot have, by id, and why."""
+        return {}
 
     def turned(self, angle: float) -> Self:
         """The plant with its base turned by ``angle``, clockwise from above [rad]."""
+        ...
 
     def felt_force(self) -> Self:
         """The plant with the specific force in every exposure, where that is left out to save time."""
+        return self
 
     def begin(self) -> Any:
         """State at time 0."""
+        ...
 
     def advance(self, state: Any, command: Any, t: Floats, z: Floats) -> tuple[Scene, Any]:
         """Go on over the intervals with edges ``t``, shape (n + 1,).
 
         ``command`` is None where the plant goes on as before; ``z`` are unit normals, shape (..., draws, n).
         """
+        ...

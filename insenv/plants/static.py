@@ -28,10 +28,9 @@ from typing import Any, Self
 import numpy as np
 
 from insenv.core.earth import EARTH_RATE
-from insenv.core.estimate import Limits
 from insenv.core.motion import Motion, interval_mean
-from insenv.core.recording import Floats, Mounting
-from insenv.plants.base import Reference, Scene
+from insenv.core.recording import Floats
+from insenv.plants.base import Plant, Reference, Scene
 from insenv.plants.thermal import Constant, Temperature
 
 _AXES = "xyz"
@@ -46,7 +45,7 @@ class Disturbance:
 
 
 @dataclass(frozen=True)
-class StaticBase:
+class StaticBase(Plant):
     """A base at rest, axes right-forward-up.
 
     Attributes
@@ -81,36 +80,6 @@ class StaticBase:
         return 2 if self.disturbance.sd > 0 else 0
 
     @property
-    def by_chance(self) -> bool:
-        """Whether it tilts."""
-        return self.draws > 0
-
-    @property
-    def limits(self) -> Limits:
-        """None: nobody drives it."""
-        return Limits()
-
-    @property
-    def mounting(self) -> Mounting:
-        """As of a triad."""
-        return Mounting()
-
-    @property
-    def encoder_noise(self) -> float:
-        """Zero: it has no angle."""
-        return 0.0
-
-    @property
-    def pivots(self) -> bool:
-        """No: it stands still."""
-        return False
-
-    @property
-    def sightings(self) -> tuple[str, ...]:
-        """None."""
-        return ()
-
-    @property
     def tells(self) -> Mapping[str, tuple[float, ...]]:
         """Gravity, of which a tilt shows a part."""
         return {"base_tilt": (self.gravity, 0.0)}
@@ -122,18 +91,9 @@ class StaticBase:
             return {}
         return {"base_tilt": "the base tilts and the accelerometers read gravity times it"}
 
-    @property
-    def excludes(self) -> Mapping[str, str]:
-        """Nothing."""
-        return {}
-
     def turned(self, angle: float) -> Self:
         """Towards another heading."""
         return replace(self, heading=self.heading + angle)
-
-    def felt_force(self) -> Self:
-        """As it is: the force is always there."""
-        return self
 
     @property
     def mat_bl(self) -> Floats:

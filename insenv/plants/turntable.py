@@ -35,7 +35,7 @@ from insenv.core.estimate import Limits
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats, Mounting
 from insenv.effects.forms import wave
-from insenv.plants.base import Reference, Scene
+from insenv.plants.base import Plant, Reference, Scene
 from insenv.plants.profile import Piece, Profile
 from insenv.plants.servo import Knots, joined, knot
 from insenv.plants.thermal import Constant, Temperature
@@ -86,7 +86,7 @@ class Encoder:
 
 
 @dataclass(frozen=True)
-class Turntable:
+class Turntable(Plant):
     """A single-axis rate table with a gyro, and an accelerometer for levelling if asked for.
 
     Attributes
@@ -187,16 +187,6 @@ class Turntable:
         return float(np.hypot(self.encoder.noise, self.encoder.resolution / np.sqrt(12.0)))
 
     @property
-    def pivots(self) -> bool:
-        """No: it carries no triad."""
-        return False
-
-    @property
-    def sightings(self) -> tuple[str, ...]:
-        """None."""
-        return ()
-
-    @property
     def tells(self) -> Mapping[str, tuple[float, ...]]:
         """The horizontal Earth rate, where the site is known."""
         if self.latitude is None:
@@ -210,11 +200,6 @@ class Turntable:
         if not np.hypot(*self.horizontal_earth_rate) > 1e-12:
             return {}
         return {"earth_rate": "the input axis is not vertical and sees the Earth turn"}
-
-    @property
-    def excludes(self) -> Mapping[str, str]:
-        """Nothing."""
-        return {}
 
     def turned(self, angle: float) -> Self:
         """With another azimuth at table angle 0."""

@@ -29,8 +29,8 @@ from insenv.core.attitude import dcm_from_angles
 from insenv.core.errors import InputError
 from insenv.core.estimate import Limits
 from insenv.core.motion import Motion
-from insenv.core.recording import Floats, Mounting
-from insenv.plants.base import Reference, Scene
+from insenv.core.recording import Floats
+from insenv.plants.base import Plant, Reference, Scene
 from insenv.plants.thermal import Constant, Temperature
 from insenv.plants.vehicle_frame import Slope, product, times, transport_matrix
 from insenv.plants.vehicle_rule import rule
@@ -43,7 +43,7 @@ _Segment = tuple[int, int, Turning]
 
 
 @dataclass(frozen=True)
-class Vehicle:
+class Vehicle(Plant):
     """A vehicle, axes right-forward-up.
 
     Attributes
@@ -101,24 +101,9 @@ class Vehicle:
         return int(self.sight is not None and self.sight.tracking > 0)
 
     @property
-    def by_chance(self) -> bool:
-        """Whether a sighting has an error of its own."""
-        return self.draws > 0
-
-    @property
     def limits(self) -> Limits:
         """Of a turn."""
         return Limits(self.max_rate, self.max_acceleration)
-
-    @property
-    def mounting(self) -> Mounting:
-        """As of a triad."""
-        return Mounting()
-
-    @property
-    def encoder_noise(self) -> float:
-        """Zero: it has no encoder."""
-        return 0.0
 
     @property
     def pivots(self) -> bool:
@@ -133,16 +118,6 @@ class Vehicle:
         return ("sight_heading",) if self.level_error is None else ("sight_heading", "level_pitch", "level_roll")
 
     @property
-    def tells(self) -> Mapping[str, tuple[float, ...]]:
-        """Nothing."""
-        return {}
-
-    @property
-    def entails(self) -> Mapping[str, str]:
-        """Nothing."""
-        return {}
-
-    @property
     def excludes(self) -> Mapping[str, str]:
         """The Earth rate is what its gyros are there to sense."""
         return {"earth_rate": "earth_rate is no error of a [vehicle]'s gyros, which sense it"}
@@ -150,10 +125,6 @@ class Vehicle:
     def turned(self, angle: float) -> Self:
         """Towards another heading."""
         return replace(self, heading=self.heading + angle)
-
-    def felt_force(self) -> Self:
-        """As it is: the force is always there."""
-        return self
 
     @property
     def turns(self) -> bool:

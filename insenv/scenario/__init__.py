@@ -20,9 +20,9 @@ from insenv.scenario.build import Scenario, build
 from insenv.scenario.datasheet import datasheet
 from insenv.scenario.schema import ScenarioTable
 from insenv.scenario.source import names, source
-from insenv.scenario.task import Task, check_task
+from insenv.scenario.task import TaskSpec, check_task
 
-__all__ = ["Scenario", "Task", "check_task", "datasheet", "load", "names", "simulate"]
+__all__ = ["Scenario", "TaskSpec", "check_task", "datasheet", "load", "names", "simulate"]
 
 
 def load(path: Path | str, changes: Mapping[str, Any] | None = None) -> Scenario:

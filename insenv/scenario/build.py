@@ -23,7 +23,7 @@ from insenv.scenario.cast import Planted, Truth
 from insenv.scenario.draws import PHASE, Fixed, Spread, generator, listed
 from insenv.scenario.run_to_run import changing, held, slowed
 from insenv.scenario.schema import ScenarioTable, family, family_name
-from insenv.scenario.task import Task, task
+from insenv.scenario.task import TaskSpec, task
 from insenv.scenario.values import effect_named, exact, parameters, positive
 from insenv.sensors.chain import Sensor
 
@@ -57,7 +57,7 @@ class Scenario:
         Channels that the manifest wants explained.
     planted : tuple of Planted
         All that is simulated, means and deviations.
-    task : Task, optional
+    task : TaskSpec, optional
         What an environment asks for.
     spread : Spread
         What differs from run to run of the plant.
@@ -69,7 +69,7 @@ class Scenario:
     samples: int
     targets: tuple[str, ...]
     planted: tuple[Planted, ...]
-    task: Task | None = None
+    task: TaskSpec | None = None
     spread: Spread = field(default_factory=Fixed)
 
     @property

@@ -24,8 +24,8 @@ LEAST_COSINE = 1e-6
 
 
 @dataclass(frozen=True)
-class Task:
-    """A task in steps.
+class TaskSpec:
+    """What the ``[task]`` of a scenario asks for, in steps.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Task:
     range: float = np.inf
 
 
-def task(table: ScenarioTable, samples: int, path: Path) -> Task | None:
+def task(table: ScenarioTable, samples: int, path: Path) -> TaskSpec | None:
     """The task of a scenario of so many samples, if it has one.
 
     Raises
@@ -82,10 +82,10 @@ def task(table: ScenarioTable, samples: int, path: Path) -> Task | None:
         wanted = " or ".join(repr(name) for name, (_, other) in kinds().items() if other.ranged)
         raise InputError(f"{where}.range has no meaning for kind = {asked.kind!r}; wanted it with {wanted}")
     largest = positive(asked.range, "rate", f"{where}.range", np.inf)
-    return Task(asked.kind, round(in_step), steps, demanded, asked.cost, largest)
+    return TaskSpec(asked.kind, round(in_step), steps, demanded, asked.cost, largest)
 
 
-def check_task(scenario: Scenario) -> Task:
+def check_task(scenario: Scenario) -> TaskSpec:
     """The task of a scenario that can be played in an environment.
 
     Raises

@@ -19,7 +19,7 @@ from insenv.close import close
 from insenv.identify.findings import Findings, TargetFindings
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.heldout import held_out_score
-from insenv.identify.switches import Asked, offered
+from insenv.identify.switches import Lazy, offered
 from insenv.report import to_html
 
 sync_api = pytest.importorskip("playwright.sync_api", reason="no playwright here: pip install insenv[browser]")
@@ -106,7 +106,7 @@ class Visit:
 
 def _engine(target: TargetFindings, turned: tuple[int, ...] = ()) -> float:
     """Held-out error of the final model with some switches turned, by the engine."""
-    assert isinstance(target.switchable, Asked)
+    assert isinstance(target.switchable, Lazy)
     track = target.switchable.make.args[0]  # type: ignore[attr-defined]
     terms, switches = offered(track)
     final = [one.role in ("declared", "added") for one in switches]

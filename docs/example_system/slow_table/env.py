@@ -9,26 +9,26 @@ from typing import Any
 import numpy as np
 
 from insenv.core.estimate import Datasheet
-from insenv.envs.asked import Setup, scenario_task
 from insenv.envs.belief import Quantity
+from insenv.envs.setup import Setup, scenario_task
 from insenv.envs.single import TaskEnv
 from insenv.envs.task import Task
 from insenv.envs.vector import TaskVectorEnv
 from insenv.scenario import Scenario
-from insenv.scenario.task import Task as Asked
+from insenv.scenario.task import TaskSpec
 from insenv.systems.north_finder.env import NorthFinder
 
 
-def _world(scenario: Scenario, sheet: Datasheet, asked: Asked) -> NorthFinder:
-    return NorthFinder(scenario, sheet, asked.samples)
+def _world(scenario: Scenario, sheet: Datasheet, spec: TaskSpec) -> NorthFinder:
+    return NorthFinder(scenario, sheet, spec.samples)
 
 
-def _azimuth(asked: Asked, sheet: Datasheet) -> tuple[Quantity, ...]:
+def _azimuth(spec: TaskSpec, sheet: Datasheet) -> tuple[Quantity, ...]:
     """The azimuth, of which nothing is known: uniform on the circle."""
-    return (Quantity("azimuth", np.pi / np.sqrt(3), np.pi, asked.demanded, circular=True, unit="rad"),)
+    return (Quantity("azimuth", np.pi / np.sqrt(3), np.pi, spec.demanded, circular=True, unit="rad"),)
 
 
-_SETUP = Setup("slow table", ("slow-north",), "[table]", _world, _azimuth)
+_SETUP = Setup("slow table", "SlowTable", "[table]", _world, _azimuth)
 
 
 def slow_table(

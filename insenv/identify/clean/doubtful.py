@@ -20,7 +20,7 @@ import numpy as np
 
 from insenv.core.recording import Floats, Recording
 from insenv.data.reference import order
-from insenv.identify.clean.response import FAR, Stretch, fitted, stretch
+from insenv.identify.clean.response import FAR, Stretch, fitted, stretches
 
 #: Share of the square sum of the rate that bins must leave, modes of a band at least, and the ratio of its ends.
 MOTION, FEWEST, RATIO = 0.9, 8, 1.25
@@ -38,7 +38,7 @@ def rows_told(recordings: tuple[Recording, ...], spans: tuple[slice, ...], targe
     """
     if not target.startswith("gyro") or not all(map(doubtful, recordings)):
         return 1
-    parts = [s for i, (r, span) in enumerate(zip(recordings, spans, strict=True)) if (s := stretch(r, target, i, span))]
+    parts = stretches(recordings, spans, target)
     if not parts:
         return 1
     spectra = [_spectra(one) for one in parts]

@@ -146,6 +146,12 @@ def in_pieces(recording: Recording, target: str, run: int, rows: NDArray[np.bool
     return Stretch(run, exposure, start, stop, used) if np.ptp(u) > CHANGING * np.abs(u).max() else None
 
 
+def stretches(recordings: tuple[Recording, ...], spans: tuple[slice, ...], target: str) -> list[Stretch]:
+    """The `stretch` of each recording that has one."""
+    runs = enumerate(zip(recordings, spans, strict=True))
+    return [one for run, (recording, span) in runs if (one := stretch(recording, target, run, span))]
+
+
 def responding(
     recordings: tuple[Recording, ...],
     spans: tuple[slice, ...],
@@ -171,7 +177,7 @@ def responding(
     """
     if not target.startswith("gyro"):
         return recordings
-    parts = [s for i, (r, span) in enumerate(zip(recordings, spans, strict=True)) if (s := stretch(r, target, i, span))]
+    parts = stretches(recordings, spans, target)
     if not parts:
         pieces = [in_pieces(r, target, i, fit) for i, (r, fit) in enumerate(zip(recordings, rows, strict=False))]
         parts = [s for s in pieces if s]
@@ -416,7 +422,7 @@ def with_held(
 
     A held output is late by half of its hold time: without the hold beside it, that was in the lag.
     """
-    parts = [s for i, (r, span) in enumerate(zip(recordings, spans, strict=True)) if (s := stretch(r, target, i, span))]
+    parts = stretches(recordings, spans, target)
     parts = [s for s in parts if (table := recordings[s.run].table) is not None and not table.still]
     if not parts:
         return recordings, None

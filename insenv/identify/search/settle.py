@@ -13,9 +13,6 @@ from insenv.identify.search.scan import Hit
 from insenv.identify.search.size import unsized
 from insenv.identify.search.tracks import Progress, Refusal, Step, Track
 
-#: Deviations by which a curve of the rate must differ from zero beside a lag of the reference.
-LEAST = 3.0
-
 
 def settled(track: Track, alpha: float, seed: int, progress: Progress) -> Track:
     """Swap each added effect for a better one where there is one, then list what cannot be told from it."""

@@ -21,10 +21,10 @@ from gymnasium.vector import AutoresetMode
 
 from insenv.core.estimate import Datasheet
 from insenv.core.recording import Channel, Floats
-from insenv.envs.asked import Setup, scenario_task
 from insenv.envs.belief import Quantity
 from insenv.envs.group import Blocks, Film, Flags
 from insenv.envs.normalised import Maker
+from insenv.envs.setup import Setup, scenario_task
 from insenv.envs.single import TaskEnv
 from insenv.envs.task import Task
 from insenv.envs.vector import TaskVectorEnv
@@ -32,7 +32,7 @@ from insenv.plants.profile import rest
 from insenv.plants.turntable import Turntable
 from insenv.rig import Readings, Rig
 from insenv.scenario import Scenario
-from insenv.scenario.task import Task as Asked
+from insenv.scenario.task import TaskSpec
 from insenv.sensors.counter import count
 
 #: The scenario of the environment that is given none.
@@ -188,16 +188,16 @@ def north_finder(
     return scenario_task(_SETUP, scenario, changes, estimator, step_s, sampling)
 
 
-def _world(scenario: Scenario, sheet: Datasheet, asked: Asked) -> NorthFinder:
-    return NorthFinder(scenario, sheet, asked.samples)
+def _world(scenario: Scenario, sheet: Datasheet, spec: TaskSpec) -> NorthFinder:
+    return NorthFinder(scenario, sheet, spec.samples)
 
 
-def _north(asked: Asked, sheet: Datasheet) -> tuple[Quantity, ...]:
-    azimuth = Quantity("azimuth", ANY_AZIMUTH, np.pi, asked.demanded, circular=True, unit="rad")
-    return (azimuth,) if asked.kind == "north-finder" else ()
+def _north(spec: TaskSpec, sheet: Datasheet) -> tuple[Quantity, ...]:
+    azimuth = Quantity("azimuth", ANY_AZIMUTH, np.pi, spec.demanded, circular=True, unit="rad")
+    return (azimuth,) if spec.kind == "north-finder" else ()
 
 
-_SETUP = Setup("north finder", ("north-finder", "scale-factor-test"), "[table]", _world, _north)
+_SETUP = Setup("north finder", "NorthFinder", "[table]", _world, _north)
 
 
 class NorthFinderEnv(TaskEnv):

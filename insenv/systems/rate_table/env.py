@@ -24,10 +24,10 @@ from gymnasium.vector import AutoresetMode
 
 from insenv.core.estimate import Datasheet
 from insenv.core.recording import Channel, Floats
-from insenv.envs.asked import Setup, scenario_task
 from insenv.envs.belief import Quantity
 from insenv.envs.group import Blocks, Film, Flags
 from insenv.envs.normalised import Maker
+from insenv.envs.setup import Setup, scenario_task
 from insenv.envs.single import TaskEnv
 from insenv.envs.task import Task
 from insenv.envs.vector import TaskVectorEnv
@@ -38,7 +38,7 @@ from insenv.plants.thermal import Constant, Temperature, WarmUp
 from insenv.plants.turntable import Turntable
 from insenv.rig import Fitted, Readings, Rig
 from insenv.scenario import Scenario
-from insenv.scenario.task import Task as Asked
+from insenv.scenario.task import TaskSpec
 from insenv.sensors.counter import count
 
 #: The scenario of the environment that is given none.
@@ -206,17 +206,17 @@ def rate_table(
     return scenario_task(_SETUP, scenario, changes, estimator, step_s, sampling)
 
 
-def _world(scenario: Scenario, sheet: Datasheet, asked: Asked) -> RateTable:
-    return RateTable(scenario, sheet, asked.samples, min(asked.range, sheet.limits.rate))
+def _world(scenario: Scenario, sheet: Datasheet, spec: TaskSpec) -> RateTable:
+    return RateTable(scenario, sheet, spec.samples, min(spec.range, sheet.limits.rate))
 
 
-def _scale_factor(asked: Asked, sheet: Datasheet) -> tuple[Quantity, ...]:
+def _scale_factor(spec: TaskSpec, sheet: Datasheet) -> tuple[Quantity, ...]:
     known = sheet.told("scale_factor", "gyro")
     prior = known.sd[0] if known is not None and known.sd[0] > 0 else ANY_ERROR
-    return (Quantity("scale_factor", prior, MOST_ERROR, asked.demanded, unit="1"),)
+    return (Quantity("scale_factor", prior, MOST_ERROR, spec.demanded, unit="1"),)
 
 
-_SETUP = Setup("rate table", ("rate-table",), "[table]", _world, _scale_factor)
+_SETUP = Setup("rate table", "RateTable", "[table]", _world, _scale_factor)
 
 
 class RateTableEnv(TaskEnv):

@@ -24,17 +24,17 @@ from gymnasium.vector import AutoresetMode
 from insenv.core.attitude import angles_from_dcm
 from insenv.core.estimate import Datasheet
 from insenv.core.recording import Channel, Floats
-from insenv.envs.asked import Setup, scenario_task
 from insenv.envs.belief import Quantity
 from insenv.envs.group import Blocks, Film, Flags
 from insenv.envs.normalised import Maker
+from insenv.envs.setup import Setup, scenario_task
 from insenv.envs.single import TaskEnv
 from insenv.envs.task import Task
 from insenv.envs.vector import TaskVectorEnv
 from insenv.plants.vehicle import Vehicle
 from insenv.rig import Readings, Rig
 from insenv.scenario import Scenario
-from insenv.scenario.task import Task as Asked
+from insenv.scenario.task import TaskSpec
 
 #: The scenario of the environment that is given none.
 PUBLISHED = "two_position/published_a"
@@ -197,16 +197,16 @@ def two_position(
     return scenario_task(_SETUP, scenario, changes, estimator, step_s, sampling)
 
 
-def _world(scenario: Scenario, sheet: Datasheet, asked: Asked) -> TwoPosition:
-    return TwoPosition(scenario, sheet, asked.samples)
+def _world(scenario: Scenario, sheet: Datasheet, spec: TaskSpec) -> TwoPosition:
+    return TwoPosition(scenario, sheet, spec.samples)
 
 
-def _installation(asked: Asked, sheet: Datasheet) -> tuple[Quantity, ...]:
+def _installation(spec: TaskSpec, sheet: Datasheet) -> tuple[Quantity, ...]:
     told = np.inf if sheet.sight is None else sheet.sight.installation
-    return (Quantity("installation_angle", min(ANY_ANGLE, told), np.pi, asked.demanded, circular=True, unit="rad"),)
+    return (Quantity("installation_angle", min(ANY_ANGLE, told), np.pi, spec.demanded, circular=True, unit="rad"),)
 
 
-_SETUP = Setup("two-position calibration", ("two-position",), "[vehicle]", _world, _installation)
+_SETUP = Setup("two-position calibration", "TwoPosition", "[vehicle]", _world, _installation)
 
 
 class TwoPositionEnv(TaskEnv):

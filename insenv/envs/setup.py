@@ -8,13 +8,14 @@ from typing import Any
 
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet
+from insenv.core.system import system
 from insenv.data.manifest import Model, checks
 from insenv.envs.belief import Quantity, judge
 from insenv.envs.task import Task, World
 from insenv.scenario import Scenario, check_task, load
 from insenv.scenario import datasheet as told
 from insenv.scenario.source import changed
-from insenv.scenario.task import Task as Asked
+from insenv.scenario.task import TaskSpec
 
 
 @dataclass(frozen=True)
@@ -24,21 +25,22 @@ class Setup:
     Attributes
     ----------
     name : str
-    kinds : tuple of str
-        What it can be asked for: `insenv.scenario.task.Task.kind`.
+        In running text.
+    system : str
+        Its name in the registry (`insenv.core.system`).
     table : str
         The scenario's table of its plant.
     world : callable
-        Its world, of a scenario, the datasheet and what is asked.
+        Its world, of a scenario, the datasheet and what is asked for.
     quantity : callable
-        What is to be found, of what is asked and the datasheet; nothing where there is no belief.
+        What is to be found, of what is asked for and the datasheet; nothing where there is no belief.
     """
 
     name: str
-    kinds: tuple[str, ...]
+    system: str
     table: str
-    world: Callable[[Scenario, Datasheet, Asked], World]
-    quantity: Callable[[Asked, Datasheet], tuple[Quantity, ...]]
+    world: Callable[[Scenario, Datasheet, TaskSpec], World]
+    quantity: Callable[[TaskSpec, Datasheet], tuple[Quantity, ...]]
 
 
 def scenario_task(
@@ -62,20 +64,21 @@ def scenario_task(
     if sampling is not None:
         given["instrument.sampling"] = f"{sampling} Hz"
     played = load(scenario, given)
-    if played.task is not None and played.task.kind not in setup.kinds:
-        wanted = " or ".join(repr(kind) for kind in setup.kinds)
+    kinds = [kind.name for kind in system(setup.system).kinds]
+    if played.task is not None and played.task.kind not in kinds:
+        wanted = " or ".join(repr(kind) for kind in kinds)
         raise InputError(f"{played.path}: task.kind = {played.task.kind!r}; wanted {wanted}, and a {setup.table}")
-    asked, sheet, plant = check_task(played), told(played), played.rig.plant
-    quantities = setup.quantity(asked, sheet)
+    spec, sheet, plant = check_task(played), told(played), played.rig.plant
+    quantities = setup.quantity(spec, sheet)
     return Task(
         name=f"{setup.name} {played.path.stem!r}",
-        world=setup.world(played, sheet, asked),
+        world=setup.world(played, sheet, spec),
         datasheet=sheet,
         model=Model(played.targets, played.declared, plant.reference_temperature),
         held_out=checks.held_out(played.table.held_out, 1, played.path),
-        samples=asked.samples,
-        steps=asked.steps,
-        cost=asked.cost,
+        samples=spec.samples,
+        steps=spec.steps,
+        cost=spec.cost,
         quantities=quantities,
         judge=None if estimator is None else judge(estimator, sheet, quantities),
     )
