@@ -15,6 +15,7 @@ import numpy as np
 from insenv.core.errors import InputError
 from insenv.core.recording import GAP, Channel, Covers, Floats, Recording, Segment, Site
 from insenv.core.units import DIMENSIONS, scale_to_si
+from insenv.data.leaps import without_leaps
 from insenv.data.manifest import ChannelSpec, Manifest, RunSpec
 from insenv.data.manifest.spec import ACCELEROMETERS, CHANNELS, EVENTS, GYROS, INCREMENTS, Quantity
 from insenv.data.readers import Column, Table, read_table
@@ -105,12 +106,12 @@ def _read_run(manifest: Manifest, run: RunSpec) -> Recording:
         t, shared = spread(t)
         notes = (*notes, *shared)
         own = np.append(np.median(np.diff(t)), np.diff(t))
-        uneven = with_renewals(replace(recording(manifest, run, table, t, own), notes=notes))
+        uneven = with_renewals(without_leaps(replace(recording(manifest, run, table, t, own), notes=notes)))
         return resampled(uneven, manifest.resample, f"{manifest.path}: fit.resample")
     taken = sampling(run.file, t, table.place, table.values.get("table_angle"))
     if taken.angle is not None:
         table = replace(table, values={**table.values, "table_angle": taken.angle})
-    read = with_renewals(replace(recording(manifest, run, table, taken.t, taken.covered), notes=notes))
+    read = with_renewals(without_leaps(replace(recording(manifest, run, table, taken.t, taken.covered), notes=notes)))
     instruments = [name for name in read.channels if name in (*GYROS, *ACCELEROMETERS)]
     left_out = dict.fromkeys(instruments, taken.doubtful) if taken.doubtful.any() else {}
     return replace(read, notes=(*read.notes, *taken.notes), left_out=left_out)

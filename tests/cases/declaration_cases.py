@@ -101,6 +101,13 @@ def _dead(column: str) -> Damage:
     return lambda b: replace(b, columns={**b.columns, column: np.zeros(len(b.columns[column]))})
 
 
+def _across(b: Bench) -> Bench:
+    """The gyro of another axis, which sees nothing of the table."""
+    gyro = b.columns["gyro"]
+    steps = np.diff(gyro, append=gyro[-1])
+    return replace(b, columns={**b.columns, "gyro": 0.1 * np.median(np.abs(gyro)) + np.clip(steps, -0.5, 0.5)})
+
+
 def damages(b: Bench) -> dict[str, Damage]:
     """What may be wrong with such a bench: a name and how to bring it about."""
     if "gyro" not in b.says:
@@ -120,6 +127,7 @@ def damages(b: Bench) -> dict[str, Damage]:
         "quantity": _quantity,
         "reversed": _scaled("gyro", -1.0),
         "dead gyro": _dead("gyro"),
+        "gyro across": _across,
     }
     if not increment:
         found["gyro in deg/h"] = _scaled("gyro", 3600.0)

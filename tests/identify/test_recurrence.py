@@ -16,7 +16,7 @@ from insenv.effects.catalogue import by_key
 from insenv.effects.tone import Tone
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Term
-from insenv.identify.search.prepare import prepare
+from insenv.identify.search.prepare import declared_model, prepare
 from insenv.identify.search.recurrence import not_in_all_runs, scattered
 from insenv.identify.search.round import search
 
@@ -42,6 +42,21 @@ def said(recordings: tuple[Recording, ...], term: Term) -> str:
 def test_a_law_is_the_same_in_every_run(cubics: tuple[float, ...], law: bool) -> None:
     recordings = tuple(run(seed, cubic) for seed, cubic in enumerate(cubics))
     assert (not said(recordings, Term(by_key("scale_factor_cubic")))) == law
+
+
+@pytest.mark.parametrize("law", ["scale_factor", "scale_factor_cubic"])
+def test_runs_of_one_steady_rate_each_tell_no_coefficient_of_their_own(law: str) -> None:
+    """Beside one bias for all of them the first run's number is nobody's: it went to each coefficient in turn."""
+    rng = np.random.default_rng(4)
+    t, runs = DT * np.arange(1.0, N + 1), []
+    for rate in np.deg2rad([30.0, -30.0, 60.0, -60.0]):
+        bend = rate if law == "scale_factor" else rate**3
+        gyro = rate + 1e-3 * bend + 0.005 + NOISE * rng.standard_normal(N)
+        told = Channel(np.full(N, rate), "rad/s", source="command")
+        runs.append(Recording(t, {"gyro": Channel(gyro, "rad/s"), "table_rate": told}))
+    asked = manifest(declared=("bias",), bias="common")
+    problem = prepare(asked, tuple(runs), tuple(use(N) for _ in runs), "gyro", holds=False).problem
+    assert not_in_all_runs(problem, solve(problem, declared_model(asked, tuple(runs), "gyro")), Term(by_key(law))) == ""
 
 
 def test_one_run_says_nothing_of_others() -> None:

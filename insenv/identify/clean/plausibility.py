@@ -21,8 +21,9 @@ from insenv.core.units import STANDARD_GRAVITY, ZERO_CELSIUS, scale_to_si
 from insenv.data.exposure import expose, table_share
 from insenv.data.manifest.spec import CHANNELS, INCREMENTS, ChannelSpec, Manifest
 
-#: Departure of a gain from one that no instrument has.
-INCREDIBLE = 0.4
+#: Departure of a gain from one that no instrument has, and a gain of what does not turn with a table that went so far
+#: [rad].
+INCREDIBLE, UNMOVED, TRAVELLED = 0.4, 0.1, 1.0
 #: Departure from a known ratio within which it is that one: scale factors of cheap sensors are off by several per cent.
 SAME = 0.08
 #: The same for the size of gravity, which biases of cheap triads change.
@@ -147,6 +148,11 @@ def _turning(manifest: Manifest, recordings: Sequence[Recording], target: str) -
             raise InputError(_wrong(manifest, target, "the rate that it was exposed to", value, remedies))
     if gain.sd > VAGUE * max(1.0, size) or abs(value - 1) <= INCREDIBLE or gain.rate < TURNING:
         return ()
+    if size < UNMOVED and _travelled(recordings, target) > TRAVELLED:
+        raise InputError(
+            f"{manifest.path}: {target} reads {value:.2g} times the rate that it was exposed to: it does not turn with "
+            f"the table; wanted another column or mounting for channels.{target}, or a reference without rows that leap"
+        )
     if value < 0 and abs(size - 1) < INCREDIBLE:
         return (
             f"The input axis of {target} is reversed: it reads {value:.4g} times the rate that it was exposed to. "
@@ -191,6 +197,12 @@ def _cells(recording: Recording, target: str) -> tuple[Floats, Floats]:
     exposure = expose(recording, target, max(1, len(recording) // CELLS))
     there = exposure.count > 0
     return exposure.motion.rate[there], exposure.y[there]
+
+
+def _travelled(recordings: Sequence[Recording], target: str) -> float:
+    """How far the reference went in a run at most [rad]: the noise of an encoder of a table at rest goes nowhere."""
+    motions = (expose(r, target, max(1, len(r) // CELLS)).motion for r in recordings if _has_table(r))
+    return max(float(np.ptp(np.cumsum(m.rate * m.dt))) for m in motions)
 
 
 def _gain(runs: Sequence[tuple[Floats, Floats]]) -> Gain | None:

@@ -7,6 +7,8 @@ gain, the lag, how fast the table moved. The coefficient is then worth what a me
     Q = sum_r (c_r - c)^2 / s_r^2,      t^2 = max(0, (Q - (k - 1)) / (sum w - sum w^2 / sum w)),      w = 1 / s_r^2
     c = sum_r c_r v_r / sum v,  v_r = 1 / (s_r^2 + t^2),      z = c sqrt(sum v)
 
+Each c_r stands beside a level of the run: of a steady rate a run tells nothing but one number, which is no coefficient.
+
 Beside a reference that comes late, through a filter that nobody knows exactly, runs of other frequencies have other
 gains, and a curve of the rate over all runs is what those gains leave: it must also be LEAST of its deviations beside a
 gain of its own in each run.
@@ -24,6 +26,7 @@ import numpy as np
 from scipy.special import chdtrc
 
 from insenv.core.recording import Floats
+from insenv.effects.bias import Bias
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import Problem, Term
 
@@ -55,8 +58,10 @@ def not_in_all_runs(problem: Problem, fit: Fit, term: Term) -> str:
         return ""
     if (beside := _beside_gains(problem, fit, term)) is not None and beside < LEAST:
         return "its size is not told beside a gain of its own in each run, as a reference that comes late may make it"
-    each = solve(problem, (*fit.model, replace(term, per_run=True)), start=fit.noise.power)
-    own = np.flatnonzero(each.design.term == len(fit.model))
+    # A run of one steady rate tells a level, and no coefficient beside it.
+    model = (*fit.model, Term(Bias(), per_run=True), replace(term, per_run=True))
+    each = solve(problem, model, start=fit.noise.power)
+    own = np.flatnonzero(each.design.term == len(model) - 1)
     values, deviations = each.theta[own], each.sd[own]
     if len(own) < 2 or scattered(values, deviations)[0] > CHANCE or scattered(values, deviations)[1] > LEAST:
         return ""

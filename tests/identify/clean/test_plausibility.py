@@ -53,6 +53,7 @@ def test_wrong_declarations_are_stopped_or_cautioned(tmp_path: Path) -> None:
         ("angle in rad", 'channels.table_angle.unit = "rad" (declared "deg")'),
         ("time in ms", 'channels.time.unit = "ms" (declared "s")'),
         ("dead gyro", "the same value in all"),
+        ("gyro across", "it does not turn with the table"),
         ("reversed", "The input axis of gyro is reversed"),
     ],
 )

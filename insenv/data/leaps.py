@@ -1,0 +1,94 @@
+"""Rows in which a table's reading leaps and no instrument turns along: a counter that was set anew, a lost word.
+
+    |d_i| > 5 max(q, d'),        |sum of three y dt beside i, less their median| < 0.3 |d_i|
+
+with d_i the step of the angle from row to row, or a rate that was measured, q the size that 99 % of them do not exceed,
+d' the third largest beside i, and y a gyro that follows the table elsewhere. A step of 50 rad in 15 ms is no motion. As
+the largest in the file it alone would say what the gain is, 0.000 +- 0.0001. The step of such a row is taken from those
+beside it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d, median_filter, rank_filter, uniform_filter1d
+
+from insenv.core.recording import GAP, Floats, Recording
+
+#: How much larger than others a leap is, the quantile that is usual, and rows on either side that are looked at.
+LARGER, USUAL, BESIDE = 5.0, 0.99, 8
+#: Share of a leap that an instrument reads of one that is motion; least share of the motion that it reads elsewhere.
+READ, FOLLOWS = 0.3, 0.3
+#: Fewest steps, and the largest share of them that may be leaps.
+FEWEST, MOST = 64, 0.005
+
+
+def without_leaps(recording: Recording) -> Recording:
+    """The recording with leaps of its table's angle, or of a rate that was measured, taken out, and a note of them."""
+    for name in ("table_angle", "table_rate"):
+        channel = recording.channels.get(name)
+        of_angle = name == "table_angle"
+        if channel is None or (channel.source != "encoder" and (channel.source or not of_angle)):
+            continue  # of a command a pulse is a pulse
+        steps = np.diff(channel.values) if of_angle else channel.values * recording.dt
+        leaps = found(recording, steps, of_angle)
+        if not leaps.any():
+            continue
+        rows = np.flatnonzero(~leaps)
+        sound = np.interp(np.arange(len(steps)), rows, steps[rows])
+        values = (
+            np.append(channel.values[:1], channel.values[0] + np.cumsum(sound)) if of_angle else sound / recording.dt
+        )
+        first = int(np.argmax(leaps))
+        many = f"in {int(leaps.sum())} rows, first " if leaps.sum() > 1 else ""
+        size = np.rad2deg(steps[first])
+        text = (
+            f"{name} leaps {many}by {size:.4g} deg between rows {first} and {first + 1}, and no gyro turns along: "
+            "taken out"
+        )
+        channels = {**recording.channels, name: replace(channel, values=values)}
+        recording = replace(recording, channels=channels, notes=(*recording.notes, text))
+    return recording
+
+
+def found(recording: Recording, steps: Floats, between: bool) -> NDArray[np.bool_]:
+    """Steps that are leaps, shape (n,): ``between`` the rows, or of each row.
+
+    Parameters
+    ----------
+    recording : Recording
+    steps : ndarray, shape (n,)
+        By what the angle changes [rad].
+    between : bool
+        Whether step i is that from row i to the next, n one less than the rows.
+    """
+    none = np.zeros(len(steps), bool)
+    size = np.abs(steps)
+    if len(steps) < FEWEST or not size.any():
+        return none
+    gaps = np.append(np.diff(recording.t), recording.dt)[: len(steps)] > GAP * recording.dt
+    width = 2 * BESIDE + 1
+    # A wrong reading leaps away and back: the third largest of those beside it.
+    others = rank_filter(size, -3, width, mode="constant")
+    leaps = (size > LARGER * np.maximum(others, float(np.quantile(size, USUAL)))) & ~gaps
+    if not leaps.any() or leaps.mean() > MOST:
+        return none
+    gyros = [c.values for name, c in recording.channels.items() if name.startswith("gyro")]
+    turned = [(0.5 * (y[1:] + y[:-1]) if between else y) * recording.dt for y in gyros]
+    along = [y for y in turned if _follows(y[~leaps & ~gaps], steps[~leaps & ~gaps])]
+    if not along:
+        return none
+    for y in along:
+        more = y - median_filter(y, 2 * width + 1, mode="nearest")
+        leaps &= maximum_filter1d(3 * np.abs(uniform_filter1d(more, 3, mode="nearest")), width) < READ * size
+    return leaps
+
+
+def _follows(turned: Floats, steps: Floats) -> bool:
+    """Whether an instrument reads a good share of the motion."""
+    x = steps - steps.mean() if np.ptp(steps) > 0 else steps
+    power = float(x @ x)
+    return power > 0 and abs(float(x @ turned)) > FOLLOWS * power
