@@ -5,6 +5,10 @@ VENV := .venv
 BIN := $(VENV)/bin
 # Two workers share the machine; threads inside each would only fight over its cores.
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 NUMBA_NUM_THREADS=1
+# Sources are compiled once, whatever the caller's habit: many tests start processes, each of which would else compile
+# all that it imports. The bytecode stands in the environment, and none in the tree.
+export PYTHONDONTWRITEBYTECODE :=
+export PYTHONPYCACHEPREFIX := $(CURDIR)/$(VENV)/bytecode
 
 .PHONY: help demo test browser check format pages bench constraints clean
 .DEFAULT_GOAL := help
