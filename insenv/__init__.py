@@ -28,6 +28,7 @@ import sys
 import warnings
 from typing import TYPE_CHECKING
 
+from insenv.core.version import VERSION
 from insenv.moved import install
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
     from importlib.machinery import ModuleSpec
     from types import ModuleType
 
-__version__ = "0.1.0"
+__version__ = VERSION
 
 
 def _promised() -> Mapping[str, tuple[str, str]]:

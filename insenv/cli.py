@@ -23,7 +23,6 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 import click
 
-from insenv import __version__
 from insenv.core.errors import InputError
 from insenv.core.filing import run_as
 from insenv.core.names import KINDS
@@ -37,6 +36,7 @@ from insenv.core.progress import (
     verbosity_options,
 )
 from insenv.core.terminal import examples, width
+from insenv.core.version import VERSION
 from insenv.data.commands import init, of_data
 from insenv.design.commands import design
 from insenv.evaluate.commands import check_plugin, evaluate
@@ -66,7 +66,7 @@ class _Commands(click.Group):
     ),
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
-@click.version_option(__version__, "-V", "--version", prog_name="insenv")
+@click.version_option(VERSION, "-V", "--version", prog_name="insenv")
 @click.pass_context
 def insenv(context: click.Context) -> None:
     """Simulate inertial instruments, and trace measured errors to the effects that a model lacks."""

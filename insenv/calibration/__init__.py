@@ -9,8 +9,9 @@ What is taken out of a recording depends on which one it is; `insenv.calibration
 """
 
 from insenv.calibration.apply import Applied
+from insenv.calibration.contents import SCHEMA, Parameter, Run, Target, Term
 from insenv.calibration.make import calibration
-from insenv.calibration.model import SCHEMA, Calibration, Parameter, Run, Target, Term, load_calibration
+from insenv.calibration.model import Calibration, load_calibration
 from insenv.calibration.write import correct
 
 __all__ = [

@@ -11,10 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from insenv.calibration.contents import Contents, Target, Term
 from insenv.calibration.rules import why_left
 from insenv.calibration.triads import whole_triads
 from insenv.core.errors import InputError
@@ -24,9 +24,6 @@ from insenv.data.exposure import Exposure, expose
 from insenv.data.fingerprint import fingerprint
 from insenv.effects.base import Effect
 from insenv.identify.clean.holds import held_addition
-
-if TYPE_CHECKING:
-    from insenv.calibration.model import Calibration, Target, Term
 
 #: Corrections at the output itself: passes at most, and the share of the largest reading at which they have settled.
 PASSES, SETTLED = 100, 1e-12
@@ -71,7 +68,7 @@ class _Held:
         return self.effect.apply(u, motion, self.theta, self.effect.begin(motion, self.theta))[0]
 
 
-def apply(calibration: Calibration, recording: Recording) -> Applied:
+def apply(calibration: Contents, recording: Recording) -> Applied:
     """Take the terms that hold out of every target that the recording has."""
     run = _run(calibration, recording)
     targets = [t for t in calibration.targets if t.target in recording.channels]
@@ -127,12 +124,12 @@ def slopes_of(term: Term, recording: Recording, exposure: Exposure, run: int) ->
     return np.stack([of_rows(column, exposure) for column in np.moveaxis(jacobian, -1, 0)], axis=-1)
 
 
-def _run(calibration: Calibration, recording: Recording) -> int | None:
+def _run(calibration: Contents, recording: Recording) -> int | None:
     mark = fingerprint(recording)
     return next((i for i, run in enumerate(calibration.runs, start=1) if run.sha256 == mark), None)
 
 
-def _exposed(calibration: Calibration, recording: Recording, target: Target) -> Exposure:
+def _exposed(calibration: Contents, recording: Recording, target: Target) -> Exposure:
     recording.values(target.target, target.unit)
     reference = calibration.reference_temperature
     return expose(recording, target.target, 1, reference, calibration.with_earth)

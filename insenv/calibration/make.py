@@ -8,9 +8,10 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from insenv import __version__
-from insenv.calibration.model import HELD, LINE, SCHEMA, Calibration, Parameter, Run, Target, Term
+from insenv.calibration.contents import HELD, LINE, SCHEMA, Parameter, Run, Target, Term
+from insenv.calibration.model import Calibration
 from insenv.core.errors import InputError
+from insenv.core.version import VERSION
 from insenv.data.manifest import Manifest
 from insenv.effects.base import Effect
 from insenv.effects.catalogue import by_key, plug_in_of
@@ -40,7 +41,7 @@ def calibration(found: Findings, manifest: Manifest) -> Calibration:
         raise InputError(f"{manifest.path}: the manifest cannot be read ({error.strerror or error})") from None
     return Calibration(
         schema=SCHEMA,
-        insenv=__version__,
+        insenv=VERSION,
         title=manifest.title,
         manifest=manifest.path.name,
         sha256=sha256,

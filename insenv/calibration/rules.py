@@ -22,13 +22,9 @@ steady phase
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from insenv.calibration.contents import Term
 from insenv.data.exposure import CHANNEL_OF, Exposure
 from insenv.effects.base import Effect
-
-if TYPE_CHECKING:
-    from insenv.calibration.model import Term
 
 #: Whose error a term is, where it is not the instrument's: why another recording does not have it.
 _ELSEWHERE = {

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from insenv.core.version import VERSION
+
 _COMMAND: ContextVar[str] = ContextVar("command", default="")
 #: Bytes of a file that are hashed at a time.
 _CHUNK = 1 << 15
@@ -61,9 +63,7 @@ def command() -> str:
 
 def stamp() -> dict[str, Any]:
     """Entries of every JSON document: the version of insenv, and the command; null where it is used as a library."""
-    import insenv
-
-    return {"version": insenv.__version__, "command": command() or None}
+    return {"version": VERSION, "command": command() or None}
 
 
 def filed(filing: Filing) -> dict[str, Any]:

@@ -10,24 +10,22 @@ from insenv.core.errors import InputError
 from insenv.design.kind import Course
 from insenv.design.texts import text
 from insenv.information.table_motion import Course as Rates
-from insenv.plants.turntable import Turntable
+from insenv.plants.profile import Profile
 from insenv.scenario import Scenario
 
 
-def scenario_course(scenario: Scenario) -> Course | None:
-    """Time and rate of each piece of the scenario's profile; None where it has none.
+def scenario_course(scenario: Scenario, steps: Profile) -> Course | None:
+    """Time and rate of each of the ``steps`` of the scenario's profile; None where it has none.
 
     Raises
     ------
     InputError
         If the profile has a sine, which an environment cannot be told.
     """
-    plant = scenario.rig.plant
-    assert isinstance(plant, Turntable)
     if scenario.table.profile is None:
         return None
     pieces, left = [], scenario.duration
-    for piece in plant.profile:
+    for piece in steps:
         if piece.amplitude:
             raise InputError(f"{scenario.path}: profile.kind = 'sine' is not played in steps; wanted steady rates")
         held = min(piece.duration, left)

@@ -26,7 +26,7 @@ from insenv.effects.base import (
     central_differences,
     combine,
 )
-from insenv.effects.catalogue import ALL
+from insenv.effects.own import ALL
 
 #: Intervals and their length [s].
 _N, _DT = 120, 0.1

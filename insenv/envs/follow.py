@@ -12,8 +12,6 @@ from insenv.core.estimate import Estimate
 from insenv.core.recording import Floats, Recording
 from insenv.envs.task import Task
 from insenv.envs.turns import Command
-from insenv.plants.turntable import Turntable
-from insenv.plants.vehicle import Vehicle
 from insenv.scenario import Scenario
 
 
@@ -47,11 +45,14 @@ def profile_actions(scenario: Scenario, task: Task) -> Floats:
             f"{scenario.path}: [profile] is missing; wanted what the first run does, such as "
             'kind = "constant" with a rate, or kind = "turns"'
         )
-    plant, actions = scenario.rig.plant, np.zeros((task.steps, *task.action_space.shape))
-    if isinstance(plant, Vehicle):
-        _turns(plant, task.step_s, actions)
-    elif isinstance(plant, Turntable):
-        _rates(plant, task.step_s, actions, scenario)
+    actions = np.zeros((task.steps, *task.action_space.shape))
+    try:
+        commands = scenario.rig.plant.commands(task.step_s, task.steps)
+    except InputError as error:
+        raise InputError(f"{scenario.path}: {error}") from None
+    # A command goes with the first number of an action: this much of it with an action of 1.
+    unit, _ = task.world.command(np.ones_like(actions[:1]))
+    actions[:, 0] = commands / unit[0]
     return actions
 
 
@@ -59,22 +60,3 @@ def commanded(task: Task, actions: Floats) -> Sequence[Command]:
     """When what was told to the plant."""
     told, _ = task.world.command(actions)
     return [(round(k * task.step_s, 9), float(value)) for k, value in enumerate(np.ravel(told).tolist())]
-
-
-def _turns(plant: Vehicle, step: float, actions: Floats) -> None:
-    time = 0.0
-    for rest, angle in plant.profile:
-        time += rest
-        k = round(time / step)
-        if k < len(actions):
-            actions[k, 0] = angle / np.pi
-        time = k * step + plant.turn_time(angle)
-
-
-def _rates(plant: Turntable, step: float, actions: Floats, scenario: Scenario) -> None:
-    time = 0.0
-    for piece in plant.profile:
-        if piece.amplitude:
-            raise InputError(f"{scenario.path}: profile.kind = 'sine' cannot be played in steps; wanted steady rates")
-        actions[round(time / step) :, 0] = piece.rate
-        time += min(piece.duration, (len(actions) + 1) * step)

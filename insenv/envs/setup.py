@@ -15,7 +15,7 @@ from insenv.envs.task import Task, World
 from insenv.scenario import Scenario, check_task, load
 from insenv.scenario import datasheet as told
 from insenv.scenario.source import changed
-from insenv.scenario.task import TaskSpec
+from insenv.scenario.spec import TaskSpec
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,6 @@ from insenv.core.system import kinds, part
 from insenv.envs.belief import Judge, judge
 from insenv.envs.rollout import made, roll_out
 from insenv.envs.task import Task, checked
-from insenv.plants.turntable import Turntable
 from insenv.rig import Readings, stream
 from insenv.rig_dwells import PLACE, Command, DwellLaw, blocks, dwell_law
 from insenv.scenario import load
@@ -192,7 +191,7 @@ def _plan(job: Episodes) -> _Plan:
         has effects that no Gaussian law describes.
     """
     fine = _task(job)
-    if fine.switched is not None or not isinstance(fine.world.cast((0,)).plant, Turntable):
+    if fine.switched is not None or fine.world.cast((0,)).plant.steered_by != "rate":
         raise InputError(f"{fine.name}: has no path 'dwells'; wanted a north finder, or the path 'samples'")
     block = fine.samples if job.block is None else round(job.block * fine.datasheet.sampling)
     if block < 1 or fine.samples % block:

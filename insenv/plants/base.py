@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol, Self
+from typing import Any, Literal, Protocol, Self
+
+import numpy as np
 
 from insenv.core.estimate import Limits
 from insenv.core.motion import Motion
@@ -60,6 +62,21 @@ class Plant(Protocol):
         ...
 
     @property
+    def latitude(self) -> float | None:
+        """Of where it stands [rad]; without it the Earth does not turn."""
+        ...
+
+    @property
+    def section(self) -> str:
+        """The table of a scenario that describes it: "base"."""
+        ...
+
+    @property
+    def steered_by(self) -> Literal["", "rate", "angle"]:
+        """What it can be commanded: a rate that it keeps, an angle to turn by, or nothing."""
+        return ""
+
+    @property
     def draws(self) -> int:
         """Unit normals per sample."""
         return 0
@@ -90,6 +107,11 @@ class Plant(Protocol):
         return False
 
     @property
+    def repeatable(self) -> float | None:
+        """Length of its profile [s] where that can be played again in the same run; None where it cannot."""
+        return None
+
+    @property
     def sightings(self) -> tuple[str, ...]:
         """References that are read at instants: of a sight, and of a level."""
         return ()
@@ -117,9 +139,25 @@ class Plant(Protocol):
         """The plant with the specific force in every exposure, where that is left out to save time."""
         return self
 
+    def commands(self, step: float, n: int) -> Floats:
+        """Its profile as commands that go out at every ``step`` [s], shape (n,): each at the step that is nearest.
+
+        Raises
+        ------
+        InputError
+            If the profile is one that no such commands play.
+        """
+        del step
+        return np.zeros(n)
+
     def begin(self) -> Any:
         """State at time 0."""
         ...
+
+    def later(self, state: Any, by: float) -> Any:
+        """The state as it would be had the run begun ``by`` [s] later, where its profile is `repeatable`."""
+        del by
+        return state
 
     def advance(self, state: Any, command: Any, t: Floats, z: Floats) -> tuple[Scene, Any]:
         """Go on over the intervals with edges ``t``, shape (n + 1,).

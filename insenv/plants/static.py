@@ -75,6 +75,11 @@ class StaticBase(Plant):
     reference_temperature: float = 298.15
 
     @property
+    def section(self) -> str:
+        """The [base]."""
+        return "base"
+
+    @property
     def draws(self) -> int:
         """Unit normals per sample: one for each level axis about which the base tilts."""
         return 2 if self.disturbance.sd > 0 else 0

@@ -25,7 +25,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import cos, sin
-from typing import Self
+from typing import Literal, Self
 
 import numpy as np
 
@@ -36,7 +36,7 @@ from insenv.core.motion import Motion
 from insenv.core.recording import Floats, Mounting
 from insenv.effects.forms import wave
 from insenv.plants.base import Plant, Reference, Scene
-from insenv.plants.profile import Piece, Profile
+from insenv.plants.profile import Piece, Profile, duration
 from insenv.plants.servo import Knots, joined, knot
 from insenv.plants.thermal import Constant, Temperature
 
@@ -162,6 +162,21 @@ class Turntable(Plant):
         return sin(self.tilt) * self.earth_rate[2]
 
     @property
+    def section(self) -> str:
+        """The [table]."""
+        return "table"
+
+    @property
+    def steered_by(self) -> Literal["", "rate", "angle"]:
+        """A rate."""
+        return "rate"
+
+    @property
+    def repeatable(self) -> float | None:
+        """Length of the profile: the table begins again at its zero mark."""
+        return duration(self.profile)
+
+    @property
     def draws(self) -> int:
         """Unit normals per sample: one for a noisy encoder."""
         return int(self.encoder.noise > 0)
@@ -209,6 +224,22 @@ class Turntable(Plant):
         """With `felt` set."""
         return replace(self, felt=True)
 
+    def commands(self, step: float, n: int) -> Floats:
+        """Rates [rad/s], shape (n,): those of the profile, each from the step that is nearest.
+
+        Raises
+        ------
+        InputError
+            If a piece has a sine.
+        """
+        found, time = np.zeros(n), 0.0
+        for piece in self.profile:
+            if piece.amplitude:
+                raise InputError("profile.kind = 'sine' cannot be played in steps; wanted steady rates")
+            found[round(time / step) :] = piece.rate
+            time += min(piece.duration, (n + 1) * step)
+        return found
+
     def begin(self) -> Knots:
         """The servo at angle 0, already at the rate of the first piece, and all that will be asked of it.
 
@@ -225,6 +256,10 @@ class Turntable(Plant):
             start = float(knots[-1].start[0]) + before.duration
             knots.append(knot(start, *knots[-1].at(np.array([start]), self.max_acceleration), piece))
         return joined(*knots)
+
+    def later(self, state: Knots, by: float) -> Knots:
+        """The servo with all that it was asked for at later times."""
+        return replace(state, start=state.start + by)
 
     def advance(self, state: Knots, command: Floats | float | None, t: Floats, z: Floats) -> tuple[Scene, Knots]:
         """Go on over the intervals with edges ``t``.

@@ -20,7 +20,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import accumulate
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 
@@ -96,6 +96,16 @@ class Vehicle(Plant):
     profile: tuple[tuple[float, float], ...] = ()
 
     @property
+    def section(self) -> str:
+        """The [vehicle]."""
+        return "vehicle"
+
+    @property
+    def steered_by(self) -> Literal["", "rate", "angle"]:
+        """An angle to turn by."""
+        return "angle"
+
+    @property
     def draws(self) -> int:
         """Unit normals per sample: one where a sighting has an error of its own."""
         return int(self.sight is not None and self.sight.tracking > 0)
@@ -156,6 +166,17 @@ class Vehicle(Plant):
         if not self.turns:
             return 0.0 if angle == 0 else np.inf
         return float(self.drive.times(np.asarray(angle, float))[1])
+
+    def commands(self, step: float, n: int) -> Floats:
+        """Angles to turn by [rad], shape (n,): those of the profile, each at the step that is nearest."""
+        found, time = np.zeros(n), 0.0
+        for rest, angle in self.profile:
+            time += rest
+            k = round(time / step)
+            if k < n:
+                found[k] = angle
+            time = k * step + self.turn_time(angle)
+        return found
 
     def begin(self) -> Turning:
         """The vehicle at rest.

@@ -14,8 +14,8 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
-import insenv
 from insenv.core.filing import Filing, command
+from insenv.core.version import VERSION
 
 
 def rendered(
@@ -58,7 +58,7 @@ def rendered(
         policy=policy(style, scripts, connect),
         scripts=[Markup(script) for script in scripts],
         filing=head(filing),
-        version=insenv.__version__,
+        version=VERSION,
         **content,
     )
 
@@ -96,7 +96,7 @@ def head(filing: Filing | None) -> list[tuple[str, str]]:
         said = (filing.operator, filing.serial_number, filing.place, filing.date)
         rows = [(n, v) for n, v in zip(("Operator", "Serial number", "Place", "Date"), said, strict=True) if v]
         rows += [("Data", f"{one.name} (sha256 {one.sha256})") for one in filing.files]
-    rows.append(("Software", f"insenv {insenv.__version__}"))
+    rows.append(("Software", f"insenv {VERSION}"))
     if command():
         rows.append(("Command", command()))
     return rows

@@ -20,7 +20,8 @@ from insenv.scenario.build import Scenario, build
 from insenv.scenario.datasheet import datasheet
 from insenv.scenario.schema import ScenarioTable
 from insenv.scenario.source import names, source
-from insenv.scenario.task import TaskSpec, check_task
+from insenv.scenario.spec import TaskSpec
+from insenv.scenario.task import check_task
 
 __all__ = ["Scenario", "TaskSpec", "check_task", "datasheet", "load", "names", "simulate"]
 

@@ -23,7 +23,7 @@ from insenv.scenario.cast import Planted, Truth
 from insenv.scenario.draws import PHASE, Fixed, Spread, generator, listed
 from insenv.scenario.run_to_run import changing, held, slowed
 from insenv.scenario.schema import ScenarioTable, family, family_name
-from insenv.scenario.task import TaskSpec, task
+from insenv.scenario.spec import TaskSpec, task_spec
 from insenv.scenario.values import effect_named, exact, parameters, positive
 from insenv.sensors.chain import Sensor
 
@@ -172,7 +172,7 @@ def build(table: ScenarioTable, path: Path) -> Scenario:
         samples,
         targets.explained,
         planted,
-        task(table, samples, path),
+        task_spec(table, samples, path),
         plants.spread(table, path),
     )
 

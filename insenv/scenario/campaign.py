@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 
 import numpy as np
 
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats
-from insenv.plants.profile import duration
-from insenv.plants.servo import Knots
-from insenv.plants.turntable import Turntable
 from insenv.rig import CHUNK, Normals, Readings, Rig, RigState
 from insenv.scenario.build import Scenario
 
@@ -38,12 +34,12 @@ def campaign(
     InputError
         If the scenario has no table, or a number is negative.
     """
-    plant = scenario.rig.plant
-    if not isinstance(plant, Turntable):
+    length = scenario.rig.plant.repeatable
+    if length is None:
         raise InputError(f"{scenario.path}: a campaign wants a [table] with a [profile]")
     if repeats < 1 or not 0 <= preheat < float("inf"):
         raise InputError(f"{repeats} repeats and a preheat of {preheat:g} s given; wanted 1 or more, and zero or more")
-    samples = min(scenario.samples, round(duration(plant.profile) * scenario.rig.rate))
+    samples = min(scenario.samples, round(length * scenario.rig.rate))
     return _played(scenario, (seed, repeats, samples), preheat, chunk, progress)
 
 
@@ -83,6 +79,4 @@ def _warm(rig: Rig, state: RigState, preheat: float) -> RigState:
     if not passed:
         return state
     _, begun = rig.advance(state, None, 1, np.zeros((sum(rig.draws), 1)))
-    knots = state.plant
-    assert isinstance(knots, Knots)
-    return RigState(passed, replace(knots, start=knots.start + passed / rig.rate), begun.sensors)
+    return RigState(passed, rig.plant.later(state.plant, passed / rig.rate), begun.sensors)

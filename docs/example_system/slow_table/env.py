@@ -15,7 +15,7 @@ from insenv.envs.single import TaskEnv
 from insenv.envs.task import Task
 from insenv.envs.vector import TaskVectorEnv
 from insenv.scenario import Scenario
-from insenv.scenario.task import TaskSpec
+from insenv.scenario.spec import TaskSpec
 from insenv.systems.north_finder.env import NorthFinder
 
 

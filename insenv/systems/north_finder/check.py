@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from insenv.core.errors import InputError
-from insenv.plants.turntable import Turntable
+from insenv.plants.base import Plant
 from insenv.scenario import Scenario
 from insenv.scenario.task import LEAST_COSINE, turning_table
 
@@ -17,7 +17,7 @@ def check(scenario: Scenario) -> None:
         _has_north(scenario, plant)
 
 
-def _has_north(scenario: Scenario, plant: Turntable) -> None:
+def _has_north(scenario: Scenario, plant: Plant) -> None:
     """Refuse a north finder that cannot know north, or need not find it."""
     path = scenario.path
     if plant.latitude is None:
@@ -25,7 +25,7 @@ def _has_north(scenario: Scenario, plant: Turntable) -> None:
     reason = "the input axis sees no horizontal Earth rate and north has no meaning"
     if np.cos(plant.latitude) < LEAST_COSINE:
         raise InputError(f"{path}: site.latitude = {scenario.table.site.latitude!r}; {reason}; wanted less than 90 deg")
-    if np.cos(plant.tilt) < LEAST_COSINE:
+    if np.cos(plant.mounting.tilt) < LEAST_COSINE:
         tilt = scenario.table.table and scenario.table.table.tilt or "90 deg"
         raise InputError(f"{path}: table.tilt = {tilt!r}; {reason}; wanted less than 90 deg")
     if any(p.effect.id == "earth_rate" and not p.told for p in scenario.planted):

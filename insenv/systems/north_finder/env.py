@@ -32,7 +32,7 @@ from insenv.plants.profile import rest
 from insenv.plants.turntable import Turntable
 from insenv.rig import Readings, Rig
 from insenv.scenario import Scenario
-from insenv.scenario.task import TaskSpec
+from insenv.scenario.spec import TaskSpec
 from insenv.sensors.counter import count
 
 #: The scenario of the environment that is given none.

@@ -20,6 +20,7 @@ from insenv.design.texts import rounded, text
 from insenv.information.north import north_sd
 from insenv.information.rate_noise import lock_in
 from insenv.information.table_motion import back_and_forth
+from insenv.plants.turntable import Turntable
 from insenv.scenario.turntable import TableSpread
 
 #: What is free where nobody says [rad/s], [rad].
@@ -76,7 +77,9 @@ class NorthFinder(OfScenario):
 
     def published(self) -> Plan:
         """The scenario's profile, or one rate in one direction (Zhang, Wu, Wu, 2011), for its duration."""
-        course = table.scenario_course(self.scenario)
+        plant = self.scenario.rig.plant
+        assert isinstance(plant, Turntable)
+        course = table.scenario_course(self.scenario, plant.profile)
         words = "the scenario's own"
         if course is None:
             rate = min(PUBLISHED_RATE, self.sheet.limits.rate)

@@ -38,7 +38,7 @@ from insenv.plants.thermal import Constant, Temperature, WarmUp
 from insenv.plants.turntable import Turntable
 from insenv.rig import Fitted, Readings, Rig
 from insenv.scenario import Scenario
-from insenv.scenario.task import TaskSpec
+from insenv.scenario.spec import TaskSpec
 from insenv.sensors.counter import count
 
 #: The scenario of the environment that is given none.

@@ -35,6 +35,7 @@ from insenv.information.ladder_time import published
 from insenv.information.means import Means, means, told_noises
 from insenv.information.scale_factor import declared, slope
 from insenv.information.table_motion import motion
+from insenv.plants.turntable import Turntable
 
 #: What is free where nobody says: spacing of magnitudes as a share of the range, time at each [s], visits of the ends.
 SPACINGS, DWELLS, VISITS = (1 / 150, 1 / 8), (2.0, 5.0), (1, 8)
@@ -141,7 +142,9 @@ class RateTable(OfScenario):
 
     def published(self) -> Plan:
         """The scenario's own profile, or the published list within the range: a turn of each rate (Zhang, 2016)."""
-        course, words = table.scenario_course(self.scenario), "the scenario's own"
+        plant = self.scenario.rig.plant
+        assert isinstance(plant, Turntable)
+        course, words = table.scenario_course(self.scenario, plant.profile), "the scenario's own"
         if course is None:
             course, words = self._list(), "a turn of each of the published rates"
         told = {"coverage": self._coverage(self._means(course))}

@@ -34,7 +34,8 @@ from insenv.envs.vector import TaskVectorEnv
 from insenv.plants.vehicle import Vehicle
 from insenv.rig import Readings, Rig
 from insenv.scenario import Scenario
-from insenv.scenario.task import TaskSpec
+from insenv.scenario.spec import TaskSpec
+from insenv.systems.two_position.pose import ACCELEROMETERS, GYROS, Pose
 
 #: The scenario of the environment that is given none.
 PUBLISHED = "two_position/published_a"
@@ -42,19 +43,9 @@ PUBLISHED = "two_position/published_a"
 HALF_TURN = np.pi
 #: Standard deviation of an angle of which nothing is known: uniform on the circle.
 ANY_ANGLE = np.pi / np.sqrt(3)
-#: Instruments, in the order of the observation.
-GYROS, ACCELEROMETERS = (tuple(f"{family}_{axis}" for axis in "xyz") for family in ("gyro", "accel"))
 #: Bounds of the observation: noise in standard deviations, what sway and undeclared errors may add [rad/s], specific
 #: force [m/s^2], and a jump of the velocity where a turn ends [m/s].
 _DEVIATIONS, _ROOM, _FORCE, _JUMP = 40.0, 1.0, 50.0, 1.0
-
-
-@dataclass(frozen=True)
-class Pose:
-    """True heading, and angle turned by since the start, counter-clockwise [rad]; shape (R,)."""
-
-    heading: Floats
-    turned: Floats
 
 
 @dataclass(frozen=True)

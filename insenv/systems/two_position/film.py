@@ -13,8 +13,8 @@ from insenv.envs.group import Group
 from insenv.envs.render import Frame
 from insenv.envs.task import Task
 from insenv.navigation.strapdown import Navigation, initial, static_mechanisation
-from insenv.systems.two_position.env import ACCELEROMETERS, GYROS, Pose
 from insenv.systems.two_position.frame import History, View
+from insenv.systems.two_position.pose import ACCELEROMETERS, GYROS, Pose
 from insenv.systems.two_position.view import Renderer
 
 

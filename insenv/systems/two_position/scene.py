@@ -9,7 +9,8 @@ from __future__ import annotations
 from insenv.core.recording import Recording
 from insenv.envs.group import Group
 from insenv.play.scene import Control, Pointer, Scene, Signal
-from insenv.systems.two_position.env import HALF_TURN, Pose
+from insenv.systems.two_position.env import HALF_TURN
+from insenv.systems.two_position.pose import Pose
 
 #: Six wheels, a hull with its windscreen, and the turret of the sight; the nose is at the top.
 _WHEELS = "".join(

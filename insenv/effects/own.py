@@ -1,0 +1,96 @@
+"""All effects of insenv, by their names in the contract."""
+
+from __future__ import annotations
+
+from insenv.effects.acceleration import CentripetalAcceleration, LeverArm, VibrationRectification
+from insenv.effects.angle import AngleLockedRate, EarthRate, EncoderHarmonic, MagneticField
+from insenv.effects.base import Effect
+from insenv.effects.bias import Bias, BiasDrift, BiasStep, BiasWarmUp
+from insenv.effects.cross import CrossAxis, GSensitivity
+from insenv.effects.hysteresis import EncoderBacklash, ScaleFactorHysteresis
+from insenv.effects.lag import OutputBandwidth, SelfHeating, SettlingAfterTurn
+from insenv.effects.lock_in import LockIn, LockInWander, RateLock
+from insenv.effects.noise import AngleRandomWalk, BiasInstability, Quantization, RateRandomWalk
+from insenv.effects.response import CompensationRipple, SineResponse
+from insenv.effects.scale import (
+    ScaleFactor,
+    ScaleFactorAnomaly,
+    ScaleFactorAsymmetry,
+    ScaleFactorCubic,
+    ScaleFactorDrift,
+    ScaleFactorTemperature,
+    ScaleFactorWarmUp,
+)
+from insenv.effects.spline import SplineAngle, SplineRate, SplineTemperature, SplineTime
+from insenv.effects.thermal import BiasTemperature, BiasTemperatureRate, BiasThermalLag
+from insenv.effects.threshold import DeadBand
+from insenv.effects.tilt import BaseSettling, BaseTilt
+from insenv.effects.timing import SampleHold, TimingSkew
+from insenv.effects.tone import Tone
+from insenv.effects.triad import AccelBias, AccelScaleFactor, Misalignment, NonOrthogonality
+from insenv.effects.wobble import Wobble
+
+#: The effects that a search tries and that a manifest may name.
+CATALOGUE: tuple[Effect, ...] = (
+    Bias(),
+    BiasDrift(),
+    BiasWarmUp(),
+    BiasStep(),
+    *(BiasTemperature(order) for order in (1, 2, 3)),
+    BiasTemperatureRate(),
+    BiasThermalLag(),
+    ScaleFactor(),
+    ScaleFactorDrift(),
+    ScaleFactorWarmUp(),
+    ScaleFactorTemperature(),
+    ScaleFactorAsymmetry(),
+    ScaleFactorCubic(),
+    ScaleFactorAnomaly(),
+    CompensationRipple(),
+    LockIn(),
+    *(EncoderHarmonic(order) for order in (1, 2, 3, 4)),
+    *(AngleLockedRate(order) for order in (1, 2, 3, 4)),
+    EarthRate(),
+    TimingSkew(),
+    SampleHold(),
+    GSensitivity(),
+    CrossAxis(),
+    Tone(),
+    BaseTilt(),
+    EncoderBacklash(),
+    ScaleFactorHysteresis(),
+    DeadBand(),
+    SelfHeating(),
+    SettlingAfterTurn(),
+    CentripetalAcceleration(1),
+    CentripetalAcceleration(2),
+    VibrationRectification(),
+    LeverArm(),
+    SplineTime(),
+    SplineTemperature(),
+    SplineRate(),
+    SplineAngle(),
+    AngleRandomWalk(),
+    BiasInstability(),
+    RateRandomWalk(),
+    Quantization(),
+)
+
+#: Effects that only a triad held still in several attitudes tells (`insenv.identify.positions.rests`).
+TRIAD: tuple[Effect, ...] = (AccelBias(), AccelScaleFactor(), NonOrthogonality(), Misalignment())
+
+#: Those and what only a scenario may name: at one tilt, from one record, or at the rates of a usual test they cannot be
+#: told from others (a sine from a cubic, a lock from a local anomaly, a low-pass from a late reference or the servo's),
+#: or by no turning at all (a field from the Earth's rate). Some stand in a report as rivals nonetheless
+#: (`insenv.identify.search.twins`).
+ALL: tuple[Effect, ...] = (
+    *CATALOGUE,
+    *TRIAD,
+    *(Wobble(order) for order in (1, 2, 3)),
+    LockInWander(),
+    RateLock(),
+    SineResponse(),
+    MagneticField(),
+    BaseSettling(),
+    OutputBandwidth(),
+)
