@@ -8,6 +8,8 @@ which leave of everything slow next to nothing. Found, it is subtracted before l
 many. u is what the instrument makes of its input, gain and lag (`insenv.identify.clean.response`): a share of it that
 is held is a share of that. The hold time is one for all runs, the phase is each run's own: a logger is started anew.
 
+Readings that repeat in all rows but every k-th show a hold without any of this (`insenv.identify.clean.repeats`).
+
 A hold is a law of the logger: each half of each run that could show it has it, with the same hold time and share. What
 a late, coarse or interpolated reference leaves is a sawtooth for a while, with another time in the next.
 """
@@ -25,6 +27,7 @@ from insenv.core.recording import Floats, Recording
 from insenv.data.exposure import Exposure, expose
 from insenv.effects.timing import TimingSkew, before_mean
 from insenv.identify.clean.outliers import leaving_out
+from insenv.identify.clean.repeats import repeats
 from insenv.identify.clean.response import held_part, lagged
 from insenv.identify.fit.problem import Model, Problem, regressors
 
@@ -59,7 +62,8 @@ ROUND = (20.0, 25.0, 40.0, 50.0, 100.0, 125.0, 200.0, 250.0, 500.0, 1000.0)
 class Hold:
     """An output of which the share ``share`` is held for ``hold`` [s], with their standard deviations.
 
-    ``phases`` [s] are the times from a renewal to the start of each run, less than ``hold``.
+    ``phases`` [s] are the times from a renewal to the start of each run, less than ``hold``. ``whole`` where readings
+    themselves repeat (`insenv.identify.clean.repeats`): no fit is asked which share is held.
     """
 
     share: float
@@ -68,6 +72,7 @@ class Hold:
     hold_sd: float
     phases: tuple[float, ...]
     p_value: float
+    whole: bool = False
 
 
 @dataclass(frozen=True)
@@ -93,6 +98,8 @@ def find_hold(recordings: tuple[Recording, ...], spans: tuple[slice, ...], probl
     """
     if not any(np.ptp(e.u) for e in problem.exposures):
         return Look()
+    if (shown := _shown(recordings, spans, problem, model)) is not None:
+        return Look(shown)
     looks = []
     for run in np.argsort([-float(np.ptp(e.u)) for e in problem.exposures])[:MOST_RUNS].tolist():
         view = _view(recordings[run], spans[run], problem, run, model)
@@ -106,6 +113,20 @@ def find_hold(recordings: tuple[Recording, ...], spans: tuple[slice, ...], probl
             look = Look()
         looks.append(look)
     return looks[0] if looks else Look()
+
+
+def _shown(recordings: tuple[Recording, ...], spans: tuple[slice, ...], problem: Problem, model: Model) -> Hold | None:
+    """The hold that repeated readings show by themselves; of a run with few changes the phase that explains most."""
+    found = repeats(recordings, spans, problem.target)
+    if found is None:
+        return None
+    dt, phases = recordings[0].dt, []
+    for run, (recording, span) in enumerate(zip(recordings, spans, strict=True)):
+        view = _view(recording, span, problem, run, model) if found.phases[run] is None else None
+        phases.append((found.phases[run] or 0) * dt if view is None else _phase(view, found.rows * dt))
+    chance = float(np.exp(-found.changes * np.log(found.rows)))
+    sd = dt / found.changes / np.sqrt(12)
+    return Hold(1.0, 1 / found.changes, found.rows * dt, sd, tuple(phases), chance, whole=True)
 
 
 @dataclass(frozen=True)

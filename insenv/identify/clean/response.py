@@ -416,11 +416,17 @@ class Held:
 
 
 def with_held(
-    recordings: tuple[Recording, ...], spans: tuple[slice, ...], target: str, hold: float, phases: tuple[float, ...]
+    recordings: tuple[Recording, ...],
+    spans: tuple[slice, ...],
+    target: str,
+    hold: float,
+    phases: tuple[float, ...],
+    seen: bool = False,
 ) -> tuple[tuple[Recording, ...], Held | None]:
     """The recordings with lags that are told beside a hold, where the table's reading is noisy.
 
-    A held output is late by half of its hold time: without the hold beside it, that was in the lag.
+    A held output is late by half of its hold time: without the hold beside it, that was in the lag. Phases that were
+    ``seen`` in the readings stay as they are.
     """
     parts = stretches(recordings, spans, target)
     parts = [s for s in parts if (table := recordings[s.run].table) is not None and not table.still]
@@ -430,7 +436,8 @@ def with_held(
     for s in parts:
         dt = s.exposure.motion.dt
         start = s.exposure.motion.lag - 0.5 * (hold - dt)
-        tried = np.arange(round(hold / dt)) * dt if hold < MOST_PHASES * dt else np.array([found[s.run]])
+        unsettled = not seen and hold < MOST_PHASES * dt
+        tried = np.arange(round(hold / dt)) * dt if unsettled else np.array([found[s.run]])
         misfits = [_misfit(s, start, hold, phase) for phase in tried.tolist()]
         found[s.run] = float(tried[int(np.argmin(misfits))])
         lags[s.run] = start

@@ -217,10 +217,11 @@ def _held(
             recordings = responding(bare, spans, target, model, tuple(use.fit for use in uses))
         return look, recordings, recordings
     hold = look.hold
-    recordings, beside = with_held(recordings, spans, target, hold.hold, hold.phases)
+    recordings, beside = with_held(recordings, spans, target, hold.hold, hold.phases, hold.whole)
     if beside is not None:
-        share = 1.0 if abs(beside.share - 1.0) <= WHOLE * beside.share_sd else beside.share
-        hold = replace(hold, share=share, share_sd=beside.share_sd, phases=beside.phases)
+        whole = hold.whole or abs(beside.share - 1.0) <= WHOLE * beside.share_sd
+        share, sd = 1.0 if whole else beside.share, hold.share_sd if hold.whole else beside.share_sd
+        hold = replace(hold, share=share, share_sd=sd, phases=beside.phases)
         if not LEAST_SHARE <= share <= MOST_SHARE:
             return Look(), recordings, recordings
     freed = tuple(without_hold(r, plain, run, hold) for run, r in enumerate(recordings))
