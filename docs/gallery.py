@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from insenv.core.allan import allan_deviation, log_taus
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats
+from insenv.core.series.allan import allan_deviation, log_taus
 from insenv.core.units import DEG
 from insenv.effects.base import CurveEffect, DrivenEffect, Effect
 from insenv.effects.catalogue import ALL

@@ -232,7 +232,7 @@ def rate_test(
     """
     from insenv.core.units import quantity
     from insenv.rate_test import rate_test as run
-    from insenv.report.rate_test import summary, write_html, write_json
+    from insenv.report.rate_test.document import summary, write_html, write_json
 
     check_reports(json_path, html_path)
     left_out = quantity(warm_up, "time", "--warm-up")

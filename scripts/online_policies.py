@@ -13,9 +13,9 @@ from typing import Any
 
 import learnt_policy
 import numpy as np
-from rate_table_policies import POLICIES as STUDIED
-from rate_table_policies import Row, study
 from studies.online_policies.figures import PUBLISHED, apart, bars, curves, points, rms, shown
+from studies.rate_table.policies import POLICIES as STUDIED
+from studies.rate_table.policies import Row, study
 from studies.rate_table.policy_runs import random_faults
 from studies.result_page import Section, table, write
 

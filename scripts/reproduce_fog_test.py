@@ -21,9 +21,9 @@ from pathlib import Path
 
 import studies.fog_test.figures as figures
 import studies.fog_test.tables as tables
-from rate_table_undeclared import undeclared
 from studies.fog_test.campaigns import campaigns
 from studies.fog_test.coverage import coverage
+from studies.rate_table.undeclared import undeclared
 from studies.result_page import Section, write
 
 FOLDER = Path(__file__).resolve().parents[1] / "docs" / "results"

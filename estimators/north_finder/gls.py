@@ -46,7 +46,7 @@ from insenv.core.estimate import Datasheet, Estimate
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats, Recording
 from insenv.effects.angle import EncoderHarmonic
-from insenv.effects.lock_in import LockIn
+from insenv.effects.rate.lock_in import LockIn
 from insenv.information.polynomial import BIAS_SD, SCALE_SD
 from insenv.information.rate_noise import density, leak, lock_in, pulses, walk_density, white_angle
 

@@ -60,7 +60,7 @@ from estimators.north_finder.spread import azimuth, level_rate, solved
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Estimate
 from insenv.core.recording import Floats, Recording
-from insenv.effects.scale import ScaleFactor, ScaleFactorDrift
+from insenv.effects.rate.scale import ScaleFactor, ScaleFactorDrift
 
 Pairing = Literal["forward", "non_overlapping", "centred", "predicting"]
 _FORWARD, _NON_OVERLAPPING, _CENTRED, _PREDICTING = range(4)

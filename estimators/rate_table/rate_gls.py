@@ -22,7 +22,7 @@ from insenv.core.estimate import Datasheet, Estimate
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats, Recording
 from insenv.core.units import DEG
-from insenv.effects.scale import ScaleFactor
+from insenv.effects.rate.scale import ScaleFactor
 from insenv.information.means import Means, told_noises
 from insenv.information.scale_factor import INTERVAL, Declared, cells, declared, model, motion_of, slope
 

@@ -33,7 +33,7 @@ from insenv.core.estimate import Datasheet, Estimate
 from insenv.core.rate_test import RateLineResult
 from insenv.core.recording import Floats, Recording
 from insenv.core.units import DEG, PPM
-from insenv.effects.scale import ScaleFactor
+from insenv.effects.rate.scale import ScaleFactor
 
 Zeros = Literal["auto", "ends", "interleaved", "none"]
 

@@ -53,7 +53,7 @@ from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Estimate
 from insenv.core.recording import Floats, Recording
 from insenv.core.units import ARCSEC
-from insenv.effects.scale import ScaleFactor
+from insenv.effects.rate.scale import ScaleFactor
 from insenv.information.rate_noise import white_angle
 
 #: What is kept of a dwell: direction, whole turns, N, A, T, the weight of the white angle error at the ends of its

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.errors import InputError
-from insenv.core.trajectory import Trajectory
+from insenv.core.series.trajectory import Trajectory
 
 Floats = NDArray[np.float64]
 Covers = Literal["instant", "interval"]

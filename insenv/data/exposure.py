@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from insenv.core.earth import EARTH_RATE
 from insenv.core.motion import Motion, interval_mean
 from insenv.core.recording import GAP, Channel, Floats, Recording, Response
-from insenv.core.trajectory import Trajectory
+from insenv.core.series.trajectory import Trajectory
 from insenv.data.follow import followed
 from insenv.data.reference import order, programme
 from insenv.data.smooth import smoothed
@@ -72,7 +72,7 @@ class Exposure:
         Exposure on the cells; ``motion.rate`` is the reference that the model subtracts.
     u : ndarray, shape (n,)
         Input rate for regressors: the commanded rate where it was logged and the table has it, free of errors of the
-        encoder; else without the jitter of the encoder, which would explain itself (`insenv.core.trajectory`,
+        encoder; else without the jitter of the encoder, which would explain itself (`insenv.core.series.trajectory`,
         `insenv.data.follow`). Times the gain of the instrument (`Response`), as ``motion.rate`` is.
     """
 

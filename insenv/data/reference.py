@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from insenv.core.recording import Channel, Floats, Origin, Recording
-from insenv.core.trajectory import Of, reading_noise, trajectory
+from insenv.core.series.trajectory import Of, reading_noise, trajectory
 
 #: Share of the rows at which a command that holds may change.
 HOLDS = 0.05

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.recording import GAP, Floats, Recording
-from insenv.core.stretches import stretches
+from insenv.core.series.stretches import stretches
 
 Indices = NDArray[np.int64]
 

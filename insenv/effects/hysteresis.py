@@ -25,7 +25,7 @@ from insenv.core.motion import Motion, interval_slope
 from insenv.core.recording import Floats
 from insenv.effects.base import OUTPUT, MemoryEffect, Param
 from insenv.effects.forms import behind_the_table, known, reading_noise, spread
-from insenv.effects.scale import LEAST_RATE
+from insenv.effects.rate.scale import LEAST_RATE
 
 #: Radius of the play by which a reversal is told from the noise of an angle: unasked [rad], in deviations of that
 #: noise, and the least [rad].

@@ -8,11 +8,11 @@ from insenv.effects.base import Effect
 from insenv.effects.bias import Bias, BiasDrift, BiasStep, BiasWarmUp
 from insenv.effects.cross import CrossAxis, GSensitivity
 from insenv.effects.hysteresis import EncoderBacklash, ScaleFactorHysteresis
-from insenv.effects.lag import OutputBandwidth, SelfHeating, SettlingAfterTurn
-from insenv.effects.lock_in import LockIn, LockInWander, RateLock
 from insenv.effects.noise import AngleRandomWalk, BiasInstability, Quantization, RateRandomWalk
-from insenv.effects.response import CompensationRipple, SineResponse
-from insenv.effects.scale import (
+from insenv.effects.rate.lag import OutputBandwidth, SelfHeating, SettlingAfterTurn
+from insenv.effects.rate.lock_in import LockIn, LockInWander, RateLock
+from insenv.effects.rate.response import CompensationRipple, SineResponse
+from insenv.effects.rate.scale import (
     ScaleFactor,
     ScaleFactorAnomaly,
     ScaleFactorAsymmetry,
@@ -21,9 +21,9 @@ from insenv.effects.scale import (
     ScaleFactorTemperature,
     ScaleFactorWarmUp,
 )
+from insenv.effects.rate.threshold import DeadBand
 from insenv.effects.spline import SplineAngle, SplineRate, SplineTemperature, SplineTime
 from insenv.effects.thermal import BiasTemperature, BiasTemperatureRate, BiasThermalLag
-from insenv.effects.threshold import DeadBand
 from insenv.effects.tilt import BaseSettling, BaseTilt
 from insenv.effects.timing import SampleHold, TimingSkew
 from insenv.effects.tone import Tone

@@ -9,10 +9,10 @@ from functools import partial
 
 import numpy as np
 
-from insenv.core.allan import allan_deviation
 from insenv.core.estimate import Limits
 from insenv.core.recording import Floats, Recording
-from insenv.core.spectrum import psd
+from insenv.core.series.allan import allan_deviation
+from insenv.core.series.spectrum import psd
 from insenv.data.fingerprint import fingerprint
 from insenv.data.manifest.spec import Manifest
 from insenv.effects.base import NoiseEffect

@@ -25,7 +25,7 @@ from insenv.core.recording import Floats
 from insenv.effects.base import CurveEffect, Effect, LinearEffect
 from insenv.effects.bias import Bias
 from insenv.effects.catalogue import by_key
-from insenv.effects.scale import ScaleFactor
+from insenv.effects.rate.scale import ScaleFactor
 from insenv.information.means import Means, means, told_noises
 from insenv.sensors.chain import Sensor
 

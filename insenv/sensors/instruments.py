@@ -23,10 +23,10 @@ from insenv.core.units import (
 )
 from insenv.effects.base import Effect
 from insenv.effects.bias import BiasWarmUp
-from insenv.effects.lock_in import LockInWander, RateLock
 from insenv.effects.noise import AngleRandomWalk, BiasInstability, Quantization, RateRandomWalk
-from insenv.effects.response import CompensationRipple, SineResponse
-from insenv.effects.scale import (
+from insenv.effects.rate.lock_in import LockInWander, RateLock
+from insenv.effects.rate.response import CompensationRipple, SineResponse
+from insenv.effects.rate.scale import (
     ScaleFactor,
     ScaleFactorAnomaly,
     ScaleFactorAsymmetry,

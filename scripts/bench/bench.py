@@ -31,8 +31,8 @@ import numpy as np
 from bench_line import Line, cpu
 
 from insenv.close import close
-from insenv.core.allan import allan_deviation, log_taus
 from insenv.core.recording import Floats
+from insenv.core.series.allan import allan_deviation, log_taus
 from insenv.data.load import read_recordings
 from insenv.data.manifest import load_manifest
 from insenv.effects.noise import AngleRandomWalk, RateRandomWalk

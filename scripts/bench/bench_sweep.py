@@ -21,7 +21,7 @@ from bench_line import Line, cpu
 
 from insenv.effects.bias import Bias
 from insenv.effects.noise import AngleRandomWalk, RateRandomWalk
-from insenv.effects.scale import ScaleFactor
+from insenv.effects.rate.scale import ScaleFactor
 from insenv.evaluate.play import Work, play_on
 from insenv.evaluate.remote import Here
 from insenv.evaluate.runs import Episodes

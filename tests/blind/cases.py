@@ -10,14 +10,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from blind import confounded, parts, realistic, strangers, student, triad
+from blind import parts
 from blind.climate import KINDS as CLIMATES
 from blind.files import channel_lines, manifest_text, write_table
+from blind.kinds import confounded, realistic, strangers, student, triad
+from blind.kinds.rivals import rivals
+from blind.kinds.special import SPECIAL
 from blind.parts import Part
 from blind.plan import Plan, plan
 from blind.record import kept, record, ruler, scaled
-from blind.rivals import rivals
-from blind.special import SPECIAL
 from blind.table import Floats, follow
 from blind.world import GRAVITY
 from blind.write import written

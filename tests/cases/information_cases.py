@@ -11,7 +11,7 @@ from insenv.core.recording import Floats
 from insenv.core.units import DEG
 from insenv.effects.angle import EarthRate, EncoderHarmonic
 from insenv.effects.noise import AngleRandomWalk, BiasInstability, Quantization, RateRandomWalk
-from insenv.effects.scale import ScaleFactor
+from insenv.effects.rate.scale import ScaleFactor
 from insenv.information.alignment import Instrument
 from insenv.information.means import Noise
 

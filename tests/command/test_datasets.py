@@ -7,10 +7,10 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-import measured
 import pooch
 import pytest
 import requests
+from recorded import measured
 
 from insenv import datasets
 from insenv.core.errors import InputError

@@ -61,7 +61,7 @@ def test_every_page_has_a_hash_and_every_writer_is_there() -> None:
         assert pages.state(page, ROOT / "scripts" / script) in ("current", "stale"), name
     # The loop's pages depend on the search, a page of environments on its scenarios.
     reached = {p.relative_to(ROOT).as_posix() for p in pages.closure(ROOT / "scripts/close_loop_on_measured_data.py")}
-    assert {"insenv/identify/search/round.py", "insenv/effects/scale.py"} <= reached
+    assert {"insenv/identify/search/round.py", "insenv/effects/rate/scale.py"} <= reached
     assert "insenv/systems/two_position/film.py" not in reached
     assert "estimators/north_finder/gls.py" in {
         p.relative_to(ROOT).as_posix() for p in pages.closure(ROOT / "scripts/leaderboard.py")

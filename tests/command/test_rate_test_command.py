@@ -25,8 +25,8 @@ from insenv.data.load import read_recordings
 from insenv.data.manifest import Manifest, load_manifest
 from insenv.data.stream import stream_run
 from insenv.rate_test import rate_test
-from insenv.report import rate_test_rows
-from insenv.report.rate_test import json_text, summary, to_html, to_json
+from insenv.report.rate_test import rows
+from insenv.report.rate_test.document import json_text, summary, to_html, to_json
 
 FORMS = ("npz", "csv", "float64-le")
 
@@ -220,7 +220,7 @@ def test_json_holds_the_result_in_si_units(test: RateTest) -> None:
 
 
 def test_the_comparison_has_a_column_for_each_instrument(test: RateTest) -> None:
-    grid = rate_test_rows.comparison([test, test, test])
+    grid = rows.comparison([test, test, test])
     assert len(grid.head) == 4 and all(len(row) == 4 for row in grid.rows)
     assert {"scale-factor repeatability [ppm]", "bias repeatability [deg/h]"} <= {row[0] for row in grid.rows}
     assert "flagged -20, +20 deg/s" in summary([test])

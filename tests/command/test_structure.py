@@ -17,8 +17,9 @@ from insenv.plants.turntable import Turntable
 from insenv.plants.vehicle import Vehicle
 
 ROOT = Path(__file__).parents[2]
-#: Modules of a folder, and lines of a function, at most.
-FOLDER, FUNCTION = 25, 60
+#: Modules of a folder, and lines of a function, at most; and folders that are larger.
+FOLDER, FUNCTION = 20, 60
+LARGER = {"insenv/identify/search": 23}
 #: Loops that numba compiles as one function: in pieces they would hand dozens of numbers to and fro.
 COMPILED = {
     "estimators/north_finder/kernel.py:accumulate",
@@ -90,7 +91,7 @@ def test_names_of_effects_stay_where_the_effects_are() -> None:
 def test_folders_are_small() -> None:
     roots = ("insenv", "estimators", "scripts", "tests")
     counts = Counter(str(path.parent.relative_to(ROOT)) for root in roots for path in (ROOT / root).rglob("*.py"))
-    assert {folder: n for folder, n in counts.items() if n > FOLDER} == {}
+    assert {folder: n for folder, n in counts.items() if n > LARGER.get(folder, FOLDER)} == {}
 
 
 def test_functions_are_short() -> None:

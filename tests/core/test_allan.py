@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from insenv.core import allan
-from insenv.core.allan import POWER_LAWS, allan_deviation, log_taus, octave_taus
 from insenv.core.errors import InputError
+from insenv.core.series import allan
+from insenv.core.series.allan import POWER_LAWS, allan_deviation, log_taus, octave_taus
 
 
 def test_nbs14_ten_points() -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from insenv.core.errors import InputError
-from insenv.core.spectrum import psd
+from insenv.core.series.spectrum import psd
 
 
 # 64 segments x 312 frequencies of white noise: the mean of all has a relative standard deviation below 0.02

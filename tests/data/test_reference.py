@@ -10,12 +10,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from real_tables import Ramped, still
+from recorded.real_tables import Ramped, still
 from simulated_runs import closed
 
 from insenv.core.errors import InputError
 from insenv.core.recording import Channel, Floats, Recording
-from insenv.core.trajectory import reading_noise, trajectory
+from insenv.core.series.trajectory import reading_noise, trajectory
 from insenv.data.exposure import expose
 from insenv.data.manifest import load_manifest
 from insenv.data.reference import found_source, sentences, with_reference

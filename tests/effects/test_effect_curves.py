@@ -17,8 +17,8 @@ from insenv.effects.angle import AngleLockedRate, EarthRate
 from insenv.effects.base import CurveEffect
 from insenv.effects.catalogue import by_key
 from insenv.effects.forms import cosine_of_twice, wave
-from insenv.effects.lock_in import LockIn, LockInWander
-from insenv.effects.scale import ScaleFactorAnomaly
+from insenv.effects.rate.lock_in import LockIn, LockInWander
+from insenv.effects.rate.scale import ScaleFactorAnomaly
 from insenv.effects.spline import SplineAngle, SplineTemperature
 from insenv.effects.thermal import BiasThermalLag
 from insenv.effects.timing import SampleHold, TimingSkew

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from insenv.core.allan import allan_deviation
 from insenv.core.errors import InputError
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats
+from insenv.core.series.allan import allan_deviation
 from insenv.core.units import ARCSEC, DEG, DEG_PER_HOUR, PPM
 from insenv.effects.catalogue import CATALOGUE, by_key
 from insenv.effects.noise import AngleRandomWalk, BiasInstability, RateRandomWalk

@@ -8,9 +8,9 @@ from motions import rich_motion
 from scipy.fft import dct
 from scipy.stats import chi2
 
-from insenv.core.allan import allan_deviation
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats
+from insenv.core.series.allan import allan_deviation
 from insenv.effects.base import OUTPUT, NoiseEffect
 from insenv.effects.noise import (
     AngleRandomWalk,

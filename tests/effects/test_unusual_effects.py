@@ -16,8 +16,8 @@ from insenv.effects.base import Effect
 from insenv.effects.bias import BiasWarmUp
 from insenv.effects.catalogue import CATALOGUE, by_key
 from insenv.effects.hysteresis import EncoderBacklash, ScaleFactorHysteresis, play
-from insenv.effects.lag import OutputBandwidth, SelfHeating, SettlingAfterTurn
-from insenv.effects.threshold import DeadBand
+from insenv.effects.rate.lag import OutputBandwidth, SelfHeating, SettlingAfterTurn
+from insenv.effects.rate.threshold import DeadBand
 from insenv.effects.tilt import BaseSettling
 from insenv.effects.wobble import Wobble
 from insenv.identify.positions.accel import Magnitudes

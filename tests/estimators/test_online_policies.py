@@ -151,7 +151,7 @@ def test_a_price_of_time_ends_a_test_early() -> None:
 
 @pytest.mark.slow
 def test_faults_are_found_and_the_scale_factor_in_a_tenth_of_the_published_time(scripts: None) -> None:
-    from rate_table_policies import study
+    from studies.rate_table.policies import study
     from studies.rate_table.policy_runs import random_faults
 
     for kind in (GreedyRateTable, HorizonRateTable):

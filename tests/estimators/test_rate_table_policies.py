@@ -55,7 +55,7 @@ ALL: dict[str, Any] = {
 def study() -> Iterator[ModuleType]:
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(SCRIPTS)
-        yield importlib.import_module("rate_table_policies")
+        yield importlib.import_module("studies.rate_table.policies")
 
 
 def chunk(t: float, dt: float = 1.0, **values: float) -> Recording:

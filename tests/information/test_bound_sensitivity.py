@@ -11,7 +11,7 @@ from insenv.core.units import DEG_PER_HOUR
 from insenv.effects.angle import EarthRate, EncoderHarmonic
 from insenv.effects.bias import Bias, BiasDrift
 from insenv.effects.cross import CrossAxis
-from insenv.effects.scale import ScaleFactor, ScaleFactorWarmUp
+from insenv.effects.rate.scale import ScaleFactor, ScaleFactorWarmUp
 from insenv.effects.thermal import BiasTemperature
 from insenv.information.alignment import Stretch, bound, procedure
 from insenv.information.alignment_response import responses

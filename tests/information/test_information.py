@@ -15,7 +15,7 @@ from insenv.core.recording import Floats
 from insenv.core.units import ARCSEC, DEG, DEG_PER_SQRT_HOUR
 from insenv.effects.angle import EarthRate, EncoderHarmonic
 from insenv.effects.bias import Bias, BiasDrift
-from insenv.effects.scale import ScaleFactor, ScaleFactorWarmUp
+from insenv.effects.rate.scale import ScaleFactor, ScaleFactorWarmUp
 from insenv.information.fisher import IncrementNoise, Information, information, north_bound
 from insenv.information.polynomial import BiasPolynomial, ScaleFactorPolynomial
 from insenv.information.table_motion import Course, back_and_forth, motion, one_way, steady

@@ -19,7 +19,7 @@ from insenv.effects.base import NoiseEffect
 from insenv.effects.bias import Bias, BiasDrift
 from insenv.effects.catalogue import ALL
 from insenv.effects.noise import AngleRandomWalk, BiasInstability, RateRandomWalk
-from insenv.effects.scale import ScaleFactor, ScaleFactorAsymmetry, ScaleFactorWarmUp
+from insenv.effects.rate.scale import ScaleFactor, ScaleFactorAsymmetry, ScaleFactorWarmUp
 from insenv.information.alignment import Stretch, bound, procedure
 from insenv.information.alignment_information import alignment_information, prior
 from insenv.information.fisher import IncrementNoise, Information, information

@@ -1,6 +1,6 @@
 """One error of a fibre-optic gyro undeclared in a rate-table campaign: the loop names it, or says what it may be.
 
-Played by scripts/rate_table_undeclared.py, as a user would.
+Played by scripts/studies/rate_table/undeclared.py, as a user would.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from insenv.data.load import read_recordings
 from insenv.data.manifest import HeldOut, Model, load_manifest
 from insenv.data.save import save
 from insenv.effects.catalogue import CATALOGUE
-from insenv.effects.response import LEAST_LEVELS, LEAST_PHASE, CompensationRipple
+from insenv.effects.rate.response import LEAST_LEVELS, LEAST_PHASE, CompensationRipple
 from insenv.information.ladder_time import PUBLISHED
 from insenv.scenario import load
 
@@ -32,7 +32,7 @@ SCRIPTS = Path(__file__).parents[2] / "scripts"
 def story() -> Iterator[ModuleType]:
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(SCRIPTS)
-        yield importlib.import_module("rate_table_undeclared")
+        yield importlib.import_module("studies.rate_table.undeclared")
 
 
 @pytest.fixture(scope="module")

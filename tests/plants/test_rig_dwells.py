@@ -13,9 +13,9 @@ from insenv.core.errors import InputError
 from insenv.core.recording import Floats
 from insenv.effects.base import NoiseEffect
 from insenv.effects.bias import Bias, BiasWarmUp
-from insenv.effects.lock_in import LockInWander
 from insenv.effects.noise import AngleRandomWalk, BiasInstability, Quantization, RateRandomWalk
-from insenv.effects.scale import ScaleFactor, ScaleFactorAsymmetry
+from insenv.effects.rate.lock_in import LockInWander
+from insenv.effects.rate.scale import ScaleFactor, ScaleFactorAsymmetry
 from insenv.plants.turntable import Encoder, Turntable
 from insenv.rig import Fitted, Rig
 from insenv.rig_dwells import Command, DwellLaw, blocks, dwell_law

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import measured
 import numpy as np
 import pytest
+from recorded import measured
 
 from estimators.at_rest.base_motion import ACCELS, FEWEST, GYROS, base_motion, fitted_angle_walk
 from estimators.at_rest.static_alignment import NAMES, StaticAlignment, site_gravity, still_base, tilting_base

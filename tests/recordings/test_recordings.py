@@ -6,9 +6,9 @@ where the recordings are not on this machine.
 
 from math import degrees, radians, sin
 
-import measured
 import numpy as np
 import pytest
+from recorded import measured
 
 from insenv.core.earth import EARTH_RATE
 from insenv.data.load import read_recordings

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from math import degrees
 
-import measured
 import pytest
+from recorded import measured
 
 from insenv.core.units import STANDARD_GRAVITY
 from insenv.data.load import read_recordings

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, median_filter
 
 from insenv.core.recording import Floats, Recording
-from insenv.core.stretches import stretches
+from insenv.core.series.stretches import stretches
 from insenv.data.exposure import expose
 from insenv.identify.clean.outliers import leaving_out
 from insenv.identify.findings import RejectedRows

@@ -17,7 +17,7 @@ from scipy.ndimage import binary_propagation
 
 from insenv.core.errors import InputError
 from insenv.core.recording import Recording
-from insenv.core.stretches import stretches
+from insenv.core.series.stretches import stretches
 from insenv.core.units import DEG
 from insenv.data.manifest.spec import Manifest
 from insenv.data.split import RowUse

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d
 
 from insenv.core.recording import Floats, Recording
-from insenv.core.stretches import stretches
+from insenv.core.series.stretches import stretches
 from insenv.data.exposure import table_rate_of_rows, table_share
 from insenv.identify.clean.ramps import approaching
 from insenv.identify.clean.rounding import rounding

@@ -5,8 +5,8 @@ r"""How an output follows the table: gain and lag, before anything relative to t
 A gain of -0.87 is an axis that points the other way with a scale of its own: no small error, and what multiplies the
 rate (a skew, a held output, an asymmetry) is a share of what the instrument makes of it, g u. g is one for all runs,
 the lag tau_r one for each: clocks are started anew. u is the motion behind the encoder's noise
-(`insenv.core.trajectory`), shifted exactly. Gauss and Newton from the lag at which y and u correlate most, with Tukey's
-weights: rows in which a table is on its way to a commanded rate are not to bend the gain.
+(`insenv.core.series.trajectory`), shifted exactly. Gauss and Newton from the lag at which y and u correlate most, with
+Tukey's weights: rows in which a table is on its way to a commanded rate are not to bend the gain.
 
 Nothing is taken out by this. Gains near one and lags beside an exact reference stay as they are: the search has effects
 for them. Source of the weights: P. J. Huber and E. M. Ronchetti, Robust Statistics (2009), section 4.8.

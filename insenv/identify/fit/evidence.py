@@ -25,7 +25,7 @@ from scipy.fft import dct
 from scipy.special import log_ndtr, ndtri_exp
 
 from insenv.core.recording import Floats
-from insenv.core.tails import log_tail_of_t
+from insenv.core.series.tails import log_tail_of_t
 from insenv.identify.fit.bins import Block
 from insenv.identify.fit.gls import Fit
 from insenv.identify.fit.heldout import residual

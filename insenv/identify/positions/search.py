@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.recording import Floats
-from insenv.core.tails import log_tail_of_f, log_tail_of_t
+from insenv.core.series.tails import log_tail_of_f, log_tail_of_t
 from insenv.identify.findings import NotTestable, Rejected
 from insenv.identify.fit.evidence import joint_deviate, log_tail
 from insenv.identify.positions.leave_out import left_out

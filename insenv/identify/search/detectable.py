@@ -20,7 +20,7 @@ import numpy as np
 from scipy.special import log_ndtr, ndtri, ndtri_exp
 
 from insenv.core.recording import Floats
-from insenv.core.tails import log_tails_of_f, log_tails_of_t
+from insenv.core.series.tails import log_tails_of_f, log_tails_of_t
 from insenv.identify.findings import Detectable
 from insenv.identify.fit.evidence import HELD_OUT_SPREAD, held_out_information
 from insenv.identify.fit.gls import Fit, noise_freedom

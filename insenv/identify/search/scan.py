@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.special import chdtr
 
 from insenv.core.recording import Floats
-from insenv.core.tails import log_tail_of_f
+from insenv.core.series.tails import log_tail_of_f
 from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.gls import Fit, noise_freedom, spectrum
 from insenv.identify.fit.noise import NoiseFit, fit_noise

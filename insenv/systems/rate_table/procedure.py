@@ -30,7 +30,7 @@ from insenv.design.kind import Course, Family, OfScenario, Plan, Quantity, Varia
 from insenv.design.texts import text
 from insenv.effects.base import DrivenEffect
 from insenv.effects.catalogue import by_key
-from insenv.effects.scale import ScaleFactor
+from insenv.effects.rate.scale import ScaleFactor
 from insenv.information.ladder_time import published
 from insenv.information.means import Means, means, told_noises
 from insenv.information.scale_factor import declared, slope

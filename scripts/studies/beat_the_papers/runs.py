@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import rate_table_policies as tables
+import studies.rate_table.policies as tables
 import studies.two_position.runs as vehicle
 from studies.north_finder.runs import Makers, errors
 from studies.north_finder.runs import Procedure as Turning

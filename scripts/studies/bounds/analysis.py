@@ -22,7 +22,7 @@ from insenv.core.units import ARCMIN, ARCSEC, DEG, DEG_PER_HOUR, PPM
 from insenv.effects.angle import EarthRate
 from insenv.effects.bias import BiasDrift
 from insenv.effects.catalogue import by_key
-from insenv.effects.scale import ScaleFactor
+from insenv.effects.rate.scale import ScaleFactor
 from insenv.envs.rollout import RollOut, roll_out
 from insenv.envs.task import Task
 from insenv.evaluate.bounds import bounds

@@ -13,9 +13,9 @@ from __future__ import annotations
 from math import exp, log, sqrt
 
 import numpy as np
-from rate_table_policies import ALARM, POLICIES, judged
 from scipy.optimize import brentq
 from studies.fog_test.campaigns import LADDER
+from studies.rate_table.policies import ALARM, POLICIES, judged
 from studies.rate_table.policy_runs import BETWEEN, HEIGHT, WIDTH, play, random_faults
 from studies.result_page import Section, table
 

@@ -10,7 +10,6 @@ from functools import partial
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from rate_table_policies import DISTURBED, POLICIES, Row, pull_in, study
 from studies.fog_test.campaigns import (
     LONG,
     NAMES,
@@ -25,6 +24,7 @@ from studies.fog_test.campaigns import (
     stability,
 )
 from studies.fog_test.tables import NOISE, Campaigns, averaging, closed_form, policy_verdict
+from studies.rate_table.policies import DISTURBED, POLICIES, Row, pull_in, study
 from studies.rate_table.policy_runs import random_faults
 from studies.result_page import Section, table
 

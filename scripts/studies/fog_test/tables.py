@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
-from rate_table_policies import Row
 from studies.fog_test.campaigns import (
     FAULT,
     Campaign,
@@ -15,6 +14,7 @@ from studies.fog_test.campaigns import (
     per_hour,
     stability,
 )
+from studies.rate_table.policies import Row
 from studies.rate_table.policy_runs import BETWEEN, WIDTH
 from studies.result_page import Section, table
 

@@ -18,7 +18,7 @@ from estimators.rate_table.rate_ladder_tally import Tally
 from insenv.core.estimate import Datasheet, Limits
 from insenv.core.recording import Channel, Floats, Recording
 from insenv.core.units import ARCSEC, DEG, PPM
-from insenv.effects.scale import ScaleFactor
+from insenv.effects.rate.scale import ScaleFactor
 from insenv.plants.turntable import Encoder, Ripple, Turntable
 from insenv.rig import Fitted, Normals, Readings, Rig
 from insenv.sensors.instruments import Instrument, fog_b215

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mems_bench import ACCELS, FULL, Bench, bench
+from recorded.mems_bench import ACCELS, FULL, Bench, bench
 from simulated_runs import closed, gyro_run, manifest
 
 from insenv.core.recording import Channel, Recording

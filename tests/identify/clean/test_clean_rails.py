@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from mems_bench import bench, clipped
+from recorded.mems_bench import bench, clipped
 from simulated_runs import KINDS, closed, gyro_run
 
 from insenv.core.recording import Channel, Floats, Recording

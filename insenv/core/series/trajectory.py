@@ -25,7 +25,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from insenv.core.stretches import stretches
+from insenv.core.series.stretches import stretches
 
 Floats = NDArray[np.float64]
 

@@ -16,10 +16,10 @@ from insenv.core.files import write_whole
 from insenv.core.filing import filed, stamp
 from insenv.core.rate_test import NORMALISATIONS, RateTest
 from insenv.core.units import DEG, DEG_PER_HOUR
-from insenv.report import rate_test_rows as rows
 from insenv.report.json import strict
 from insenv.report.page import rendered
 from insenv.report.quantities import number, span
+from insenv.report.rate_test import rows
 
 SCHEMA = "insenv.rate-test/1"
 Block = dict[str, Any]
@@ -171,10 +171,10 @@ def _minus(text: str) -> str:
 def _figure(name: str, what: Any, ident: str) -> Any:
     from markupsafe import Markup
 
-    from insenv.report import rate_test_figures
+    from insenv.report.rate_test import figures
     from insenv.report.svg import inline
 
-    return Markup(inline(getattr(rate_test_figures, name)(what), f"{ident}-{name}", name.replace("_", " ")))
+    return Markup(inline(getattr(figures, name)(what), f"{ident}-{name}", name.replace("_", " ")))
 
 
 def _allan_of_all(tests: Sequence[RateTest]) -> Any:

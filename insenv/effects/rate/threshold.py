@@ -16,7 +16,7 @@ import numpy as np
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats
 from insenv.effects.base import OUTPUT, CurveEffect, Param
-from insenv.effects.scale import LEAST_RATE
+from insenv.effects.rate.scale import LEAST_RATE
 
 #: Thresholds that a scan tries, and the share of the least rates that counts as none.
 THRESHOLDS, LEAST_SHARE = 10, 0.02

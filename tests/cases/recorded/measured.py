@@ -10,7 +10,7 @@ from insenv.data.manifest import Manifest, load_manifest
 from insenv.datasets import local, registry
 
 #: As the environment stood when the tests were collected; single tests change it.
-FOLDERS = (local.given_folder(), Path(__file__).parents[2] / "shared" / "data", local.cache())
+FOLDERS = (local.given_folder(), Path(__file__).parents[3] / "shared" / "data", local.cache())
 
 
 def manifest(name: str) -> Manifest:

@@ -1,7 +1,7 @@
 """Policies on a rate table: how often each finds a fault at an unknown rate, in what time, and how well it tells K.
 
-The functions return figures; `python scripts/rate_table_policies.py` prints them. How runs are simulated stands in
-`rate_table_policy_runs`.
+The functions return figures; `python -m studies.rate_table.policies`, in the folder scripts, prints them. How runs are
+simulated stands in `studies.rate_table.policy_runs`.
 """
 
 from __future__ import annotations

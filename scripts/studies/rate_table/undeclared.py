@@ -4,7 +4,7 @@ A campaign is a ladder of rates as the published one, of four power-ups; the las
 written with a manifest that declares the rest, read back, and `insenv.close` is asked. Beside the verdict: the error on
 the held-out power-up, and that of the scale factor at low rates in the middle of a ladder, before and after.
 
-python scripts/rate_table_undeclared.py --seeds 3
+In the folder scripts: python -m studies.rate_table.undeclared --seeds 3
 """
 
 # ruff: noqa: E402  (what limits the threads must stand before NumPy is imported)

@@ -23,7 +23,7 @@ from insenv.core.motion import Motion
 from insenv.core.recording import Floats
 from insenv.effects.base import OUTPUT, MemoryEffect, Param
 from insenv.effects.forms import behind_the_table, first_order, known, spread, time_constants
-from insenv.effects.scale import LEAST_RATE
+from insenv.effects.rate.scale import LEAST_RATE
 
 #: Time constants of an output, in intervals, and the longest [s].
 OUTPUTS, SLOWEST = (0.3, 100.0), 5.0

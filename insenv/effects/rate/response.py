@@ -21,7 +21,7 @@ import numpy as np
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats
 from insenv.effects.base import OUTPUT, CurveEffect, Param
-from insenv.effects.scale import LEAST_RATE, LEAST_SHARE
+from insenv.effects.rate.scale import LEAST_RATE, LEAST_SHARE
 
 #: Ranges of a compensation, in largest rates of the recording, and degrees that a scan tries.
 RANGES, DEGREES = (1.0, 1.05, 1.15, 1.4, 2.0), tuple(float(m) for m in range(3, 17))

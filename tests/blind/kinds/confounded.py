@@ -9,9 +9,9 @@ import numpy as np
 
 from blind import climate, curves, parts
 from blind.files import Column
+from blind.kinds.special import accelerometer
 from blind.parts import Part
 from blind.plan import Plan, plan
-from blind.special import accelerometer
 from blind.world import World
 
 Rng = np.random.Generator

@@ -1,0 +1,1 @@
+"""A rate test as text, JSON and page."""

@@ -1,0 +1,1 @@
+"""Kinds of cases that are put to the loop, a file each."""
