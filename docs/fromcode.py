@@ -22,8 +22,7 @@ from typing import Any
 import insenv.identify
 from insenv.data.exposure import CHANNEL_OF
 from insenv.effects.base import CurveEffect, DrivenEffect, Effect, LinearEffect, MemoryEffect, NoiseEffect, Param
-from insenv.effects.catalogue import ALL, CATALOGUE, TRIAD
-from insenv.report.words import EFFECTS
+from insenv.effects.own import ALL, CATALOGUE, RESERVED, TRIAD
 
 #: What stands in a page where text from the code is to come, at the build.
 MARK = "<!-- %FROM-CODE% -->"
@@ -100,8 +99,7 @@ def _needs(effect: Effect) -> str:
 
 
 def _reserved() -> str:
-    known = {effect.id for effect in ALL}
-    names = ", ".join(f"`{name}`" for name in EFFECTS if name not in known) or "none"
+    names = ", ".join(f"`{name}`" for name in RESERVED) or "none"
     return f"## Reserved\n\nNames of effects that this version does not have: {names}."
 
 

@@ -61,10 +61,9 @@ def _effects() -> tuple[str, ...]:
 
 
 def _effect(name: str) -> str:
-    from insenv.effects.catalogue import by_key
-    from insenv.report.words import EFFECTS
+    from insenv.effects.catalogue import by_key, described
 
-    return EFFECTS[name][1] if name in EFFECTS else _first(type(by_key(name)).__doc__)
+    return described(name)[1] or _first(type(by_key(name)).__doc__)
 
 
 # ---------------------------------------------------------------------------------- scenarios, instruments

@@ -28,6 +28,11 @@ class CentripetalAcceleration(LinearEffect):
     order: int = 1
 
     id = "centripetal_acceleration"
+    title = "centripetal acceleration"
+    meaning = (
+        "off the table's axis the bias follows the square of the rate (order 2: its fourth power), through a "
+        "sensitivity to acceleration; a response that is bent evenly looks the same"
+    )
     source = "IEEE Std 952-1997: acceleration and acceleration-squared sensitivity, at a lever arm"
     instruments = ("gyro",)
     of_rate = True
@@ -54,6 +59,8 @@ class VibrationRectification(LinearEffect):
     """A bias that follows the mean square of the vibration."""
 
     id = "vibration_rectification"
+    title = "vibration rectification"
+    meaning = "the bias follows the mean square of the vibration"
     linear = tuple(Param(f"c_{axis}", OUTPUT + "/(m/s^2)^2", sd=1e-4, bound=1e-2) for axis in "xyz")
     needs = ("vibration",)
     source = "IEEE Std 1293-2018: vibration rectification error; IEEE Std 952-1997: acceleration-squared sensitivity"
@@ -70,6 +77,8 @@ class LeverArm(LinearEffect):
     """An accelerometer off the axis of a table: centripetal and tangential acceleration."""
 
     id = "lever_arm"
+    title = "lever arm"
+    meaning = "off the axis of the table the accelerometer feels the turn itself"
     linear = (Param("c", "m", sd=0.1, bound=5.0), Param("s", "m", sd=0.1, bound=5.0))
     needs = ("turn_rate",)
     source = "Titterton and Weston, section 9.6: size effect; kinematics of a rotating frame"

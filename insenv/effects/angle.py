@@ -64,6 +64,8 @@ class EncoderHarmonic(_Wave):
     order: int = 1
 
     id = "encoder_harmonic"
+    title = "encoder harmonic"
+    meaning = "the reference is wrong: the table's encoder repeats an angle error every turn"
     linear = (Param("c", "rad", sd=1e-4, bound=1e-2), Param("s", "rad", sd=1e-4, bound=1e-2))
     source = "Sensors 13 (2013) 2750: encoder harmonics on a rate table"
     belongs = "reference"
@@ -91,6 +93,8 @@ class AngleLockedRate(_Wave):
     order: int = 1
 
     id = "angle_locked_rate"
+    title = "rate locked to the table angle"
+    meaning = "the gyro's error depends on where it points on its base: a magnet, heat or tilt"
     linear = (Param("c", OUTPUT, sd=1e-3, bound=0.1), Param("s", OUTPUT, sd=1e-3, bound=0.1))
     source = "IEEE Std 952-1997: magnetic sensitivity; Sensors 13 (2013) 2750: wobble of the table's axis"
     belongs = "place"
@@ -114,6 +118,8 @@ class MagneticField(_Wave):
     """
 
     id = "magnetic_field"
+    title = "magnetic field of the place"
+    meaning = "the field of the place makes a rate that stands with the Earth, as the Earth's own rate does"
     linear = (Param("c", OUTPUT, sd=1e-3, bound=0.1), Param("s", OUTPUT, sd=1e-3, bound=0.1))
     source = "IEEE Std 952-1997: magnetic sensitivity"
     instruments = ("gyro",)
@@ -141,6 +147,8 @@ class EarthRate(_Wave):
     share: float = 1.0
 
     id = "earth_rate"
+    title = "Earth rate"
+    meaning = "the Earth's rotation as the input axis sees it"
     source = "Rate of rotation: WGS 84 (insenv.core.earth)"
     belongs = "input"
     sharpened_by = ("rate_edges",)

@@ -87,6 +87,12 @@ class Effect(ABC):
     ----------
     id : str
         The contract's name.
+    title : str
+        Its name in running text.
+    meaning : str
+        What it is physically, in one line.
+    accelerometer_title : str
+        Its name on an accelerometer, where that is another.
     shapes : tuple of Param
         Parameters that bend the curve: time constants, centres, frequencies.
     needs : tuple of str
@@ -123,6 +129,9 @@ class Effect(ABC):
     """
 
     id: ClassVar[str] = ""
+    title: ClassVar[str] = ""
+    meaning: ClassVar[str] = ""
+    accelerometer_title: ClassVar[str] = ""
     shapes: ClassVar[tuple[Param, ...]] = ()
     needs: ClassVar[tuple[str, ...]] = ()
     sharpened_by: ClassVar[tuple[str, ...]] = ()

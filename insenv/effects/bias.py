@@ -34,6 +34,8 @@ class Bias(LinearEffect):
     """A constant: c."""
 
     id = "bias"
+    title = "bias"
+    meaning = "a constant error"
     linear = (Param("c", OUTPUT, sd=0.1, bound=10.0),)
     source = "IEEE Std 952-1997 and 647-2006: bias"
 
@@ -48,6 +50,8 @@ class BiasDrift(LinearEffect):
     """A ramp: c t."""
 
     id = "bias_drift"
+    title = "bias drift"
+    meaning = "the bias moves in proportion to time"
     linear = (Param("c", OUTPUT + "/s", sd=3e-5, bound=1e-4),)
     source = "IEEE Std 952-1997: rate ramp"
     of_time = True
@@ -63,6 +67,8 @@ class BiasWarmUp(CurveEffect):
     """A bias that settles after switching on: c exp(-t / tau)."""
 
     id = "bias_warm_up"
+    title = "warm-up of the bias"
+    meaning = "the bias settles exponentially after switch-on"
     linear = (Param("c", OUTPUT, sd=0.1, bound=10.0),)
     shapes = (Param("tau", "s", sd=300.0, low=0.5),)
     becomes = ("bias_drift", "bias_step")
@@ -89,6 +95,8 @@ class BiasStep(CurveEffect):
     """A jump: c for t > t0."""
 
     id = "bias_step"
+    title = "bias step"
+    meaning = "the bias jumps once to another value and stays there"
     linear = (Param("c", OUTPUT, sd=0.1, bound=10.0),)
     shapes = (Param("t0", "s", sd=300.0),)
     source = "Offsets of a time series: Williams, J. Geodesy 76 (2003) 483"

@@ -14,9 +14,9 @@ from functools import cache
 from insenv.core.errors import InputError
 from insenv.core.plugins import EFFECTS, find, names
 from insenv.effects.base import Effect
-from insenv.effects.own import ALL, CATALOGUE, TRIAD
+from insenv.effects.own import ALL, CATALOGUE, RESERVED, TRIAD
 
-__all__ = ["ALL", "CATALOGUE", "TRIAD", "by_key", "catalogue", "plug_in_of"]
+__all__ = ["ALL", "CATALOGUE", "TRIAD", "by_key", "catalogue", "described", "plug_in_of"]
 
 
 #: How a class that is no entry point is named.
@@ -32,6 +32,16 @@ def catalogue() -> tuple[Effect, ...]:
         If one of them cannot be imported, or is no sound effect.
     """
     return (*CATALOGUE, *(_plug_in(name) for name in names(EFFECTS)))
+
+
+def described(name: str) -> tuple[str, str, str]:
+    """Title and meaning of the effect of an id, and its title on an accelerometer; empty where there are none."""
+    if name in RESERVED:
+        return *RESERVED[name], ""
+    own = next((effect for effect in ALL if effect.id == name), None)
+    if own is None and name in names(EFFECTS):
+        own = _plug_in(name)
+    return ("", "", "") if own is None else (own.title, own.meaning, own.accelerometer_title)
 
 
 def plug_in_of(effect: Effect) -> str:

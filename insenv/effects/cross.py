@@ -23,6 +23,8 @@ class GSensitivity(LinearEffect):
     """A rate that acceleration and gravity feign."""
 
     id = "g_sensitivity"
+    title = "g-sensitivity"
+    meaning = "the bias follows the specific force along an axis"
     linear = tuple(Param(f"c_{axis}", OUTPUT + "/(m/s^2)", sd=1e-4, bound=1e-3) for axis in "xyz")
     needs = ("force",)
     source = "IEEE Std 1431-2004: acceleration sensitivity; Titterton and Weston, section 4"
@@ -39,6 +41,8 @@ class CrossAxis(LinearEffect):
     """An input axis that is not quite where it is thought to be."""
 
     id = "cross_axis"
+    title = "cross-axis coupling"
+    meaning = "the input axis sees a part of the rate about another axis"
     linear = tuple(Param(f"c_{axis}", "1", sd=0.01, bound=0.2) for axis in "xyz")
     needs = ("cross_rate",)
     source = "IEEE Std 952-1997: input axis misalignment"

@@ -68,6 +68,8 @@ class EncoderBacklash(MemoryEffect):
     radius: float = REVERSED
 
     id = "encoder_backlash"
+    title = "backlash of the encoder"
+    meaning = "the reference is wrong: play in the encoder's coupling, taken up after each reversal"
     linear = (Param("c", "rad", sd=1e-4, bound=1e-2, low=0.0),)
     needs = ("angle",)
     source = "Play operator: Brokate and Sprekels, Hysteresis and Phase Transitions (1996), section 2.1"
@@ -124,6 +126,8 @@ class ScaleFactorHysteresis(MemoryEffect):
     least: float = 0.0
 
     id = "scale_factor_hysteresis"
+    title = "hysteresis of the scale factor"
+    meaning = "the output depends on whether a rate was reached from below or from above"
     linear = (Param("c", OUTPUT, sd=0.01, bound=0.02, per_rate=True),)
     shapes = (Param("r", OUTPUT, sd=0.1, low=1e-3),)
     source = "Stop operator: Brokate and Sprekels, Hysteresis and Phase Transitions (1996), section 2.1"

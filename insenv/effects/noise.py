@@ -53,6 +53,9 @@ class AngleRandomWalk(NoiseEffect):
     """White noise of the rate."""
 
     id = "angle_random_walk"
+    title = "angle random walk"
+    accelerometer_title = "velocity random walk"
+    meaning = "white noise of the rate"
     linear = (Param("N", OUTPUT + " sqrt(s)", sd=1e-3, bound=1.0, low=0.0),)
     source = "IEEE Std 952-1997, annex C.1.1"
 
@@ -96,6 +99,9 @@ class RateRandomWalk(NoiseEffect):
     hold: int = 1
 
     id = "rate_random_walk"
+    title = "rate random walk"
+    accelerometer_title = "acceleration random walk"
+    meaning = "the rate's error wanders like a random walk"
     linear = (Param("K", OUTPUT + "/sqrt(s)", sd=1e-4, bound=0.1, low=0.0),)
     source = "IEEE Std 952-1997, annex C.1.3"
 
@@ -163,6 +169,8 @@ class BiasInstability(NoiseEffect):
     hold: int = 1
 
     id = "bias_instability"
+    title = "bias instability"
+    meaning = "flicker noise of the rate"
     linear = (Param("B", OUTPUT, sd=1e-3, bound=1.0, low=0.0),)
     source = "IEEE Std 952-1997, annex C.1.2; Corsini and Saletti, IEEE Trans. Instrum. Meas. 37 (1988) 615"
 
@@ -237,6 +245,8 @@ class Quantization(NoiseEffect):
     period: float = 1.0
 
     id = "quantization"
+    title = "quantization"
+    meaning = "noise from the finite step of the angle read-out"
     linear = (Param("Q", OUTPUT + " s", sd=1e-5, bound=0.01, low=0.0),)
     source = "IEEE Std 952-1997, annex C.1.5; Q is the standard deviation of the angle error"
 

@@ -94,3 +94,6 @@ ALL: tuple[Effect, ...] = (
     BaseSettling(),
     OutputBandwidth(),
 )
+
+#: Names of effects that this version does not have, with their words: title and meaning.
+RESERVED = {"saturation": ("saturation", "beyond a largest or smallest value nothing more is read")}

@@ -87,6 +87,8 @@ class SplineTime(Spline):
     count: int = 12
 
     id = "spline_time"
+    title = "smooth curve over time"
+    meaning = "generic: something that changes slowly with time, cause unknown"
     of_time = True
 
     def edges(self, u: Floats, motion: Motion) -> tuple[Floats, Floats]:
@@ -100,6 +102,8 @@ class SplineTemperature(Spline):
     """A smooth curve of the temperature."""
 
     id = "spline_temperature"
+    title = "smooth curve over temperature"
+    meaning = "generic: something that goes with temperature"
     needs = ("temperature",)
 
     def edges(self, u: Floats, motion: Motion) -> tuple[Floats, Floats]:
@@ -114,6 +118,8 @@ class SplineRate(Spline):
     """A smooth curve of the input; its mean over an interval stands for the input itself."""
 
     id = "spline_rate"
+    title = "smooth curve over rate"
+    meaning = "generic: something that goes with the rate"
     instruments = ("gyro",)
     of_rate = True
 
@@ -130,6 +136,8 @@ class SplineAngle(LinearEffect):
     count: int = 12
 
     id = "spline_angle"
+    title = "smooth curve over angle"
+    meaning = "generic: something that goes with the table angle"
     needs = ("angle",)
     source = _SOURCE
     instruments = ("gyro",)

@@ -37,6 +37,8 @@ class BiasTemperature(LinearEffect):
     order: int = 1
 
     id = "bias_temperature"
+    title = "bias over temperature"
+    meaning = "the bias follows the temperature"
     needs = ("temperature",)
     source = "IEEE Std 952-1997 and 647-2006: bias temperature sensitivity"
 
@@ -66,6 +68,8 @@ class BiasTemperatureRate(LinearEffect):
     """The Shupe effect: a changing temperature makes the two ways round a coil unequal."""
 
     id = "bias_temperature_rate"
+    title = "bias over temperature rate"
+    meaning = "the bias follows the speed of temperature change (in a fibre coil: the Shupe effect)"
     linear = (Param("c", OUTPUT + " s/K", sd=1.0, bound=100.0),)
     needs = ("temperature",)
     source = "D. M. Shupe, Appl. Opt. 19 (1980) 654"
@@ -81,6 +85,8 @@ class BiasThermalLag(MemoryEffect):
     """The difference of the thermometer to a part that follows it with a first-order lag."""
 
     id = "bias_thermal_lag"
+    title = "thermal lag of the bias"
+    meaning = "the part that makes the bias is warmed later than the thermometer, by a first-order lag"
     linear = (Param("c", OUTPUT + "/K", sd=1e-2, bound=0.1),)
     shapes = (Param("tau", "s", sd=300.0, low=0.5),)
     needs = ("temperature",)

@@ -26,6 +26,8 @@ class BaseTilt(LinearEffect):
     """Gravity times the angle integrated from the gyros; for accelerometers alone."""
 
     id = "base_tilt"
+    title = "base tilt"
+    meaning = "the base turns, as the gyros show, and gravity leaks into the level accelerometers"
     linear = (Param("c", "m/s^2", sd=10.0, bound=15.0), Param("drift", "m/s^3", sd=1e-3, bound=0.1))
     needs = ("base_tilt",)
     source = "Titterton and Weston, section 10: levelling"
@@ -48,6 +50,8 @@ class BaseSettling(CurveEffect):
     """
 
     id = "base_settling"
+    title = "settling of the base"
+    meaning = "the base under the unit tilts to its place after it was set down"
     linear = (Param("c", "m/s^2", sd=0.01, bound=0.1),)
     shapes = (Param("tau", "s", sd=300.0, low=0.5),)
     source = "Titterton and Weston, section 10: levelling; first-order relaxation of a support"

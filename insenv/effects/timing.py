@@ -44,6 +44,8 @@ class TimingSkew(LinearEffect):
     about: float = 0.0
 
     id = "timing_skew"
+    title = "timing skew"
+    meaning = "gyro and reference are not sampled at the same time"
     linear = (Param("c", "s", sd=0.01, bound=1.0),)
     needs = ("rate_edges",)
     source = "First-order Taylor expansion of u(t - c)"
@@ -132,6 +134,8 @@ class SampleHold(MemoryEffect):
     """An output that is renewed less often than it is read."""
 
     id = "sample_hold"
+    title = "sample and hold"
+    meaning = "the output repeats its last value for a while"
     linear = (Param("c", "1", sd=0.5, bound=1.5, least=0.5),)  # an output is held whole, or it is something else
     shapes = (Param("hold", "s", sd=0.1, low=0.0),)
     source = "Zero-order hold: Oppenheim and Schafer, Discrete-Time Signal Processing, section 4.8"

@@ -28,6 +28,8 @@ class Tone(CurveEffect):
     """
 
     id = "tone"
+    title = "tone"
+    meaning = "a line at one frequency: dither, vibration, mains or a servo"
     linear = (Param("c", OUTPUT, sd=0.1, bound=10.0), Param("s", OUTPUT, sd=0.1, bound=10.0))
     shapes = (Param("f", "Hz", sd=1e-4, low=0.0),)
     source = "IEEE Std 952-1997, annex C: sinusoidal noise"

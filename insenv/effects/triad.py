@@ -35,6 +35,8 @@ class AccelBias(LinearEffect):
     """A constant error of an accelerometer: c."""
 
     id = "accel_bias"
+    title = "accelerometer bias"
+    meaning = "a constant error of an accelerometer"
     linear = (Param("c", OUTPUT, sd=0.1, bound=10.0),)
     source = "IEEE Std 1293-1998: bias"
     instruments = ("accelerometer",)
@@ -50,6 +52,8 @@ class AccelScaleFactor(LinearEffect):
     """A wrong scale of an accelerometer: c f."""
 
     id = "accel_scale_factor"
+    title = "accelerometer scale factor"
+    meaning = "the output is wrong in proportion to the specific force"
     linear = (Param("c", "1", sd=0.05, bound=1.0),)
     source = "IEEE Std 1293-1998: scale factor"
     instruments = ("accelerometer",)
@@ -77,6 +81,8 @@ class NonOrthogonality(_OfOtherAxes):
     """Axes of a triad that are not at right angles."""
 
     id = "non_orthogonality"
+    title = "non-orthogonality"
+    meaning = "the axes of the triad are not at right angles"
     needs = ("cross_rate",)
     symmetry = 1
     source = "IEEE Std 1293-1998: misalignment; Tedaldi, Pretto and Menegatti, ICRA 2014"
@@ -88,6 +94,8 @@ class Misalignment(_OfOtherAxes):
     """A gyro triad that is turned as a whole against the accelerometers' (or the mount's) axes."""
 
     id = "misalignment"
+    title = "misalignment"
+    meaning = "the triad as a whole is turned against the one that shows the attitude"
     needs = ("cross_rate",)
     symmetry = -1
     source = "Tedaldi, Pretto and Menegatti, ICRA 2014: alignment of the gyros to the accelerometers"

@@ -45,6 +45,8 @@ class Wobble(LinearEffect):
     order: int = 1
 
     id = "wobble"
+    title = "wobble of the table's axis"
+    meaning = "the axis of the table tilts as it turns, and the gyro with it"
     linear = tuple(Param(name, "rad", sd=1e-5, bound=1e-3) for name in ("c", "s", "c_r", "s_r"))
     needs = ("angle",)
     source = "Sensors 13 (2013) 2750: wobble of a rate table's axis; kinematics of a small rotation"

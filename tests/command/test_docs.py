@@ -22,9 +22,9 @@ from insenv.data.manifest import schema as manifest_schema
 from insenv.data.manifest.checks import NOISE, SUFFIXES, VELOCITY_RANDOM_WALK
 from insenv.data.manifest.spec import CHANNELS
 from insenv.effects.catalogue import ALL, CATALOGUE, by_key
+from insenv.effects.own import RESERVED
 from insenv.identify.findings import VERDICTS
 from insenv.report import to_json
-from insenv.report.words import EFFECTS
 from insenv.scenario import schema as scenario_schema
 from insenv.scenario.plant import TEMPERATURES
 from insenv.scenario.turntable import PROFILES
@@ -189,7 +189,7 @@ def test_every_effect_is_on_its_page() -> None:
         row = next(line for line in page.split("\n") if line.startswith(f"| `{effect.id}`"))
         assert f"`{effect.linear[0].name}`" in row
         assert effect.source.replace("|", r"\|") in row
-    assert {name for name in EFFECTS if f"`{name}`" not in page} == set()
+    assert {name for name in {*RESERVED, *(effect.id for effect in ALL)} if f"`{name}`" not in page} == set()
 
 
 def test_constants_come_with_their_values() -> None:

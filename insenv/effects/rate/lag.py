@@ -52,6 +52,8 @@ class OutputBandwidth(MemoryEffect):
     """An output that comes through a first-order filter: fast motion is late and too small."""
 
     id = "output_bandwidth"
+    title = "bandwidth of the output"
+    meaning = "the output comes through a low-pass: fast motion is late and too small"
     linear = (Param("c", "1", sd=0.5, bound=1.5, low=0.0),)
     shapes = (Param("tau", "s", sd=0.1, low=1e-3),)
     becomes = ("timing_skew",)
@@ -94,6 +96,8 @@ class SelfHeating(MemoryEffect):
     power: int = 2
 
     id = "self_heating"
+    title = "self-heating"
+    meaning = "the bias follows the heat that driving left, later than the rate"
     shapes = (Param("tau", "s", sd=300.0, low=0.5),)
     source = "First-order thermal response to a power; IEEE Std 1554-2005: effects of the table's motor"
     instruments = ("gyro",)
@@ -150,6 +154,8 @@ class SettlingAfterTurn(MemoryEffect):
     by: Sense = "sense"
 
     id = "settling_after_turn"
+    title = "settling after turns"
+    meaning = "after each turn of the table something comes to rest exponentially: base, support or fluid"
     linear = (Param("c", OUTPUT, sd=1e-5, bound=1e-2),)
     shapes = (Param("tau", "s", sd=30.0, low=0.5),)
     needs = ("angle",)

@@ -49,6 +49,8 @@ class LockIn(CurveEffect):
     about: float = 0.0
 
     id = "lock_in"
+    title = "lock-in"
+    meaning = "coupling of the two beams pulls a ring laser's frequency towards zero at low rates"
     # A lock-in rate of 3e-3 rad/s (650 deg/h) is one standard deviation; 0.03 rad/s the largest credible one.
     linear = (Param("W_L_squared", "rad^2/s^2", sd=1e-5, bound=1e-3, low=0.0),)
     source = _SOURCE
@@ -86,6 +88,8 @@ class RateLock(CurveEffect):
     """
 
     id = "rate_lock"
+    title = "lock to a rate"
+    meaning = "cross-coupling pulls a closed loop to one rate, and near it the output stands still"
     linear = (Param("W_L_squared", "rad^2/s^2", sd=1e-6, bound=1e-4, low=0.0),)
     shapes = (Param("u0", OUTPUT, sd=1e-3, low=0.0),)
     source = "H. C. Lefevre, The Fiber-Optic Gyroscope (2014), closed loop: cross-coupling; Adler's equation"
@@ -113,6 +117,8 @@ class LockInWander(DrivenEffect):
     """
 
     id = "lock_in_wander"
+    title = "wander of the lock-in"
+    meaning = "the lock-in threshold wanders at random"
     linear = (Param("W_L", "rad/s", sd=3e-3, bound=0.03, low=0.0),)
     shapes = (
         Param("rise", "1", sd=0.2, bound=2.0),

@@ -41,6 +41,8 @@ class SineResponse(CurveEffect):
     """
 
     id = "sine_response"
+    title = "sine response"
+    meaning = "an open loop puts out the sine of the phase, not the phase"
     linear = (Param("c", "1", sd=0.5, bound=2.0),)
     shapes = (Param("K_s", "s", sd=0.1, low=1e-3),)
     source = "H. C. Lefevre, The Fiber-Optic Gyroscope (2014): Sagnac phase, open-loop response"
@@ -67,6 +69,8 @@ class CompensationRipple(CurveEffect):
     """
 
     id = "compensation_ripple"
+    title = "ripple of the compensation"
+    meaning = "what a compensation leaves of a curved response swings over the range of rates"
     linear = (Param("c", OUTPUT, sd=0.01, bound=0.1),)
     shapes = (Param("m", "1", sd=1.0, low=1.0), Param("u_m", OUTPUT, sd=1.0, low=1e-2))
     becomes = ("scale_factor_cubic",)

@@ -40,6 +40,8 @@ class ScaleFactor(LinearEffect):
     """A wrong scale: c u."""
 
     id = "scale_factor"
+    title = "scale factor"
+    meaning = "the output is wrong in proportion to the input"
     linear = (Param("c", "1", sd=0.05, bound=0.5),)
     source = "IEEE Std 952-1997 and 647-2006: scale factor"
     instruments = ("gyro",)
@@ -56,6 +58,8 @@ class ScaleFactorDrift(LinearEffect):
     """A scale that runs away: c u t."""
 
     id = "scale_factor_drift"
+    title = "scale-factor drift"
+    meaning = "the scale factor moves in proportion to time"
     linear = (Param("c", "1/s", sd=1e-5, bound=1e-3),)
     source = "IEEE Std 647-2006: scale factor stability"
     instruments = ("gyro",)
@@ -73,6 +77,8 @@ class ScaleFactorWarmUp(CurveEffect):
     """A scale that settles after switching on: c u exp(-t / tau)."""
 
     id = "scale_factor_warm_up"
+    title = "warm-up of the scale factor"
+    meaning = "the scale factor settles exponentially after switch-on"
     linear = (Param("c", "1", sd=0.05, bound=0.5),)
     shapes = (Param("tau", "s", sd=300.0, low=0.5),)
     becomes = ("scale_factor_drift",)
@@ -96,6 +102,8 @@ class ScaleFactorTemperature(LinearEffect):
     """A scale that follows the temperature: c u (T - T_ref)."""
 
     id = "scale_factor_temperature"
+    title = "scale factor over temperature"
+    meaning = "the scale factor follows the temperature"
     linear = (Param("c", "1/K", sd=1e-3, bound=1e-2),)
     needs = ("temperature",)
     source = "IEEE Std 952-1997 and 647-2006: scale factor temperature sensitivity"
@@ -113,6 +121,8 @@ class ScaleFactorAsymmetry(LinearEffect):
     """A scale that differs between the two senses of rotation: c |u|."""
 
     id = "scale_factor_asymmetry"
+    title = "scale-factor asymmetry"
+    meaning = "clockwise and anticlockwise have different scale factors"
     linear = (Param("c", "1", sd=0.05, bound=0.5),)
     source = "IEEE Std 952-1997 and 647-2006: scale factor asymmetry"
     instruments = ("gyro",)
@@ -129,6 +139,8 @@ class ScaleFactorCubic(LinearEffect):
     """A scale that bends symmetrically: c u^3."""
 
     id = "scale_factor_cubic"
+    title = "cubic scale factor"
+    meaning = "the scale factor changes with the square of the rate"
     linear = (Param("c", "1/({y})^2", sd=0.01, bound=1.0),)
     source = "IEEE Std 952-1997: scale factor non-linearity"
     instruments = ("gyro",)
@@ -154,6 +166,8 @@ class ScaleFactorAnomaly(CurveEffect):
     wings: bool = False
 
     id = "scale_factor_anomaly"
+    title = "local scale-factor anomaly"
+    meaning = "the output is wrong near one rate only, as by a resonance or a faulty stage"
     linear = (Param("c", OUTPUT, sd=0.01, bound=0.02, per_rate=True),)
     shapes = (Param("u0", OUTPUT, sd=0.1, low=0.0), Param("s", OUTPUT, sd=0.05, low=1e-4))
     source = "IEEE Std 647-2006: scale factor error at single rates; a Gaussian stands for its unknown form"

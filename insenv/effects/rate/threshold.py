@@ -38,6 +38,8 @@ class DeadBand(CurveEffect):
     whole: bool = False
 
     id = "dead_band"
+    title = "dead band"
+    meaning = "below a threshold nothing is read"
     linear = (Param("c", OUTPUT, sd=0.01, bound=0.2, per_rate=True, low=0.0),)
     shapes = (Param("d", OUTPUT, sd=0.01, low=1e-4),)
     source = "IEEE Std 952-1997: dead band and threshold; Slotine and Li, Applied Nonlinear Control, section 5.1"
