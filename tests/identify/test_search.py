@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import chi2, f
 from simulated_runs import declared_for, gyro_run, manifest, shaped, use, with_effects
 
-from insenv.core.recording import Recording
+from insenv.core.recording import Channel, Recording
 from insenv.effects.base import CurveEffect
 from insenv.effects.catalogue import CATALOGUE, by_key
 from insenv.identify.fit.gls import Fit, solve
@@ -156,3 +156,15 @@ def test_an_effect_within_its_bound_is_named_however_strong() -> None:
     problem, _, fit, tried = begun(run.recording)
     hits = search(problem, fit, tried, 0, len(tried) + 1)
     assert hits[0].candidate.effect.key == "encoder_harmonic:1"
+
+
+@pytest.mark.parametrize(("sweep", "told"), [(20.0, (4,)), (45.0, (2, 3, 4)), (360.0, (1, 2, 3, 4))])
+def test_a_wave_of_the_angle_is_tried_on_a_quarter_of_it(sweep: float, told: tuple[int, ...]) -> None:
+    """On less it is a gain: of a shaft that swings by 18 deg a fourth harmonic took 2 % of the scale factor."""
+    t = 0.1 * np.arange(1.0, 3001)
+    angle = 0.5 * np.deg2rad(1.2 * sweep) * np.sin(2 * np.pi * t / 20)
+    gyro = np.gradient(angle, 0.1) + 1e-3 * np.random.default_rng(1).standard_normal(len(t))
+    one = Recording(t, {"gyro": Channel(gyro, "rad/s"), "table_angle": Channel(angle, "rad")})
+    problem = prepare(manifest(), (one,), (use(len(t)),), "gyro", holds=False, tones=False).problem
+    found, _ = candidates(problem, tuple(by_key(f"encoder_harmonic:{order}") for order in (1, 2, 3, 4)))
+    assert tuple(c.effect.order for c in found) == told

@@ -37,6 +37,8 @@ CHANGING = 0.01
 TOLD = 4.0
 #: Share of what a lag changes beyond which it is no longer a straight line in the lag, as a `timing_skew` is.
 BENT = 0.2
+#: Share of the largest correlation, squared, from which a peak is as good.
+AS_GOOD = 0.9
 #: Fewest rows that tell a gain, longest lag [s], and rows of a run that are looked at.
 FEWEST, LONGEST, MOST_ROWS = 64, 0.5, 40_000
 #: Logarithm of the likelihood ratio from which the lag is a filter's, and frequencies beside each other that count as
@@ -320,11 +322,19 @@ def _other(gain: float, sd: float, model: Model) -> bool:
 
 
 def _coarse(one: Stretch) -> float:
-    """The lag at which reading and input correlate most [s]."""
+    """The lag at which reading and input correlate most [s].
+
+    Of a table that swings evenly every half swing does nearly as well, every other one with the gain turned round: of
+    peaks as good as the best the one nearest to no lag is taken.
+    """
     dt = one.exposure.motion.dt
     most = min(int(LONGEST / dt), len(one.y) // 4)
     both, power = correlation(one.input(0.0), one.y, one.known, most)
-    return float((int(np.argmax(both**2 / np.maximum(power, 1e-300))) - most) * dt)
+    alike = both**2 / np.maximum(power, 1e-300)
+    best = int(np.argmax(alike))
+    peaks = 1 + np.flatnonzero((alike[1:-1] >= alike[:-2]) & (alike[1:-1] >= alike[2:]))
+    good = np.append(peaks[alike[peaks] > AS_GOOD * alike[best]], best)
+    return float((int(good[np.argmin(np.abs(good - most))]) - most) * dt)
 
 
 def _measured(recording: Recording) -> bool:

@@ -20,8 +20,9 @@ from insenv.identify.search.real_motion import unmoved
 
 #: Share of the fitted time at either end in which no step is looked for.
 END_SHARE = 0.05
-#: Arc, in radians of a wave of the table's angle, below which the wave is a straight line.
-LEAST_ARC = 0.05
+#: Arc, in radians of a wave of the table's angle, below which the wave is no wave but a gain: on a quarter of one its
+#: rate hardly leaves that of the table. The same in radians of the table for what has no order.
+QUARTER_WAVE, LEAST_ARC = 0.5 * np.pi, 0.05
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,8 @@ def _without_motion(problem: Problem, effect: Effect) -> str:
     arc = max(float(a.max()) for a in angles) - min(float(a.min()) for a in angles)
     if not any(np.ptp(a) for a in angles):
         return "the table does not turn, beyond the noise of its angle"
-    if arc * getattr(effect, "order", 1) < LEAST_ARC:
+    order = getattr(effect, "order", None)
+    if arc < LEAST_ARC or (order is not None and arc * order < QUARTER_WAVE):
         return f"the table turns by {np.rad2deg(arc):.2g} deg only"
     return ""
 

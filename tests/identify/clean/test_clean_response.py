@@ -67,3 +67,21 @@ def test_a_mean_is_undone(windows: float) -> None:
     inside = slice(400, -400)
     assert np.abs(whole - mean / share)[inside].max() < 4.5e-3 * (5 / windows) ** 4 + 1e-6
     assert np.abs(edges - np.sin(omega * t))[inside].max() < 4.5e-3 * (5 / windows) ** 4 + 1e-6
+
+
+@pytest.mark.parametrize("gain", [0.45, -0.87])
+def test_of_a_table_that_swings_evenly_the_shortest_lag_is_taken(gain: float) -> None:
+    """Half a swing later the reading is the same the other way round: that was taken, with the sign of the gain."""
+    t, runs = 0.004 * np.arange(1200.0), []
+    for seed, f in enumerate((2.0, 5.0, 7.0)):
+        rng = np.random.default_rng(seed)
+        told = np.round(2 * np.sin(2 * np.pi * f * t), 2)
+        swell = 1 + 0.05 * np.sin(2 * np.pi * 0.11 * t)
+        gyro = gain * 2 * swell * np.sin(2 * np.pi * f * (t - 0.007)) + 0.02 * rng.standard_normal(len(t))
+        channels = {"gyro": Channel(gyro, "rad/s"), "table_rate": Channel(told, "rad/s", source="encoder")}
+        runs.append(with_reference(Recording(t, channels)))
+    found = responding(tuple(runs), tuple(slice(0, len(t)) for _ in runs), "gyro", ())
+    for run in found:
+        response = run.responses.get("gyro", Response(0.45))
+        assert np.sign(response.gain) == np.sign(gain)
+        assert response.lag == pytest.approx(0.0, abs=0.015)
