@@ -28,7 +28,7 @@ COMPILED = {
     "estimators/two_position/rests_ahead.py:_looked",
 }
 #: Names of effects outside insenv.effects: less is better, more is a step back.
-IDS = 540
+IDS = 308
 
 
 @cache
