@@ -262,8 +262,8 @@ class _Cells:
         """
         recording = self.recording
         commanded = self._rate((told,))
-        if len(commanded) < 3:
-            return rate, at_edges
+        if len(commanded) < 3 or not np.any(commanded):
+            return rate, at_edges  # who turns a table by hand asks its drive for nothing
         changed = np.abs(np.diff(commanded)) > STEADY * np.abs(commanded).max()
         holds = ~np.concatenate([changed[:1], changed[1:] | changed[:-1], changed[-1:]])
         if recording.channels[told].covers == "interval":

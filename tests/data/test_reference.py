@@ -116,6 +116,18 @@ def test_the_encoder_is_the_reference_and_the_command_the_programme() -> None:
     assert np.mean(exact[~moving]) > 0.9
 
 
+def test_a_table_that_is_turned_by_hand_has_no_programme() -> None:
+    """Its drive is asked for nothing: where a fast turn was in the run, slow ones passed for standing still."""
+    t: Floats = 0.01 * np.arange(3000, dtype=np.float64)
+    rate = 0.08 * np.sin(2 * np.pi * 0.4 * t) + 3.0 * np.exp(-(((t - 2) / 0.3) ** 2))
+    angle = np.cumsum(rate) * 0.01 + 1e-4 * np.random.default_rng(6).standard_normal(len(t))
+    gyro = rate + 5e-3 * np.random.default_rng(7).standard_normal(len(t))
+    channels = {"gyro": Channel(gyro, "rad/s"), "table_angle": Channel(angle, "rad")}
+    channels["table_rate"] = Channel(np.zeros(len(t)), "rad/s")
+    seen = expose(with_reference(Recording(t, channels)), "gyro")
+    assert np.std((seen.u - rate)[500:]) < 0.01
+
+
 def test_a_source_on_another_channel_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "run.toml"
     path.write_text(
