@@ -119,7 +119,7 @@ def test_the_encoder_is_the_reference_and_the_command_the_programme() -> None:
 def test_a_table_that_is_turned_by_hand_has_no_programme() -> None:
     """Its drive is asked for nothing: where a fast turn was in the run, slow ones passed for standing still."""
     t: Floats = 0.01 * np.arange(3000, dtype=np.float64)
-    rate = 0.08 * np.sin(2 * np.pi * 0.4 * t) + 3.0 * np.exp(-(((t - 2) / 0.3) ** 2))
+    rate = 0.05 * np.sin(2 * np.pi * 0.4 * t) + 3.0 * np.exp(-(((t - 2) / 0.3) ** 2))
     angle = np.cumsum(rate) * 0.01 + 1e-4 * np.random.default_rng(6).standard_normal(len(t))
     gyro = rate + 5e-3 * np.random.default_rng(7).standard_normal(len(t))
     channels = {"gyro": Channel(gyro, "rad/s"), "table_angle": Channel(angle, "rad")}
