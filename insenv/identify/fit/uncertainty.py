@@ -14,7 +14,7 @@ import numpy as np
 from insenv.core.recording import Floats
 from insenv.effects.base import CurveEffect
 from insenv.identify.findings import Covariance, Estimate
-from insenv.identify.fit import discrepancy, other_forms
+from insenv.identify.fit import discrepancy, other_forms, reference_variance
 from insenv.identify.fit.gls import Fit, noise_freedom, spectrum
 from insenv.identify.fit.noise import transform
 from insenv.identify.fit.problem import NOISE_TERMS, Problem, Term
@@ -53,11 +53,13 @@ def estimates(problem: Problem, fit: Fit, inexact: tuple[Term, ...] = ()) -> dic
     """Estimates of every term of the model: linear parameters, then shapes.
 
     The shapes of ``inexact`` are taken to be right only nearly (`insenv.identify.fit.discrepancy`), and their curves
-    may have other forms (`insenv.identify.fit.other_forms`).
+    may have other forms (`insenv.identify.fit.other_forms`). Beside a reference whose errors go with the motion all are
+    less certain (`insenv.identify.fit.reference_variance`).
     """
     slopes = _all_slopes(problem, fit)
     sd = np.sqrt(np.diag(_joint(problem, fit, slopes)))
     linear_sd, shape_sd = _standard_deviations(sd, fit, slopes)
+    linear_sd = np.hypot(linear_sd, np.sqrt(reference_variance.added_variance(problem, fit)) / fit.design.scale)
     if inexact:
         linear_sd = np.hypot(linear_sd, np.sqrt(discrepancy.added_variance(problem, fit, inexact)) / fit.design.scale)
         linear_sd = np.hypot(linear_sd, np.sqrt(other_forms.added_variance(problem, fit, inexact)))

@@ -19,6 +19,7 @@ from insenv.identify.fit.problem import Model, Problem, Term
 from insenv.identify.search.candidates import Candidate
 from insenv.identify.search.lines import coherent_power, strongest_tone
 from insenv.identify.search.recurrence import not_in_all_runs
+from insenv.identify.search.reference_errors import beside_reference_errors
 from insenv.identify.search.scan import (
     SHAPES_REFITTED,
     Hit,
@@ -89,7 +90,7 @@ def confronted(problem: Problem, fit: Fit, base: Reference, hit: Hit) -> Hit:
     freedom = term_freedom(problem, base, hit.term)
     z, information = held_out_deviate(problem, fit, larger, freedom)
     joint = joint_deviate(log_tail(hit.deviate), hit.likelihood_ratio, z, information)
-    return replace(hit, deviate=joint, held_out=z)
+    return beside_reference_errors(problem, fit, base, replace(hit, deviate=joint, held_out=z, alone=0.0))
 
 
 def _beyond_bounds(problem: Problem, fit: Fit) -> str:

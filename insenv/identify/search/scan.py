@@ -87,6 +87,8 @@ class Hit:
         Parameters that it spends: those of which the recording tells, and its shapes.
     remark : str
         Why it was taken out, if it was.
+    alone : float
+        Deviate that it would have beside a reference without errors, where those are why it has less; else 0.
     """
 
     candidate: Candidate
@@ -97,6 +99,7 @@ class Hit:
     size: int
     held_out: float = 0.0
     remark: str = ""
+    alone: float = 0.0
 
     @property
     def log_p(self) -> float:

@@ -3,6 +3,7 @@
 * An effect or a smooth curve that is significant on the fitted data and fails on the held-out ones: something is there
   that is not this.
 * An effect whose size is not told, and that is still significant beside all that was added.
+* An effect of the motion that errors of the reference explain as well: something goes with the motion.
 * A drift that axes of the unit have together, and that is not told on this one.
 * A drift of a unit at rest that would be significant if nothing else had been tried.
 * Tones at multiples of one frequency: one wave that is no sine, and has a cause that no tone names.
@@ -18,6 +19,7 @@ from insenv.core.recording import Floats
 from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.problem import Problem
 from insenv.identify.search.one_box import DRIFTS
+from insenv.identify.search.reference_errors import log_p_alone
 from insenv.identify.search.round import CALIBRATION, against
 from insenv.identify.search.scan import Hit
 from insenv.identify.search.tracks import MOST_ADDED, Track
@@ -34,6 +36,7 @@ def unfinished(track: Track, alpha: float) -> tuple[str, ...]:
     return (
         *_what_does_not_last(track),
         *_without_a_size(track, alpha),
+        *_with_the_motion(track, alpha),
         *_of_the_box(track),
         *_leaning(track, alpha),
         *_waves(track),
@@ -63,6 +66,19 @@ def _without_a_size(track: Track, alpha: float) -> tuple[str, ...]:
         f"{r.reason}"
         for r in track.refusals
         if r.unsized and r.hit.candidate.effect.key in left and not (late and r.hit.candidate.effect.of_rate)
+    )
+
+
+def _with_the_motion(track: Track, alpha: float) -> tuple[str, ...]:
+    """What would be significant beside a reference without errors, and is not beside one that may have them."""
+    hits = [h for h in (*track.last_physical, *(track.hits or ())) if h.alone and not h.candidate.generic]
+    hits = [h for h in hits if h.log_p >= np.log(alpha) > log_p_alone(h)]
+    names = ", ".join(dict.fromkeys(h.candidate.effect.key for h in sorted(hits, key=log_p_alone)))
+    if not names:
+        return ()
+    return (
+        "something is left that goes with the motion, as errors of the reference do (filtered, late, noisy where it is "
+        f"fast, or with another axis in it): {names} would follow it, and is not told from that",
     )
 
 

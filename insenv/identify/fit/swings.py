@@ -1,0 +1,118 @@
+r"""Noise that goes with the motion: how uncertain a coefficient is by its scores in swings, not in rows.
+
+What errors of a reference leave is loud where the table is fast, and a curve of the motion meets it there. With phi the
+curve, or the weights of a coefficient, and e what is left, both whitened and in time, the variance is larger by
+
+    f = sum_k (sum_{t in k} phi e)^2 / sum phi^2 * K / (K - 1),      K = (sum w)^2 / sum w^2,   w_k = sum_{t in k} phi^2
+
+over pieces k: swings, four swings, tenths of the time, runs. f counts where it is more than chance.
+
+Source: A. C. Cameron and D. L. Miller, A practitioner's guide to cluster-robust inference, J. Human Resources 50 (2015)
+317.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import idct
+from scipy.special import chdtrc, chdtri
+
+from insenv.core.recording import Floats
+from insenv.identify.fit.problem import Problem
+
+#: Fewest pieces by which variances are judged, chance of a factor on them, and parts of the time of the longest pieces.
+FEWEST, CHANCE, PARTS = 3.0, 0.05, 10
+#: Swings of which one is one of many, and the share of a usual swing's weight that tells nothing.
+MANY, UNTOLD = 8, 1e-3
+#: Departure from the middle of the input, in its root mean square, by which a side of it is told.
+LEAST = 0.2
+
+
+def by_swings(problem: Problem, curve: Floats, left: Floats) -> tuple[float, float]:
+    """Factor f on the variance of a curve's coefficient, and the freedom with which swings tell it; 1, inf where none.
+
+    Parameters
+    ----------
+    problem : Problem
+    curve, left : ndarray, shape (modes,)
+        Whitened; what of the curve is in ``left`` all the time is taken out of it.
+    """
+    phi, e = in_time(problem, curve), in_time(problem, left)
+    e = e - phi * float(phi @ e) / max(float(phi @ phi), 1e-300)
+    worst, freedom = 1.0, np.inf
+    for label in _pieces(problem):
+        weight = np.bincount(label, phi * phi)
+        count = float(weight.sum() ** 2 / max(np.sum(weight**2), 1e-300))
+        if count <= FEWEST:
+            continue
+        factor = float(np.sum(np.bincount(label, phi * e) ** 2) / weight.sum()) * count / (count - 1)
+        if factor > worst and chdtrc(count - 1, factor * (count - 1)) < CHANCE:
+            worst, freedom = factor, count - 1
+    return worst, freedom
+
+
+def of_one_swing(problem: Problem, curve: Floats) -> bool:
+    """Whether a curve lies in so few of many swings that nothing tells how it repeats."""
+    phi, label = in_time(problem, curve), _pieces(problem)[0]
+    weight = np.bincount(label, phi * phi)
+    return len(weight) >= MANY and float(weight.sum() ** 2) <= FEWEST * float(np.sum(weight**2))
+
+
+def in_the_loudest(problem: Problem, curve: Floats, left: Floats) -> float:
+    """Square of the coefficient of a curve in the loudest swing, in that of noise there; 1 if it is that of noise.
+
+    What is in one swing alone must stand out of what is left in the others.
+    """
+    phi, e = in_time(problem, curve), in_time(problem, left)
+    worst = 1.0
+    for label in _pieces(problem)[:2]:
+        weight = np.bincount(label, phi * phi)
+        told = weight > UNTOLD * weight.mean()
+        square = np.bincount(label, phi * e)[told] ** 2 / weight[told]
+        worst = max(worst, float(square.max(initial=0.0)) / float(chdtri(1, 1 - 0.5 ** (1 / max(len(square), 1)))))
+    return worst
+
+
+def in_time(problem: Problem, modes: Floats) -> Floats:
+    """Whitened modes of the fitted blocks transformed back: white in time."""
+    ends = np.cumsum([b.n for b in problem.fitted])[:-1]
+    return np.concatenate([idct(part, type=2, norm="ortho") for part in np.split(modes, ends)])
+
+
+def _pieces(problem: Problem) -> tuple[NDArray[np.int64], ...]:
+    """Which piece each fitted bin lies in: swings, four swings, tenths of the time, runs."""
+    made: tuple[NDArray[np.int64], ...] = problem.remember("pieces", lambda: tuple(_labels(problem)))
+    return made
+
+
+def _labels(problem: Problem) -> Iterator[NDArray[np.int64]]:
+    rows = np.concatenate([np.arange(b.start, b.stop) for b in problem.fitted])
+    run = np.unique(problem.bins.run[rows], return_inverse=True)[1].ravel()
+    swings = _swings(problem.bins.mean(tuple(e.u for e in problem.exposures))[rows], run)
+    count = int(swings.max()) + 1
+    yield swings
+    yield swings // 4
+    yield swings * min(PARTS, count) // count
+    yield run
+
+
+def _swings(u: Floats, run: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Which swing each bin lies in: from one way up through the middle of the input to the next, whole waves.
+
+    What repeats from wave to wave, as an effect that is not in the model yet does, has no scores in whole waves.
+    """
+    out = np.zeros(len(u), np.int64)
+    for k in range(int(run.max()) + 1):
+        own = run == k
+        off = u[own] - np.median(u[own])
+        side = np.sign(off) * (np.abs(off) > LEAST * np.sqrt(np.mean(off**2)))
+        known = np.flatnonzero(side)
+        up = known[1:][(side[known[1:]] > 0) & (side[known[:-1]] < 0)]
+        starts = np.zeros(len(off), np.int64)
+        starts[up] = 1
+        starts[0] = 1
+        out[own] = np.cumsum(starts) + out.max()
+    return out - 1
