@@ -36,6 +36,7 @@ from scipy.special import zeta
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats
 from insenv.effects.base import OUTPUT, NoiseEffect, Param
+from insenv.effects.cascade import cascade
 from insenv.effects.held import held, held_integral
 
 #: Zero of the flicker filter, at z = -b, that stands for the averaging over an interval, within 0.4 %.
@@ -197,11 +198,8 @@ class BiasInstability(NoiseEffect):
             return held(replace(self, hold=1), self.hold, theta, dt, state, z)
         sections = _flicker(self.decades)[0]
         x = z[..., 0, :]
-        from scipy.signal import sosfilt  # slow to import
-
-        before = np.zeros((*x.shape[:-1], len(sections), 2)) if state is None else np.asarray(state)
-        y, after = sosfilt(sections, x, zi=np.moveaxis(before, -2, 0))
-        return y * theta[..., 0, None], np.moveaxis(after, 0, -2)
+        y, after = cascade(sections, x, state)
+        return y * theta[..., 0, None], after
 
     def psd(self, theta: Floats, f: Floats) -> Floats:
         """B^2 / (2 pi |f|), between the cut-offs."""
@@ -368,15 +366,13 @@ def _response(section: Floats, v: Floats) -> Floats:
 
 def _stationary_root(sections: Floats) -> Floats:
     """Root of the covariance that unit white noise keeps in the states, shape (2 sections, 2 sections)."""
-    from scipy.signal import sosfilt  # slow to import
-
     size = 2 * len(sections)
     inputs = np.zeros((size + 1, 1))
     inputs[-1] = 1.0
     states = np.vstack([np.eye(size), np.zeros(size)]).reshape(size + 1, -1, 2)
     # One step from each unit state without input, and from rest with unit input: the columns of [A B].
-    _, after = sosfilt(sections, inputs, zi=np.moveaxis(states, 1, 0))
-    step = np.moveaxis(after, 0, 1).reshape(size + 1, size).T
+    _, after = cascade(sections, inputs, states)
+    step = after.reshape(size + 1, size).T
     covariance = solve_discrete_lyapunov(step[:, :-1], np.outer(step[:, -1], step[:, -1]))
     values, vectors = np.linalg.eigh(0.5 * (covariance + covariance.T))
     root: Floats = vectors * np.sqrt(np.maximum(values, 0.0))

@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 from motions import rich_motion
 from scipy.fft import dct
+from scipy.signal import butter, sosfilt
 from scipy.stats import chi2
 
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats
 from insenv.core.series.allan import allan_deviation
 from insenv.effects.base import OUTPUT, NoiseEffect
+from insenv.effects.cascade import cascade
 from insenv.effects.noise import (
     AngleRandomWalk,
     BiasInstability,
@@ -220,3 +222,25 @@ def test_units_follow_the_measured_quantity() -> None:
         "rad/s s",
     ]
     assert replace(Quantization(), period=2.0).period == 2.0
+
+
+@pytest.mark.parametrize("batch", [(), (3,), (2, 3)])
+def test_the_cascade_is_that_of_scipy_bit_for_bit(batch: tuple[int, ...]) -> None:
+    """Whole, in chunks, and from rest; what goes in is left as it is."""
+    rng = np.random.default_rng(11)
+    sections = butter(7, [0.01, 0.3], "bandpass", output="sos")
+    x, state = rng.standard_normal((*batch, 300)), rng.standard_normal((*batch, len(sections), 2))
+    given = x.copy(), state.copy()
+    whole, after = sosfilt(sections, x, zi=np.moveaxis(state, -2, 0))
+    y, end = cascade(sections, x, state)
+    np.testing.assert_array_equal(y, whole)
+    np.testing.assert_array_equal(np.moveaxis(end, -2, 0), after)
+    parts, now = [], state
+    for chunk in np.split(x, [0, 1, 140], axis=-1):
+        part, now = cascade(sections, chunk, now)
+        parts.append(part)
+    np.testing.assert_array_equal(np.concatenate(parts, axis=-1), whole)
+    np.testing.assert_array_equal(now, end)
+    np.testing.assert_array_equal(cascade(sections, x)[0], sosfilt(sections, x))
+    np.testing.assert_array_equal(x, given[0])
+    np.testing.assert_array_equal(state, given[1])

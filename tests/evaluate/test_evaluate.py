@@ -308,12 +308,12 @@ def test_no_truth_goes_over_to_the_plugins(monkeypatch: pytest.MonkeyPatch) -> N
 def test_what_fails_is_named_and_the_rest_goes_on() -> None:
     names = [f"evaluated_plugins:{name}" for name in ("Sound", "Raises", "Hangs", "SaysNaN")]
     found = evaluate(
-        "NorthFinder", [*names, "levelling"], ["constant_rate"], range(4), jobs=2, limit=20.0, changes=SHORT
+        "NorthFinder", [*names, "levelling"], ["constant_rate"], range(4), jobs=2, limit=8.0, changes=SHORT
     )
     by_name = {one.estimator: one for one in found.scored}
     assert by_name[names[0]].scores[0].quantity == "azimuth" and not by_name[names[0]].fault
     assert by_name[names[1]].fault == f"estimator {names[1]!r} failed in update: RuntimeError: out of order"
-    assert "does not return within 20 s" in by_name[names[2]].fault and repr(names[2]) in by_name[names[2]].fault
+    assert "does not return within 8 s" in by_name[names[2]].fault and repr(names[2]) in by_name[names[2]].fault
     assert repr(names[3]) in by_name[names[3]].fault and "nan" in by_name[names[3]].fault
     assert "asks for azimuth" in by_name["levelling"].fault
     assert all(fault in words.summary(found) for fault in found.faults) and len(found.faults) == 4

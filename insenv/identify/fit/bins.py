@@ -101,7 +101,9 @@ class Bins:
         if per_bin == 1:
             return values[kept]
         whole = len(values) // per_bin
-        gathered = values[: whole * per_bin].reshape(whole, per_bin, *values.shape[1:])[kept]
+        gathered = values[: whole * per_bin].reshape(whole, per_bin, *values.shape[1:])
+        if len(kept) < whole:
+            gathered = gathered[kept]
         return np.einsum("bc,bc...->b...", weights, gathered)
 
 

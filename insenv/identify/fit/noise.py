@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,8 +66,9 @@ class Modes:
     lam: Floats
 
 
+@lru_cache(maxsize=32)
 def modes(blocks: tuple[Block, ...], terms: tuple[NoiseEffect, ...], width: float) -> Modes:
-    """Spectral shapes of ``terms`` for means over ``width`` seconds."""
+    """Spectral shapes of ``terms`` for means over ``width`` seconds: the same for all targets and many bins alike."""
     lam = eigenvalues(blocks)
     level = lam == 0
     n = np.concatenate([np.full(b.n, b.n) for b in blocks])
@@ -249,7 +250,7 @@ def fit_noise(
 
 def _scored(pooled: Pooled, prior: Floats, restricted: bool, power: Floats, passes: int = 25) -> Floats:
     """Powers after some passes of Fisher scoring, steps halved where the likelihood would fall."""
-    value = loglik(pooled, power, prior, restricted)[0]
+    value = likelihood_at(pooled, power, prior, restricted)
     for _ in range(passes):
         s = pooled.shapes @ power
         energy, freedom = _group_power(pooled, s, prior, restricted)
@@ -258,7 +259,7 @@ def _scored(pooled: Pooled, prior: Floats, restricted: bool, power: Floats, pass
         target = nnls(pooled.shapes * root[:, None] / column, energy / freedom * root)[0] / column
         for _ in range(6):
             tried = np.maximum(target, 1e-12 * power)
-            gained = loglik(pooled, tried, prior, restricted)[0] - value
+            gained = likelihood_at(pooled, tried, prior, restricted) - value
             if gained > 0:
                 break
             target = 0.5 * (target + power)
@@ -290,26 +291,48 @@ def _scale(pooled: Pooled) -> Floats:
     return np.maximum((share * energy[:, None]).sum(0) / (share * pooled.shapes * pooled.count[:, None]).sum(0), 1e-60)
 
 
-def loglik(pooled: Pooled, power: Floats, prior: Floats, restricted: bool) -> tuple[float, Floats]:
-    """Log-likelihood with the coefficients at their best, and its gradient in the powers."""
+@dataclass(frozen=True)
+class _Profile:
+    """Coefficients at their best for a noise: variances of the groups, energy left in each, factor of the weights."""
+
+    s: Floats
+    energy: Floats
+    beta: Floats
+    factor: Floats
+
+    def loglik(self, pooled: Pooled, prior: Floats, restricted: bool) -> float:
+        """Log-likelihood."""
+        value = -0.5 * (pooled.count @ np.log(self.s) + self.energy @ (1 / self.s) + self.beta**2 @ prior)
+        if restricted and len(self.beta):
+            value -= float(np.log(np.diag(self.factor)).sum())
+        return float(value)
+
+
+def _profile(pooled: Pooled, power: Floats, prior: Floats) -> _Profile:
     s = pooled.shapes @ power
     a = pooled.weighted(1 / s)
     axx = a[1:, 1:] + np.diag(prior)
     axx[np.diag_indices_from(axx)] *= 1 + _RIDGE
+    beta, factor = np.zeros(0), axx
     if len(axx):
         # As scipy.linalg.cho_factor and cho_solve, whose checks of batches cost more than the matrix itself.
         factor, indefinite = dpotrf(axx, lower=0, clean=0)
         if indefinite:
             raise np.linalg.LinAlgError("the regressors' information is not positive definite")
         beta = dpotrs(factor, a[1:, 0], lower=0)[0]
-    else:
-        beta = np.zeros(0)
-    r = np.concatenate([[1.0], -beta])
-    q = pooled.energy(r)
-    value = -0.5 * (pooled.count @ np.log(s) + q @ (1 / s) + beta**2 @ prior)
-    slope = -0.5 * (pooled.count / s - q / s**2)
-    if restricted and len(axx):
-        inverse = dpotrs(factor, np.eye(len(axx)), lower=0)[0]
-        value -= float(np.log(np.diag(factor)).sum())
-        slope += 0.5 * pooled.traces(inverse) / s**2
-    return float(value), slope @ pooled.shapes
+    return _Profile(s, pooled.energy(np.concatenate([[1.0], -beta])), beta, factor)
+
+
+def likelihood_at(pooled: Pooled, power: Floats, prior: Floats, restricted: bool) -> float:
+    """Log-likelihood with the coefficients at their best."""
+    return _profile(pooled, power, prior).loglik(pooled, prior, restricted)
+
+
+def loglik(pooled: Pooled, power: Floats, prior: Floats, restricted: bool) -> tuple[float, Floats]:
+    """Log-likelihood with the coefficients at their best, and its gradient in the powers."""
+    at = _profile(pooled, power, prior)
+    slope = -0.5 * (pooled.count / at.s - at.energy / at.s**2)
+    if restricted and len(at.beta):
+        inverse = dpotrs(at.factor, np.eye(len(at.beta)), lower=0)[0]
+        slope += 0.5 * pooled.traces(inverse) / at.s**2
+    return at.loglik(pooled, prior, restricted), slope @ pooled.shapes
