@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from insenv.identify.findings import (
     TargetFindings,
     Traces,
 )
+from insenv.report import to_html
 
 DEG_H = np.pi / 180 / 3600
 
@@ -284,3 +286,10 @@ EVERY = {
     "no covariates": empty_covariates,
     "not finite": not_finite,
 }
+
+
+@cache
+def shown(make: Callable[[], Findings]) -> tuple[Findings, str]:
+    """What one of these makes and its page, drawn once for all tests."""
+    made = make()
+    return made, to_html(made)

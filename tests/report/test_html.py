@@ -11,6 +11,7 @@ from made_findings import (
     empty_covariates,
     one_target,
     several_targets,
+    shown,
 )
 
 from insenv.identify.findings import Findings
@@ -29,8 +30,7 @@ every = pytest.mark.parametrize("make", EVERY.values(), ids=EVERY.keys())
 
 @pytest.fixture(scope="module", params=list(EVERY.values()), ids=list(EVERY))
 def page(request: pytest.FixtureRequest) -> tuple[Findings, str]:
-    made = request.param()
-    return made, to_html(made)
+    return shown(request.param)
 
 
 def test_html_nests_and_refers_to_nothing_outside(page: tuple[Findings, str]) -> None:
@@ -86,7 +86,7 @@ def test_html_says_what_was_found(page: tuple[Findings, str]) -> None:
 
 
 def test_one_banner_does_not_speak_for_targets_that_differ() -> None:
-    assert "Explained: accel_x, accel_y · Nothing significant: gyro_z" in Page(to_html(several_targets())).text
+    assert "Explained: accel_x, accel_y · Nothing significant: gyro_z" in Page(shown(several_targets)[1]).text
     alike = several_targets()
     alike = replace(alike, targets=alike.targets[:2])
     assert "Explained: " not in Page(to_html(alike)).text
@@ -128,8 +128,7 @@ def test_everything_from_a_file_is_escaped() -> None:
 
 @pytest.fixture(scope="module")
 def plain() -> tuple[Findings, str]:
-    made = empty_covariates()
-    return made, to_html(made)
+    return shown(empty_covariates)
 
 
 @pytest.mark.parametrize("field", ["before", "after", "noise_floor"])

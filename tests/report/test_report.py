@@ -14,6 +14,7 @@ from made_findings import (
     nothing_significant,
     one_target,
     several_targets,
+    shown,
 )
 
 from insenv.effects.catalogue import ALL
@@ -77,7 +78,7 @@ def test_a_confounded_verdict_names_every_rival() -> None:
 
 
 def test_nothing_significant_claims_no_improvement() -> None:
-    for said in (summary(nothing_significant()), Page(to_html(nothing_significant())).text):
+    for said in (summary(nothing_significant()), Page(shown(nothing_significant)[1]).text):
         assert "Nothing significant" in said
         assert "with what was added" not in said
         assert "enlarged" not in said
