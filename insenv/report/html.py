@@ -5,6 +5,7 @@ matplotlib and jinja2 are imported when a report is made, not before.
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
@@ -166,9 +167,9 @@ def _held_out(target: TargetFindings) -> Row:
 
 
 def _bars(*values: float) -> list[str]:
-    """Lengths of bars in percent of the longest."""
-    longest = max((v for v in values if v == v), default=0.0) or 1.0
-    return [f"{100 * v / longest:.1f}" if v == v else "0" for v in values]
+    """Lengths of bars in percent of the longest that is finite; none for what is no number."""
+    longest = max((v for v in values if math.isfinite(v)), default=0.0) or 1.0
+    return [f"{min(100 * v / longest, 100.0):.1f}" if v == v else "0" for v in values]
 
 
 def _kind(alike: Sequence[Added], target: TargetFindings) -> Row:

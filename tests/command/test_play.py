@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import socket
 import threading
 from collections.abc import Callable, Iterator
@@ -123,6 +124,27 @@ def test_a_foreign_host_or_a_missing_token_is_forbidden(north: Session) -> None:
         connection = HTTPConnection(ADDRESS, server.port, timeout=10)
         connection.request("POST", "/", "{", {"X-Token": server.token})
         assert connection.getresponse().status == 400
+
+
+def test_an_arrow_turns_the_table_in_a_browser(north: Session) -> None:
+    sync_api = pytest.importorskip("playwright.sync_api", reason="no playwright here: pip install insenv[browser]")
+    chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    if chromium is None:
+        pytest.skip("no Chromium here (Debian: apt install chromium)")
+    with served(north) as server, sync_api.sync_playwright() as play:
+        browser = play.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        tab = browser.new_page(viewport={"width": 390, "height": 800})
+        said: list[str] = []
+        tab.on("pageerror", lambda error: said.append(str(error)))
+        tab.goto(f"http://{ADDRESS}:{server.port}/?token={server.token}")
+        tab.wait_for_function("insenvPlay.run && insenvPlay.frames.length > 0")
+        still = tab.evaluate("insenvPlay.frames.at(-1).angle")
+        for _ in range(5):
+            tab.keyboard.press("Shift+ArrowRight")
+        tab.wait_for_function("insenvPlay.frames.at(-1).values[0] > 0 && insenvPlay.frames.at(-1).angle > 0.01")
+        assert still == 0 and said == []
+        assert tab.evaluate("document.documentElement.scrollWidth") <= 390
+        browser.close()
 
 
 @pytest.mark.parametrize(

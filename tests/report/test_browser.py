@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from made_findings import nothing_significant
+import rate_test_cases
+from made_findings import EVERY, nothing_significant
 
 from insenv import datasets
 from insenv.close import close
@@ -20,7 +21,9 @@ from insenv.identify.findings import Findings, TargetFindings
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.heldout import held_out_score
 from insenv.identify.switches import Lazy, offered
+from insenv.rate_test import rate_test
 from insenv.report import to_html
+from insenv.report.rate_test.document import to_html as rate_pages
 
 sync_api = pytest.importorskip("playwright.sync_api", reason="no playwright here: pip install insenv[browser]")
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
@@ -195,6 +198,16 @@ def test_a_telephone_the_dark_and_paper(browser: Any, path: Path, tmp_path: Path
                 assert section.is_visible() and section.query_selector("figure svg").is_visible()
             for explorer in visit.page.query_selector_all(".explorer"):
                 assert explorer.is_hidden()
+
+
+def test_other_pages_fit_a_telephone_and_have_nothing_to_complain_of(browser: Any, tmp_path: Path) -> None:
+    """No horizontal scroll at 390 px; a `Visit` fails where the console says anything or a request is made."""
+    test = rate_test(rate_test_cases.write(tmp_path))
+    pages = {"two rate tests": rate_pages([test, test]), "not finite": to_html(EVERY["not finite"]())}
+    for name, text in pages.items():
+        (tmp_path / "page.html").write_text(text, "utf-8")
+        with Visit(browser, tmp_path / "page.html", viewport={"width": 390, "height": 800}) as visit:
+            assert visit.page.evaluate("document.documentElement.scrollWidth") <= 390, name
 
 
 def test_without_script_the_pictures_are_there(browser: Any, path: Path) -> None:
