@@ -54,6 +54,8 @@ def motion() -> Motion:
         force={"x": 4.9 * np.cos(middle), "y": 4.9 * np.sin(middle), "z": 8.5 + 0 * wave},
         vibration=dict.fromkeys("xyz", 0.5 + 0.3 * wave),
         cross_rate={axis: 0.5 * np.cos(middle) * (k + 1) * 0.1 for k, axis in enumerate("xyz")},
+        body_rate={axis: share * turn * (k - 0.5) for k, axis in enumerate("xyz")},
+        axis="x",
         projection=share,
     )
 

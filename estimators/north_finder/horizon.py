@@ -116,6 +116,10 @@ class _Ahead:
         rate: float | None = None,
         piece: float = PIECE,
     ) -> None:
+        if datasheet.mounting.gimbals is not None:
+            raise InputError(
+                f"a table with axes {datasheet.mounting.gimbals.axes!r}; wanted one that turns about one axis"
+            )
         self.aim = Aim(demanded, price)
         self.rate = plan(datasheet).rate if rate is None else abs(checked_rate(datasheet, rate))
         if not (self.rate > 0 and 0 < piece < np.inf):

@@ -15,7 +15,7 @@ import numpy as np
 
 from insenv.core.recording import Floats
 
-_AT_EDGES = ("t", "angle", "temperature", "rate_edges", "turn_rate")
+_AT_EDGES = ("t", "angle", "temperature", "rate_edges", "turn_rate", "body_rate")
 _PER_INTERVAL = ("rate", "base_tilt", "force", "vibration", "cross_rate")
 
 
@@ -46,6 +46,10 @@ class Motion:
         Mean square of the specific force about its own mean over a second, along body axes [(m/s^2)^2].
     cross_rate : mapping of str to ndarray, shape (..., n)
         Input of the other axes of the triad, by axis name: rates [rad/s], of an accelerometer specific forces [m/s^2].
+    body_rate : mapping of str to ndarray, shape (..., n + 1)
+        Rates of a unit against the Earth about its axes "x", "y", "z", at the edges [rad/s].
+    axis : str
+        Which of them is the input axis, where ``body_rate`` is given.
     projection : float
         Share of the table's rate that the input axis sees: the sine of the mounting's tilt.
     reference_temperature : float
@@ -76,6 +80,8 @@ class Motion:
     force: Mapping[str, Floats] = field(default_factory=dict)
     vibration: Mapping[str, Floats] = field(default_factory=dict)
     cross_rate: Mapping[str, Floats] = field(default_factory=dict)
+    body_rate: Mapping[str, Floats] = field(default_factory=dict)
+    axis: str = ""
     projection: float = 1.0
     reference_temperature: float = 298.15
     base_turned: float = 0.0
@@ -120,13 +126,18 @@ class Motion:
         changed: dict[str, Any] = {}
         for f in fields(self):
             value = getattr(self, f.name)
-            if f.name in _AT_EDGES and value is not None:
-                changed[f.name] = edges(value)
-            elif f.name in _PER_INTERVAL and isinstance(value, Mapping):
-                changed[f.name] = {key: intervals(a) for key, a in value.items()}
-            elif f.name in _PER_INTERVAL and value is not None:
-                changed[f.name] = intervals(value)
+            if value is None or f.name not in (*_AT_EDGES, *_PER_INTERVAL):
+                continue
+            part = edges if f.name in _AT_EDGES else intervals
+            changed[f.name] = {k: part(a) for k, a in value.items()} if isinstance(value, Mapping) else part(value)
         return replace(self, **changed)
+
+
+def interval_product(a: Floats, b: Floats) -> Floats:
+    """Mean over each interval of the product of two states that are straight between their edges, shape (..., n)."""
+    a0, a1, b0, b1 = a[..., :-1], a[..., 1:], b[..., :-1], b[..., 1:]
+    mean: Floats = (a0 * (2 * b0 + b1) + a1 * (b0 + 2 * b1)) / 6
+    return mean
 
 
 def interval_mean(at_edges: Floats) -> Floats:

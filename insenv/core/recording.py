@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from insenv.core.errors import InputError
 from insenv.core.series.trajectory import Trajectory
+from insenv.core.unit.gimbals import Gimbals
 
 Floats = NDArray[np.float64]
 Covers = Literal["instant", "interval"]
@@ -98,13 +99,14 @@ class Mounting:
     axis, upwards). ``axes`` names the directions of a triad's x, y and z, e.g. "RFU" or "FRD". ``table_axis`` is "U" or
     "D" for a triad that turns about the vertical, positive about that direction; "" where nobody said: then ``tilt``
     stands for every gyro. ``base_turned`` is how far what carries table and instrument, or the parked vehicle, was
-    turned since the first run, clockwise from above [rad].
+    turned since the first run, clockwise from above [rad]. ``gimbals`` are the axes of a table with several.
     """
 
     tilt: float = np.pi / 2
     axes: str = "RFU"
     table_axis: str = ""
     base_turned: float = 0.0
+    gimbals: Gimbals | None = None
 
 
 @dataclass(frozen=True)

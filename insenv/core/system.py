@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -33,7 +33,8 @@ class TaskKind:
     estimator : str
         The usual one, by name.
     procedure : str
-        "module:Name" of what `insenv design` makes of a scenario and its free variables (`insenv.design.kind.Kind`).
+        "module:Name" of what `insenv design` makes of a scenario and its free variables (`insenv.design.kind.Kind`);
+        nothing where it has none.
     ranged : bool
         Whether ``task.range`` has a meaning.
     policies : tuple of str
@@ -96,6 +97,9 @@ class System:
     trial : Trial
     scene : str
         What a person sees and sets in the browser (`insenv.play.scene.Scene`); nothing for the plain one.
+    plants : mapping of str to str
+        Tables of a scenario that describe a plant of this system's own, each with what makes it of them
+        (`insenv.scenario.plant.Maker`).
     """
 
     name: str
@@ -110,6 +114,7 @@ class System:
     trial: Trial
     bound: str = ""
     scene: str = ""
+    plants: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def id(self) -> str:
@@ -152,6 +157,12 @@ def system(name: str) -> System:
 def kinds() -> Mapping[str, tuple[System, TaskKind]]:
     """All kinds of task by name, each with its system."""
     return {kind.name: (one, kind) for one in systems().values() for kind in one.kinds}
+
+
+@cache
+def plants() -> Mapping[str, str]:
+    """Tables of scenarios that describe plants of the systems' own, each with what makes one of it."""
+    return {table: place for one in systems().values() for table, place in one.plants.items()}
 
 
 def part(place: str, what: str = "part of a system") -> Any:

@@ -177,7 +177,10 @@ def kind_of(scenario: str | Path, quantity: str | None = None) -> tuple[Kind, st
     """
     loaded = load(scenario, None if quantity is None else {"design.quantity": quantity})
     name = check_task(loaded).kind
-    return part(kinds()[name][1].procedure)(loaded, Free.of(loaded)), name
+    procedure = kinds()[name][1].procedure
+    if not procedure:
+        raise InputError(f"{loaded.path}: task.kind = {name!r}; there is no design of procedures for it yet")
+    return part(procedure)(loaded, Free.of(loaded)), name
 
 
 def _goal(scenario: str, task: str, kind: Kind, asked: Asked, published: float) -> tuple[Goal, float]:

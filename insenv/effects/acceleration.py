@@ -3,10 +3,15 @@
     centripetal_acceleration   c u^2 (order 1), c u^4 (order 2)
     vibration_rectification    c_x v_x + c_y v_y + c_z v_z
     lever_arm                  c W^2 + s dW/dt                on an accelerometer that turns with a table at the rate W
+    size_effect                [W x (W x r) + dW/dt x r]_i    on axis i of a unit that turns at the rate vector W
 
 Off the axis of a table by r the specific force is r u^2 towards it: a g-sensitivity is then proportional to u^2, a
-g^2-sensitivity to u^4; an accelerometer there feels W x (W x r) + dW/dt x r itself. v is the mean square of the
-specific force about its own mean over a second.
+g^2-sensitivity to u^4; an accelerometer there feels W x (W x r) + dW/dt x r itself. On axis i
+this is, with i, j, k in cyclic order,
+
+    -(W_j^2 + W_k^2) r_i + (W_i W_j - dW_k/dt) r_j + (W_i W_k + dW_j/dt) r_k.
+
+v is the mean square of the specific force about its own mean over a second.
 """
 
 from __future__ import annotations
@@ -14,10 +19,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import final
 
-from insenv.core.motion import Motion, interval_slope
+from insenv.core.motion import Motion, interval_product, interval_slope
 from insenv.core.recording import Floats
 from insenv.effects.base import OUTPUT, LinearEffect, Param
-from insenv.effects.forms import along_axes, checked_order, columns, known
+from insenv.effects.forms import along_axes, checked_order, columns, cyclic, known
 
 
 @final
@@ -90,3 +95,28 @@ class LeverArm(LinearEffect):
         rate = known(motion, "turn_rate", self.id)
         first, last = rate[..., :-1], rate[..., 1:]
         return columns(u, (first * first + first * last + last * last) / 3, interval_slope(rate, motion.dt))
+
+
+@final
+@dataclass(frozen=True)
+class SizeEffect(LinearEffect):
+    """An accelerometer of a unit at the place r from the point about which the unit turns."""
+
+    id = "size_effect"
+    title = "lever arm in the unit"
+    meaning = "an accelerometer off the point of turning feels the turn itself"
+    linear = tuple(Param(f"c_{axis}", "m", sd=0.1, bound=5.0) for axis in "xyz")
+    needs = ("body_rate",)
+    source = "Titterton and Weston, section 9.6: size effect; kinematics of a rotating frame"
+    instruments = ("accelerometer",)
+
+    def basis(self, u: Floats, motion: Motion) -> Floats:
+        """What a metre along x, y and z adds, shape (..., n, 3); rates are straight within an interval."""
+        rate, (own, j, k) = motion.body_rate, cyclic(motion, self.id)
+        slope = {axis: interval_slope(rate[axis], motion.dt) for axis in (j, k)}
+        arms = {
+            own: -interval_product(rate[j], rate[j]) - interval_product(rate[k], rate[k]),
+            j: interval_product(rate[own], rate[j]) - slope[k],
+            k: interval_product(rate[own], rate[k]) + slope[j],
+        }
+        return columns(u, *along_axes(arms))

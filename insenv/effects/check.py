@@ -38,6 +38,7 @@ _LACKING: dict[str, Any] = {
     "force": {},
     "vibration": {},
     "cross_rate": {},
+    "body_rate": {},
 }
 #: Rounding, as a share of the largest value.
 _ROUNDING = 1e-9
@@ -294,5 +295,9 @@ def _motion(batch: tuple[int, ...] = ()) -> Motion:
         force={"x": mean_wave(2.0, 0.3, 0.1), "y": mean_wave(1.0, 0.5, 1.1), "z": 9.8 + mean_wave(0.5, 0.2, 2.0)},
         vibration={axis: 0.5 + mean_wave(0.3, 0.1 * k + 0.2, 0.3 * k) for k, axis in enumerate("xyz")},
         cross_rate={axis: mean_wave(0.2, 0.1 * k + 0.15, 0.4 * k) for k, axis in enumerate("xyz")},
+        body_rate={
+            axis: 0.4 * np.sin((0.12 * k + 0.2) * clock + 0.5 * k + phase) * goes for k, axis in enumerate("xyz")
+        },
+        axis="y",
         projection=projection,
     )

@@ -53,6 +53,20 @@ def along_axes(values: Mapping[str, Floats]) -> list[Floats]:
     return [values.get(axis, np.zeros(1)) for axis in "xyz"]
 
 
+def cyclic(motion: Motion, effect: str) -> tuple[str, str, str]:
+    """The input axis of a unit, and the two after it in cyclic order.
+
+    Raises
+    ------
+    InputError
+        If the exposure does not say which it is.
+    """
+    if not motion.axis:
+        raise InputError(f"effect {effect!r} needs the input axis, which the exposure lacks")
+    i = "xyz".index(motion.axis)
+    return "xyz"[i], "xyz"[(i + 1) % 3], "xyz"[(i + 2) % 3]
+
+
 def columns(u: Floats, *regressors: Floats) -> Floats:
     """Regressors side by side, shape (..., n, k), with the batch axes of ``u`` and of each of them.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from insenv.effects.acceleration import CentripetalAcceleration, LeverArm, VibrationRectification
+from insenv.effects.acceleration import CentripetalAcceleration, LeverArm, SizeEffect, VibrationRectification
 from insenv.effects.angle import AngleLockedRate, EarthRate, EncoderHarmonic, MagneticField
 from insenv.effects.base import Effect
 from insenv.effects.bias import Bias, BiasDrift, BiasStep, BiasWarmUp
@@ -25,9 +25,16 @@ from insenv.effects.rate.threshold import DeadBand
 from insenv.effects.spline import SplineAngle, SplineRate, SplineTemperature, SplineTime
 from insenv.effects.thermal import BiasTemperature, BiasTemperatureRate, BiasThermalLag
 from insenv.effects.tilt import BaseSettling, BaseTilt
-from insenv.effects.timing import SampleHold, TimingSkew
+from insenv.effects.timing import ForceDelay, SampleHold, TimingSkew
 from insenv.effects.tone import Tone
-from insenv.effects.triad import AccelBias, AccelScaleFactor, Misalignment, NonOrthogonality
+from insenv.effects.triad import (
+    AccelAsymmetry,
+    AccelBias,
+    AccelScaleFactor,
+    AccelSecondOrder,
+    Misalignment,
+    NonOrthogonality,
+)
 from insenv.effects.wobble import Wobble
 
 #: The effects that a search tries and that a manifest may name.
@@ -79,6 +86,9 @@ CATALOGUE: tuple[Effect, ...] = (
 #: Effects that only a triad held still in several attitudes tells (`insenv.identify.positions.rests`).
 TRIAD: tuple[Effect, ...] = (AccelBias(), AccelScaleFactor(), NonOrthogonality(), Misalignment())
 
+#: Effects of accelerometers that only a unit shows which is turned about several axes.
+UNIT: tuple[Effect, ...] = (AccelAsymmetry(), AccelSecondOrder(), SizeEffect(), ForceDelay())
+
 #: Those and what only a scenario may name: at one tilt, from one record, or at the rates of a usual test they cannot be
 #: told from others (a sine from a cubic, a lock from a local anomaly, a low-pass from a late reference or the servo's),
 #: or by no turning at all (a field from the Earth's rate). Some stand in a report as rivals nonetheless
@@ -86,6 +96,7 @@ TRIAD: tuple[Effect, ...] = (AccelBias(), AccelScaleFactor(), NonOrthogonality()
 ALL: tuple[Effect, ...] = (
     *CATALOGUE,
     *TRIAD,
+    *UNIT,
     *(Wobble(order) for order in (1, 2, 3)),
     LockInWander(),
     RateLock(),

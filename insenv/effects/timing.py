@@ -3,6 +3,7 @@
     timing_skew   -c du/dt         the reading is late (c > 0) or early by c seconds; about c0, c (u(t - c0) - u) / c0,
                    but exactly -c du/dt where the reference comes through a first-order filter of -c,
                    and with the u whose mean it is for u(t - c0) where the reference is a mean over a window
+    force_delay   c [W x f]_i      an accelerometer on axis i of a turning unit is late by c seconds: -c df/dt
     sample_hold   c (held(u) - u)  the output repeats one value for a hold time
 
 ``held(u)`` is, on every interval, the input of the first interval whose middle lies in the same cell of one
@@ -18,10 +19,10 @@ from typing import Any, Self, final
 import numpy as np
 from numpy.typing import NDArray
 
-from insenv.core.motion import Motion, interval_slope
+from insenv.core.motion import Motion, interval_mean, interval_slope
 from insenv.core.recording import Floats
 from insenv.effects.base import LinearEffect, MemoryEffect, Param
-from insenv.effects.forms import columns, known
+from insenv.effects.forms import columns, cyclic, known
 
 #: Hold times that a scan tries, in intervals: output rates of a half to a hundredth of the sampling rate.
 HOLDS = (2.0, 3.0, 4.0, 5.0, 8.0, 10.0, 20.0, 50.0, 100.0)
@@ -126,6 +127,29 @@ def _integral(u: Floats, edges: Floats, motion: Motion) -> Callable[[Floats], Fl
         return np.asarray(curve(inside) + np.where(beyond < 0, rates[..., :1], rates[..., -1:]) * beyond)
 
     return turned
+
+
+@final
+@dataclass(frozen=True)
+class ForceDelay(LinearEffect):
+    """An accelerometer of a turning unit that is late against the gyros, to first order in the delay.
+
+    Gravity stands still and the unit turns at the rate W: df/dt = -W x f, what a lever arm adds left out.
+    """
+
+    id = "force_delay"
+    title = "delay of an accelerometer"
+    meaning = "gyros and accelerometers are not sampled at the same time"
+    linear = (Param("c", "s", sd=0.01, bound=1.0),)
+    needs = ("body_rate", "force")
+    source = "First-order Taylor expansion of f(t - c); df/dt in a rotating frame"
+    instruments = ("accelerometer",)
+
+    def basis(self, u: Floats, motion: Motion) -> Floats:
+        """Cross product of mean rate and mean force along the input axis, shape (..., n, 1)."""
+        _, j, k = cyclic(motion, self.id)
+        rate = {axis: interval_mean(motion.body_rate[axis]) for axis in (j, k)}
+        return columns(u, rate[j] * motion.force[k] - rate[k] * motion.force[j])
 
 
 @final

@@ -2,6 +2,8 @@
 
     accel_bias           c
     accel_scale_factor   c f                          specific force f along the input axis
+    accel_asymmetry      c |f|                        a scale that differs between the two senses
+    accel_second_order   c f^2                        a scale that grows with the force
     non_orthogonality    c_x v_x + c_y v_y + c_z v_z  what the other two axes see
     misalignment         c_x v_x + c_y v_y + c_z v_z
 
@@ -62,6 +64,42 @@ class AccelScaleFactor(LinearEffect):
     def basis(self, u: Floats, motion: Motion) -> Floats:
         """The specific force along the input axis, shape (..., n, 1)."""
         return columns(u, u)
+
+
+@final
+@dataclass(frozen=True)
+class AccelAsymmetry(LinearEffect):
+    """A scale of an accelerometer that differs between the two senses: c |f|."""
+
+    id = "accel_asymmetry"
+    title = "accelerometer asymmetry"
+    meaning = "the scale of an accelerometer differs between its two senses"
+    linear = (Param("c", "1", sd=0.01, bound=0.2),)
+    source = "IEEE Std 1293-1998: scale factor asymmetry"
+    instruments = ("accelerometer",)
+    of_rate = True
+
+    def basis(self, u: Floats, motion: Motion) -> Floats:
+        """Magnitude of the specific force along the input axis, shape (..., n, 1)."""
+        return columns(u, np.abs(u))
+
+
+@final
+@dataclass(frozen=True)
+class AccelSecondOrder(LinearEffect):
+    """The second-order term K2 of an accelerometer: c f^2; the mean force stands for the force."""
+
+    id = "accel_second_order"
+    title = "second-order term of an accelerometer"
+    meaning = "the output follows the square of the force"
+    linear = (Param("c", "1/({y})", sd=1e-4, bound=1e-2),)
+    source = "IEEE Std 1293-1998: second-order coefficient K2"
+    instruments = ("accelerometer",)
+    of_rate = True
+
+    def basis(self, u: Floats, motion: Motion) -> Floats:
+        """Square of the specific force along the input axis, shape (..., n, 1)."""
+        return columns(u, u * u)
 
 
 class _OfOtherAxes(LinearEffect):

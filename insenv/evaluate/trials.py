@@ -56,7 +56,8 @@ class Trial:
 class _Commanded:
     """A policy that plays a list."""
 
-    def __init__(self, commands: Commands) -> None:
+    def __init__(self, commands: Commands, width: int) -> None:
+        self.width = width
         self.values = [value for value, steps in commands for _ in range(steps)]
 
     def reset(self, batch: int | None = None) -> tuple[int, int]:
@@ -66,7 +67,9 @@ class _Commanded:
     def act(self, state: tuple[int, int], chunk: Recording | None, estimate: Estimate | None) -> tuple[Floats, Any]:
         """The next of the list."""
         runs, step = state
-        return np.tile([self.values[min(step, len(self.values) - 1)], 0.0], (runs, 1)), (runs, step + 1)
+        action = np.zeros((runs, self.width))
+        action[:, 0] = self.values[min(step, len(self.values) - 1)]
+        return action, (runs, step + 1)
 
 
 def trial(name: str) -> Trial:
@@ -83,7 +86,7 @@ def trial(name: str) -> Trial:
 
     tried = system(name).trial
     task = task_of(tried.scenario, tried.changes)
-    played = roll_out(task, _Commanded(tried.commands), None, range(RUNS))
+    played = roll_out(task, _Commanded(tried.commands, task.action_space.shape[0]), None, range(RUNS))
     watched = judge(tried.estimator, task.datasheet, ())
     state = watched.begin(RUNS)
     estimates = [watched.estimate(state, RUNS)]

@@ -14,6 +14,7 @@ from typing import Any
 
 from insenv.core.errors import InputError
 from insenv.core.files import write_whole
+from insenv.core.system import plants
 from insenv.data.manifest.schema import convert
 from insenv.scenario import write
 from insenv.scenario.build import Scenario, build
@@ -43,6 +44,9 @@ def load(path: Path | str, changes: Mapping[str, Any] | None = None) -> Scenario
         its task has no meaning (`check_task`).
     """
     tree, path = source(path, changes)
+    if "carriers" in tree:
+        raise InputError(f"{path}: 'carriers' is no table of a scenario")
+    tree["carriers"] = {name: tree.pop(name) for name in plants() if name in tree}
     table = convert(tree, ScenarioTable, (), path, "scenario")
     if not 0 <= table.output.decimals <= 17:
         raise InputError(f"{path}: output.decimals = {table.output.decimals}; wanted from 0 to 17")

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from insenv.core.earth import gravity
 from insenv.core.errors import InputError
 from insenv.core.recording import Site
+from insenv.core.system import part
+from insenv.core.system import plants as systems_plants
 from insenv.core.units import STANDARD_GRAVITY, quantity_in
 from insenv.effects.base import Effect
 from insenv.plants import thermal
@@ -32,6 +34,19 @@ TEMPERATURES: Mapping[str, tuple[str, ...]] = {
 }
 
 
+class Maker(Protocol):
+    """What makes a plant of a table that a system brings (`insenv.core.system.System.plants`)."""
+
+    def plant(self, table: ScenarioTable, shared: Mapping[str, Any], path: Path) -> tuple[Plant, float]:
+        """The plant and how long it is watched [s]; ``shared`` are latitude, gravity and temperatures.
+
+        The table's own entries are in ``table.carriers``, as they are written. Raises InputError.
+        """
+
+    def spread(self, table: ScenarioTable, path: Path) -> Spread:
+        """What differs from run to run of it. Raises InputError."""
+
+
 def build(table: ScenarioTable, path: Path) -> tuple[Plant, float]:
     """The plant and how long it is watched [s].
 
@@ -39,10 +54,11 @@ def build(table: ScenarioTable, path: Path) -> tuple[Plant, float]:
     ------
     InputError
     """
-    there = [name for name in ("table", "base", "vehicle") if getattr(table, name) is not None]
+    there = [name for name in ("table", "base", "vehicle") if getattr(table, name) is not None] + list(table.carriers)
     if len(there) != 1:
         found = f"both of {' and '.join(f'[{name}]' for name in there[:2])}" if there else "none of them"
-        wanted = "the one of [table], [base] and [vehicle] that carries the instruments"
+        names = ("[table]", "[base]", *(f"[{name}]" for name in systems_plants()), "[vehicle]")
+        wanted = f"the one of {', '.join(names[:-1])} and {names[-1]} that carries the instruments"
         raise InputError(f"{path}: {found} given; wanted {wanted}")
     if table.sight is not None and table.vehicle is None:
         raise InputError(f"{path}: [sight] belongs to a [vehicle]; wanted one")
@@ -58,6 +74,8 @@ def build(table: ScenarioTable, path: Path) -> tuple[Plant, float]:
             298.15,
         ),
     }
+    for name in table.carriers:
+        return _maker(name).plant(table, shared, path)
     if table.vehicle is not None:
         return vehicle(table, shared | {"altitude": place.altitude}, path)
     return _base(table, shared, path) if table.table is None else turntable(table, shared, path)
@@ -70,9 +88,17 @@ def spread(table: ScenarioTable, path: Path) -> Spread:
     ------
     InputError
     """
+    for name in table.carriers:
+        return _maker(name).spread(table, path)
     if table.vehicle is not None:
         return vehicle_spread(table, path)
     return Fixed() if table.table is None else table_spread(table, path)
+
+
+def _maker(name: str) -> Maker:
+    """What makes the plant of a system's own table."""
+    made: Maker = part(systems_plants()[name], f"plant of [{name}]")
+    return made
 
 
 def site(table: ScenarioTable, path: Path) -> Site:

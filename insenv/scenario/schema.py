@@ -273,7 +273,10 @@ class FileTable(Table):
 
 
 class ScenarioTable(Table):
-    """The whole scenario; ``declared``, ``undeclared`` and ``run_to_run`` are checked against the catalogue."""
+    """The whole scenario; ``declared``, ``undeclared`` and ``run_to_run`` are checked against the catalogue.
+
+    ``carriers`` are no table of a file: under their names, the tables of plants that a system brings.
+    """
 
     instrument: InstrumentTable
     duration: str | None = None
@@ -283,6 +286,7 @@ class ScenarioTable(Table):
     base: BaseTable | None = None
     vehicle: VehicleTable | None = None
     sight: SightTable | None = None
+    carriers: dict[str, Any] = field(default_factory=dict)
     temperature: TemperatureTable | None = None
     task: TaskTable | None = None
     design: DesignTable | None = None

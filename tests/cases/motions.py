@@ -47,5 +47,7 @@ def rich_motion(n: int = 600, dt: float = 0.1, batch: tuple[int, ...] = ()) -> M
         },
         vibration={axis: 0.5 + mean_wave(0.3, 0.1 * k + 0.2, 0.3 * k) for k, axis in enumerate("xyz")},
         cross_rate={axis: mean_wave(0.2, 0.1 * k + 0.15, 0.4 * k) for k, axis in enumerate("xyz")},
+        body_rate={axis: 0.4 * np.sin((0.12 * k + 0.2) * t + 0.5 * k + phase) + 0.01 for k, axis in enumerate("xyz")},
+        axis="y",
         projection=projection,
     )

@@ -19,10 +19,10 @@ from command import run
 
 from insenv.close import close
 from insenv.core.plugins import POLICIES, names
-from insenv.core.system import part, systems
+from insenv.core.system import systems
 from insenv.core.units import ARCSEC
 from insenv.play.page import page
-from insenv.play.scene import Scene, plain
+from insenv.play.scene import plain
 from insenv.play.server import ADDRESS, Server
 from insenv.play.session import Session, game
 
@@ -189,8 +189,8 @@ def test_a_policy_drives_every_system(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", list(systems()))
 def test_a_scene_names_what_the_system_has(name: str) -> None:
-    task = game(name, None, None).task
-    scene: Scene = part(systems()[name].scene)
+    played = game(name, None, None)
+    task, scene = played.task, played.scene
     size = task.action_space.shape[0]
     assert {one.axis for one in scene.controls} | {one.axis for one in scene.signals} == set(range(size))
     assert {pointer.quantity for pointer in scene.pointers} <= {q.name for q in task.quantities}

@@ -413,7 +413,7 @@ def test_the_leaderboard_has_the_least_error_first_and_its_pictures_in_order() -
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        ({"--env": "Sea"}, "environment 'Sea' given; there are NorthFinder, RateTable, TwoPosition"),
+        ({"--env": "Sea"}, "environment 'Sea' given; there are NorthFinder, RateTable, SystemCalibration, TwoPosition"),
         ({"--estimator": "north_glls"}, "estimator 'north_glls' is not installed; did you mean 'north_gls'?"),
         ({"--policy": "constant"}, "policy 'constant"),
         ({"--estimator": "north_gls,"}, "--estimator 'north_gls,' given; wanted names"),

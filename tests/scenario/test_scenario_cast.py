@@ -250,7 +250,7 @@ def test_the_datasheet_tells_the_makers_figures() -> None:
 
 def test_the_packaged_scenarios_are_those_of_the_documentation() -> None:
     page = (Path(__file__).parents[2] / "docs" / "scenario.md").read_text()
-    assert set(re.findall(r"`((?:north_finder|two_position|rate_table)/\w+)`", page)) == set(names())
+    assert set(re.findall(r"`((?:north_finder|two_position|rate_table|system_calibration)/\w+)`", page)) == set(names())
 
 
 @pytest.mark.parametrize("name", TABLES)

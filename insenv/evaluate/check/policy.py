@@ -71,6 +71,8 @@ class _Check:
             given = np.asarray(action)
         except ValueError:
             raise FaultError(f"act() returns rows of different lengths; wanted shape {shape}") from None
+        if given.ndim == len(shape) and given.shape[:-1] == shape[:-1] and given.shape[-1] != len(low):
+            raise DeclinedError(f"its actions have {given.shape[-1]} numbers, those of this environment {len(low)}")
         if given.shape != shape or given.dtype.kind not in "fiu":
             raise FaultError(
                 f"act() returns an action of shape {given.shape} and type {given.dtype}; wanted shape {shape} and real "

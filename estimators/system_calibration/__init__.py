@@ -1,0 +1,1 @@
+"""Estimators and policies of a whole inertial unit on a table of two or three axes."""

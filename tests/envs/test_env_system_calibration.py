@@ -1,0 +1,258 @@
+"""The whole unit on a table of several axes: motion, environment, estimator and bound."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+from estimators.system_calibration.batch_gls import BatchGls
+from insenv.core.attitude import dcm_from_rotation_vector, rotation_vector_from_dcm
+from insenv.core.errors import InputError
+from insenv.core.motion import Motion
+from insenv.core.recording import Floats
+from insenv.core.unit.gimbals import Gimbals, exposed
+from insenv.effects.catalogue import by_key
+from insenv.envs.rollout import RollOut, roll_out
+from insenv.evaluate.bounds import bounds
+from insenv.evaluate.check.estimator import check_estimator
+from insenv.evaluate.trials import trial
+from insenv.information.positions import attitude, nineteen, six, twenty_four, up
+from insenv.information.unit_calibration import UnitModel, gathered, joined, nothing
+from insenv.scenario import datasheet, load
+from insenv.systems.system_calibration.env import system_calibration
+from insenv.systems.system_calibration.positions import AtPositions
+
+ID = "insenv/SystemCalibration-v0"
+#: A step of two seconds holds whole blocks.
+SHORT = {"duration": "40 s", "task.step": "2 s", "instrument.sampling": "20 Hz"}
+#: The tactical unit's 19 positions, at a tenth of its samples and in half of its time.
+QUICK = {"duration": "570 s", "instrument.sampling": "10 Hz", "axes.max_rate": "30 deg/s"}
+#: Noise of which nothing can be seen.
+SILENT = {
+    "axes.encoder_noise": "0 arcsec",
+    "instrument.gyro.noise": {"angle_random_walk": "1e-7 deg/sqrt(h)"},
+    "instrument.accel.noise": {"velocity_random_walk": "1e-4 ug/sqrt(Hz)"},
+}
+TABLES = ("yz", "xz", "zxy")
+
+
+def gimbals(axes: str) -> Gimbals:
+    return Gimbals(axes, heading=0.3, most=(2 * np.pi,) * len(axes))
+
+
+def matrix(table: Gimbals, errors: Floats, angles: Floats) -> Floats:
+    """Matrix from the base to the unit, shape (n, 3, 3)."""
+    columns = []
+    for x, y, z in np.eye(3)[..., None]:
+        columns.append(np.stack(np.broadcast_arrays(*table.inside((x, y, z), angles, errors)), axis=-1))
+    return np.stack(columns, axis=-1)
+
+
+@pytest.mark.parametrize("axes", TABLES)
+def test_the_mean_rate_of_an_interval_is_what_turns_the_unit(axes: str) -> None:
+    # One axis after the other, the outer first: between any two edges the unit turns by the integral of its rate.
+    table, rng = gimbals(axes), np.random.default_rng(1)
+    errors = 1e-3 * rng.standard_normal(len(table.names))
+    k = len(axes)
+    steps = 1e-3 * np.repeat(np.eye(k), 4, axis=0).T
+    edges = rng.uniform(-3, 3, (k, 1)) + np.concatenate([np.zeros((k, 1)), np.cumsum(steps, axis=-1)], axis=-1)
+    grid = np.repeat(edges, 2, axis=-1)[:, :-1]
+    grid[:, 1::2] = 0.5 * (edges[:, 1:] + edges[:, :-1])
+    felt = exposed(table, errors, grid, steps, (None, 9.8))
+    dcm = matrix(table, errors, edges)
+    turned = rotation_vector_from_dcm(dcm[1:] @ np.swapaxes(dcm[:-1], -1, -2))
+    # Coordinates turn against the unit.
+    np.testing.assert_allclose(np.stack(felt.rate, -1), -turned, atol=1e-12)
+
+
+def test_force_and_earth_rate_are_those_of_the_level_seen_in_the_unit() -> None:
+    table = gimbals("zxy")
+    still = np.tile(np.array([[0.4], [-1.1], [2.0]]), 3)
+    felt = exposed(table, np.zeros(len(table.names)), still, np.zeros((3, 1)), (np.radians(40), 9.8))
+    force, rate = (np.concatenate(v) for v in (felt.force, felt.rate))
+    assert np.linalg.norm(force) == pytest.approx(9.8, rel=1e-12)
+    assert np.linalg.norm(rate) == pytest.approx(7.292115e-5, rel=1e-12)
+    assert force @ rate == pytest.approx(9.8 * 7.292115e-5 * np.sin(np.radians(40)), rel=1e-12)
+
+
+@pytest.mark.parametrize("axis", "xyz")
+def test_the_size_effect_is_the_second_derivative_of_a_place_in_the_unit(axis: str) -> None:
+    arm, dt, n = np.array([0.03, -0.02, 0.05]), 1e-3, 400
+    t: Floats = np.arange(n + 1) * np.float64(dt)
+    spin = np.stack([0.8 * np.sin(3 * t), 0.5 * np.cos(2 * t), 0.3 + 0.4 * t])
+    dcm = [np.eye(3)]
+    for k in range(n):
+        dcm.append(dcm[-1] @ dcm_from_rotation_vector(0.5 * (spin[:, k] + spin[:, k + 1]) * dt))
+    place = np.stack(dcm) @ arm
+    inertial = (place[2:] - 2 * place[1:-1] + place[:-2]) / dt**2
+    felt = np.einsum("nji,nj->ni", np.stack(dcm)[1:-1], inertial)[:, "xyz".index(axis)]
+    motion = Motion(t, np.zeros(n), body_rate=dict(zip("xyz", spin, strict=True)), axis=axis)
+    basis = by_key("size_effect").jacobian(np.zeros(n), motion, np.zeros(3)) @ arm
+    np.testing.assert_allclose(0.5 * (basis[1:] + basis[:-1]), felt, atol=2e-4)
+
+
+def test_a_delay_of_the_force_is_the_force_of_an_earlier_instant() -> None:
+    delay, dt = 1e-3, 1e-2
+    t: Floats = np.arange(201) * np.float64(dt)
+    table = gimbals("yz")
+
+    def force(late: float) -> tuple[Floats, ...]:
+        grid = np.zeros((2, 401))
+        grid[0] = 0.5 * np.sin(np.arange(401) * dt / 2 - late)
+        rates = np.diff(grid[:, ::2], axis=-1) / dt
+        return exposed(table, np.zeros(len(table.names)), grid, rates, (None, 9.8)).force
+
+    rates = np.stack([0.5 * np.cos(t), 0 * t])
+    angles = np.stack([0.5 * np.sin(t), 0 * t])
+    spin = table.turning(rates, angles, np.zeros(len(table.names)))
+    now = dict(zip("xyz", force(0.0), strict=True))
+    for i, axis in enumerate("xyz"):
+        motion = Motion(t, np.zeros(200), body_rate=dict(zip("xyz", spin, strict=True)), force=now, axis=axis)
+        shift = by_key("force_delay").jacobian(now[axis], motion, np.zeros(1))[:, 0] * delay
+        np.testing.assert_allclose(force(delay)[i] - now[axis], shift, atol=1e-5)
+
+
+@pytest.mark.parametrize("axes", TABLES)
+def test_positions_are_the_published_ones(axes: str) -> None:
+    table = gimbals(axes)
+    sixes = np.array([up(table, a) for a in six(table)])
+    np.testing.assert_allclose(np.sort(sixes @ np.array([1, 2, 3])), [-3, -2, -1, 1, 2, 3], atol=1e-12)
+    path = nineteen(table)
+    assert len(path) == 19
+    # Quarter turns about one axis of the unit each, three of them and back, as they were published.
+    turns = [
+        rotation_vector_from_dcm(attitude(table, b) @ attitude(table, a).T) / (np.pi / 2)
+        for a, b in zip(path[:-1], path[1:], strict=True)
+    ]
+    along = [int(np.flatnonzero(np.abs(turn) > 0.99)[0]) for turn in turns]
+    assert [along.count(a) for a in (along[0], along[7], along[6])] == [6, 6, 6]
+    distinct = {np.rint(attitude(table, a)).astype(int).tobytes() for a in twenty_four(table)}
+    assert len(twenty_four(table)) == 24 and len(distinct) == (24 if len(axes) == 3 else 16)
+
+
+def test_gymnasium_finds_no_fault() -> None:
+    env = gymnasium.make(ID, changes=SHORT, estimator="batch_gls", render_mode="rgb_array")
+    check_env(env.unwrapped, skip_render_check=True)
+    env.reset(seed=1)
+    env.step(np.array([0.25, 0.0, 0.0, 0.0, 0.0]))
+    first = env.render()
+    env.step(np.array([0.25, 0.0, 0.0, 0.0, 0.0]))
+    assert isinstance(first, np.ndarray) and first.shape == (600, 960, 3) and (first != env.render()).any()
+
+
+def test_the_vector_form_is_the_single_one_bit_for_bit() -> None:
+    given: dict[str, Any] = {"changes": SHORT, "estimator": "batch_gls"}
+    whole = gymnasium.make_vec(ID, num_envs=3, **given)
+    single = gymnasium.vector.SyncVectorEnv([lambda: gymnasium.make(ID, **given)] * 3)
+    rng = np.random.default_rng(2)
+    a, b = whole.reset(seed=5)[0], single.reset(seed=5)[0]
+    for step in range(8):
+        for key in a:
+            np.testing.assert_array_equal(a[key], b[key], err_msg=f"{key} after {step}")
+        actions = rng.uniform([-1, -1, 0, 0, 0], [1, 1, 1, 0.02, 0], (3, 5))
+        actions[:, -1] = step == 6
+        a, b = whole.step(actions)[0], single.step(actions)[0]
+
+
+def test_a_table_that_turns_or_dwells_takes_no_command() -> None:
+    env = gymnasium.make(ID, changes=SHORT)
+    env.reset(seed=3)
+    seen = [env.step(np.array([0.25, 0.0, 0.0, 10 / 300, 0.0]))[0]]  # 5.5 s of turning, 10 s of rest
+    seen += [env.step(np.array([0.25, 0.25, 0.0, 0.0, 0.0]))[0] for _ in range(9)]
+    at = np.degrees([o["axes"] for o in seen])
+    np.testing.assert_allclose(at[3:8, 0], 90.0, atol=1e-2)
+    np.testing.assert_allclose(at[:8, 1], 0.0, atol=1e-2)
+    assert at[9, 1] > 10 and [float(o["turning"][0] > 0) for o in seen] == [1, 1, 1, 0, 0, 0, 0, 0, 1, 1]
+
+
+@cache
+def silent(policy: str, axes: str) -> RollOut:
+    task = system_calibration(changes=QUICK | SILENT | {"axes.order": axes})
+    return roll_out(task, policy, None, range(2))
+
+
+@pytest.mark.parametrize(("policy", "axes"), [("nineteen_positions", "yz"), ("twenty_four_positions", "zxy")])
+def test_the_linear_model_leaves_of_a_run_without_noise_the_products_of_its_errors(policy: str, axes: str) -> None:
+    sheet = datasheet(load("system_calibration/tactical_fog", QUICK | SILENT | {"axes.order": axes}))
+    model, played = UnitModel(sheet), silent(policy, axes)
+    for row in range(2):
+        blocks = joined(gathered(model, nothing(model, 1), played.recording(row)))
+        assert blocks is not None
+        theta = np.array([played.truth[q.name][row] - q.mean for q in model.parameters])
+        for c, place in enumerate(model.places):
+            left = blocks.left[0, c] - theta[place] @ blocks.columns[0, c, : len(place)]
+            rest, turn = left[~blocks.turning[0]], left[blocks.turning[0]]
+            # The square of 0.3 mrad of gravity are 0.9 um/s^2; of a turn at 30 deg/s 0.05 urad/s.
+            assert np.abs(rest).max() < (3e-9 if c < 3 else 4e-6)
+            assert np.sqrt(np.mean(turn**2)) < (2e-7 if c < 3 else 2e-5)
+
+
+def test_batch_gls_keeps_the_contract_of_estimators() -> None:
+    assert check_estimator(BatchGls, trial("SystemCalibration")) == []
+
+
+@pytest.mark.slow
+def test_stated_covariances_are_those_of_the_errors() -> None:
+    # chi^2 of all 59 parameters of 24 runs: 1416 degrees of freedom, so a mean of 1 +- 0.0376. False alarm 6e-5 (4 sd).
+    task = system_calibration(changes=QUICK)
+    played = roll_out(task, "nineteen_positions", "batch_gls", range(24), keep=False, every=1000)
+    found = played.estimate
+    assert found is not None
+    error = found.mean - np.stack([played.truth[name] for name in found.names], axis=-1)
+    root = np.linalg.cholesky(found.cov / np.einsum("ri,rj->rij", found.sd, found.sd))
+    white = np.linalg.solve(root, (error / found.sd)[..., None])[..., 0]
+    assert abs(np.mean(white**2) - 1) < 4 * np.sqrt(2 / white.size)
+
+
+def test_the_bound_is_what_the_estimator_states() -> None:
+    task = system_calibration(changes=SHORT)
+    played = roll_out(task, "six_positions", "batch_gls", range(1), every=100)
+    names = tuple(q.name for q in task.quantities)
+    least = bounds(task.datasheet, played.recording(0), names)
+    np.testing.assert_allclose([least[n] for n in names], played.deviations[0, -1], rtol=1e-6)
+
+
+def test_every_scenario_is_played() -> None:
+    for name, width in (("mems", 6), ("laser", 6), ("tactical_fog", 5)):
+        task = system_calibration(f"system_calibration/{name}", {"duration": "20 s", "instrument.sampling": "10 Hz"})
+        assert task.action_space.shape == (width,)
+        played = roll_out(task, "twenty_four_positions", "batch_gls", range(2), every=100)
+        assert np.isfinite(played.errors).all()
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"axes.order": "yy"}, r"axes.order = 'yy'; wanted two or three of the letters x, y and z"),
+        ({"axes.mounting": "2 deg"}, r"axes.mounting = '2 deg'; wanted a small angle, 1 deg at most"),
+        ({"axes.most": ["90 deg"]}, r"axes.most has 1 angles; wanted one for each of the 2 axes"),
+        ({"axes.speed": "1 deg/s"}, r"axes.speed"),
+        ({"profile": {"kind": "rest"}}, r"\[profile\] moves a \[table\]; \[axes\] are commanded by a \[task\]"),
+        ({"declared": {"bias": {"c": "1 deg/h", "targets": "gyro_x"}}}, r"no parameter with a deviation"),
+        ({"declared.earth_rate": {"c": "1 deg/h", "phi": "0 deg"}}, r"earth_rate"),
+        ({"base": {}}, r"both of \[base\] and \[axes\] given"),
+    ],
+)
+def test_what_cannot_be_played_is_refused_in_one_sentence(changes: dict[str, Any], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        load("system_calibration/tactical_fog", changes)
+    task = system_calibration(changes=SHORT | {"axes.most": ["30 deg", "360 deg"]})
+    with pytest.raises(InputError, match="cannot turn a unit through the 19 positions"):
+        roll_out(task, "nineteen_positions", None, range(1))
+
+
+def test_an_action_may_be_the_number_of_a_position() -> None:
+    env = AtPositions(gymnasium.make(ID, changes=SHORT), "six", dwell=2.0)
+    assert env.action_space == gymnasium.spaces.Discrete(7)
+    env.reset(seed=1)
+    for _ in range(6):
+        observation = env.step(1)[0]
+    np.testing.assert_allclose(observation["axes"], env.angles[1], atol=1e-4)
+    assert env.step(6)[2]
+    with pytest.raises(InputError, match="wanted one of six, nineteen"):
+        AtPositions(gymnasium.make(ID, changes=SHORT), "seven")
