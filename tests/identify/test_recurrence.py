@@ -16,6 +16,7 @@ from insenv.effects.catalogue import by_key
 from insenv.effects.tone import Tone
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Term
+from insenv.identify.fit.uncertainty import estimates
 from insenv.identify.search.prepare import declared_model, prepare
 from insenv.identify.search.recurrence import not_in_all_runs, scattered
 from insenv.identify.search.round import search
@@ -86,6 +87,21 @@ def test_a_line_at_a_multiple_of_a_swing_is_of_the_motion(multiple: float, remar
     problem = prepare(manifest(), (one,), (use(N),), "gyro", holds=False, tones=False)
     (hit,) = search(problem.problem, solve(problem.problem, problem.model), (), 0, 1, tones=True)
     assert ("swings" in hit.remark) == remarked
+
+
+@pytest.mark.parametrize("scatter", [0.0, 1e-3])
+def test_the_deviation_of_a_gain_knows_how_runs_differ(scatter: float) -> None:
+    """Eight runs whose gains scatter tell their mean to scatter / sqrt(8), not to what their rows would."""
+    gains = 1 + scatter * np.random.default_rng(8).standard_normal(8)
+    runs = tuple(run(10 + k, gain=float(gain)) for k, gain in enumerate(gains))
+    problem = prepare(manifest(), runs, tuple(use(N) for _ in runs), "gyro", holds=False, tones=False).problem
+    told = estimates(problem, solve(problem, declared_model(manifest(), runs, "gyro")))
+    (scale,) = (row for rows in told.values() for row in rows if row.effect == "scale_factor")
+    assert abs(scale.value) < 4 * scale.sd + 1e-4  # rows are read at instants, and the table bends between them
+    if scatter:
+        assert scale.sd == pytest.approx(float(np.std(gains)) / np.sqrt(7), rel=0.6)
+    else:
+        assert scale.sd < 1e-5
 
 
 def test_the_mean_of_runs_that_agree_is_the_weighted_one() -> None:

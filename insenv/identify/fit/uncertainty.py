@@ -3,6 +3,8 @@
 At the end of a search the model is linearised in everything: the columns of `insenv.effects` at the shapes found, and
 the derivative of the curve to each shape. The inverse of the information in all of them together is the covariance, so
 a scale factor's standard deviation knows that a time constant was fitted beside it.
+
+Beside a table that turns the standard deviations grow as scores of swings and runs say (`insenv.identify.fit.swings`).
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ from insenv.identify.fit import discrepancy, other_forms, reference_variance
 from insenv.identify.fit.gls import Fit, noise_freedom, spectrum
 from insenv.identify.fit.noise import transform
 from insenv.identify.fit.problem import NOISE_TERMS, Problem, Term
+from insenv.identify.fit.swings import by_swings
 
 _SQUARED = "_squared"
 #: Counts from a gain of one; every other effect is relative to the gain that the data show.
@@ -168,9 +171,13 @@ def _for_fitted_noise(problem: Problem, fit: Fit, weights: Floats) -> Floats:
     Column j of ``weights``, shape (modes, p), is what the whitened data are multiplied with to give coefficient j.
     """
     factors = np.ones(weights.shape[1])
+    turns = problem.target.startswith("gyro") and any(np.ptp(e.u) for e in problem.exposures)
+    left = (problem.data() - fit.design.transformed @ fit.beta) / np.sqrt(spectrum(problem, fit.noise.power))
     for j in range(weights.shape[1]):
         freedom = max(noise_freedom(problem, fit.noise.power, weights[:, j] ** 2), LEAST_FREEDOM)
-        factors[j] = np.sqrt(freedom / (freedom - 2))
+        # What errors of the reference leave goes with the motion: a coefficient is as uncertain as swings differ.
+        larger = by_swings(problem, weights[:, j], left)[0] if turns else 1.0
+        factors[j] = np.sqrt(larger * freedom / (freedom - 2))
     return factors
 
 
