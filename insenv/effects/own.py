@@ -7,8 +7,8 @@ from insenv.effects.angle import AngleLockedRate, EarthRate, EncoderHarmonic, Ma
 from insenv.effects.base import Effect
 from insenv.effects.bias import Bias, BiasDrift, BiasStep, BiasWarmUp
 from insenv.effects.cross import CrossAxis, GSensitivity
-from insenv.effects.hysteresis import EncoderBacklash, ScaleFactorHysteresis
 from insenv.effects.noise import AngleRandomWalk, BiasInstability, Quantization, RateRandomWalk
+from insenv.effects.rate.hysteresis import EncoderBacklash, ScaleFactorHysteresis
 from insenv.effects.rate.lag import OutputBandwidth, SelfHeating, SettlingAfterTurn
 from insenv.effects.rate.lock_in import LockIn, LockInWander, RateLock
 from insenv.effects.rate.response import CompensationRipple, SineResponse

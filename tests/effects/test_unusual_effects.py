@@ -15,7 +15,7 @@ from insenv.effects.angle import EncoderHarmonic
 from insenv.effects.base import Effect
 from insenv.effects.bias import BiasWarmUp
 from insenv.effects.catalogue import CATALOGUE, by_key
-from insenv.effects.hysteresis import EncoderBacklash, ScaleFactorHysteresis, play
+from insenv.effects.rate.hysteresis import EncoderBacklash, ScaleFactorHysteresis, play
 from insenv.effects.rate.lag import OutputBandwidth, SelfHeating, SettlingAfterTurn
 from insenv.effects.rate.threshold import DeadBand
 from insenv.effects.tilt import BaseSettling
