@@ -44,7 +44,9 @@ class Positions:
 
     def __init__(self, datasheet: Datasheet, angles: Sequence[Sequence[float]], rate: float = 1.0) -> None:
         self.gimbals, self.limits = gimbals_of(datasheet), datasheet.limits
-        self.angles, self.rate, self.share = np.asarray(angles, float), rate, datasheet.duration / len(angles)
+        self.angles, self.rate = np.asarray(angles, float), rate
+        #: When each position is to be left [s].
+        self.ends: Floats = np.arange(1, len(angles) + 1) * np.float64(datasheet.duration / len(angles))
 
     def reset(self, batch: int | None = None) -> Floats:
         """Positions that were taken up, of every run."""
@@ -61,7 +63,7 @@ class Positions:
         before = np.where(after[..., None] > 0, self.angles[np.maximum(after - 1, 0)], 0.0)
         there = self.angles[np.where(taken > last, last, after)]
         turning = turn_time(there - before, self.rate * self.limits.rate, self.limits.acceleration).sum(axis=-1)
-        dwell = np.clip((taken + 1) * self.share - now - turning, 0.0, self.gimbals.longest)
+        dwell = np.clip(self.ends[after] - now - turning, 0.0, self.gimbals.longest)
         action = np.concatenate(
             [
                 there / np.array(self.gimbals.most),

@@ -133,6 +133,14 @@ def _course(state: Turns, t: Floats) -> tuple[Floats, Floats]:
     return state.at(t[1:])[0], state.moving(t)
 
 
+def even(planner: Planner, positions: Sequence[Angles], time: float) -> tuple[Visit, ...]:
+    """Positions one after the other, each for the same share of the time, the turn to it included."""
+    before = [(0.0,) * len(planner.model.gimbals.axes), *positions[:-1]]
+    share = time / len(positions)
+    pairs = zip(before, positions, strict=True)
+    return tuple(Visit(b, max(share - planner.turn(a, b)[1], 0.0)) for a, b in pairs)
+
+
 def deviations(matrix: Floats) -> Floats:
     """Standard deviations as shares of the prior, shape (p,), of information in units of it."""
     left: Floats = np.sqrt(np.diag(np.linalg.inv(np.eye(len(matrix)) + matrix)))

@@ -286,24 +286,33 @@ class UnitModel:
         vector : ndarray, shape (R, p)
         """
         p, runs = len(self.parameters), len(blocks.left)
-        sd = np.array([parameter.sd for parameter in self.parameters])
         matrix, vector = np.zeros((runs, p, p)), np.zeros((runs, p))
         for row in range(runs):
-            turning, along = blocks.turning[row], blocks.along[row]
-            rest, whole = _edges(turning, False), _edges(turning, True)
             for c, place in enumerate(self.places):
-                edges = whole if c < len(GYROS) else rest
-                root = self._root(c, edges, turning, along)
-                count = np.diff(edges)
-                data = np.concatenate(
-                    [blocks.columns[row, c, : len(place)] * sd[place, None], blocks.left[row, c, None]]
-                )
-                means = np.add.reduceat(data, edges[:-1], axis=-1) / count
-                white = solve_triangular(root, means.T, lower=True, check_finite=False)
+                means, root = self._cells(blocks, row, c)
+                white = solve_triangular(root, means, lower=True, check_finite=False)
                 product = white.T @ white
                 matrix[row][np.ix_(place, place)] += product[:-1, :-1]
                 vector[row, place] += product[:-1, -1]
         return matrix, vector
+
+    def cells(self, blocks: Blocks, row: int, c: int) -> tuple[Floats, Floats, Floats]:
+        """Of a run and a channel: columns per prior deviation, means and their covariance, m cells."""
+        means, root = self._cells(blocks, row, c)
+        return means[:, :-1], means[:, -1], root @ root.T
+
+    def turns(self, blocks: Blocks, row: int, c: int) -> NDArray[np.bool_]:
+        """Which of these cells are turns."""
+        return blocks.turning[row][_edges(blocks.turning[row], c < len(GYROS))[:-1]]
+
+    def _cells(self, blocks: Blocks, row: int, c: int) -> tuple[Floats, Floats]:
+        """Columns and, last, the mean of each cell; the lower root of their covariance."""
+        turning, place = blocks.turning[row], self.places[c]
+        edges = _edges(turning, c < len(GYROS))
+        sd = np.array([self.parameters[j].sd for j in place])
+        data = np.concatenate([blocks.columns[row, c, : len(place)] * sd[:, None], blocks.left[row, c, None]])
+        means = np.add.reduceat(data, edges[:-1], axis=-1) / np.diff(edges)
+        return means.T, self._root(c, edges, turning, blocks.along[row])
 
     def posterior(self, blocks: Blocks) -> tuple[Floats, Floats]:
         """Mean and covariance of all parameters, shapes (R, p) and (R, p, p)."""

@@ -1,0 +1,119 @@
+r"""Biases, scale factors and misalignments of a unit by least squares, rest by rest and turn by turn.
+
+    theta^ = G d,   G = (X' W X + P^-1)^-1 X' W,      cov = (1 - G X) P (1 - G X)' + G C G' + (G X_2) P_2 (G X_2)'
+
+The textbook's calculation: means d of the rests, and of gyros the integrals of the turns too, less what a unit without
+errors would show; X are biases, scale factors, misalignments and non-orthogonality of the six channels and the mounting
+of the unit, W white noise. Everything else that the datasheet declares (theta_2 with P_2: asymmetry, g-sensitivity,
+second-order terms, lever arms, errors of the table) is left out of the estimate, but not of its covariance; so is slow
+noise, in C. What is not told apart keeps what was known of it (P).
+Source: Titterton and Weston, Strapdown Inertial Navigation Technology, 2nd ed. (2004), section 8.3; S. F. Schmidt,
+Application of state-space methods to navigation problems (1966), for what is considered and not estimated.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insenv.core.estimate import Datasheet, Estimate
+from insenv.core.recording import Floats, Recording
+from insenv.core.unit.motion import GYROS
+from insenv.information.unit_calibration import Blocks, Gathered, UnitModel, gathered, joined, nothing
+
+#: Effects that are estimated.
+ESTIMATED = (
+    *("bias", "accel_bias", "scale_factor", "accel_scale_factor"),
+    *("misalignment", "cross_axis", "non_orthogonality"),
+)
+
+
+@dataclass(frozen=True)
+class Seen:
+    """State: what was gathered, and whether there is a batch in front."""
+
+    data: Gathered
+    batched: bool
+
+
+@final
+@dataclass(frozen=True)
+class SixPosition:
+    """Biases, scale factors, misalignments and the mounting of the unit with their covariance.
+
+    Needs what `estimators.system_calibration.batch_gls.BatchGls` needs.
+
+    Raises
+    ------
+    InputError
+        If the datasheet tells of no axes, no gravity or no noise.
+    """
+
+    datasheet: Datasheet
+
+    def __post_init__(self) -> None:
+        _ = self.model
+
+    @cached_property
+    def model(self) -> UnitModel:
+        """The linear model."""
+        return UnitModel(self.datasheet)
+
+    @cached_property
+    def estimated(self) -> NDArray[np.bool_]:
+        """Which of the model's parameters are, shape (p,)."""
+        return np.array(
+            [q.name.startswith("mounting.") or q.name.split(".")[1] in ESTIMATED for q in self.model.parameters]
+        )
+
+    def reset(self, batch: int | None = None) -> Seen:
+        """No row yet."""
+        return Seen(nothing(self.model, batch or 1), batch is not None)
+
+    def update(self, state: Seen, chunk: Recording) -> Seen:
+        """State after a chunk."""
+        return Seen(gathered(self.model, state.data, chunk), state.batched)
+
+    def estimate(self, state: Seen) -> Estimate:
+        """What is known; before there is a block of data, what the datasheet tells."""
+        parameters = [q for q, own in zip(self.model.parameters, self.estimated, strict=True) if own]
+        sd, runs, blocks = np.array([q.sd for q in parameters]), len(state.data.past), joined(state.data)
+        mean, cov = np.tile([q.mean for q in parameters], (runs, 1)), np.tile(np.diag(sd**2), (runs, 1, 1))
+        for row in range(runs if blocks is not None else 0):
+            assert blocks is not None
+            shift, spread = self._solved(blocks, row)
+            mean[row] += sd * shift
+            cov[row] = spread * np.outer(sd, sd)
+        if not state.batched:
+            mean, cov = mean[0], cov[0]
+        return Estimate(tuple(q.name for q in parameters), tuple(q.unit for q in parameters), mean, cov)
+
+    def _solved(self, blocks: Blocks, row: int) -> tuple[Floats, Floats]:
+        """Of one run, in units of the prior deviations."""
+        p, own = len(self.estimated), self.estimated
+        normal, vector = np.zeros((own.sum(), own.sum())), np.zeros(own.sum())
+        rows = []
+        for c in range(6):
+            columns, data, covariance = self.model.cells(blocks, row, c)
+            # Accelerometers are used at rest, where no lever arm counts.
+            used = np.ones(len(data), bool) if c < len(GYROS) else ~self.model.turns(blocks, row, c)
+            all_columns = np.zeros((int(used.sum()), p))
+            all_columns[:, self.model.places[c]] = columns[used]
+            weights = 1 / np.diag(covariance)[used]
+            mine = all_columns[:, own]
+            normal += mine.T @ (weights[:, None] * mine)
+            vector += mine.T @ (weights * data[used])
+            rows.append((all_columns, weights, covariance[np.ix_(used, used)]))
+        inverse: Floats = np.asarray(np.linalg.inv(np.eye(len(normal)) + normal), float)
+        noise, others = np.zeros_like(normal), np.zeros((len(normal), int((~own).sum())))
+        for columns, weights, covariance in rows:
+            gain = columns[:, own].T * weights
+            noise += gain @ covariance @ gain.T
+            others += gain @ columns[:, ~own]
+        # 1 - G X is the inverse itself, as P is one.
+        cov = inverse @ (np.eye(len(normal)) + noise + others @ others.T) @ inverse
+        return inverse @ vector, 0.5 * (cov + cov.T)
