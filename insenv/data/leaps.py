@@ -14,7 +14,6 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d, median_filter, rank_filter, uniform_filter1d
 
 from insenv.core.recording import GAP, Floats, Recording
 
@@ -65,6 +64,8 @@ def found(recording: Recording, steps: Floats, between: bool) -> NDArray[np.bool
     between : bool
         Whether step i is that from row i to the next, n one less than the rows.
     """
+    from scipy.ndimage import maximum_filter1d, median_filter, rank_filter, uniform_filter1d  # slow to import
+
     none = np.zeros(len(steps), bool)
     size = np.abs(steps)
     if len(steps) < FEWEST or not size.any():
