@@ -350,15 +350,20 @@ def _positions(given: str | list[int] | None, where: str) -> str | tuple[int, ..
 
 
 def positions(table: schema.PositionsTable | None, procedure: str | None, path: Path) -> KnownPositions | None:
-    """Stated attitudes of the rests."""
+    """Stated attitudes and repeatability of the rests."""
     if table is None:
         return None
     if procedure != "multi-position":
         raise InputError(f"{path}: [positions] needs model.procedure = 'multi-position'")
-    up = tuple(_direction(given, f"{path}: positions.up") for given in table.up)
-    if table.tolerance is None:
-        return KnownPositions(up)
-    return KnownPositions(up, _positive(table.tolerance, "angle", f"{path}: positions.tolerance"))
+    if not table.up and table.repeatability is None:
+        raise InputError(f"{path}: [positions] states nothing; wanted up or repeatability")
+    stated = KnownPositions(tuple(_direction(given, f"{path}: positions.up") for given in table.up))
+    if table.tolerance is not None:
+        stated = replace(stated, tolerance=_positive(table.tolerance, "angle", f"{path}: positions.tolerance"))
+    if table.repeatability is not None:
+        where = f"{path}: positions.repeatability"
+        stated = replace(stated, repeatability=_positive(table.repeatability, "acceleration", where))
+    return stated
 
 
 def _direction(given: str | list[float], where: str) -> tuple[float, float, float]:

@@ -110,8 +110,9 @@ class HeldOutTable(Table):
 class PositionsTable(Table):
     """``[positions]``."""
 
-    up: list[str | list[float]]
+    up: list[str | list[float]] = []
     tolerance: str | None = None
+    repeatability: str | None = None
 
 
 class FitTable(Table):

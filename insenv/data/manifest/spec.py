@@ -170,10 +170,21 @@ class HeldOut:
 
 @dataclass(frozen=True)
 class KnownPositions:
-    """Stated attitudes of the rests, in order: unit vectors ``up`` in the triad's axes, within ``tolerance`` [rad]."""
+    """What is stated of the rests of a triad.
 
-    up: tuple[tuple[float, float, float], ...]
+    Attributes
+    ----------
+    up : tuple
+        Attitudes in order, unit vectors in the triad's axes; empty where none are stated.
+    tolerance : float
+        Standard deviation of a stated attitude [rad].
+    repeatability : float or None
+        Standard deviation of an accelerometer's bias from rest to rest [m/s^2].
+    """
+
+    up: tuple[tuple[float, float, float], ...] = ()
     tolerance: float = 0.0087
+    repeatability: float | None = None
 
 
 @dataclass(frozen=True)

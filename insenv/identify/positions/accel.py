@@ -45,6 +45,8 @@ class Magnitudes:
         Whether gamma is an unknown.
     noise : ndarray, shape (n, n), optional
         L of the noise's covariance s^2 L L' where it is not white.
+    scale : float
+        s^2 as it was when ``noise`` was made, beside all that may be found [m^2/s^4].
     """
 
     measured: Floats
@@ -54,6 +56,7 @@ class Magnitudes:
     held_out: NDArray[np.bool_]
     free_gravity: bool = False
     noise: Floats | None = None
+    scale: float = 1.0
     rank: int = 1
     spread: float = HELD_OUT_SPREAD
 
@@ -116,19 +119,25 @@ def directions(measured: Floats, around: Surroundings, terms: Sequence[TriadTerm
     return linear.corrected(measured, theta[: len(linear.gain)])
 
 
-def with_walk(problem: Magnitudes, terms: Sequence[TriadTerm], runs: NDArray[np.int64]) -> Magnitudes:
+def with_walk(
+    problem: Magnitudes,
+    terms: Sequence[TriadTerm],
+    runs: NDArray[np.int64],
+    anew: Floats | None = None,
+    allowed: float = ALLOWED,
+) -> Magnitudes:
     """The problem with biases that walk at random, as far as the fitted rests allow beside ``terms``.
 
     Parts of one rest are no independent readings of an attitude: what wanders from part to part wanders on until the
     next rest, and from one run to the next. Of rests k and l the walk is felt by the cosine between their directions.
-    ``runs``, shape (n,).
+    ``runs``, shape (n,); ``anew``, shape (n, n), is the covariance of what else a unit reads when it is set down anew.
     """
     errors, slopes = problem.errors(terms, np.zeros(sum(t.size for t in terms) + len(problem.nuisance)))
     unit = problem.measured / np.linalg.norm(problem.measured, axis=1)[:, None]
     before = np.array([sum(float(problem.around.time[runs == r].max()) for r in range(run)) for run in runs])
     time, one = problem.around.time + before, np.zeros_like(runs)
-    root = walking(errors, slopes, time, one, problem.fitted, unit @ unit.T, ALLOWED)
-    return problem if root is None else replace(problem, noise=root)
+    found = walking(errors, slopes, time, one, problem.fitted, unit @ unit.T, allowed, anew)
+    return problem if found is None else replace(problem, noise=found[0], scale=found[1])
 
 
 def site_gravity(site: Site) -> float | None:

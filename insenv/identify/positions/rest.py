@@ -101,5 +101,5 @@ def with_walk(
 
     ``allowed`` is the log likelihood below the best that the walk may have.
     """
-    root = walking(problem.y, problem.design(terms), problem.around.time, runs, problem.fitted, allowed=allowed)
-    return problem if root is None else replace(problem, root=root)
+    found = walking(problem.y, problem.design(terms), problem.around.time, runs, problem.fitted, allowed=allowed)
+    return problem if found is None else replace(problem, root=found[0])

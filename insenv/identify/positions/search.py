@@ -25,6 +25,7 @@ from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import chdtrc
 
 from insenv.core.recording import Floats
 from insenv.core.series.tails import log_tail_of_f, log_tail_of_t
@@ -44,6 +45,10 @@ DISTINCT = 0.02
 LEAST_FREEDOM = 2
 #: Most effects that are tried at once where none alone helps.
 AT_ONCE = 3
+#: Probability among instruments of a size below which an effect is no explanation of what a usual one explains.
+UNUSUAL = 0.05
+#: Freedom of a variance that is known.
+KNOWN = 10**6
 #: Below this freedom the variance of Student's t says nothing any more.
 LEAST_T = 4
 
@@ -250,28 +255,29 @@ class Evidence:
         return float(min(1.0, looks * np.exp(log_tail(self.deviate))))
 
 
-def evidence(problem: Problem, small: Fit, large: Fit) -> Evidence:
-    """Of the fit ``large``, which has all the terms of ``small``."""
-    gained, nu = small.freedom - large.freedom, large.freedom
-    if large.rss <= 0 or nu < 1:
+def evidence(problem: Problem, small: Fit, large: Fit, variance: float | None = None) -> Evidence:
+    """Of the fit ``large``, which has all the terms of ``small``; ``variance`` of the noise, by ``large`` if None."""
+    gained, nu = small.freedom - large.freedom, large.freedom if variance is None else KNOWN
+    noise = large.variance if variance is None else variance
+    if noise <= 0 or nu < 1:
         return Evidence(-np.inf, 0.0)
     change = max(small.rss - large.rss, 0.0)
     # What all units have in common shows in no scatter: held-out units are judged with a spread for it, or else these.
     common = problem.spread**2 if in_turn(problem) else 1.0
-    log_p = log_tail_of_f(change / gained / large.variance / common, gained, nu)
+    log_p = log_tail_of_f(change / gained / noise / common, gained, nu)
     ratio = float(problem.rank * problem.fitted.sum() * np.log(max(small.rss / large.rss, 1.0)))
-    z, information = (0.0, 0.0) if in_turn(problem) else _held_out_deviate(problem, small, large)
-    return Evidence(joint_deviate(log_p, change / large.variance, z, information), ratio)
+    z, information = (0.0, 0.0) if in_turn(problem) else _held_out_deviate(problem, small, large, noise)
+    return Evidence(joint_deviate(log_p, change / noise, z, information), ratio)
 
 
-def _held_out_deviate(problem: Problem, small: Fit, large: Fit) -> tuple[float, float]:
+def _held_out_deviate(problem: Problem, small: Fit, large: Fit, noise: float) -> tuple[float, float]:
     """The normal deviate of the held-out units, and its information."""
     held = problem.held_out
     r = small.residual[held].ravel()
     phi = r - large.residual[held].ravel()
     slopes = small.slopes[held].reshape(len(r), -1)
     covariance = np.eye(len(r)) + slopes @ small.inverse @ slopes.T
-    whitened = np.linalg.solve(covariance, phi) / large.variance
+    whitened = np.linalg.solve(covariance, phi) / noise
     information = float(phi @ whitened)
     if not information > 1e-12:
         return 0.0, 0.0
@@ -315,12 +321,14 @@ class Doubt:
     """What else may be true that this recording cannot tell: ``problem`` with its noise, effects ``beside`` the model.
 
     What is only significant without it is not added; ``reason`` ends the sentence "not significant ...". Where
-    attitudes follow the clock, a drift is whatever follows the attitude.
+    attitudes follow the clock, a drift is whatever follows the attitude. ``variance`` is the noise where it is known,
+    no matter what a fit leaves.
     """
 
     problem: Problem
     beside: tuple[Any, ...]
     reason: str
+    variance: float | None = None
 
 
 def search(
@@ -485,7 +493,7 @@ def _doubted(
     """P-value under the first doubt under which the effects are not significant, and the reason to refuse them."""
     for doubt in doubts:
         small, large = (solve(doubt.problem, (*now.terms, *doubt.beside, *more)) for more in ((), terms))
-        p = evidence(doubt.problem, small, large).p_value(count)
+        p = evidence(doubt.problem, small, large, doubt.variance).p_value(count)
         if not p < alpha:
             return p, f"not significant {doubt.reason}"
     return None
@@ -535,6 +543,15 @@ def _rivals(
         both = solve(problem, [*others, rival, term])
         if evidence(problem, base, without).p_value(looks) >= alpha:
             continue
+        if _unusual(without, rival):
+            continue
         if both.freedom < 1 or evidence(problem, without, both).p_value(looks) >= alpha:
             found.append(rival.effect.key)
     return tuple(found)
+
+
+def _unusual(fit: Fit, term: Any) -> bool:
+    """Whether the coefficients are, for certain, of a size that instruments hardly have (chi-square)."""
+    usual = max(param.sd for param in term.effect.linear)
+    values, sd = fit.theta[fit.of(term)], fit.sd()[fit.of(term)]
+    return bool(chdtrc(term.size, float(np.sum(values**2 / (usual**2 + sd**2)))) < UNUSUAL)

@@ -27,7 +27,7 @@ from insenv.identify.positions.bent import bent
 from insenv.identify.positions.factor import common_factor
 from insenv.identify.positions.gyro import Rotations, rotations, with_noise
 from insenv.identify.positions.known import KnownAttitudes, as_level_as_read, noise_of_means, stated_up
-from insenv.identify.positions.model import AXES, Surroundings, triad_term
+from insenv.identify.positions.model import AXES, Surroundings, TriadTerm, triad_term
 from insenv.identify.positions.rest import RestMeans, RestTerm, with_walk
 from insenv.identify.positions.rests import Rest, Rests, find_rests, means, middle_times
 from insenv.identify.positions.search import LEAST_FREEDOM, Doubt, Fit, Outcome, held_out_errors, in_turn, search, solve
@@ -47,9 +47,9 @@ OUTLIER, MOST_OUTLIERS = 1e-4, 0.1
 NO_REST = 0.5
 #: Least freedom of a fit that is asked for outliers.
 OUTLIER_FREEDOM = 6
-#: What a sound accelerometer repeats from rest to rest within minutes [m/s^2], at worst; and the noise of the means of
-#: rests counts so many times.
-REPEATS, NOISY = 3e-3, 5.0
+#: What an accelerometer repeats from rest to rest within minutes [m/s^2]: an ordinary one, as a standard deviation, and
+#: the worst that is sound. The noise of the means of rests counts so many times.
+REPEATS, WORST, NOISY = 1e-3, 3e-3, 5.0
 
 
 @dataclass(frozen=True)
@@ -97,8 +97,8 @@ def trace_positions(
     prefixes = _check(manifest, recordings, gyros)
     progress("finding rests")
     channels = [f"{prefix}_{axis}" for prefix in prefixes for axis in AXES]
-    found = find_rests(manifest, recordings, channels, _wanted(manifest))
     keys = None if tried is None else tuple(effect.key for effect in tried)
+    found = find_rests(manifest, recordings, channels, _wanted(manifest, keys))
     progress("accelerometers")
     accel, left_out, known = _accelerometers(manifest, recordings, found, keys, alpha)
     assert isinstance(accel.problem, Magnitudes)
@@ -149,10 +149,19 @@ def _surroundings(manifest: Manifest, recordings: Sequence[Recording], rests: Se
     return Surroundings(middle_times(recordings, rests), temperature, manifest.model.reference_temperature)
 
 
-def _wanted(manifest: Manifest) -> int:
-    """Rests that the declared model of the accelerometers wants fitted."""
-    equations = sum(triad_term(effect).size for effect in _of_accelerometers(manifest)) + LEAST_FREEDOM
-    return equations if manifest.positions is None else -(-equations // 3)
+def _wanted(manifest: Manifest, keys: tuple[str, ...] | None) -> int:
+    """Rests that the declared model of the accelerometers wants fitted, and scale factors where they are to be tried."""
+    effects = _of_accelerometers(manifest)
+    scale = by_key("accel_scale_factor")
+    if scale not in effects and (keys is None or scale.key in keys):
+        effects = [*effects, scale]
+    equations = sum(triad_term(effect).size for effect in effects) + LEAST_FREEDOM
+    return -(-equations // 3) if _stated(manifest) else equations
+
+
+def _stated(manifest: Manifest) -> bool:
+    """Whether attitudes are stated."""
+    return manifest.positions is not None and bool(manifest.positions.up)
 
 
 def _of_accelerometers(manifest: Manifest) -> list[Effect]:
@@ -179,7 +188,8 @@ def _accelerometers(
     in_turn = found.in_turn and not found.in_parts
     measured = means(recordings, rests, "accel")
     problem = Magnitudes(measured, gravity, around, ~held_out, held_out | in_turn, free)
-    if manifest.positions is not None:
+    if _stated(manifest):
+        assert manifest.positions is not None
         noise = noise_of_means(recordings, rests)
         across = float(np.hypot(1.0, STANDARD_GRAVITY * manifest.positions.tolerance / noise))
         up, uses = stated_up(manifest, rests, measured), (~held_out, held_out | in_turn)
@@ -197,8 +207,16 @@ def _accelerometers(
     if not found.in_parts and not stated:
         left_out = _outliers(problem, [*terms, *more])
         problem = replace(problem, fitted=problem.fitted & ~left_out, held_out=problem.held_out & ~left_out)
-    walking = problem if stated else with_bias_walk(problem, [*terms, *more], runs)
+    anew, worst = _set_down_anew(manifest, found)
+    if found.in_parts:
+        more, few = _told_by(more, len({rest.number for rest in rests}) - sum(term.size for term in terms))
+        blind += few
+    walking = problem if stated else with_bias_walk(problem, [*terms, *more], runs, anew)
     doubts = [] if stated else [Doubt(walking, (), "beside biases that walk as far as these rests allow")]
+    if worst is not None:
+        # What walks is a part of what does not repeat: beside the worst of the one the likeliest of the other.
+        least = with_bias_walk(problem, [*terms, *more], runs, worst, 0.0)
+        doubts = [Doubt(least, (), _REPEATED, least.scale), *doubts]
     slow = [term for term in more if term.effect.id in SLOW]
     if walking is not problem:
         slow = []  # the rests tell a walk
@@ -206,26 +224,68 @@ def _accelerometers(
         NotTestable(t.effect.key, ("more positions",), "so few rests do not tell it from noise") for t in slow
     )
     if found.in_parts:
-        problem = walking
+        problem = with_bias_walk(problem, [*terms, *more], runs, anew, 0.0)
     outcome = search(problem, terms, [term for term in more if term not in slow], alpha, doubts, slow)
     outcome = replace(outcome, not_testable=(*outcome.not_testable, *blind))
-    others = () if stated else (*bent(problem, outcome.after, alpha), *_too_few(outcome, recordings, rests))
-    return Part(problem, outcome, (*_structure(problem, outcome.after, alpha, "rests"), *others)), left_out, known
+    curved = () if stated or found.in_parts else bent(problem, outcome.after, alpha)  # parts are no attitudes
+    others = () if stated else (*curved, *_too_few(problem, outcome, recordings, rests))
+    # The noise within rests was told beside all that may be found.
+    freedom = int(problem.fitted.sum()) - sum(t.size for t in [*terms, *more]) if found.in_parts else None
+    reasons = _structure(problem, outcome.after, alpha, "rests", freedom)
+    return Part(problem, outcome, (*reasons, *others)), left_out, known
 
 
-def _too_few(outcome: Outcome, recordings: Sequence[Recording], rests: Sequence[Rest]) -> tuple[str, ...]:
+_REPEATED = "beside biases that repeat from rest to rest no better than an accelerometer does at worst"
+
+
+def _set_down_anew(manifest: Manifest, found: Rests) -> tuple[Floats | None, Floats | None]:
+    """Covariance that parts of one rest have in common, as it is stated or usual, and at its worst.
+
+    None where each rest is a unit of its own: what changes from one to the next is then in their scatter.
+    """
+    if not found.in_parts:
+        return None, None
+    number = np.array([rest.number for rest in found.rests])
+    one = (number[:, None] == number[None, :]).astype(float)
+    stated = None if manifest.positions is None else manifest.positions.repeatability
+    return (one * REPEATS**2, one * WORST**2) if stated is None else (one * stated**2, one * stated**2)
+
+
+def _told_by(terms: Sequence[TriadTerm], attitudes: int) -> tuple[list[TriadTerm], tuple[NotTestable, ...]]:
+    """Terms that ``attitudes`` more than the declared model takes can tell, and the others: parts are no attitudes."""
+    told, blind = [], []
+    for term in terms:
+        if term.effect.id in SLOW or term.size <= attitudes:
+            told.append(term)
+        else:
+            reason = f"too few for its parameters; at least {term.size - attitudes} more needed"
+            blind.append(NotTestable(term.effect.key, ("more positions",), reason))
+    return told, tuple(blind)
+
+
+def _too_few(
+    problem: Magnitudes, outcome: Outcome, recordings: Sequence[Recording], rests: Sequence[Rest]
+) -> tuple[str, ...]:
     """What an instrument that repeats itself does not leave, where too few rests tell whether scale factors explain it.
 
     Six faces have six magnitudes: biases and scale factors fit them whatever they are, and nothing would confirm it.
     """
-    key, left = "accel_scale_factor", float(np.sqrt(outcome.after.variance))
+    key, left = "accel_scale_factor", _left(problem, outcome.after, rests)
     blind = any(n.effect == key and n.needs == ("more positions",) for n in outcome.not_testable)
-    if not blind or left < max(REPEATS, NOISY * noise_of_means(recordings, rests)):
+    if not blind or left < max(WORST, NOISY * noise_of_means(recordings, rests)):
         return ()
     return (
-        f"rests leave {1e3 * left:.2g} mm/s^2, where an accelerometer repeats itself to about {1e3 * REPEATS:g}: "
+        f"rests leave {1e3 * left:.2g} mm/s^2, where an accelerometer repeats itself to about {1e3 * WORST:g}: "
         f"{key} would explain it, and more attitudes would tell",
     )
+
+
+def _left(problem: Magnitudes, fit: Fit, rests: Sequence[Rest]) -> float:
+    """Scatter of what a fit leaves of the rests, however many parts each was cut into [m/s^2]."""
+    number, each = np.array([rest.number for rest in rests]), problem.plain(fit.residual)[:, 0]
+    used = problem.fitted | problem.held_out
+    left = np.array([each[used & (number == k)].mean() for k in np.unique(number[used])])
+    return float(np.sqrt(np.sum(left**2) / max(len(left) - sum(term.size for term in fit.terms), 1)))
 
 
 def _gyros_between(
@@ -250,7 +310,8 @@ def _gyros_between(
         *(triad_term(e) for e in _candidates(OF_ROTATIONS, effects, Surroundings(np.zeros(1)), None)[0]),
     ]
     most = whole if problem.rank * problem.fitted.sum() > sum(t.size for t in whole) + LEAST_FREEDOM else declared
-    direction = found.accel.outcome.after.variance / float(np.mean(np.sum(found.forces**2, axis=1)))
+    rest = found.accel.outcome.after.variance * float(np.mean(np.sum(found.accel.problem.root**2, axis=1)))
+    direction = rest / float(np.mean(np.sum(found.forces**2, axis=1)))
     problem = with_noise(problem, most, solve(problem, most).theta, direction, bias)
     outcome = search(problem, declared, tried, alpha)
     return Part(problem, outcome, _structure(problem, outcome.after, alpha, "turns"))
@@ -383,8 +444,13 @@ def _named(rests: Sequence[Rest], recordings: Sequence[Recording], left_out: NDA
     return (f"{noun} {', '.join(places)} left out of every fit: what was read there fits no triad",)
 
 
-def _structure(problem: Magnitudes | Rotations | RestMeans, fit: Fit, alpha: float, units: str) -> tuple[str, ...]:
-    """Whether the held-out units scatter as the fitted ones foretell; a sentence where they do not."""
+def _structure(
+    problem: Magnitudes | Rotations | RestMeans, fit: Fit, alpha: float, units: str, freedom: int | None = None
+) -> tuple[str, ...]:
+    """Whether the held-out units scatter as the fitted ones foretell; a sentence where they do not.
+
+    ``freedom`` is that of the noise, that of the fit if None.
+    """
     if isinstance(problem, Magnitudes) and (error := held_out_errors(problem, fit)[0]) > NO_REST:
         share = error / STANDARD_GRAVITY
         return (f"rests miss gravity by {error:.2g} m/s^2 ({share:.0%}): the unit moved, or an axis reads no force",)
@@ -395,10 +461,11 @@ def _structure(problem: Magnitudes | Rotations | RestMeans, fit: Fit, alpha: flo
     slopes = fit.slopes[held].reshape(len(r), -1)
     covariance = np.eye(len(r)) + slopes @ fit.inverse @ slopes.T
     count = problem.rank * int(held.sum())
-    if fit.freedom < 1 or not fit.variance > 0:
+    freedom = fit.freedom if freedom is None else freedom
+    if freedom < 1 or not fit.variance > 0:
         return ()
     ratio = float(r @ np.linalg.solve(covariance, r)) / count / fit.variance
-    p = float(fdtrc(count, fit.freedom, ratio))
+    p = float(fdtrc(count, freedom, ratio))
     if p >= alpha:
         return ()
     return (f"held-out {units} scatter {np.sqrt(ratio):.3g} times as much as the fitted ones foretell (p = {p:.1e})",)

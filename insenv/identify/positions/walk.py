@@ -1,8 +1,10 @@
 """A bias that walks at random from rest to rest, by restricted maximum likelihood.
 
-    cov = s^2 (I + kappa W),    W_kl = min(t_k, t_l) a_kl  within a run
+    cov = s^2 (I + kappa W) + C,    W_kl = min(t_k, t_l) a_kl  within a run
 
-with t the middle of a rest and a_kl how much of the walk that rest k feels rest l feels too (1 for one channel). Such
+with t the middle of a rest, a_kl how much of the walk that rest k feels rest l feels too (1 for one channel), and C
+what is known of the noise beforehand: an instrument that is set down anew reads a little else, which the parts of one
+rest have in common. Such
 a walk looks like a drift, and by chance like anything that changes slowly: kappa is estimated from the fitted rests,
 beside everything that is to be tried. Few rests do not tell it well, and one that is taken too small makes an effect of
 every walk: what is found must stand against the largest that is within `ALLOWED` of the best likelihood as well.
@@ -17,8 +19,13 @@ from insenv.core.recording import Floats
 
 #: Walks that are tried, as variance from rest to rest per variance of a mean.
 WALKS = (0.0, *np.geomspace(0.01, 100.0, 17).tolist())
+#: Times that the scale is fitted beside what is known of the noise beforehand.
+SCALES = 4
 #: Log likelihood below the best at which a walk is still likely enough: half of the 95 % point of chi-square.
 ALLOWED = 1.92
+#: Share of its size that a direction of the model must have beside the others. What has less is made of the readings'
+#: own noise (scale factors and gravity differ by the reading itself), and with it a fit leaves nothing.
+DISTINCT = 0.02
 #: Least freedom with which a walk is looked for.
 LEAST_FREEDOM = 4
 
@@ -31,8 +38,9 @@ def walking(
     used: NDArray[np.bool_],
     alike: Floats | float = 1.0,
     allowed: float = 0.0,
-) -> Floats | None:
-    """L of the covariance s^2 L L' with the largest walk allowed, shape (n, n), units that are not ``used`` last.
+    known: Floats | None = None,
+) -> tuple[Floats, float] | None:
+    """L of the covariance s^2 L L' with the largest walk allowed, shape (n, n), units that are not ``used`` last; s^2.
 
     None where there is too little freedom to tell.
 
@@ -46,32 +54,47 @@ def walking(
     alike : ndarray, shape (n, n), optional
     allowed : float
         Log likelihood below the best that the walk may have: 0 for the likeliest walk.
+    known : ndarray, shape (n, n), optional
+        C.
     """
     told = design[:, np.linalg.norm(design[used], axis=0) > 0]
-    if int(used.sum()) - np.linalg.matrix_rank(told[used]) < LEAST_FREEDOM:
-        return None
     basis, size, _ = np.linalg.svd(told[used] / np.linalg.norm(told[used], axis=0), full_matrices=False)
-    basis = basis[:, size > 1e-6 * size.max(initial=0.0)]
+    basis = basis[:, size > DISTINCT * size.max(initial=0.0)]
+    if len(basis) - basis.shape[1] < LEAST_FREEDOM:
+        return None
     walk = np.minimum(time[:, None], time[None, :]) * (runs[:, None] == runs[None, :]) * alike
     walk = walk / max(float(np.median(np.abs(np.diff(time)))), 1e-9)
 
-    def covariance(kappa: float) -> Floats:
-        return np.eye(len(time)) + kappa * walk
+    shares = np.zeros_like(walk)  # C in s^2
 
-    likelihood = [restricted_likelihood(y[used], basis, covariance(k)[np.ix_(used, used)]) for k in WALKS]
-    best = max(k for k, value in zip(WALKS, likelihood, strict=True) if value >= max(likelihood) - allowed)
+    def covariance(kappa: float) -> Floats:
+        return np.eye(len(time)) + kappa * walk + shares
+
+    best, scale = 0.0, 1.0
+    for _ in range(1 if known is None else SCALES):
+        fits = [likelihood_and_scale(y[used], basis, covariance(k)[np.ix_(used, used)]) for k in WALKS]
+        most = max(value for value, _ in fits)
+        best = max(k for k, (value, _) in zip(WALKS, fits, strict=True) if value >= most - allowed)
+        scale = fits[WALKS.index(best)][1]
+        if known is not None:
+            shares = known / scale
     order = np.concatenate([np.flatnonzero(used), np.flatnonzero(~used)])
     root = np.zeros_like(walk)
     root[np.ix_(order, order)] = np.linalg.cholesky(covariance(best)[np.ix_(order, order)])
-    return root
+    return root, scale
 
 
 def restricted_likelihood(y: Floats, design: Floats, covariance: Floats) -> float:
     """Restricted likelihood of the shape of a covariance, its scale estimated."""
+    return likelihood_and_scale(y, design, covariance)[0]
+
+
+def likelihood_and_scale(y: Floats, design: Floats, covariance: Floats) -> tuple[float, float]:
+    """`restricted_likelihood`, and the scale s^2 that it takes."""
     root = np.linalg.cholesky(covariance)
     x, z = np.linalg.solve(root, design), np.linalg.solve(root, y)
     q, r = np.linalg.qr(x / np.linalg.norm(design, axis=0))
     left = z - q @ (q.T @ z)
-    freedom = len(y) - design.shape[1]
+    freedom, square = len(y) - design.shape[1], max(float(left @ left), 1e-300)
     logs = np.log(np.diag(root)).sum() + np.log(np.maximum(np.abs(np.diag(r)), 1e-12)).sum()
-    return float(-logs - 0.5 * freedom * np.log(max(float(left @ left), 1e-300)))
+    return float(-logs - 0.5 * freedom * np.log(square)), square / max(freedom, 1)
