@@ -119,6 +119,19 @@ def directions(measured: Floats, around: Surroundings, terms: Sequence[TriadTerm
     return linear.corrected(measured, theta[: len(linear.gain)])
 
 
+def uncertain_directions(
+    measured: Floats, around: Surroundings, terms: Sequence[TriadTerm], theta: Floats, covariance: Floats
+) -> Floats:
+    """What independent unit normals make of the directions of n rests by the coefficients' covariance, (n, 3, p)."""
+    linear = Linear.of(terms, around)
+    force = linear.corrected(measured, theta)
+    size = np.linalg.norm(force, axis=1)[:, None]
+    unit, slopes = force / size, linear.slopes(force, theta) / size
+    across = slopes - np.einsum("pni,ni->pn", slopes, unit)[:, :, None] * unit
+    values, vectors = np.linalg.eigh(covariance)
+    return np.einsum("pni,pq->niq", across, vectors * np.sqrt(np.maximum(values, 0.0)))
+
+
 def with_walk(
     problem: Magnitudes,
     terms: Sequence[TriadTerm],
@@ -135,8 +148,7 @@ def with_walk(
     errors, slopes = problem.errors(terms, np.zeros(sum(t.size for t in terms) + len(problem.nuisance)))
     unit = problem.measured / np.linalg.norm(problem.measured, axis=1)[:, None]
     before = np.array([sum(float(problem.around.time[runs == r].max()) for r in range(run)) for run in runs])
-    time, one = problem.around.time + before, np.zeros_like(runs)
-    found = walking(errors, slopes, time, one, problem.fitted, unit @ unit.T, allowed, anew)
+    found = walking(errors, slopes, problem.around.time + before, problem.fitted, unit @ unit.T, allowed, anew)
     return problem if found is None else replace(problem, noise=found[0], scale=found[1])
 
 

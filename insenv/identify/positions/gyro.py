@@ -5,14 +5,15 @@
 with n the direction of specific force that the calibrated accelerometers show in either rest, and b the bias of the
 gyros, which goes straight from its mean in one rest to its mean in the next. Two of three components of e_k say
 something; the turn about gravity is the attitude's own. At rest the means of the gyros say how the bias depends on
-the attitude: `insenv.identify.positions.rest`.
+the attitude: `insenv.identify.positions.rest`. What is uncertain of the accelerometers' calibration turns the
+directions of all rests at once: its covariance, carried through to e_k, is a part of the noise.
 
 Source: Tedaldi, Pretto and Menegatti, ICRA (2014), section III-B.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -20,13 +21,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.recording import Floats, Recording
+from insenv.identify.fit.evidence import HELD_OUT_SPREAD
 from insenv.identify.positions.model import AXES, Linear, Surroundings, TriadTerm
 from insenv.identify.positions.rests import Rest, means, middle_times
 from insenv.identify.positions.turn import turned
 from insenv.identify.positions.walk import restricted_likelihood
 
-#: Spread of the held-out deviate: all turns have the errors of the accelerometers' calibration in common.
-CALIBRATION_SPREAD = 1.5
 #: White parts of the noise of a turn that are tried, as shares of the variance that is left.
 WHITE = (1e-3, *np.geomspace(0.03, 3.0, 13).tolist())
 
@@ -68,7 +68,7 @@ class Rotations:
     level: Floats
     root: Floats
     rank: int = 2
-    spread: float = CALIBRATION_SPREAD
+    spread: float = HELD_OUT_SPREAD
 
     @property
     def nuisance(self) -> Floats:
@@ -125,7 +125,12 @@ def _across(end: Floats) -> Floats:
 
 
 def with_noise(
-    problem: Rotations, terms: Sequence[TriadTerm], theta: Floats, direction: float, bias: float
+    problem: Rotations,
+    terms: Sequence[TriadTerm],
+    theta: Floats,
+    direction: float,
+    bias: float,
+    calibration: Mapping[int, Floats],
 ) -> Rotations:
     """The problem with the noise that neighbouring turns share, and white noise as the fitted turns show it.
 
@@ -139,8 +144,10 @@ def with_noise(
         Variance of a component of the vertical in a rest [rad^2].
     bias : float
         Variance of the bias in a rest about what is assumed of it [rad^2/s^2].
+    calibration : mapping of int to ndarray, shape (3, q)
+        Of each rest, what q independent unit normals make of its direction: the errors of the calibration.
     """
-    shared = _shared(problem, direction, bias)
+    shared = _shared(problem, direction, bias, calibration)
     used = np.repeat(problem.fitted, 2)
     errors, slopes = problem.errors(terms, theta)
     y, design = errors.reshape(-1)[used], slopes.reshape(2 * len(errors), -1)[used]
@@ -159,7 +166,7 @@ def with_noise(
     return replace(problem, root=root)
 
 
-def _shared(problem: Rotations, direction: float, bias: float) -> Floats:
+def _shared(problem: Rotations, direction: float, bias: float, calibration: Mapping[int, Floats]) -> Floats:
     """Covariance of the errors by directions and biases of the rests, each of which two turns share, (2 m, 2 m)."""
     rests = sorted({number for turn in problem.turns for number in (turn.before, turn.after)})
     place = {number: 3 * i for i, number in enumerate(rests)}
@@ -174,7 +181,8 @@ def _shared(problem: Rotations, direction: float, bias: float) -> Floats:
         # Half of the way with the one bias and half with the other: the attitude in between is that of the middle.
         half = 0.5 * float(turn.dt.sum()) * (attitude + np.eye(3)) / 2
         by_bias[rows, a : a + 3] = by_bias[rows, b : b + 3] = level @ _moved(half.T, attitude, start, end).T
-    return direction * by_direction @ by_direction.T + bias * by_bias @ by_bias.T
+    common = by_direction @ np.concatenate([calibration[number] for number in rests])
+    return direction * by_direction @ by_direction.T + bias * by_bias @ by_bias.T + common @ common.T
 
 
 def rotations(

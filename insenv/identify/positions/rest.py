@@ -101,5 +101,6 @@ def with_walk(
 
     ``allowed`` is the log likelihood below the best that the walk may have.
     """
-    found = walking(problem.y, problem.design(terms), problem.around.time, runs, problem.fitted, allowed=allowed)
+    alike = (runs[:, None] == runs[None, :]).astype(float)
+    found = walking(problem.y, problem.design(terms), problem.around.time, problem.fitted, alike, allowed)
     return problem if found is None else replace(problem, root=found[0])

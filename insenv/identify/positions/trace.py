@@ -7,7 +7,7 @@ held-out rests.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,7 +21,7 @@ from insenv.data.manifest import Manifest
 from insenv.effects.base import Effect
 from insenv.effects.catalogue import by_key
 from insenv.identify.findings import NotTestable
-from insenv.identify.positions.accel import Magnitudes, directions, gravities
+from insenv.identify.positions.accel import Magnitudes, directions, gravities, uncertain_directions
 from insenv.identify.positions.accel import with_walk as with_bias_walk
 from insenv.identify.positions.bent import bent
 from insenv.identify.positions.factor import common_factor
@@ -39,6 +39,8 @@ OF_ACCELEROMETERS = ("accel_bias", "accel_scale_factor", "non_orthogonality", "b
 OF_ROTATIONS = ("scale_factor", "non_orthogonality", "misalignment")
 OF_RESTS = ("g_sensitivity", "bias_drift", "bias_temperature")
 SLOW = ("bias_drift", "bias_temperature")
+#: What turns the directions that accelerometers show.
+CALIBRATION = ("accel_bias", "accel_scale_factor", "non_orthogonality")
 #: May be declared of the rotations, and is not tried: non-orthogonality and misalignment are its parts.
 WHOLE = "cross_axis"
 #: Probability of an outlier among all fitted rests by which one is left out, and the largest share of them.
@@ -119,7 +121,11 @@ def trace_positions(
             f"{manifest.path}: no turns between rests to fit and to score; wanted rests one after the other"
         )
     at_rest, bias = _gyros_at_rest(manifest, recordings, calm, (directed, around), keys, alpha)
-    gyro = _gyros_between(manifest, turns, whole, bias, keys, alpha) if turns.turns else None
+    gyro = None
+    if turns.turns:
+        away = _uncertain(accel, means(recordings, calm, "accel"), around)
+        noise = (bias, {rest.number: each for rest, each in zip(calm, away, strict=True)})
+        gyro = _gyros_between(manifest, turns, whole, noise, keys, alpha)
     return replace(whole, gyro=gyro, at_rest=at_rest)
 
 
@@ -150,7 +156,7 @@ def _surroundings(manifest: Manifest, recordings: Sequence[Recording], rests: Se
 
 
 def _wanted(manifest: Manifest, keys: tuple[str, ...] | None) -> int:
-    """Rests that the declared model of the accelerometers wants fitted, and scale factors where they are to be tried."""
+    """Rests that the declared model of the accelerometers wants fitted, with scale factors where those are tried."""
     effects = _of_accelerometers(manifest)
     scale = by_key("accel_scale_factor")
     if scale not in effects and (keys is None or scale.key in keys):
@@ -179,60 +185,76 @@ def _accelerometers(
     alpha: float,
 ) -> tuple[Part, NDArray[np.bool_], bool]:
     """The accelerometers' part, rests that were left out, and whether gravity is known."""
-    rests, around = found.rests, _surroundings(manifest, recordings, found.rests)
-    targets = any(target.startswith("accel") for target in manifest.model.targets)
+    rests, targets = found.rests, any(target.startswith("accel") for target in manifest.model.targets)
     declared = _of_accelerometers(manifest)
-    gravity, known = gravities(recordings, rests)
-    held_out = np.array([rest.held_out for rest in rests])
-    free = not known and "accel_scale_factor" not in {effect.id for effect in declared}
-    in_turn = found.in_turn and not found.in_parts
-    measured = means(recordings, rests, "accel")
-    problem = Magnitudes(measured, gravity, around, ~held_out, held_out | in_turn, free)
-    if _stated(manifest):
-        assert manifest.positions is not None
-        noise = noise_of_means(recordings, rests)
-        across = float(np.hypot(1.0, STANDARD_GRAVITY * manifest.positions.tolerance / noise))
-        up, uses = stated_up(manifest, rests, measured), (~held_out, held_out | in_turn)
-        problem = KnownAttitudes(measured, gravity, around, *uses, up=up, across=across, noise_of_mean=noise)
+    problem, known = _magnitudes(manifest, recordings, found, declared)
     terms = [triad_term(effect) for effect in declared]
-    _enough(manifest, problem, sum(term.size for term in terms), "rests", len({rest.number for rest in rests}))
-    tried, blind = _candidates(OF_ACCELEROMETERS, declared, around, keys if targets else None)
+    declared_size = sum(term.size for term in terms)
+    _enough(manifest, problem, declared_size, "rests", len({rest.number for rest in rests}))
+    tried, blind = _candidates(OF_ACCELEROMETERS, declared, problem.around, keys if targets else None)
     more = [triad_term(effect) for effect in tried]
-    runs = np.array([rest.run for rest in rests])
     left_out = np.zeros(len(rests), dtype=bool)
     if isinstance(problem, KnownAttitudes):
         whole = [*terms, *(term for term in more if term.effect.id not in SLOW)]
         problem = as_level_as_read(problem, solve(problem, whole).residual, len(problem.nuisance) + 3)
-    stated = isinstance(problem, KnownAttitudes)
-    if not found.in_parts and not stated:
+    elif found.in_parts:
+        more, few = _told_by(more, len({rest.number for rest in rests}) - declared_size)
+        blind += few
+    else:
         left_out = _outliers(problem, [*terms, *more])
         problem = replace(problem, fitted=problem.fitted & ~left_out, held_out=problem.held_out & ~left_out)
-    anew, worst = _set_down_anew(manifest, found)
-    if found.in_parts:
-        more, few = _told_by(more, len({rest.number for rest in rests}) - sum(term.size for term in terms))
-        blind += few
-    walking = problem if stated else with_bias_walk(problem, [*terms, *more], runs, anew)
-    doubts = [] if stated else [Doubt(walking, (), "beside biases that walk as far as these rests allow")]
-    if worst is not None:
-        # What walks is a part of what does not repeat: beside the worst of the one the likeliest of the other.
-        least = with_bias_walk(problem, [*terms, *more], runs, worst, 0.0)
-        doubts = [Doubt(least, (), _REPEATED, least.scale), *doubts]
-    slow = [term for term in more if term.effect.id in SLOW]
-    if walking is not problem:
-        slow = []  # the rests tell a walk
+    noisy, doubts = _walks(manifest, problem, [*terms, *more], found)
+    # Where the rests tell a walk, they tell a drift.
+    slow = [] if noisy is not None else [term for term in more if term.effect.id in SLOW]
     blind += tuple(
         NotTestable(t.effect.key, ("more positions",), "so few rests do not tell it from noise") for t in slow
     )
-    if found.in_parts:
-        problem = with_bias_walk(problem, [*terms, *more], runs, anew, 0.0)
+    problem = noisy if noisy is not None and found.in_parts else problem
     outcome = search(problem, terms, [term for term in more if term not in slow], alpha, doubts, slow)
     outcome = replace(outcome, not_testable=(*outcome.not_testable, *blind))
-    curved = () if stated or found.in_parts else bent(problem, outcome.after, alpha)  # parts are no attitudes
-    others = () if stated else (*curved, *_too_few(problem, outcome, recordings, rests))
     # The noise within rests was told beside all that may be found.
     freedom = int(problem.fitted.sum()) - sum(t.size for t in [*terms, *more]) if found.in_parts else None
     reasons = _structure(problem, outcome.after, alpha, "rests", freedom)
-    return Part(problem, outcome, (*reasons, *others)), left_out, known
+    if not isinstance(problem, KnownAttitudes):
+        curved = () if found.in_parts else bent(problem, outcome.after, alpha)  # parts are no attitudes
+        reasons = (*reasons, *curved, *_too_few(problem, outcome, recordings, rests))
+    return Part(problem, outcome, reasons), left_out, known
+
+
+def _magnitudes(
+    manifest: Manifest, recordings: Sequence[Recording], found: Rests, declared: Sequence[Effect]
+) -> tuple[Magnitudes, bool]:
+    """The residuals of the rests with white noise, and whether gravity is known."""
+    rests, around = found.rests, _surroundings(manifest, recordings, found.rests)
+    gravity, known = gravities(recordings, rests)
+    free = not known and "accel_scale_factor" not in {effect.id for effect in declared}
+    held_out = np.array([rest.held_out for rest in rests])
+    uses = ~held_out, held_out | (found.in_turn and not found.in_parts)
+    measured = means(recordings, rests, "accel")
+    if not _stated(manifest):
+        return Magnitudes(measured, gravity, around, *uses, free), known
+    assert manifest.positions is not None
+    noise = noise_of_means(recordings, rests)
+    across = float(np.hypot(1.0, STANDARD_GRAVITY * manifest.positions.tolerance / noise))
+    up = stated_up(manifest, rests, measured)
+    return KnownAttitudes(measured, gravity, around, *uses, up=up, across=across, noise_of_mean=noise), known
+
+
+def _walks(
+    manifest: Manifest, problem: Magnitudes, terms: Sequence[TriadTerm], found: Rests
+) -> tuple[Magnitudes | None, list[Doubt]]:
+    """The problem with the walk that is likeliest beside ``terms``, None where none is told, and what to doubt."""
+    if isinstance(problem, KnownAttitudes):
+        return None, []
+    runs = np.array([rest.run for rest in found.rests])
+    anew, worst = _set_down_anew(manifest, found)
+    most = with_bias_walk(problem, terms, runs, anew)
+    doubts = [Doubt(most, (), "beside biases that walk as far as these rests allow")]
+    if worst is not None:
+        # What walks is a part of what does not repeat: beside the worst of the one the likeliest of the other.
+        least = with_bias_walk(problem, terms, runs, worst, 0.0)
+        doubts = [Doubt(least, (), _REPEATED, least.scale), *doubts]
+    return (None if most is problem else with_bias_walk(problem, terms, runs, anew, 0.0)), doubts
 
 
 _REPEATED = "beside biases that repeat from rest to rest no better than an accelerometer does at worst"
@@ -288,15 +310,38 @@ def _left(problem: Magnitudes, fit: Fit, rests: Sequence[Rest]) -> float:
     return float(np.sqrt(np.sum(left**2) / max(len(left) - sum(term.size for term in fit.terms), 1)))
 
 
+def _uncertain(accel: Part, measured: Floats, around: Surroundings) -> Floats:
+    """What the accelerometers' calibration leaves uncertain of directions, found or not: shape (rests, 3, q).
+
+    All that turns directions counts with what the rests tell of it, and with what is usual where they tell nothing.
+    """
+    problem, after = accel.problem, accel.outcome.after
+    there = {term.effect.id for term in after.terms}
+    more = [triad_term(by_key(key)) for key in CALIBRATION if key not in there]
+    fit = solve(problem, [*after.terms, *more])
+    p = sum(term.size for term in fit.terms)
+    usual = np.concatenate([np.full(t.size, max(param.sd for param in t.effect.linear)) for t in fit.terms])
+    rows = fit.slopes[problem.fitted].reshape(-1, fit.slopes.shape[2])
+    information = rows.T @ rows / max(fit.variance, 1e-300)
+    information[p:, p:] += np.diag(1 / problem.nuisance**2)
+    information[:p, :p] += np.diag(1 / usual**2)
+    covariance = np.asarray(np.linalg.inv(information), np.float64)[:p, :p]
+    return uncertain_directions(measured, around, fit.terms, fit.theta[:p], covariance)
+
+
 def _gyros_between(
     manifest: Manifest,
     problem: Rotations,
     found: Positions,
-    bias: float,
+    noise: tuple[float, Mapping[int, Floats]],
     keys: tuple[str, ...] | None,
     alpha: float,
 ) -> Part:
-    """The part of the rotations from rest to rest; ``bias`` is the variance of a gyro's mean in a rest [rad^2/s^2]."""
+    """The part of the rotations from rest to rest.
+
+    ``noise`` is the variance of a gyro's mean in a rest [rad^2/s^2], and how uncertain the calibration leaves the
+    direction of each rest.
+    """
     if factor := common_factor(problem):
         none = solve(problem, ())
         return Part(problem, Outcome(none, none), (f"rotations from rest to rest: the gyros' {factor}",))
@@ -312,7 +357,7 @@ def _gyros_between(
     most = whole if problem.rank * problem.fitted.sum() > sum(t.size for t in whole) + LEAST_FREEDOM else declared
     rest = found.accel.outcome.after.variance * float(np.mean(np.sum(found.accel.problem.root**2, axis=1)))
     direction = rest / float(np.mean(np.sum(found.forces**2, axis=1)))
-    problem = with_noise(problem, most, solve(problem, most).theta, direction, bias)
+    problem = with_noise(problem, most, solve(problem, most).theta, direction, *noise)
     outcome = search(problem, declared, tried, alpha)
     return Part(problem, outcome, _structure(problem, outcome.after, alpha, "turns"))
 

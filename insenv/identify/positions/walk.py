@@ -1,13 +1,13 @@
 """A bias that walks at random from rest to rest, by restricted maximum likelihood.
 
-    cov = s^2 (I + kappa W) + C,    W_kl = min(t_k, t_l) a_kl  within a run
+    cov = s^2 (I + kappa W) + C,    W_kl = min(t_k, t_l) a_kl
 
-with t the middle of a rest, a_kl how much of the walk that rest k feels rest l feels too (1 for one channel), and C
-what is known of the noise beforehand: an instrument that is set down anew reads a little else, which the parts of one
-rest have in common. Such
-a walk looks like a drift, and by chance like anything that changes slowly: kappa is estimated from the fitted rests,
-beside everything that is to be tried. Few rests do not tell it well, and one that is taken too small makes an effect of
-every walk: what is found must stand against the largest that is within `ALLOWED` of the best likelihood as well.
+with t the middle of a rest, a_kl how much of the walk that rest k feels rest l feels too (1 for one channel in one
+run), and C what is known of the noise beforehand: an instrument that is set down anew reads a little else, which the
+parts of one rest have in common. Such a walk looks like a drift, and by chance like anything that changes slowly: kappa
+is estimated from the fitted rests, beside everything that is to be tried. Few rests do not tell it well, and one that
+is taken too small makes an effect of every walk: what is found must stand against the largest that is within `ALLOWED`
+of the best likelihood as well.
 """
 
 from __future__ import annotations
@@ -34,9 +34,8 @@ def walking(
     y: Floats,
     design: Floats,
     time: Floats,
-    runs: NDArray[np.int64],
     used: NDArray[np.bool_],
-    alike: Floats | float = 1.0,
+    alike: Floats,
     allowed: float = 0.0,
     known: Floats | None = None,
 ) -> tuple[Floats, float] | None:
@@ -49,9 +48,9 @@ def walking(
     y : ndarray, shape (n,)
     design : ndarray, shape (n, p)
         Derivatives of ``y`` to all that is to be tried.
-    time, runs : ndarray, shape (n,)
+    time : ndarray, shape (n,)
     used : ndarray of bool, shape (n,)
-    alike : ndarray, shape (n, n), optional
+    alike : ndarray, shape (n, n)
     allowed : float
         Log likelihood below the best that the walk may have: 0 for the likeliest walk.
     known : ndarray, shape (n, n), optional
@@ -62,7 +61,7 @@ def walking(
     basis = basis[:, size > DISTINCT * size.max(initial=0.0)]
     if len(basis) - basis.shape[1] < LEAST_FREEDOM:
         return None
-    walk = np.minimum(time[:, None], time[None, :]) * (runs[:, None] == runs[None, :]) * alike
+    walk = np.minimum(time[:, None], time[None, :]) * alike
     walk = walk / max(float(np.median(np.abs(np.diff(time)))), 1e-9)
 
     shares = np.zeros_like(walk)  # C in s^2

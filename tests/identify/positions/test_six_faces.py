@@ -1,4 +1,4 @@
-"""Six faces with biases declared: six magnitudes tell six figures, and how well a unit repeats itself tells which count."""
+"""Six faces with biases declared: six magnitudes tell six figures, and how a unit repeats itself tells which count."""
 
 from __future__ import annotations
 
@@ -17,9 +17,7 @@ FACES = [(axis, sign) for axis in range(3) for sign in (1, -1)]
 ROW, REPEAT = 5e-3, 1e-3
 
 
-def six_faces(
-    folder: Path, scale: tuple[float, float, float], seed: int, faces: int = 6, stated: str = ""
-) -> Findings:
+def six_faces(folder: Path, scale: tuple[float, float, float], seed: int, faces: int = 6, stated: str = "") -> Findings:
     """Rests of 60 s, each placed to 1 mrad, of a unit with biases of 30 mm/s^2 and these scale factors."""
     rng, names = np.random.default_rng(seed), []
     bias = 30e-3 * rng.standard_normal(3)
