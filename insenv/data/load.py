@@ -22,7 +22,7 @@ from insenv.data.readers import Column, Table, read_table
 from insenv.data.readers.table import rows_of
 from insenv.data.renewals import with_renewals
 from insenv.data.resample import resampled, spread
-from insenv.data.sampling import UnevenError, check_forwards, sampling
+from insenv.data.sampling import Sampling, UnevenError, at_mean_rate, check_forwards, round_rate, sampling
 
 #: SI unit of the channels of each dimension.
 SI_UNITS = {"rate": "rad/s", "acceleration": "m/s^2", "angle": "rad", "temperature": "K", "number": "1"}
@@ -50,7 +50,8 @@ def read_recordings(manifest: Manifest) -> tuple[Recording, ...]:
     ------
     InputError
         If a file cannot be read, a column or unit is missing or wrong, a sample is not finite, the time does not run
-        forwards in even steps (gaps apart), or the number of the power-up is none.
+        forwards in even steps (gaps apart; of a unit at rest means over uneven ones are made), or the number of the
+        power-up is none.
     """
     read: list[Recording] = []
     uneven: list[UnevenError] = []
@@ -61,9 +62,18 @@ def read_recordings(manifest: Manifest) -> tuple[Recording, ...]:
             uneven.append(error)
     if uneven:
         # One rate for all of them, even ones too.
-        rates = [e.rate for e in uneven] + [0.5 / r.dt for r in read]
-        raise InputError(uneven[0].proposing(min(rates)))
+        rate = min([e.rate for e in uneven] + [0.5 / r.dt for r in read])
+        if not _nothing_turns(manifest) or manifest.fit_rows or manifest.held_out.rows:
+            raise InputError(uneven[0].proposing(rate))
+        anew = replace(manifest, resample=round_rate(rate))
+        return tuple(_read_run(anew, run) for run in manifest.runs)
     return tuple(read)
+
+
+def _nothing_turns(manifest: Manifest) -> bool:
+    """Whether the unit is declared at rest: then a row may have been taken a little earlier or later."""
+    table = any(name in manifest.channels for name in ("table_angle", "table_rate"))
+    return manifest.procedure == "static" and not table and not any(r.mounting.table_axis for r in manifest.runs)
 
 
 def check_sampling(path: Path, t: Floats, place: Callable[[int], str]) -> None:
@@ -108,13 +118,24 @@ def _read_run(manifest: Manifest, run: RunSpec) -> Recording:
         own = np.append(np.median(np.diff(t)), np.diff(t))
         uneven = with_renewals(without_leaps(replace(recording(manifest, run, table, t, own), notes=notes)))
         return resampled(uneven, manifest.resample, f"{manifest.path}: fit.resample")
-    taken = sampling(run.file, t, table.place, table.values.get("table_angle"))
+    taken = _taken(manifest, run, table, t)
     if taken.angle is not None:
         table = replace(table, values={**table.values, "table_angle": taken.angle})
     read = with_renewals(without_leaps(replace(recording(manifest, run, table, taken.t, taken.covered), notes=notes)))
     instruments = [name for name in read.channels if name in (*GYROS, *ACCELEROMETERS)]
     left_out = dict.fromkeys(instruments, taken.doubtful) if taken.doubtful.any() else {}
     return replace(read, notes=(*read.notes, *taken.notes), left_out=left_out)
+
+
+def _taken(manifest: Manifest, run: RunSpec, table: Table, t: Floats) -> Sampling:
+    """When the rows were taken."""
+    try:
+        return sampling(run.file, t, table.place, table.values.get("table_angle"))
+    except UnevenError:
+        rested = at_mean_rate(run.file, t, table.place) if _nothing_turns(manifest) else None
+        if rested is None:
+            raise
+        return rested
 
 
 def _without_strays(manifest: Manifest, run: RunSpec, table: Table, t: Floats) -> tuple[Table, Floats, tuple[str, ...]]:

@@ -22,6 +22,9 @@ Mask = NDArray[np.bool_]
 #: Stamps no further off the clock than this many quanta are rounded, or cut off, and nothing else.
 ROUNDED = 1.01
 
+#: Stamps no further off the rows' mean rate than this [s], and than this share of the run, do for a unit at rest.
+AWAY, SHARE_AWAY = 1.0, 0.01
+
 #: Seconds that are counted from so long ago that their rounding is more than this share of a period count from row 0.
 COARSE = 1e-9
 
@@ -37,10 +40,15 @@ class UnevenError(InputError):
 
     def proposing(self, rate: float) -> str:
         """The sentence, with a round rate of ``rate`` or less that would do."""
-        nice = 10.0 ** np.floor(np.log10(rate))
-        rate = nice * max(m for m in (1, 2, 5) if m * nice <= rate * (1 + 1e-9))
+        rate = round_rate(rate)
         example = f'fit.resample = "{rate:g} Hz" for means over {1 / rate:g} s'
         return f"{self._found}, about no even clock); wanted even steps, or {example}"
+
+
+def round_rate(rate: float) -> float:
+    """The largest of 1, 2, 5, 10, ... that is no more than ``rate``."""
+    nice = 10.0 ** np.floor(np.log10(rate))
+    return float(nice * max(m for m in (1, 2, 5) if m * nice <= rate * (1 + 1e-9)))
 
 
 @dataclass(frozen=True)
@@ -86,6 +94,30 @@ def sampling(path: Path, t: Floats, place: Callable[[int], str], angle: Floats |
     origin = 0.0 if grain < COARSE * clock.period else float(t[0])
     taken = _mended(path, t - origin, t[0] - origin, replace(clock, quantum=max(clock.quantum, grain)), place, angle)
     return replace(taken, t=increasing(path, taken.t, place))
+
+
+def at_mean_rate(path: Path, t: Floats, place: Callable[[int], str]) -> Sampling | None:
+    """Sampling of a unit at rest whose stamps, shape (n,) [s], follow no clock; None where the mean rate is none either.
+
+    A logger that writes a dozen rows at once stamps them all within 2 ms, then pauses. At rest nothing depends on when
+    within the second a row was taken: rows follow each other at their mean rate.
+
+    Raises
+    ------
+    InputError
+        If time runs backwards or stands still.
+    """
+    check_forwards(path, t, place)
+    row = np.arange(len(t), dtype=float)
+    period = float(np.polyfit(row, t - t[0], 1)[0])
+    even = period * row
+    even += float(np.median(t - even))
+    away = float(np.abs(t - even).max())
+    if not period > 0 or away > min(AWAY, SHARE_AWAY * float(t[-1] - t[0])):
+        return None
+    low, high = np.quantile(np.diff(t), (0.05, 0.95))
+    text = f"steps of {low:.3g} to {high:.3g} s, about no even clock: at rest, rows are taken to follow each other at their"
+    return Sampling(even, period, (f"{text} mean rate of {1 / period:.6g} Hz, up to {away:.2g} s off their stamps",))
 
 
 def _mended(  # noqa: PLR0913 -- what the file has, and its clock

@@ -3,7 +3,9 @@
 A gyro at rest reads its bias and the Earth's rate, an accelerometer its share of gravity. Means over a second that
 leave the median of the recording by more than `TURNING` or `TIPPED`, which no bias and no sway does, are motion that
 the declared procedure knows nothing of: taken for the instrument's error it would be named a step, a warm-up or a
-cross-coupling. Such rows are left out and said; a recording that has little else is refused.
+cross-coupling. A base that heaves or swings leaves the median by less, and comes back: there the means over a second
+scatter within `WINDOW` as they do nowhere in the quieter part, for `LASTS` and longer. Such rows are left out and said; a
+recording that has little else is refused.
 """
 
 from __future__ import annotations
@@ -25,6 +27,12 @@ from insenv.identify.findings import RejectedRows
 
 #: Departure of a second's mean from the median that is a turn [rad/s], and that is another attitude [m/s^2].
 TURNING, TIPPED = 5 * DEG, 1.5
+#: Scatter of such means within a window that is a swing [rad/s, m/s^2], at least so many times that of quiet windows.
+SWINGS, SWAYS, LOUDER = 1 * DEG, 0.05, 8.0
+#: Share of the windows that are quiet.
+QUIET = 0.2
+#: Length of these windows, and of the shortest swing [s].
+WINDOW, LASTS = 5.0, 10.0
 #: Robust deviations of the means at rest from which the beginning and the end of a turn are seen.
 SEEN = 4.5
 #: Deviations of a mean by the white noise of its samples that are no motion.
@@ -91,7 +99,27 @@ def _moving(recording: Recording, target: str) -> NDArray[np.bool_]:
     names = [target]
     if target.startswith("accel"):
         names += [n for n in recording.channels if n.startswith(("gyro", "accel")) and n != target]
-    return np.any([_departs(recording, name) for name in names], axis=0)
+    swings = [_swings(recording, n) for n in recording.channels if n.startswith(("gyro", "accel"))]
+    return np.any([_departs(recording, name) for name in names] + swings, axis=0)
+
+
+def _swings(recording: Recording, name: str) -> NDArray[np.bool_]:
+    """Rows in which a channel goes to and fro, shape (rows,): then the unit moves, and no channel of it is at rest."""
+    values, none = recording.channels[name].values, np.zeros(len(recording), bool)
+    rows = max(FEWEST, int(round(SECOND / recording.dt)))
+    means = values[: len(values) // rows * rows].reshape(-1, rows).mean(axis=1)
+    width = int(round(WINDOW / SECOND))
+    if len(means) < 4 * LASTS / SECOND:
+        return none
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(means, width // 2, mode="reflect"), width)
+    scatter = around.std(axis=1)
+    limit = max(SWAYS if name.startswith("accel") else SWINGS, LOUDER * float(np.quantile(scatter, QUIET)))
+    loud = scatter > limit
+    for start, stop in stretches(loud):
+        if stop - start >= LASTS / SECOND:
+            beside = int(np.ceil(BESIDE / SECOND))
+            none[max(start - beside, 0) * rows : (stop + beside) * rows] = True
+    return none
 
 
 def _departs(recording: Recording, name: str) -> NDArray[np.bool_]:
