@@ -97,7 +97,7 @@ def sampling(path: Path, t: Floats, place: Callable[[int], str], angle: Floats |
 
 
 def at_mean_rate(path: Path, t: Floats, place: Callable[[int], str]) -> Sampling | None:
-    """Sampling of a unit at rest whose stamps, shape (n,) [s], follow no clock; None where the mean rate is none either.
+    """Sampling of a unit at rest whose stamps, shape (n,) [s], follow no clock; None where they follow no mean rate.
 
     A logger that writes a dozen rows at once stamps them all within 2 ms, then pauses. At rest nothing depends on when
     within the second a row was taken: rows follow each other at their mean rate.
@@ -116,8 +116,9 @@ def at_mean_rate(path: Path, t: Floats, place: Callable[[int], str]) -> Sampling
     if not period > 0 or away > min(AWAY, SHARE_AWAY * float(t[-1] - t[0])):
         return None
     low, high = np.quantile(np.diff(t), (0.05, 0.95))
-    text = f"steps of {low:.3g} to {high:.3g} s, about no even clock: at rest, rows are taken to follow each other at their"
-    return Sampling(even, period, (f"{text} mean rate of {1 / period:.6g} Hz, up to {away:.2g} s off their stamps",))
+    found = f"steps of {low:.3g} to {high:.3g} s, about no even clock: at rest"
+    text = f"{found}, rows are taken to follow each other at their mean rate of {1 / period:.6g} Hz"
+    return Sampling(even, period, (f"{text}, up to {away:.2g} s off their stamps",))
 
 
 def _mended(  # noqa: PLR0913 -- what the file has, and its clock

@@ -4,8 +4,8 @@ A gyro at rest reads its bias and the Earth's rate, an accelerometer its share o
 leave the median of the recording by more than `TURNING` or `TIPPED`, which no bias and no sway does, are motion that
 the declared procedure knows nothing of: taken for the instrument's error it would be named a step, a warm-up or a
 cross-coupling. A base that heaves or swings leaves the median by less, and comes back: there the means over a second
-scatter within `WINDOW` as they do nowhere in the quieter part, for `LASTS` and longer. Such rows are left out and said; a
-recording that has little else is refused.
+scatter within `WINDOW` as they do nowhere in the quieter part, for `LASTS` and longer. Such rows are left out and said;
+a recording that has little else is refused.
 """
 
 from __future__ import annotations

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 from insenv.identify.fit.gls import solve
@@ -24,7 +25,7 @@ def settled(track: Track, alpha: float, seed: int, progress: Progress) -> Track:
             break
         step, better = swaps[0]
         assert better is not None
-        track = _swapped(track, step, better)
+        track = _swapped(track, step, better, alpha)
     return track
 
 
@@ -72,8 +73,13 @@ def _keys(model: Model) -> set[str]:
     return {term.effect.key for term in model}
 
 
-def _swapped(track: Track, step: Step, better: Hit) -> Track:
-    """The track with ``better`` in the place of ``step``, if held-out data agree."""
+def _swapped(track: Track, step: Step, better: Hit, alpha: float) -> Track:
+    """The track with ``better`` in the place of ``step``, if it is significant by itself and held-out data agree.
+
+    What several axes show together may be a little better explained on one of them by an event: that is no evidence.
+    """
+    if not better.log_p < math.log(alpha):
+        return track
     model = tuple(better.term if t is step.hit.term else t for t in track.fit.model)
     fit = solve(track.problem, model, start=track.fit.noise.power)
     score = held_out_score(track.problem, fit)

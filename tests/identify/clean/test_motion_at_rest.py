@@ -9,6 +9,10 @@ import pytest
 
 from insenv.close import close
 from insenv.core.errors import InputError
+from insenv.core.recording import Channel, Recording
+from insenv.data.manifest import load_manifest
+from insenv.data.split import RowUse
+from insenv.identify.clean.motion import at_rest
 from insenv.identify.findings import Findings
 
 DT, N = 0.02, 20000
@@ -61,3 +65,42 @@ def test_loud_noise_is_no_motion(tmp_path: Path) -> None:
     """White noise of 60 deg/s at 50 Hz: means of a second scatter by 8.5 deg/s, beyond the limit of a quiet gyro."""
     found = closed(tmp_path, np.random.default_rng(3).normal(0, 60, N))
     assert not found.rows_rejected
+
+
+def heaving(size: float) -> Recording:
+    """Three minutes at rest, of which 50 s on a stage that heaves at 0.2 Hz by ``size`` [m/s^2] and sways a little."""
+    rng, t = np.random.default_rng(4), 0.02 * np.arange(9000)
+    moves = np.where((t > 60) & (t < 110), np.sin(2 * np.pi * 0.2 * t), 0.0)
+    channels = {"accel_z": Channel(9.8 + size * moves + 0.01 * rng.standard_normal(9000), "m/s^2")}
+    channels["gyro_x"] = Channel(1e-3 * moves + 1e-3 * rng.standard_normal(9000), "rad/s")
+    return Recording(t, channels, label="stage")
+
+
+@pytest.mark.parametrize("target", ["accel_z", "gyro_x"])
+def test_a_base_that_heaves_is_motion_of_every_channel(tmp_path: Path, target: str) -> None:
+    """One per cent of gravity, far below what tips a unit: 0.14 m/s^2 of a stage that goes up and down by 90 mm."""
+    (tmp_path / "m.toml").write_text(MANIFEST)
+    use = RowUse(np.arange(9000) < 5400, np.arange(9000) >= 5400)
+    kept, rows = at_rest(load_manifest(tmp_path / "m.toml"), (heaving(0.14),), (use,), target)
+    assert [row.reason for row in rows] == ["motion"]
+    assert 0.02 * rows[0].start == pytest.approx(58, abs=4) and 0.02 * rows[0].stop == pytest.approx(112, abs=4)
+    assert not kept[0].fit[3000:5400].any()
+
+
+def test_a_base_that_trembles_is_none(tmp_path: Path) -> None:
+    """0.05 m/s^2 at most, as engines and passers-by make it."""
+    (tmp_path / "m.toml").write_text(MANIFEST)
+    use = RowUse(np.arange(9000) < 5400, np.arange(9000) >= 5400)
+    assert not at_rest(load_manifest(tmp_path / "m.toml"), (heaving(0.05),), (use,), "accel_z")[1]
+
+
+MANIFEST = """
+data = "m.csv"
+[channels]
+time = { column = "t", unit = "s" }
+accel_z = { column = "a", unit = "m/s^2" }
+gyro_x = { column = "g", unit = "rad/s" }
+[model]
+target = ["accel_z", "gyro_x"]
+declared = ["bias"]
+"""
