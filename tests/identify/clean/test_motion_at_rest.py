@@ -69,7 +69,7 @@ def test_loud_noise_is_no_motion(tmp_path: Path) -> None:
 
 def heaving(size: float) -> Recording:
     """Three minutes at rest, of which 50 s on a stage that heaves at 0.2 Hz by ``size`` [m/s^2] and sways a little."""
-    rng, t = np.random.default_rng(4), 0.02 * np.arange(9000)
+    rng, t = np.random.default_rng(4), np.asarray(0.02 * np.arange(9000), np.float64)
     moves = np.where((t > 60) & (t < 110), np.sin(2 * np.pi * 0.2 * t), 0.0)
     channels = {"accel_z": Channel(9.8 + size * moves + 0.01 * rng.standard_normal(9000), "m/s^2")}
     channels["gyro_x"] = Channel(1e-3 * moves + 1e-3 * rng.standard_normal(9000), "rad/s")
