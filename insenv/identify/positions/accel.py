@@ -147,7 +147,7 @@ def with_walk(
     """
     errors, slopes = problem.errors(terms, np.zeros(sum(t.size for t in terms) + len(problem.nuisance)))
     unit = problem.measured / np.linalg.norm(problem.measured, axis=1)[:, None]
-    before = np.array([sum(float(problem.around.time[runs == r].max()) for r in range(run)) for run in runs])
+    before = np.array([sum(float(problem.around.time[runs == r].max(initial=0.0)) for r in range(run)) for run in runs])
     found = walking(errors, slopes, problem.around.time + before, problem.fitted, unit @ unit.T, allowed, anew)
     return problem if found is None else replace(problem, noise=found[0], scale=found[1])
 

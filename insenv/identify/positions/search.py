@@ -122,6 +122,12 @@ class Fit:
         nu = max(self.freedom, LEAST_T)
         return np.sqrt(np.diag(self.inverse) * self.variance * nu / (nu - 2))
 
+    @property
+    def told(self) -> Floats:
+        """The inverse with nothing of coefficients that the rows do not tell: they move no residual."""
+        known = np.all(np.isfinite(self.inverse), axis=0)[:, None]
+        return np.where(known & known.T, self.inverse, 0.0)
+
     def of(self, term: Any) -> slice:
         """Where the coefficients of a term stand."""
         start = sum(t.size for t in self.terms[: self.terms.index(term)])
@@ -232,9 +238,7 @@ def noise_floor(problem: Problem, fit: Fit) -> float:
     fitted = np.repeat(problem.fitted, d)
     # Whitened residuals are (1 - J C J_f') times unit normals.
     spread = np.eye(m * d)
-    known = np.all(np.isfinite(fit.inverse), axis=0)[:, None]
-    inverse = np.where(known & known.T, fit.inverse, 0.0)
-    spread[:, fitted] -= slopes @ inverse @ slopes[fitted].T
+    spread[:, fitted] -= slopes @ fit.told @ slopes[fitted].T
     if in_turn(problem):
         each = left_out(problem.root, spread.reshape(m, d, -1), fit.slopes, fit.inverse, problem.fitted)
         known = problem.fitted & np.isfinite(each).all(axis=(1, 2))
@@ -276,7 +280,7 @@ def _held_out_deviate(problem: Problem, small: Fit, large: Fit, noise: float) ->
     r = small.residual[held].ravel()
     phi = r - large.residual[held].ravel()
     slopes = small.slopes[held].reshape(len(r), -1)
-    covariance = np.eye(len(r)) + slopes @ small.inverse @ slopes.T
+    covariance = np.eye(len(r)) + slopes @ small.told @ slopes.T
     whitened = np.linalg.solve(covariance, phi) / noise
     information = float(phi @ whitened)
     if not information > 1e-12:

@@ -504,7 +504,7 @@ def _structure(
     held = problem.held_out
     r = fit.residual[held].ravel()
     slopes = fit.slopes[held].reshape(len(r), -1)
-    covariance = np.eye(len(r)) + slopes @ fit.inverse @ slopes.T
+    covariance = np.eye(len(r)) + slopes @ fit.told @ slopes.T
     count = problem.rank * int(held.sum())
     freedom = fit.freedom if freedom is None else freedom
     if freedom < 1 or not fit.variance > 0:

@@ -17,8 +17,13 @@ FACES = [(axis, sign) for axis in range(3) for sign in (1, -1)]
 ROW, REPEAT = 5e-3, 1e-3
 
 
-def six_faces(folder: Path, scale: tuple[float, float, float], seed: int, faces: int = 6, stated: str = "") -> Findings:
-    """Rests of 60 s, each placed to 1 mrad, of a unit with biases of 30 mm/s^2 and these scale factors."""
+def six_faces(
+    folder: Path, scale: tuple[float, float, float], seed: int, faces: int = 6, stated: str = "", shaken: int = -1
+) -> Findings:
+    """Rests of 60 s, each placed to 1 mrad, of a unit with biases of 30 mm/s^2 and these scale factors.
+
+    The file ``shaken`` has no rest of 2 s.
+    """
     rng, names = np.random.default_rng(seed), []
     bias = 30e-3 * rng.standard_normal(3)
     for number, (axis, sign) in enumerate(FACES[:faces]):
@@ -26,7 +31,9 @@ def six_faces(folder: Path, scale: tuple[float, float, float], seed: int, faces:
         force[axis] = sign * STANDARD_GRAVITY
         force *= STANDARD_GRAVITY / np.linalg.norm(force)
         mean = force * (1 + np.array(scale)) + bias + REPEAT * rng.standard_normal(3)
-        rows = np.column_stack([0.05 * np.arange(1200), mean + ROW * rng.standard_normal((1200, 3))])
+        t = 0.05 * np.arange(1200)
+        swing = (number == shaken) * np.where((t + 3) % 6 > 1.8, 3 * np.sin(2 * np.pi * t), 0.0)[:, None]
+        rows = np.column_stack([t, mean + swing + ROW * rng.standard_normal((1200, 3))])
         np.savetxt(folder / f"{number}.csv", rows, delimiter=",", header="t,x,y,z", comments="", fmt="%.6f")
         names.append(f"{number}.csv")
     lines = [f"data = {json.dumps(names)}", "[channels]", 'time = { column = "t", unit = "s" }']
@@ -64,6 +71,12 @@ def test_five_faces_do_not_tell_scale_factors_and_say_so(tmp_path: Path) -> None
     verdict, reasons, added = said(six_faces(tmp_path, (-1.4e-3, -1.3e-3, 0.1e-3), 0, faces=5))
     assert verdict == "unexplained-structure" and not added
     assert any("accel_scale_factor would explain it, and more attitudes would tell" in r for r in reasons)
+
+
+def test_a_file_without_a_rest_is_one_face_less(tmp_path: Path) -> None:
+    verdict, reasons, added = said(six_faces(tmp_path, (-1.4e-3, -1.3e-3, 0.1e-3), 0, shaken=0))
+    assert verdict == "unexplained-structure" and not added
+    assert any("more attitudes would tell" in r for r in reasons)
 
 
 def said(found: Findings) -> tuple[str, tuple[str, ...], list[str]]:
