@@ -6,6 +6,7 @@ import json
 import shutil
 import socket
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from http.client import HTTPConnection
@@ -126,6 +127,14 @@ def test_a_foreign_host_or_a_missing_token_is_forbidden(north: Session) -> None:
         assert connection.getresponse().status == 400
 
 
+def _until(tab: Any, true: str, seconds: float = 20.0) -> None:
+    """Wait for a script to be true; the page's policy forbids the scripts by which Playwright itself would wait."""
+    end = time.monotonic() + seconds
+    while not tab.evaluate(f"Boolean({true})"):
+        assert time.monotonic() < end, f"not true within {seconds:g} s: {true}"
+        tab.wait_for_timeout(50)
+
+
 def test_an_arrow_turns_the_table_in_a_browser(north: Session) -> None:
     sync_api = pytest.importorskip("playwright.sync_api", reason="no playwright here: pip install insenv[browser]")
     chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
@@ -137,11 +146,11 @@ def test_an_arrow_turns_the_table_in_a_browser(north: Session) -> None:
         said: list[str] = []
         tab.on("pageerror", lambda error: said.append(str(error)))
         tab.goto(f"http://{ADDRESS}:{server.port}/?token={server.token}")
-        tab.wait_for_function("insenvPlay.run && insenvPlay.frames.length > 0")
+        _until(tab, "insenvPlay.run && insenvPlay.frames.length > 0")
         still = tab.evaluate("insenvPlay.frames.at(-1).angle")
         for _ in range(5):
             tab.keyboard.press("Shift+ArrowRight")
-        tab.wait_for_function("insenvPlay.frames.at(-1).values[0] > 0 && insenvPlay.frames.at(-1).angle > 0.01")
+        _until(tab, "insenvPlay.frames.at(-1).values[0] > 0 && insenvPlay.frames.at(-1).angle > 0.01")
         assert still == 0 and said == []
         assert tab.evaluate("document.documentElement.scrollWidth") <= 390
         browser.close()

@@ -78,7 +78,7 @@ def test_every_key_arrives_in_si_units(tmp_path: Path) -> None:
     assert [run.label for run in manifest.runs] == ["run1.csv", "run2.csv"]
     site, mounting = manifest.runs[0].site, manifest.runs[0].mounting
     assert astuple(site) == (pytest.approx(28.2 * DEG), 0.0, 9.79)
-    assert astuple(mounting) == (pytest.approx(30 * DEG), "FRD", "", 0.0)
+    assert astuple(mounting) == (pytest.approx(30 * DEG), "FRD", "", 0.0, None)
     gyro, rate = manifest.channels["gyro"], manifest.channels["table_rate"]
     assert (gyro.column, gyro.unit, gyro.quantity) == ("gyro_pulses", "0.46634601 arcsec", "increment")
     assert rate.covers == "interval"
@@ -145,8 +145,8 @@ site.altitude = "1 km"
     )
     up, down = load(tmp_path, text).runs
     assert (up.label, down.label) == ("up.csv", "downwards")
-    assert astuple(up.mounting) == (pytest.approx(10 * DEG), "FLU", "", 0.0)
-    assert astuple(down.mounting) == (pytest.approx(-10 * DEG), "FLU", "", 0.0)
+    assert astuple(up.mounting) == (pytest.approx(10 * DEG), "FLU", "", 0.0, None)
+    assert astuple(down.mounting) == (pytest.approx(-10 * DEG), "FLU", "", 0.0, None)
     assert (up.site.altitude, down.site.altitude) == (0.0, 1000.0)
     assert up.site.latitude == down.site.latitude == pytest.approx(-30 * DEG)
 

@@ -21,7 +21,7 @@ from insenv.effects.timing import TimingSkew
 from insenv.identify.fit.bands import in_bands, response
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import Problem, Term
-from insenv.identify.fit.reference_variance import added_variance
+from insenv.identify.fit.reference_variance import beside_response
 from insenv.identify.fit.swings import by_swings
 from insenv.identify.search.candidates import candidates
 from insenv.identify.search.prepare import prepare
@@ -126,7 +126,9 @@ def test_a_response_is_told_where_there_is_one_and_parameters_are_less_certain_f
         white = bands * weight[:, None]
         white = white - q @ (q.T @ white)
         size[kind] = float(np.max(response(white.T @ white, white.T @ left, frequency)[0]))
-        more = added_variance(one.problem, one.fit) / np.diag(one.fit.cov)
+        beside = beside_response(one.problem, one.fit)
+        assert beside is not None
+        more = beside.added / np.diag(one.fit.cov)
         grown[kind] = float(more[one.fit.design.term == 1][0])
     assert size["clean"] < 1e-2 < size["filter"]
     assert grown["clean"] < 4 and grown["filter"] > 3 * grown["clean"]

@@ -1,15 +1,19 @@
-r"""How much less certain parameters are beside a reference whose errors go with the motion.
+r"""How much less certain parameters are beside a reference whose response goes with the frequency.
 
 With w the weights of a coefficient over the whitened data, what the response of the reference may be, F b with
-b ~ N(0, S^2) (`insenv.identify.fit.bands`), and noise that goes with the motion (`insenv.identify.fit.swings`) add
+b ~ N(0, S^2) (`insenv.identify.fit.bands`), adds
 
-    w'F S^2 F'w + (f - 1) w'w
+    w'F S^2 F'w
 
-to its variance: the gain that is fitted is that of the reference at the frequencies of the motion, and the rows of one
-swing are no independent readings. Where what is left is noise, S is zero, f one, and nothing is added.
+to its variance: the gain that is fitted is that of the reference at the frequencies of the motion. Where what is left
+is noise nothing is added: S counts where its likelihood is more than chance, exp(-l) < 5 % (two parameters, Wilks).
+What is left beside that response tells how much swings differ (`insenv.identify.fit.swings`, in the covariance of
+`insenv.identify.fit.uncertainty`).
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,15 +21,25 @@ from insenv.core.recording import Floats
 from insenv.identify.fit.bands import in_bands, response
 from insenv.identify.fit.gls import Fit, spectrum, whitened_rows
 from insenv.identify.fit.problem import Problem
-from insenv.identify.fit.swings import by_swings
+
+#: Chance of a response where there is noise alone.
+CHANCE = 0.05
 
 
-def added_variance(problem: Problem, fit: Fit) -> Floats:
-    """What the variance of each scaled coefficient of ``fit`` grows by for the reference's errors, shape (p,)."""
+@dataclass(frozen=True)
+class Beside:
+    """What the variance of each scaled coefficient grows by, shape (p,), and what is left, whitened, shape (modes,)."""
+
+    added: Floats
+    left: Floats
+
+
+def beside_response(problem: Problem, fit: Fit) -> Beside | None:
+    """A fit beside the response of the reference; None where no gyro turns, or nothing is fitted."""
     rows, data = whitened_rows(problem, fit.design, fit.noise.power)
     p, n = rows.shape[1], len(problem.data())
     if not p or not problem.target.startswith("gyro") or not any(np.ptp(e.u) for e in problem.exposures):
-        return np.zeros(p)
+        return None
     q, upper = np.linalg.qr(rows)
     weights = np.linalg.solve(upper, q.T)[:, :n]
     bands, frequency = in_bands(problem)
@@ -33,11 +47,11 @@ def added_variance(problem: Problem, fit: Fit) -> Floats:
     beside = np.vstack([white, np.zeros((p, white.shape[1]))])
     beside = beside - q @ (q.T @ beside)
     left = data - q @ (q.T @ data)
-    sizes, _ = response(beside.T @ beside, beside.T @ left, frequency)
-    grown = np.sum((weights @ white * sizes) ** 2, axis=1)
-    own = left[:n] - beside[:n] @ _response(beside, left, sizes)
-    factors = np.array([by_swings(problem, w, own)[0] for w in weights])
-    return np.asarray(grown + (factors - 1) * np.sum(weights**2, axis=1))
+    sizes, gained = response(beside.T @ beside, beside.T @ left, frequency)
+    if np.exp(-gained) > CHANCE:
+        sizes = np.zeros_like(sizes)
+    added = np.sum((weights @ white * sizes) ** 2, axis=1)
+    return Beside(added, left[:n] - beside[:n] @ _response(beside, left, sizes))
 
 
 def _response(beside: Floats, left: Floats, sizes: Floats) -> Floats:

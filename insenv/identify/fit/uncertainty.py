@@ -16,10 +16,11 @@ import numpy as np
 from insenv.core.recording import Floats
 from insenv.effects.base import CurveEffect
 from insenv.identify.findings import Covariance, Estimate
-from insenv.identify.fit import discrepancy, other_forms, reference_variance
+from insenv.identify.fit import discrepancy, other_forms
 from insenv.identify.fit.gls import Fit, noise_freedom, spectrum
 from insenv.identify.fit.noise import transform
 from insenv.identify.fit.problem import NOISE_TERMS, Problem, Term
+from insenv.identify.fit.reference_variance import beside_response
 from insenv.identify.fit.swings import by_swings
 
 _SQUARED = "_squared"
@@ -62,7 +63,8 @@ def estimates(problem: Problem, fit: Fit, inexact: tuple[Term, ...] = ()) -> dic
     slopes = _all_slopes(problem, fit)
     sd = np.sqrt(np.diag(_joint(problem, fit, slopes)))
     linear_sd, shape_sd = _standard_deviations(sd, fit, slopes)
-    linear_sd = np.hypot(linear_sd, np.sqrt(reference_variance.added_variance(problem, fit)) / fit.design.scale)
+    if beside := beside_response(problem, fit):
+        linear_sd = np.hypot(linear_sd, np.sqrt(beside.added) / fit.design.scale)
     if inexact:
         linear_sd = np.hypot(linear_sd, np.sqrt(discrepancy.added_variance(problem, fit, inexact)) / fit.design.scale)
         linear_sd = np.hypot(linear_sd, np.sqrt(other_forms.added_variance(problem, fit, inexact)))
@@ -171,12 +173,11 @@ def _for_fitted_noise(problem: Problem, fit: Fit, weights: Floats) -> Floats:
     Column j of ``weights``, shape (modes, p), is what the whitened data are multiplied with to give coefficient j.
     """
     factors = np.ones(weights.shape[1])
-    turns = problem.target.startswith("gyro") and any(np.ptp(e.u) for e in problem.exposures)
-    left = (problem.data() - fit.design.transformed @ fit.beta) / np.sqrt(spectrum(problem, fit.noise.power))
+    beside = beside_response(problem, fit)
     for j in range(weights.shape[1]):
         freedom = max(noise_freedom(problem, fit.noise.power, weights[:, j] ** 2), LEAST_FREEDOM)
         # What errors of the reference leave goes with the motion: a coefficient is as uncertain as swings differ.
-        larger = by_swings(problem, weights[:, j], left)[0] if turns else 1.0
+        larger = by_swings(problem, weights[:, j], beside.left)[0] if beside else 1.0
         factors[j] = np.sqrt(larger * freedom / (freedom - 2))
     return factors
 
