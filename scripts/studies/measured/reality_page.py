@@ -1,8 +1,8 @@
 """The page of recordings that this project did not choose: what they are, independent fits, answers, judgements.
 
-    python reality_page.py --half dev BEFORE AFTER --half sealed AFTER --nulls FILE.json ... [--out docs/results]
+    python reality_page.py --part dev BEFORE AFTER --part third AFTER --nulls FILE.json ... [--out docs/results]
 
-Each half has a facts file beside this script and folders of answers (see `judge.py`), the oldest first: the last one is
+Each part has a facts file beside this script and folders of answers (see `judge.py`), the oldest first: the last one is
 shown, and the others are counted. Nulls are what `real_nulls.py` wrote, the oldest first.
 """
 
@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import tomllib
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -23,31 +24,34 @@ HERE = Path(__file__).resolve().parent
 FOLDER = HERE.parents[2] / "docs" / "results"
 WORDS = ("right", "honest", "missed", "wrong, flagged", "wrong, stated", "refused", "crashed")
 KINDS = {
-    "a": "rate table",
+    "a": "reference of rate or angle",
     "b": "faces",
     "c": "many attitudes",
     "d": "long rest",
     "e": "temperature",
     "f": "vehicle",
 }
+#: Folders before a recording's own, in what the command said.
+FOLDERS = re.compile(r"(?<![\w.])/(?:[\w.+-]+/)+(?=[\w.+-]+/[\w.+-]+\.\w+)")
 HEAD = """\
 # Recordings that nobody here chose
 
 Measured inertial recordings by other people, found in public repositories: benches of students with an encoder,
 units held by hand in many attitudes, long rests, a car with its engine on. Each was fitted first with NumPy alone (in
 `scripts/studies/measured`: `bench_fit.py`, `position_fit.py`, `rest_fit.py`); what that says is written down as facts
-(`facts_dev.toml`, `facts_sealed.toml`); then `insenv close-loop` was run with a modest declared model (a bias, a bias
-and a scale factor) and `judge.py` compares. The sources were split by lot into a half to develop on and a half that
-was kept closed: its facts were written before the loop had seen it, and it was run once, after the last change.
+(`facts_dev.toml` and so on); then `insenv close-loop` was run with a modest declared model (a bias, a bias and a scale
+factor) and `judge.py` compares. Parts: `dev` was there to develop on; `sealed` was kept closed, its facts written
+before the loop had seen it, and run once (17 of 24 right or honest); of `second`, 17 recordings were to develop on and
+29 were opened once (14 of 29). What is shown of these three is how the loop answers today, after what they taught.
+`third` is shown as it was when it was opened, once: no answer to it had been seen before.
 
 Judgements: **right** names what is there, nothing that the data exclude, values within tolerance or three standard
 deviations; **honest** falls short and says so; **missed** is silent; **wrong, flagged** names what is not there under
 a verdict that says that something is left; **wrong, stated** under one that holds no doubt; **refused** is an ordinary
 test that was not taken; **crashed** a traceback.
 
-The loop ran on each recording as it stood when its turn came; the benches of the closed half, and those of the other
-half that are counted under *now*, with the tables' mend. Two facts of the closed half were mended after it was opened,
-and say so. A recording without an answer yet is not counted.
+Facts that were mended after a part was opened say so. A recording without an answer yet is not counted. The recordings
+are their owners', and no copy is kept here: repository and commit are in the tables.
 
 No public recording of a fibre-optic or ring-laser gyro on a rate table was found, and no thermal soak of hours.
 """
@@ -55,26 +59,26 @@ No public recording of a fibre-optic or ring-laser gyro on a rate table was foun
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--half", nargs="+", action="append", metavar=("NAME", "ANSWERS"), required=True)
+    parser.add_argument("--part", nargs="+", action="append", metavar=("NAME", "ANSWERS"), required=True)
     parser.add_argument("--nulls", nargs="*", type=Path, default=[])
     parser.add_argument("--out", type=Path, default=FOLDER)
     given = parser.parse_args()
-    halves = [(name, [Path(f) for f in folders]) for name, *folders in given.half]
-    text = [HEAD, *_counts(halves), *_nulls(given.nulls)]
-    for name, folders in halves:
-        text += _half(name, folders[-1])
+    parts = [(name, [Path(f) for f in folders]) for name, *folders in given.part]
+    text = [HEAD, *_counts(parts), *_nulls(given.nulls)]
+    for name, folders in parts:
+        text += _part(name, folders[-1])
     (given.out / "reality.md").write_text("\n".join(text).rstrip() + "\n", encoding="utf-8")
     print(given.out / "reality.md")
 
 
-def _facts(half: str) -> Path:
-    return HERE / f"facts_{half}.toml"
+def _facts(part: str) -> Path:
+    return HERE / f"facts_{part}.toml"
 
 
-def _counts(halves: Sequence[tuple[str, Sequence[Path]]]) -> Iterator[str]:
-    yield "| half | recordings | " + " | ".join(WORDS) + " | right or honest |"
+def _counts(parts: Sequence[tuple[str, Sequence[Path]]]) -> Iterator[str]:
+    yield "| part | recordings | " + " | ".join(WORDS) + " | right or honest |"
     yield "|" + " --- |" * (len(WORDS) + 3)
-    for name, folders in halves:
+    for name, folders in parts:
         for k, folder in enumerate(folders):
             count = Counter(found.word for _, found in all_of(_facts(name), folder))
             total = sum(count.values())
@@ -101,10 +105,10 @@ def _nulls(files: Sequence[Path]) -> Iterator[str]:
     yield ""
 
 
-def _half(name: str, folder: Path) -> Iterator[str]:
+def _part(name: str, folder: Path) -> Iterator[str]:
     told = tomllib.loads(_facts(name).read_text(encoding="utf-8"))
     rows = all_of(_facts(name), folder)
-    yield f"## Half `{name}`"
+    yield f"## Part `{name}`"
     yield ""
     yield "| recording | what | independent fit | insenv | judgement |"
     yield "| --- | --- | --- | --- | --- |"
@@ -123,7 +127,8 @@ def _half(name: str, folder: Path) -> Iterator[str]:
 def _row(fact: Mapping[str, Any], found: Judgement) -> str:
     why = f": {found.why}" if found.why else ""
     cells = (f"`{found.manifest.removesuffix('.toml')}`", fact["what"], fact["fit"], found.said or "no answer")
-    return "| " + " | ".join(str(c).replace("|", "/") for c in (*cells, f"**{found.word}**{why}")) + " |"
+    row = " | ".join(str(c).replace("|", "/") for c in (*cells, f"**{found.word}**{why}"))
+    return f"| {FOLDERS.sub('', row)} |"
 
 
 if __name__ == "__main__":
