@@ -104,5 +104,6 @@ def test_a_short_session_tells_the_gyros_and_says_that_it_cannot_tell_the_accele
         assert gyro.held_out.after < 0.4 * gyro.held_out.before
     for name in ACCELS:
         accel = target(found, name)
-        assert accel.verdict == "nothing-significant" and not accel.added
+        assert accel.verdict == "unexplained-structure" and not accel.added
+        assert any("more attitudes would tell" in reason for reason in accel.reasons), accel.reasons
         assert {"accel_scale_factor", "non_orthogonality"} <= {n.effect for n in accel.not_testable}
