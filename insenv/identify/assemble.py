@@ -195,7 +195,7 @@ def _incredible(problem: Problem, own: Mapping[Term, tuple[Estimate, ...]]) -> t
     A scale factor on a table is left to the check of the gain before the search, which knows a reversed axis.
     """
     said = []
-    turning = any(np.ptp(e.u) for e in problem.exposures)
+    turning = problem.turns
     for term, rows in own.items():
         limits = {p.name: problem.limits(p) for p in term.effect.linear}
         for row in rows:
@@ -331,7 +331,7 @@ def _traces(recordings: tuple[Recording, ...], plain: Problem, before: Fit, prob
     if all(m.temperature is not None for m in motions):
         cells = tuple(0.5 * (m.temperature[1:] + m.temperature[:-1]) for m in motions if m.temperature is not None)
         covariates["temperature"] = problem.bins.mean(cells)
-    if any(np.ptp(e.u) for e in problem.exposures):
+    if problem.turns:
         covariates["rate"] = problem.bins.mean(tuple(e.u for e in problem.exposures))
     angles = [m.angle for m in motions if m.angle is not None]
     if len(angles) == len(motions) and any(np.ptp(angle) > 0 for angle in angles):

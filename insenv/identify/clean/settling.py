@@ -21,7 +21,7 @@ OVER, LEFT = 0.15, 0.05
 
 def only_time(problem: Problem) -> bool:
     """Whether nothing but time is at work: no table turns, and the temperature is not driven."""
-    turns = any(np.ptp(e.u) for e in problem.exposures)
+    turns = problem.turns
     kelvins = [e.motion.temperature for e in problem.exposures if e.motion.temperature is not None]
     return not turns and all(float(np.ptp(k)) < KELVINS for k in kelvins)
 

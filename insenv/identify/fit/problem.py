@@ -100,6 +100,11 @@ class Problem:
         self.cache.pop(("transformed", term), None)
 
     @property
+    def turns(self) -> bool:
+        """Whether the rate that the instrument was exposed to changes in some run."""
+        return any(np.ptp(e.u) for e in self.exposures)
+
+    @property
     def gain(self) -> float:
         """What the instrument makes of its input, of which the scale factor is a small error."""
         return self.exposures[0].motion.gain

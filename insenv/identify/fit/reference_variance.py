@@ -38,7 +38,7 @@ def beside_response(problem: Problem, fit: Fit) -> Beside | None:
     """A fit beside the response of the reference; None where no gyro turns, or nothing is fitted."""
     rows, data = whitened_rows(problem, fit.design, fit.noise.power)
     p, n = rows.shape[1], len(problem.data())
-    if not p or not problem.target.startswith("gyro") or not any(np.ptp(e.u) for e in problem.exposures):
+    if not p or not problem.target.startswith("gyro") or not problem.turns:
         return None
     q, upper = np.linalg.qr(rows)
     weights = np.linalg.solve(upper, q.T)[:, :n]

@@ -20,7 +20,7 @@ from insenv.identify.fit import discrepancy, other_forms
 from insenv.identify.fit.gls import Fit, noise_freedom, spectrum
 from insenv.identify.fit.noise import transform
 from insenv.identify.fit.problem import NOISE_TERMS, Problem, Term
-from insenv.identify.fit.reference_variance import beside_response
+from insenv.identify.fit.reference_variance import Beside, beside_response
 from insenv.identify.fit.swings import by_swings
 
 _SQUARED = "_squared"
@@ -60,10 +60,10 @@ def estimates(problem: Problem, fit: Fit, inexact: tuple[Term, ...] = ()) -> dic
     may have other forms (`insenv.identify.fit.other_forms`). Beside a reference whose errors go with the motion all are
     less certain (`insenv.identify.fit.reference_variance`).
     """
-    slopes = _all_slopes(problem, fit)
-    sd = np.sqrt(np.diag(_joint(problem, fit, slopes)))
+    slopes, beside = _all_slopes(problem, fit), beside_response(problem, fit)
+    sd = np.sqrt(np.diag(_joint(problem, fit, slopes, beside)))
     linear_sd, shape_sd = _standard_deviations(sd, fit, slopes)
-    if beside := beside_response(problem, fit):
+    if beside:
         linear_sd = np.hypot(linear_sd, np.sqrt(beside.added) / fit.design.scale)
     if inexact:
         linear_sd = np.hypot(linear_sd, np.sqrt(discrepancy.added_variance(problem, fit, inexact)) / fit.design.scale)
@@ -98,7 +98,7 @@ def coefficients_of(problem: Problem, fit: Fit, term: Term, inexact: tuple[Term,
     The shapes of ``inexact`` are taken to be right only nearly, as in `estimates`.
     """
     own = np.flatnonzero(fit.design.term == fit.model.index(term))
-    cov = _joint(problem, fit, _all_slopes(problem, fit))[np.ix_(own, own)]
+    cov = _joint(problem, fit, _all_slopes(problem, fit), beside_response(problem, fit))[np.ix_(own, own)]
     if inexact:
         added = discrepancy.added_variance(problem, fit, inexact) / fit.design.scale**2
         added = added + other_forms.added_variance(problem, fit, inexact)
@@ -118,7 +118,7 @@ def covariance(problem: Problem, fit: Fit) -> Covariance:
     return Covariance(
         (*((key, name) for key, name in labels), *((key, name) for key, name, _ in shapes)),
         np.concatenate([gains - 1 + gains * fit.theta[kept], [value for *_, value in shapes]]),
-        _joint(problem, fit, slopes)[np.ix_(index, index)] * np.outer(factor, factor),
+        _joint(problem, fit, slopes, beside_response(problem, fit))[np.ix_(index, index)] * np.outer(factor, factor),
     )
 
 
@@ -153,7 +153,7 @@ def _standard_deviations(sd: Floats, fit: Fit, slopes: dict[Term, _Slopes]) -> t
     return sd[:p], shape_sd
 
 
-def _joint(problem: Problem, fit: Fit, slopes: dict[Term, _Slopes]) -> Floats:
+def _joint(problem: Problem, fit: Fit, slopes: dict[Term, _Slopes], beside: Beside | None) -> Floats:
     """Covariance of the linear parameters and of the shapes of each term (SI), shape (p, p)."""
     weight = 1 / np.sqrt(spectrum(problem, fit.noise.power))
     blocks = [fit.design.transformed, *(s.columns for s in slopes.values())]
@@ -162,18 +162,17 @@ def _joint(problem: Problem, fit: Fit, slopes: dict[Term, _Slopes]) -> Floats:
     size = np.sqrt(np.sum(columns**2, axis=0) + prior)
     scaled = columns / size
     inverse = np.linalg.pinv(scaled.T @ scaled + np.diag(prior / size**2), hermitian=True)
-    factor = _for_fitted_noise(problem, fit, scaled @ inverse) / size
+    factor = _for_fitted_noise(problem, fit, scaled @ inverse, beside) / size
     factor[: len(fit.design.scale)] /= fit.design.scale
     return inverse * np.outer(factor, factor)
 
 
-def _for_fitted_noise(problem: Problem, fit: Fit, weights: Floats) -> Floats:
+def _for_fitted_noise(problem: Problem, fit: Fit, weights: Floats, beside: Beside | None) -> Floats:
     """Factor on each standard deviation because the noise is fitted too: that of Student's t, shape (p,).
 
     Column j of ``weights``, shape (modes, p), is what the whitened data are multiplied with to give coefficient j.
     """
     factors = np.ones(weights.shape[1])
-    beside = beside_response(problem, fit)
     for j in range(weights.shape[1]):
         freedom = max(noise_freedom(problem, fit.noise.power, weights[:, j] ** 2), LEAST_FREEDOM)
         # What errors of the reference leave goes with the motion: a coefficient is as uncertain as swings differ.

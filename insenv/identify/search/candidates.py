@@ -78,7 +78,7 @@ def _fits_instrument(problem: Problem, effect: Effect) -> bool:
 def _missing(problem: Problem, effect: Effect) -> tuple[str, ...]:
     """Manifest channels that the effect needs and some run lacks."""
     fields = {need for e in problem.exposures for need in effect.missing(e.motion)}
-    if effect.of_rate and not any(np.ptp(e.u) for e in problem.exposures):
+    if effect.of_rate and not problem.turns:
         fields.add("rate")
     channels = {CHANNEL_OF.get(need.partition(".")[0], need) for need in fields}
     return tuple(sorted(channels))

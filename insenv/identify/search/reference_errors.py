@@ -81,7 +81,7 @@ def beside_reference_errors(problem: Problem, fit: Fit, base: Reference, hit: Hi
 def _asked(problem: Problem, hit: Hit) -> bool:
     if hit.candidate.effect.id in RESPONSES or hit.log_p >= np.log(WORTH):
         return False
-    return problem.target.startswith("gyro") and any(np.ptp(e.u) for e in problem.exposures)
+    return problem.target.startswith("gyro") and problem.turns
 
 
 @dataclass(frozen=True)

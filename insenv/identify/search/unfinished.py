@@ -92,7 +92,7 @@ def _of_the_box(track: Track) -> tuple[str, ...]:
 
 def _leaning(track: Track, alpha: float) -> tuple[str, ...]:
     """A drift or warm-up of a unit at rest that would be significant if nothing else had been tried."""
-    turns = any(np.ptp(e.u) for e in track.problem.exposures)
+    turns = track.problem.turns
     if track.steps or turns or any(r.of_box for r in track.refusals):
         return ()
     hits = [hit for hit in track.last_physical if hit.candidate.effect.key in DRIFTS]

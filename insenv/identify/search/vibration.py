@@ -39,7 +39,7 @@ def doublings(problem: Problem, fit: Fit, tried: tuple[Effect, ...]) -> int:
     Its tail is flicker to the noise long after it can be told from any, so that as few means are left as tell a drift
     from a walk. Among the effects ``tried`` are some of motion where the unit moves.
     """
-    moves = any(np.ptp(e.u) for e in problem.exposures)
+    moves = problem.turns
     if moves or any(need.partition(".")[0] in MOTION for effect in tried for need in effect.needs):
         return 0
     if broad_p(problem, fit) >= HUMP:
