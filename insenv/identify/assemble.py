@@ -49,15 +49,15 @@ from insenv.identify.fit.problem import NOISE_TERMS, Problem, Term
 from insenv.identify.fit.uncertainty import covariance, estimates, noise_estimates
 from insenv.identify.loop import Outcome
 from insenv.identify.next.experiment import Unsettled, next_experiments
+from insenv.identify.prepare.excess import Structure, structure
+from insenv.identify.prepare.line_effects import hold_effect, line_effects, saturation_effect
+from insenv.identify.prepare.lines import Line
+from insenv.identify.prepare.vibration import went_away
 from insenv.identify.search.detectable import Sensitivity
-from insenv.identify.search.excess import Structure, structure
-from insenv.identify.search.line_effects import hold_effect, line_effects, saturation_effect
-from insenv.identify.search.lines import Line
 from insenv.identify.search.rivals import Rivalry
 from insenv.identify.search.tracks import Step, Track
 from insenv.identify.search.twins import told, told_rarer, twins
 from insenv.identify.search.unfinished import unfinished
-from insenv.identify.search.vibration import went_away
 from insenv.identify.switches import Lazy, switchable
 
 #: Held-out error in scatters of the fitted noise from which on a word is said.

@@ -25,20 +25,20 @@ from insenv.identify.fit.gls import solve
 from insenv.identify.fit.heldout import MOST_GROWTH, confirms, held_out_score, rescored
 from insenv.identify.fit.problem import NOISE_TERMS, Term
 from insenv.identify.fit.uncertainty import estimates
+from insenv.identify.prepare.excess import most_power, structure
+from insenv.identify.prepare.line_effects import IN_BINS
+from insenv.identify.prepare.lines import Line
+from insenv.identify.prepare.problems import prepare
+from insenv.identify.prepare.vibration import as_lines, averaged, doublings, stands_out, unresolved, without
+from insenv.identify.prepare.wandering import lost, wanders, without_line
 from insenv.identify.search.candidates import candidates
 from insenv.identify.search.earth_rate import due_level
-from insenv.identify.search.excess import most_power, structure
-from insenv.identify.search.line_effects import IN_BINS
-from insenv.identify.search.lines import Line
 from insenv.identify.search.one_box import DOUBT, DRIFTS, LEAST, looks_of, may_drift, surest
-from insenv.identify.search.prepare import prepare
 from insenv.identify.search.round import at_shape, search, with_term
 from insenv.identify.search.scan import Hit, likelihood_ratio, reference
 from insenv.identify.search.settle import settled, sized
 from insenv.identify.search.size import unsized, unsized_together
 from insenv.identify.search.tracks import MOST_ADDED, Progress, Refusal, Step, Track
-from insenv.identify.search.vibration import as_lines, averaged, doublings, stands_out, unresolved, without
-from insenv.identify.search.wandering import lost, wanders, without_line
 
 #: Effects of one physical cause on several targets: judged on all of them together.
 SHARED = ("base_tilt", "bias_thermal_lag")

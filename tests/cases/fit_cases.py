@@ -10,7 +10,7 @@ from simulated_runs import manifest, use
 from insenv.core.recording import Floats, Recording
 from insenv.effects.catalogue import by_key
 from insenv.identify.fit.problem import Model, Problem, Term
-from insenv.identify.search.prepare import prepare
+from insenv.identify.prepare.problems import prepare
 
 #: Width of the bins [s].
 WIDTH = 2.0

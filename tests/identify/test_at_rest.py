@@ -22,8 +22,8 @@ from insenv.identify.clean.common import common_mode, common_remarks
 from insenv.identify.positions.factor import factor_of
 from insenv.identify.positions.findings import position_findings
 from insenv.identify.positions.trace import trace_positions
+from insenv.identify.prepare.problems import prepare
 from insenv.identify.search.candidates import candidates
-from insenv.identify.search.prepare import prepare
 from insenv.scenario import simulate
 
 RATE = 50.0

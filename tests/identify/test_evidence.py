@@ -10,7 +10,7 @@ from insenv.identify.fit.evidence import held_out_deviate, joint_deviate, log_ta
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.heldout import Score, confirms, held_out_score, rescored, residual
 from insenv.identify.fit.problem import Problem, Term
-from insenv.identify.search.prepare import prepare
+from insenv.identify.prepare.problems import prepare
 from insenv.identify.search.round import with_term
 from insenv.identify.search.scan import reference, term_freedom
 

@@ -26,7 +26,7 @@ from insenv.identify.fit.problem import Problem, Term
 from insenv.identify.next.procedures import Procedure, procedures
 from insenv.identify.next.separation import Known, Rival, delta, separation, whole
 from insenv.identify.next.simulated import Recorded, further
-from insenv.identify.search.prepare import prepare
+from insenv.identify.prepare.problems import prepare
 from insenv.identify.search.scan import reference
 from insenv.plants.profile import Piece, Profile
 from insenv.plants.thermal import Temperature, WarmUp

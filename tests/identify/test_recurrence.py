@@ -17,7 +17,7 @@ from insenv.effects.tone import Tone
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Term
 from insenv.identify.fit.uncertainty import estimates
-from insenv.identify.search.prepare import declared_model, prepare
+from insenv.identify.prepare.problems import declared_model, prepare
 from insenv.identify.search.recurrence import not_in_all_runs, scattered
 from insenv.identify.search.round import search
 

@@ -19,15 +19,15 @@ from insenv.data.reference import with_reference
 from insenv.effects.catalogue import CATALOGUE
 from insenv.effects.timing import TimingSkew
 from insenv.identify.fit.bands import in_bands, response
-from insenv.identify.fit.gls import Fit, solve
+from insenv.identify.fit.gls import Fit, solve, whitened
 from insenv.identify.fit.problem import Problem, Term
 from insenv.identify.fit.reference_variance import beside_response
 from insenv.identify.fit.swings import by_swings
+from insenv.identify.prepare.problems import prepare
 from insenv.identify.search.candidates import candidates
-from insenv.identify.search.prepare import prepare
 from insenv.identify.search.reference_errors import log_p_alone
 from insenv.identify.search.round import search
-from insenv.identify.search.scan import Hit, whitened
+from insenv.identify.search.scan import Hit
 
 ALPHA = np.log(0.01)
 

@@ -10,8 +10,8 @@ from insenv.effects.base import CurveEffect
 from insenv.effects.catalogue import CATALOGUE, by_key
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import Model, Problem, Term
+from insenv.identify.prepare.problems import prepare
 from insenv.identify.search.candidates import Candidate, candidates
-from insenv.identify.search.prepare import prepare
 from insenv.identify.search.rivals import rivalry
 from insenv.identify.search.round import search
 from insenv.identify.search.scan import likelihood_ratio, log_significance, reference, score

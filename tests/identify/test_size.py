@@ -18,8 +18,8 @@ from insenv.effects.tone import Tone
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Problem, Term
 from insenv.identify.fit.uncertainty import coefficients_of
+from insenv.identify.prepare.problems import prepare
 from insenv.identify.search.candidates import candidates
-from insenv.identify.search.prepare import prepare
 from insenv.identify.search.size import LEAST, deviate, unsized
 
 WHITE = 1e-5

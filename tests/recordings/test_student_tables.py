@@ -16,7 +16,7 @@ from insenv.data.load import read_recordings
 from insenv.data.manifest import load_manifest
 from insenv.data.reference import with_reference
 from insenv.data.split import split
-from insenv.identify.search.prepare import Prepared, prepare
+from insenv.identify.prepare.problems import Prepared, prepare
 from insenv.scenario import simulate
 
 

@@ -17,7 +17,7 @@ from made_findings import nothing_significant, one_target
 from insenv.core.errors import InputError
 from insenv.core.filing import Filing, command, hashed, run_as
 from insenv.data.manifest import load_manifest
-from insenv.identify.search.samples import sample_spectrum
+from insenv.identify.prepare.samples import sample_spectrum
 from insenv.report import explore, to_html, to_json
 from insenv.report.drawing import PALETTE
 from insenv.report.page import stylesheet

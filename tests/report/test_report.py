@@ -21,8 +21,8 @@ from insenv.effects.catalogue import ALL
 from insenv.effects.own import RESERVED
 from insenv.identify.findings import VERDICTS, Added, Estimate, Findings, NextExperiment, TargetFindings
 from insenv.identify.fit.heldout import CHANCE
-from insenv.identify.search.excess import TOLERANCE
-from insenv.identify.search.lines import FALSE_ALARM
+from insenv.identify.prepare.excess import TOLERANCE
+from insenv.identify.prepare.lines import FALSE_ALARM
 from insenv.report import (
     estimates,
     found,

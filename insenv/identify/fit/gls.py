@@ -85,6 +85,15 @@ def whitened_rows(problem: Problem, columns: Design, power: Floats) -> tuple[Flo
     return rows, np.concatenate([problem.data() * weight, np.zeros(len(columns.prior))])
 
 
+def whitened(problem: Problem, fit: Fit) -> tuple[Floats, Floats, Floats]:
+    """Weight of each mode, orthonormal basis of the whitened model, whitened residual."""
+    weight = 1 / np.sqrt(spectrum(problem, fit.noise.power))
+    columns = fit.design.transformed * weight[:, None]
+    q = np.linalg.qr(columns)[0] if columns.shape[1] else columns
+    data = problem.data() * weight
+    return weight, q, data - q @ (q.T @ data)
+
+
 def noise_freedom(problem: Problem, power: Floats, energy: Floats) -> float:
     """Degrees of freedom with which the noise is known in the modes where ``energy``, shape (modes,), lies.
 

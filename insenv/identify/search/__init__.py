@@ -1,1 +1,1 @@
-"""The search: candidates, scan, lines, one round, what was added, and when it ends."""
+"""The search: candidates, scan, one round, what was added, its rivals, and when it ends."""

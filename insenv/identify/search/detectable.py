@@ -23,9 +23,9 @@ from insenv.core.recording import Floats
 from insenv.core.series.tails import log_tails_of_f, log_tails_of_t
 from insenv.identify.findings import Detectable
 from insenv.identify.fit.evidence import HELD_OUT_SPREAD, held_out_information
-from insenv.identify.fit.gls import Fit, noise_freedom
+from insenv.identify.fit.gls import Fit, noise_freedom, whitened
 from insenv.identify.fit.problem import Problem, Term
-from insenv.identify.search.scan import TOLD_APART, Hit, whitened
+from insenv.identify.search.scan import TOLD_APART, Hit
 
 #: Probability with which an effect of the amplitude stated is found.
 POWER = 0.95

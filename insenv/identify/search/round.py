@@ -16,8 +16,8 @@ from insenv.identify.clean.settling import only_time
 from insenv.identify.fit.evidence import held_out_deviate, joint_deviate, log_tail
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import Model, Problem, Term
+from insenv.identify.prepare.lines import coherent_power, strongest_tone
 from insenv.identify.search.candidates import Candidate
-from insenv.identify.search.lines import coherent_power, strongest_tone
 from insenv.identify.search.recurrence import not_in_all_runs
 from insenv.identify.search.reference_errors import beside_reference_errors
 from insenv.identify.search.scan import (

@@ -20,7 +20,7 @@ from scipy.special import chdtr
 from insenv.core.recording import Floats
 from insenv.core.series.tails import log_tail_of_f
 from insenv.identify.fit.evidence import log_tail
-from insenv.identify.fit.gls import Fit, noise_freedom, spectrum
+from insenv.identify.fit.gls import Fit, noise_freedom, spectrum, whitened
 from insenv.identify.fit.noise import NoiseFit, fit_noise
 from insenv.identify.fit.problem import Model, Problem, Term, design, pooled
 from insenv.identify.search.candidates import Candidate, stacked
@@ -115,15 +115,6 @@ class Hit:
     def p_value(self) -> float:
         """Probability of such a hit anywhere in the search if there were only noise."""
         return float(min(1.0, np.exp(self.log_p)))
-
-
-def whitened(problem: Problem, fit: Fit) -> tuple[Floats, Floats, Floats]:
-    """Weight of each mode, orthonormal basis of the whitened model, whitened residual."""
-    weight = 1 / np.sqrt(spectrum(problem, fit.noise.power))
-    columns = fit.design.transformed * weight[:, None]
-    q = np.linalg.qr(columns)[0] if columns.shape[1] else columns
-    data = problem.data() * weight
-    return weight, q, data - q @ (q.T @ data)
 
 
 def score(problem: Problem, fit: Fit, found: tuple[Candidate, ...], seed: int) -> list[Scores]:

@@ -9,9 +9,9 @@ from insenv.identify.findings import NotTestable
 from insenv.identify.fit.gls import Fit
 from insenv.identify.fit.heldout import Score
 from insenv.identify.fit.problem import Model, Problem
+from insenv.identify.prepare.problems import Prepared
 from insenv.identify.search.candidates import Candidate
 from insenv.identify.search.earth_rate import Level
-from insenv.identify.search.prepare import Prepared
 from insenv.identify.search.rivals import Rivalry
 from insenv.identify.search.scan import Hit
 
@@ -65,7 +65,7 @@ class Track:
 
     ``level`` is the horizontal Earth rate that is due, where it is declared and can be checked. ``instead`` are the
     noise terms that would explain as well what was added, where the noise is held to what was declared. ``finer`` is
-    the length of means that held vibration, and were merged (`insenv.identify.search.vibration`) [s]; else 0.
+    the length of means that held vibration, and were merged (`insenv.identify.prepare.vibration`) [s]; else 0.
     """
 
     prepared: Prepared

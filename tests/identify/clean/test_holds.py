@@ -14,8 +14,8 @@ from simulated_runs import DEG_PER_HOUR, Simulated, closed, gyro_run, manifest, 
 from insenv.core.recording import Recording
 from insenv.effects.catalogue import CATALOGUE, by_key
 from insenv.identify.clean.holds import Look, held_addition
+from insenv.identify.prepare.problems import Prepared, prepare
 from insenv.identify.search.candidates import candidates
-from insenv.identify.search.prepare import Prepared, prepare
 
 MOVING = ("staircase", "reversal", "sine")
 NOISE = {"angle_random_walk": 0.5 * DEG_PER_HOUR}

@@ -12,7 +12,7 @@ from simulated_runs import manifest, use
 from insenv.core.recording import Channel, Floats, Recording
 from insenv.data.reference import with_reference
 from insenv.identify.clean.repeats import repeats
-from insenv.identify.search.prepare import prepare
+from insenv.identify.prepare.problems import prepare
 
 ROW = 0.01
 T: Floats = ROW * np.arange(2400, dtype=np.float64)

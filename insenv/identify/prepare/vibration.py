@@ -20,8 +20,8 @@ from insenv.identify.fit.bins import merged
 from insenv.identify.fit.gls import Fit
 from insenv.identify.fit.heldout import residual
 from insenv.identify.fit.problem import Model, Problem, Term
-from insenv.identify.search.excess import broad_p
-from insenv.identify.search.lines import FALSE_ALARM, Line, periodogram
+from insenv.identify.prepare.excess import broad_p
+from insenv.identify.prepare.lines import FALSE_ALARM, Line, periodogram
 
 #: P-value of a hump from which on means are merged; fitted means that must be left, and the longest ones [s].
 HUMP, FEWEST, LONGEST = 1e-3, 80, 5.0

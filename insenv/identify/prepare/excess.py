@@ -7,7 +7,7 @@
    largest distance of the cumulated periodogram from a straight line, show a hump that no noise term can follow.
 3. Loudness: transformed back, the whitened residual is white in time; its power in windows of some bins and more, over
    a tolerance, shows what comes and goes. Single bins count for no more than three standard deviations.
-4. Angle: waves of the table's angle of any order, in windows of time (`insenv.identify.search.orders`).
+4. Angle: waves of the table's angle of any order, in windows of time (`insenv.identify.prepare.orders`).
 5. Held-out data: the same in groups of their modes, with the noise of the fitted data: what sets in after the fit.
 """
 
@@ -23,11 +23,10 @@ from scipy.special import chdtr, chdtrc, fdtrc, kolmogorov
 from insenv.core.recording import Floats
 from insenv.identify.fit.bins import Block
 from insenv.identify.fit.evidence import HELD_OUT_SPREAD, held_out_modes
-from insenv.identify.fit.gls import Fit, noise_freedom
+from insenv.identify.fit.gls import Fit, noise_freedom, whitened
 from insenv.identify.fit.noise import fit_noise
 from insenv.identify.fit.problem import NOISE_TERMS, Problem, pooled
-from insenv.identify.search.orders import orders_p
-from insenv.identify.search.scan import whitened
+from insenv.identify.prepare.orders import orders_p
 
 #: Fitted blocks with their whitened residuals in time.
 Blocks = tuple[tuple[Block, Floats], ...]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from insenv.identify.search.orders import orders_p
+from insenv.identify.prepare.orders import orders_p
 
 N = 1500
 ANGLE = 0.3 * np.arange(float(N))

@@ -11,7 +11,7 @@ import numpy as np
 
 from insenv.core.recording import Floats
 from insenv.identify.findings import SampleSpectrum
-from insenv.identify.search.lines import Line, periodogram
+from insenv.identify.prepare.lines import Line, periodogram
 
 #: Fewest samples that have a spectrum; bins of a decade in which the mean and the largest value are told.
 SHORTEST, PER_DECADE = 256, 80

@@ -18,8 +18,8 @@ from insenv.effects.catalogue import by_key
 from insenv.identify.findings import TargetFindings
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Term
-from insenv.identify.search.prepare import prepare
-from insenv.identify.search.vibration import averaged, doublings
+from insenv.identify.prepare.problems import prepare
+from insenv.identify.prepare.vibration import averaged, doublings
 
 RATE, DURATION = 100.0, 150.0
 WHITE = 1e-3

@@ -15,9 +15,8 @@ from scipy.ndimage import median_filter, uniform_filter1d
 from scipy.optimize import minimize_scalar
 
 from insenv.core.recording import Floats
-from insenv.identify.fit.gls import Fit
+from insenv.identify.fit.gls import Fit, whitened
 from insenv.identify.fit.problem import Problem
-from insenv.identify.search.scan import whitened
 
 #: Probability of calling noise a line, per recording and target.
 FALSE_ALARM = 1e-4

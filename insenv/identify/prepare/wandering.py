@@ -23,7 +23,7 @@ from insenv.identify.fit.bins import Block
 from insenv.identify.fit.gls import Fit
 from insenv.identify.fit.heldout import residual
 from insenv.identify.fit.problem import Problem
-from insenv.identify.search.lines import LEAST_STEADY, Line, line_at, periodogram
+from insenv.identify.prepare.lines import LEAST_STEADY, Line, line_at, periodogram
 
 #: Fewest cycles in the fitted time: of a slower one nobody knows whether it is a line or the wander of the noise.
 FEWEST_CYCLES = 40.0

@@ -30,8 +30,8 @@ from insenv.identify.findings import RejectedRows, SampleSpectrum
 from insenv.identify.fit.bins import gather
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Model, Problem, Term, regressors
-from insenv.identify.search.lines import Line, find_lines, quantum
-from insenv.identify.search.samples import sample_spectrum
+from insenv.identify.prepare.lines import Line, find_lines, quantum
+from insenv.identify.prepare.samples import sample_spectrum
 
 #: Fitted bins aimed at, and the most that are used.
 BINS, MOST_BINS = 2000, 20000
