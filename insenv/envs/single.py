@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, cast
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 import gymnasium
 import numpy as np
@@ -149,6 +149,31 @@ class TaskEnv(gymnasium.Env[Blocks, Floats]):
     @staticmethod
     def _info(part: Part) -> dict[str, Any]:
         return {"truth": {name: float(values[0]) for name, values in part.group.truth.items()}}
+
+
+class SystemEnv(TaskEnv):
+    """A system's environment, of the settings that its ``maker`` takes.
+
+    Attributes
+    ----------
+    maker : callable
+        The system's task of its settings, a static method of each class: its first parameter is the scenario.
+    """
+
+    maker: ClassVar[Callable[..., Task]]
+
+    def __init__(
+        self,
+        scenario: str | None = None,
+        changes: Mapping[str, Any] | None = None,
+        estimator: str | None = None,
+        step_s: float | None = None,
+        sampling: float | None = None,
+        render_mode: str | None = None,
+    ) -> None:
+        named = () if scenario is None else (scenario,)
+        settings = {"changes": changes, "estimator": estimator, "step_s": step_s, "sampling": sampling}
+        super().__init__(type(self).maker(*named, **settings), render_mode)
 
 
 def checked_mode(mode: str | None, metadata: Mapping[str, Any]) -> str | None:

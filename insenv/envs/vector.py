@@ -6,8 +6,8 @@ bit: observations, rewards, ends and infos, in the autoreset modes NEXT_STEP and
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, ClassVar
 
 import numpy as np
 from gymnasium.error import ResetNeeded
@@ -207,6 +207,29 @@ class TaskVectorEnv(VectorEnv[Blocks, Floats, Any]):
         for name, own in zip(first, values, strict=True):
             truth[name], truth[f"_{name}"] = own, there
         return {"truth": truth, "_truth": there}
+
+
+class SystemVectorEnv(TaskVectorEnv):
+    """The vector form of a system's environment: settings of its ``maker``, and those of `TaskVectorEnv`.
+
+    Attributes
+    ----------
+    maker : callable
+        As of `insenv.envs.single.SystemEnv`.
+    """
+
+    maker: ClassVar[Callable[..., Task]]
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        *,
+        max_episode_steps: int | None = None,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        render_mode: str | None = None,
+        **settings: Any,
+    ) -> None:
+        super().__init__(type(self).maker(**settings), num_envs, max_episode_steps, autoreset_mode, render_mode)
 
 
 def _whole(name: str, value: int) -> int:

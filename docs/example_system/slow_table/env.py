@@ -11,9 +11,9 @@ import numpy as np
 from insenv.core.estimate import Datasheet
 from insenv.envs.belief import Quantity
 from insenv.envs.setup import Setup, scenario_task
-from insenv.envs.single import TaskEnv
+from insenv.envs.single import SystemEnv
 from insenv.envs.task import Task
-from insenv.envs.vector import TaskVectorEnv
+from insenv.envs.vector import SystemVectorEnv
 from insenv.scenario import Scenario
 from insenv.scenario.spec import TaskSpec
 from insenv.systems.north_finder.env import NorthFinder
@@ -42,16 +42,13 @@ def slow_table(
     return scenario_task(_SETUP, scenario, changes, estimator, step_s, sampling)
 
 
-class SlowTableEnv(TaskEnv):
+class SlowTableEnv(SystemEnv):
     """``insenv/SlowTable-v0``; parameters as of `slow_table`."""
 
-    def __init__(self, render_mode: str | None = None, **settings: Any) -> None:
-        super().__init__(slow_table(**settings), render_mode)
+    maker = staticmethod(slow_table)
 
 
-class SlowTableVectorEnv(TaskVectorEnv):
+class SlowTableVectorEnv(SystemVectorEnv):
     """The vector form of ``insenv/SlowTable-v0``."""
 
-    def __init__(self, num_envs: int = 1, **settings: Any) -> None:
-        own = {name: settings.pop(name) for name in ("changes", "estimator", "scenario") if name in settings}
-        super().__init__(slow_table(**own), num_envs, **settings)
+    maker = staticmethod(slow_table)

@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 from gymnasium import spaces
-from gymnasium.vector import AutoresetMode
 
 from insenv.core.estimate import Datasheet
 from insenv.core.recording import Channel, Floats
@@ -25,9 +24,9 @@ from insenv.envs.belief import Quantity
 from insenv.envs.group import Blocks, Film, Flags
 from insenv.envs.normalised import Maker
 from insenv.envs.setup import Setup, scenario_task
-from insenv.envs.single import TaskEnv
+from insenv.envs.single import SystemEnv
 from insenv.envs.task import Task
-from insenv.envs.vector import TaskVectorEnv
+from insenv.envs.vector import SystemVectorEnv
 from insenv.plants.profile import rest
 from insenv.plants.turntable import Turntable
 from insenv.rig import Readings, Rig
@@ -200,38 +199,20 @@ def _north(spec: TaskSpec, sheet: Datasheet) -> tuple[Quantity, ...]:
 _SETUP = Setup("north finder", "NorthFinder", "[table]", _world, _north)
 
 
-class NorthFinderEnv(TaskEnv):
+class NorthFinderEnv(SystemEnv):
     """``insenv/NorthFinder-v0``; parameters as of `north_finder`."""
 
-    def __init__(
-        self,
-        scenario: str = PUBLISHED,
-        changes: Mapping[str, Any] | None = None,
-        estimator: str | None = None,
-        step_s: float | None = None,
-        sampling: float | None = None,
-        render_mode: str | None = None,
-    ) -> None:
-        super().__init__(north_finder(scenario, changes, estimator, step_s, sampling), render_mode)
+    maker = staticmethod(north_finder)
 
 
 #: What `gymnasium.make` calls.
 made = Maker(NorthFinderEnv, "north_gls")
 
 
-class NorthFinderVectorEnv(TaskVectorEnv):
+class NorthFinderVectorEnv(SystemVectorEnv):
     """The vector form of ``insenv/NorthFinder-v0``; parameters as of `north_finder` and `TaskVectorEnv`."""
 
-    def __init__(
-        self,
-        num_envs: int = 1,
-        *,
-        max_episode_steps: int | None = None,
-        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-        render_mode: str | None = None,
-        **settings: Any,
-    ) -> None:
-        super().__init__(north_finder(**settings), num_envs, max_episode_steps, autoreset_mode, render_mode)
+    maker = staticmethod(north_finder)
 
 
 def _box(limit: float, n: int) -> spaces.Box:

@@ -20,7 +20,6 @@ from typing import Any
 
 import numpy as np
 from gymnasium import spaces
-from gymnasium.vector import AutoresetMode
 
 from insenv.core.estimate import Datasheet
 from insenv.core.recording import Channel, Floats
@@ -28,9 +27,9 @@ from insenv.envs.belief import Quantity
 from insenv.envs.group import Blocks, Film, Flags
 from insenv.envs.normalised import Maker
 from insenv.envs.setup import Setup, scenario_task
-from insenv.envs.single import TaskEnv
+from insenv.envs.single import SystemEnv
 from insenv.envs.task import Task
-from insenv.envs.vector import TaskVectorEnv
+from insenv.envs.vector import SystemVectorEnv
 from insenv.information.scale_factor import Line
 from insenv.plants.profile import rest
 from insenv.plants.servo import Knots
@@ -219,38 +218,20 @@ def _scale_factor(spec: TaskSpec, sheet: Datasheet) -> tuple[Quantity, ...]:
 _SETUP = Setup("rate table", "RateTable", "[table]", _world, _scale_factor)
 
 
-class RateTableEnv(TaskEnv):
+class RateTableEnv(SystemEnv):
     """``insenv/RateTable-v0``; parameters as of `rate_table`."""
 
-    def __init__(
-        self,
-        scenario: str = PUBLISHED,
-        changes: Mapping[str, Any] | None = None,
-        estimator: str | None = None,
-        step_s: float | None = None,
-        sampling: float | None = None,
-        render_mode: str | None = None,
-    ) -> None:
-        super().__init__(rate_table(scenario, changes, estimator, step_s, sampling), render_mode)
+    maker = staticmethod(rate_table)
 
 
 #: What `gymnasium.make` calls.
 made = Maker(RateTableEnv, "rate_line")
 
 
-class RateTableVectorEnv(TaskVectorEnv):
+class RateTableVectorEnv(SystemVectorEnv):
     """The vector form of ``insenv/RateTable-v0``; parameters as of `rate_table` and `TaskVectorEnv`."""
 
-    def __init__(
-        self,
-        num_envs: int = 1,
-        *,
-        max_episode_steps: int | None = None,
-        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-        render_mode: str | None = None,
-        **settings: Any,
-    ) -> None:
-        super().__init__(rate_table(**settings), num_envs, max_episode_steps, autoreset_mode, render_mode)
+    maker = staticmethod(rate_table)
 
 
 def _box(limit: float, n: int) -> spaces.Box:

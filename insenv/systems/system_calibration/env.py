@@ -19,7 +19,6 @@ from typing import Any
 
 import numpy as np
 from gymnasium import spaces
-from gymnasium.vector import AutoresetMode
 
 from insenv.core.estimate import Datasheet
 from insenv.core.recording import Channel, Floats
@@ -28,9 +27,9 @@ from insenv.envs.belief import Quantity
 from insenv.envs.group import Blocks, Film, Flags
 from insenv.envs.normalised import Maker
 from insenv.envs.setup import Setup, scenario_task
-from insenv.envs.single import TaskEnv
+from insenv.envs.single import SystemEnv
 from insenv.envs.task import Task
-from insenv.envs.vector import TaskVectorEnv
+from insenv.envs.vector import SystemVectorEnv
 from insenv.information.unit_calibration import sought
 from insenv.rig import Readings, Rig
 from insenv.scenario import Scenario
@@ -191,38 +190,20 @@ def _quantities(asked: TaskSpec, sheet: Datasheet) -> tuple[Quantity, ...]:
 _SETUP = Setup("calibration of a unit", "SystemCalibration", "[axes]", _world, _quantities)
 
 
-class SystemCalibrationEnv(TaskEnv):
+class SystemCalibrationEnv(SystemEnv):
     """``insenv/SystemCalibration-v0``; parameters as of `system_calibration`."""
 
-    def __init__(
-        self,
-        scenario: str = TACTICAL,
-        changes: Mapping[str, Any] | None = None,
-        estimator: str | None = None,
-        step_s: float | None = None,
-        sampling: float | None = None,
-        render_mode: str | None = None,
-    ) -> None:
-        super().__init__(system_calibration(scenario, changes, estimator, step_s, sampling), render_mode)
+    maker = staticmethod(system_calibration)
 
 
 #: What `gymnasium.make` calls.
 made = Maker(SystemCalibrationEnv, "batch_gls")
 
 
-class SystemCalibrationVectorEnv(TaskVectorEnv):
+class SystemCalibrationVectorEnv(SystemVectorEnv):
     """The vector form of ``insenv/SystemCalibration-v0``; parameters as of `system_calibration` and `TaskVectorEnv`."""
 
-    def __init__(
-        self,
-        num_envs: int = 1,
-        *,
-        max_episode_steps: int | None = None,
-        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-        render_mode: str | None = None,
-        **settings: Any,
-    ) -> None:
-        super().__init__(system_calibration(**settings), num_envs, max_episode_steps, autoreset_mode, render_mode)
+    maker = staticmethod(system_calibration)
 
 
 def _whole(values: Floats, shape: tuple[int, ...]) -> Floats:

@@ -19,7 +19,6 @@ from typing import Any
 
 import numpy as np
 from gymnasium import spaces
-from gymnasium.vector import AutoresetMode
 
 from insenv.core.attitude import angles_from_dcm
 from insenv.core.estimate import Datasheet
@@ -28,9 +27,9 @@ from insenv.envs.belief import Quantity
 from insenv.envs.group import Blocks, Film, Flags
 from insenv.envs.normalised import Maker
 from insenv.envs.setup import Setup, scenario_task
-from insenv.envs.single import TaskEnv
+from insenv.envs.single import SystemEnv
 from insenv.envs.task import Task
-from insenv.envs.vector import TaskVectorEnv
+from insenv.envs.vector import SystemVectorEnv
 from insenv.plants.vehicle import Vehicle
 from insenv.rig import Readings, Rig
 from insenv.scenario import Scenario
@@ -200,38 +199,20 @@ def _installation(spec: TaskSpec, sheet: Datasheet) -> tuple[Quantity, ...]:
 _SETUP = Setup("two-position calibration", "TwoPosition", "[vehicle]", _world, _installation)
 
 
-class TwoPositionEnv(TaskEnv):
+class TwoPositionEnv(SystemEnv):
     """``insenv/TwoPosition-v0``; parameters as of `two_position`."""
 
-    def __init__(
-        self,
-        scenario: str = PUBLISHED,
-        changes: Mapping[str, Any] | None = None,
-        estimator: str | None = None,
-        step_s: float | None = None,
-        sampling: float | None = None,
-        render_mode: str | None = None,
-    ) -> None:
-        super().__init__(two_position(scenario, changes, estimator, step_s, sampling), render_mode)
+    maker = staticmethod(two_position)
 
 
 #: What `gymnasium.make` calls.
 made = Maker(TwoPositionEnv, "two_position_joint")
 
 
-class TwoPositionVectorEnv(TaskVectorEnv):
+class TwoPositionVectorEnv(SystemVectorEnv):
     """The vector form of ``insenv/TwoPosition-v0``; parameters as of `two_position` and `TaskVectorEnv`."""
 
-    def __init__(
-        self,
-        num_envs: int = 1,
-        *,
-        max_episode_steps: int | None = None,
-        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-        render_mode: str | None = None,
-        **settings: Any,
-    ) -> None:
-        super().__init__(two_position(**settings), num_envs, max_episode_steps, autoreset_mode, render_mode)
+    maker = staticmethod(two_position)
 
 
 def _angles(rig: Rig) -> tuple[Floats, Floats, Floats]:
