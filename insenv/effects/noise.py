@@ -192,6 +192,11 @@ class BiasInstability(NoiseEffect):
         # Not a matrix product: that may round by the shape of the batch.
         return np.sum(z[..., None, :] * spread, axis=-1).reshape(*z.shape[:-1], -1, 2)
 
+    def processes(self, dt: float) -> tuple[Floats, Floats]:
+        """Variances for B = 1 and times of correlation [s] of the processes of first order that it is the sum of."""
+        terms, gap, _, _ = _autocovariance(self.decades)
+        return terms, dt / gap
+
     def drive(self, theta: Floats, dt: float, state: Any, z: Floats) -> tuple[Floats, Any]:
         """Flicker noise, shape (..., n), and the filter's state for unit coefficient, (..., sections, 2)."""
         if self.hold > 1:

@@ -112,3 +112,13 @@ def twenty_four(gimbals: Gimbals) -> tuple[Angles, ...]:
         now = min(rest, key=lambda a: float(np.abs(np.subtract(a, now)).sum()))
         found.append(now)
     return tuple(found)
+
+
+def from_level(gimbals: Gimbals, angles: Sequence[float]) -> tuple[Floats, Floats]:
+    """Matrices from east, north, up to the unit's axes and to the base's, shape (3, 3), without errors."""
+    none = np.zeros(len(gimbals.names))
+    base = np.stack(
+        [np.concatenate(np.broadcast_arrays(*gimbals.based((x, y, z), none))) for x, y, z in np.eye(3)[..., None]],
+        axis=-1,
+    )
+    return attitude(gimbals, angles) @ base, base

@@ -74,6 +74,18 @@ def nuisance(gimbals: Gimbals) -> tuple[Parameter, ...]:
     return tuple(Parameter(n, "rad", 0.0, sd) for n, sd in zip(gimbals.names, gimbals.sd, strict=True) if sd > 0)
 
 
+def declared_sensors(sheet: Datasheet) -> tuple[tuple[Sensor, Floats, NDArray[np.bool_]], ...]:
+    """Of each of `UNIT`: its declared effects, their means, and which of them are sought."""
+    found = []
+    for target in UNIT:
+        own = [d for d in sheet.declared if d.target == target]
+        effects = tuple(_effect(d.effect, target) for d in own)
+        mean = np.array([m for d in own for m in d.mean])
+        free = np.array([s > 0 for d in own for s in d.sd], bool)
+        found.append((Sensor(target, effects), mean, free))
+    return tuple(found)
+
+
 @dataclass(frozen=True)
 class Blocks:
     """Whole blocks of samples of R runs, b of them.
@@ -146,14 +158,7 @@ class UnitModel:
     @cached_property
     def sensors(self) -> tuple[tuple[Sensor, Floats, NDArray[np.bool_]], ...]:
         """Of each channel: its declared effects, their means, and which of them are sought."""
-        found = []
-        for target in UNIT:
-            own = [d for d in self.sheet.declared if d.target == target]
-            effects = tuple(_effect(d.effect, target) for d in own)
-            mean = np.array([m for d in own for m in d.mean])
-            free = np.array([s > 0 for d in own for s in d.sd], bool)
-            found.append((Sensor(target, effects), mean, free))
-        return tuple(found)
+        return declared_sensors(self.sheet)
 
     @cached_property
     def places(self) -> tuple[NDArray[np.int64], ...]:

@@ -151,6 +151,20 @@ def _gravity(sin2, root, altitude):
 
 
 @_compiled
+def static_step(q, v, a, f, before, zeta, navigation, fall):  # noqa: PLR0913 -- scalars and short tuples
+    """Quaternion and velocity after an interval with increments ``a`` and ``f``; ``before``: those of the last one."""
+    body, w = _body(a, f, before[0], before[1])
+    u = _seen_from_turning_axes(zeta, _in_navigation_axes(q, w))
+    return _turned(q, navigation, body), (v[0] + u[0], v[1] + u[1], v[2] + (u[2] - fall))
+
+
+@_compiled
+def turn_of_navigation(zeta):
+    """``exp(-zeta / 2) - 1`` as a quaternion, for `static_step`."""
+    return _turns((-zeta[0], -zeta[1], -zeta[2]))[0]
+
+
+@_compiled
 def static(gyro, accelerometer, dt, keep, rows, results):
     """Run the rows on, in place: no velocity in Coriolis acceleration and transport rate.
 
@@ -166,16 +180,13 @@ def static(gyro, accelerometer, dt, keep, rows, results):
         a0, f0 = (r[10], r[11], r[12]), (r[13], r[14], r[15])
         sine = math.sin(r[7])
         zeta = (0.0, _RATE * math.cos(r[7]) * dt, _RATE * sine * dt)
-        navigation = _turns((-zeta[0], -zeta[1], -zeta[2]))[0]
+        navigation = turn_of_navigation(zeta)
         fall = _gravity(sine * sine, math.sqrt(1.0 - _E2 * sine * sine), r[9]) * dt
         due, m = keep[0], 0
         for j in range(gyro.shape[1]):
             a = (gyro[k, j, 0], gyro[k, j, 1], gyro[k, j, 2])
             f = (accelerometer[k, j, 0], accelerometer[k, j, 1], accelerometer[k, j, 2])
-            body, w = _body(a, f, a0, f0)
-            u = _seen_from_turning_axes(zeta, _in_navigation_axes(q, w))
-            v = (v[0] + u[0], v[1] + u[1], v[2] + (u[2] - fall))
-            q = _turned(q, navigation, body)
+            q, v = static_step(q, v, a, f, (a0, f0), zeta, navigation, fall)
             a0, f0 = a, f
             if j == due:
                 velocity[i, m, 0], velocity[i, m, 1], velocity[i, m, 2] = v

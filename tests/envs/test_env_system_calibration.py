@@ -11,17 +11,20 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 from estimators.system_calibration.batch_gls import BatchGls
+from estimators.system_calibration.system_kalman import SystemKalman
 from insenv.core.attitude import dcm_from_rotation_vector, rotation_vector_from_dcm
 from insenv.core.errors import InputError
+from insenv.core.estimate import Estimate
 from insenv.core.motion import Motion
-from insenv.core.recording import Floats
+from insenv.core.plugins import ESTIMATORS, find
+from insenv.core.recording import Floats, Recording
 from insenv.core.unit.gimbals import Gimbals, exposed
 from insenv.effects.catalogue import by_key
 from insenv.envs.rollout import RollOut, roll_out
 from insenv.evaluate.bounds import bounds
 from insenv.evaluate.check.estimator import check_estimator
 from insenv.evaluate.trials import trial
-from insenv.information.positions import attitude, nineteen, six, twenty_four, up
+from insenv.information.positions import attitude, from_level, nineteen, six, twenty_four, up
 from insenv.information.sequence import Planner, designed, deviations, even, parameter_of_table
 from insenv.information.unit_calibration import UnitModel, gathered, joined, nothing
 from insenv.scenario import datasheet, load
@@ -79,6 +82,16 @@ def test_force_and_earth_rate_are_those_of_the_level_seen_in_the_unit() -> None:
     assert np.linalg.norm(force) == pytest.approx(9.8, rel=1e-12)
     assert np.linalg.norm(rate) == pytest.approx(7.292115e-5, rel=1e-12)
     assert force @ rate == pytest.approx(9.8 * 7.292115e-5 * np.sin(np.radians(40)), rel=1e-12)
+
+
+def test_the_earth_turns_with_the_heading_of_the_base() -> None:
+    # At a heading of 90 deg forward points east: all of the level rate is to the left.
+    table = Gimbals("yz", heading=np.pi / 2, most=(7.0, 7.0))
+    earth = np.ravel(table.level(np.zeros(len(table.names)), 0.0)[1])
+    np.testing.assert_allclose(earth, [-7.292115e-5, 0, 0], atol=1e-15)
+    to_unit, to_base = from_level(table, (0.0, 0.0))
+    np.testing.assert_allclose(to_base @ [0, 7.292115e-5, 0], earth, atol=1e-15)
+    np.testing.assert_allclose(to_unit, to_base, atol=1e-15)
 
 
 @pytest.mark.parametrize("axis", "xyz")
@@ -195,6 +208,43 @@ def test_the_linear_model_leaves_of_a_run_without_noise_the_products_of_its_erro
 
 def test_batch_gls_keeps_the_contract_of_estimators() -> None:
     assert check_estimator(BatchGls, trial("SystemCalibration")) == []
+
+
+@pytest.mark.parametrize("estimator", ["system_kalman"])
+def test_the_other_estimators_keep_the_contract(estimator: str) -> None:
+    assert check_estimator(find(ESTIMATORS, estimator), trial("SystemCalibration")) == []
+
+
+def test_a_unit_of_biases_scales_misalignments_and_second_order_has_thirty_states() -> None:
+    left_out = ["scale_factor_asymmetry", "g_sensitivity", "size_effect", "force_delay"]
+    table = load("system_calibration/tactical_fog").table.declared
+    assert table is not None
+    declared = {name: entry for name, entry in table.items() if name not in left_out}
+    white = {"noise": {"velocity_random_walk": "40 ug/sqrt(Hz)"}}, {"noise": {"angle_random_walk": "0.01 deg/sqrt(h)"}}
+    changes = {"declared": declared, "instrument.accel": white[0], "instrument.gyro": white[1]}
+    assert SystemKalman(datasheet(load("system_calibration/tactical_fog", changes))).states == 30
+
+
+def estimated(estimator: Any, run: Recording) -> Estimate:
+    found: Estimate = estimator.estimate(estimator.update(estimator.reset(), run))
+    return found
+
+
+def test_the_filter_of_velocities_agrees_with_least_squares_on_the_same_recordings() -> None:
+    # Two ways: navigation and velocities at rest without the table's readings, and all of these. The second is
+    # efficient, so that their difference has the difference of their variances: 96 squares, correlated; within 0.6.
+    played, task = roll_out(system_calibration(changes=QUICK), "nineteen_positions", None, range(2)), QUICK
+    sheet = datasheet(load("system_calibration/tactical_fog", task))
+    squares, deviates = [], []
+    for row in range(2):
+        found = [estimated(make(sheet), played.recording(row)) for make in (SystemKalman, BatchGls)]
+        n = len(found[0].names)
+        variance = found[0].sd ** 2 - found[1].sd[:n] ** 2
+        assert found[0].names == found[1].names[:n] and np.all(variance > 0)
+        squares.append((found[0].mean - found[1].mean[:n]) ** 2 / variance)
+        truth = np.array([played.truth[name][row] for name in found[0].names])
+        deviates.append((found[0].mean - truth) / found[0].sd)
+    assert abs(np.mean(squares) - 1) < 0.6 and abs(np.mean(np.square(deviates)) - 1) < 0.6
 
 
 @pytest.mark.slow

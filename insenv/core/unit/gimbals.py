@@ -73,14 +73,17 @@ class Gimbals:
 
     def level(self, errors: Floats, latitude: float | None) -> tuple[Vector, Vector]:
         """The direction up and the Earth's rate [rad/s] in the base's axes, components of shape (..., 1)."""
-        turns = self._base(errors)
         shape = np.zeros((*errors.shape[:-1], 1))
         up: Vector = (shape, shape, shape + 1.0)
         if latitude is None:
-            return _turned(up, turns), (shape, shape, shape)
+            return self.based(up, errors), (shape, shape, shape)
         north, vertical = EARTH_RATE * np.cos(latitude), EARTH_RATE * np.sin(latitude)
         earth: Vector = (shape, shape + north, shape + vertical)
-        return _turned(up, turns), _turned(earth, turns)
+        return self.based(up, errors), self.based(earth, errors)
+
+    def based(self, vector: Vector, errors: Floats) -> Vector:
+        """A vector of the level (east, north, up) in the base's axes, components of shape (..., 1)."""
+        return _turned(vector, self._base(errors))
 
     def inside(self, vector: Vector, angles: Floats, errors: Floats) -> Vector:
         """A vector of the base in the unit, components of shape (..., n), for true angles of shape (..., k, n)."""

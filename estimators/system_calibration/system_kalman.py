@@ -1,0 +1,260 @@
+r"""All parameters of a unit by a Kalman filter of the errors of its navigation: velocities at rest are its data.
+
+The unit navigates on the table, with the static mechanisation (`insenv.navigation.strapdown`) and with what is known of
+its errors taken off. With C^ = (1 - [phi x]) C the attitude found, dv = v^ - v, and u^ = u + X dtheta + n the inputs,
+where X are the regressors of the declared effects and dtheta what is not yet known of their parameters,
+
+    phi' = -omega_ie x phi - C (X_g dtheta + n_g),      dv' = f^n x phi + C (X_a dtheta + n_a),      dtheta' = 0
+
+The first follows from C^' = C^ [w^ x] - [omega_ie x] C^, put into the definition of phi; the second from
+v^' = C^ f^ + g, to first order; Coriolis terms of dv are left out, as in the mechanisation. While the unit rests, its
+velocity is zero, and so v^ is a measurement of dv: of the force's errors by its slope, of the level errors and the
+gyros' biases across the level by the slope's slope, and through the turns between two rests of scale factors and
+misalignments of the gyros. Two angles of a turn show at its end as tilts against gravity; the readings of the table
+are not needed, but for where it stands at first. What is found is put back into the navigation after every sample.
+
+Of a unit with biases, scale factors, misalignments (9 and 6) and second-order terms there are 30 states; what else is
+declared with a deviation is one state each, and slow noise is processes of first order
+(`insenv.information.unit_inputs`). Needs velocities free of vibration to `VIBRATION`.
+Source: the 19 positions and their filter of velocity errors as the toolbox PSINS simulates them, after Xie Bo,
+Multiposition calibration method of laser gyro SINS, J. Chinese Inertial Technology (2011); Camberlein and Mazzanti,
+Calibration technique for laser gyro strapdown inertial navigation systems, Symposium Gyro Technology, Stuttgart (1985);
+the equations are derived anew from Titterton and Weston, Strapdown Inertial Navigation Technology, 2nd ed. (2004),
+sections 12.2 and 12.3.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from types import ModuleType
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insenv.core.attitude import quaternion_from_dcm
+from insenv.core.earth import EARTH_RATE
+from insenv.core.errors import InputError
+from insenv.core.estimate import Datasheet, Estimate
+from insenv.core.recording import Floats, Recording
+from insenv.core.unit.gimbals import Gimbals
+from insenv.core.unit.motion import GYROS, UNIT
+from insenv.information.positions import from_level
+from insenv.information.unit_inputs import ROWS, TURNING, Slow, UnitInputs, noises_of_first_order, rows_of
+
+#: Velocity of a unit at rest on its table, white from sample to sample [m/s]. What the second order of the angles makes
+#: of gravity in a second stands beside it.
+VIBRATION = 1e-5
+#: Length of a block, at whose beginning regressors are taken anew and slow noise goes on [s].
+BLOCK = 1.0
+
+
+@dataclass(frozen=True)
+class Seen:
+    """State.
+
+    Attributes
+    ----------
+    rows : ndarray, shape (R, STATE + m)
+        Of `estimators.system_calibration.system_kalman_kernel`; values of the states in their deviations, of the
+        parameters since the block began, which is zero between blocks.
+    cov : ndarray, shape (R, 6 + m, 6 + m)
+    theta : ndarray, shape (R, q)
+        Parameters [SI].
+    past : ndarray, shape (R, ROWS, 1)
+        Row before the rest.
+    rest : ndarray, shape (R, ROWS, r)
+        Rows that fill no block, or whose successor is not there.
+    samples : int
+        Taken so far.
+    batched : bool
+    """
+
+    rows: Floats
+    cov: Floats
+    theta: Floats
+    past: Floats
+    rest: Floats
+    samples: int
+    batched: bool
+
+
+@final
+@dataclass(frozen=True)
+class SystemKalman:
+    """Parameters of the unit with their covariance, on line.
+
+    Needs "gyro_x" .. "gyro_z" [rad/s], "accel_x" .. "accel_z" [m/s^2], "turning", and "axis_1" .. [rad] of the first
+    row; "temperature" [K] where an effect of it is declared.
+
+    Raises
+    ------
+    InputError
+        If the datasheet tells of no axes, no gravity, no noise or one that is neither white, nor flicker, nor a walk.
+    """
+
+    datasheet: Datasheet
+
+    def __post_init__(self) -> None:
+        if self.datasheet.site.gravity is None:
+            raise InputError("the datasheet tells of no gravity; wanted site.gravity, which accelerometers are set to")
+        _ = self.gimbals, self._noises
+
+    @property
+    def gimbals(self) -> Gimbals:
+        """The table, for where it stands at first and how well that is known."""
+        found = self.datasheet.mounting.gimbals
+        if found is None:
+            raise InputError("the datasheet tells of no table with several axes; wanted mounting.gimbals")
+        return found
+
+    @cached_property
+    def inputs(self) -> UnitInputs:
+        """The declared model."""
+        return UnitInputs(self.datasheet)
+
+    @cached_property
+    def _noises(self) -> tuple[Floats, tuple[Slow, ...]]:
+        return noises_of_first_order(self.datasheet)
+
+    @cached_property
+    def _places(self) -> NDArray[np.int64]:
+        """First state of each channel, and their number."""
+        slow = [sum(s.channel == c for s in self._noises[1]) for c in range(len(UNIT))]
+        return np.concatenate([[0], np.cumsum(np.add(self.inputs.counts, slow))]).astype(np.int64)
+
+    @cached_property
+    def _own(self) -> NDArray[np.int64]:
+        """Places of the parameters among the states; the others are slow noise, in the order of `_noises`."""
+        return np.concatenate(
+            [self._places[c] + np.arange(count) for c, count in enumerate(self.inputs.counts)]
+        ).astype(np.int64)
+
+    @cached_property
+    def _slow(self) -> NDArray[np.int64]:
+        return np.setdiff1d(np.arange(self._places[-1]), self._own)
+
+    @cached_property
+    def _sd(self) -> Floats:
+        return np.array([q.sd for q in self.inputs.parameters])
+
+    @property
+    def size(self) -> int:
+        """Samples of a block."""
+        return max(1, round(BLOCK * self.datasheet.sampling))
+
+    @property
+    def states(self) -> int:
+        """Errors of attitude and velocity, parameters, and processes of slow noise."""
+        return 6 + int(self._places[-1])
+
+    def reset(self, batch: int | None = None) -> Seen:
+        """No row yet."""
+        runs, m = batch or 1, self.states - 6
+        theta = np.tile([q.mean for q in self.inputs.parameters], (runs, 1))
+        cov = np.zeros((runs, 6 + m, 6 + m))
+        cov[:, 6:, 6:] = np.eye(m)
+        walks = [6 + int(j) for j, s in zip(self._slow, self._noises[1], strict=True) if s.walk]
+        cov[:, walks, walks] = 0.0
+        rows = np.zeros((runs, _kernel().STATE + m))
+        nothing = np.zeros((runs, ROWS, 0))
+        return Seen(rows, cov, theta, nothing, nothing, 0, batch is not None)
+
+    def update(self, state: Seen, chunk: Recording) -> Seen:
+        """State after a chunk."""
+        rows = rows_of(chunk, self.datasheet.reference_temperature)
+        if not len(chunk):
+            return state
+        if not state.past.shape[-1]:
+            state = self._begun(state, chunk, rows)
+        rows = np.concatenate([state.past, state.rest, rows], axis=-1)
+        state, at = replace(state, rows=state.rows.copy(), cov=state.cov.copy()), 0
+        while rows.shape[-1] - at >= self.size + 2:
+            state = self._block(state, np.ascontiguousarray(rows[..., at : at + self.size + 2]))
+            at += self.size
+        return replace(state, past=rows[..., at : at + 1].copy(), rest=rows[..., at + 1 :].copy())
+
+    def estimate(self, state: Seen) -> Estimate:
+        """What is known after the last whole block."""
+        own = 6 + self._own
+        cov = state.cov[:, own[:, None], own] * np.outer(self._sd, self._sd)
+        mean = state.theta
+        if not state.batched:
+            mean, cov = mean[0], cov[0]
+        parameters = self.inputs.parameters
+        return Estimate(tuple(q.name for q in parameters), tuple(q.unit for q in parameters), mean, cov)
+
+    def _begun(self, state: Seen, chunk: Recording, rows: Floats) -> Seen:
+        """Attitude by the table's first readings, and what of it is not known."""
+        table = self.gimbals
+        angles = np.stack([chunk.values(f"axis_{m + 1}", "rad")[..., 0] for m in range(len(table.axes))], axis=-1)
+        first, cov = np.concatenate([state.rows], axis=0), state.cov.copy()
+        mounting, base, others = np.array(table.sd[:3]), np.array(table.sd[3:6]), table.sd[6:]
+        for i, at in enumerate(angles.reshape(len(first), -1)):
+            to_unit, to_base = from_level(table, at.tolist())
+            first[i, :4] = quaternion_from_dcm(to_unit.T)
+            cov[i, :3, :3] = (to_unit.T * mounting**2) @ to_unit + (to_base.T * base**2) @ to_base
+            cov[i, :3, :3] += np.sum(np.square(others)) * np.eye(3)
+        past = rows[..., :1].copy()
+        past[:, TURNING] = 0.0
+        return replace(state, rows=first, cov=cov, past=past)
+
+    def _block(self, state: Seen, rows: Floats) -> Seen:
+        """After a block; rows with that before and that after it. Arrays of the state are changed."""
+        inputs, found = self.inputs.solved(rows, state.samples, state.theta)
+        runs, n, m = len(rows), self.size, self.states - 6
+        columns = np.empty((runs, n, m))
+        columns[..., self._own] = np.concatenate(found, axis=-1) * self._sd
+        columns[..., self._slow] = [s.sd for s in self._noises[1]]
+        self._slow_on(state)
+        _kernel().run(
+            np.ascontiguousarray(np.swapaxes(inputs, -1, -2)),
+            columns,
+            np.ascontiguousarray(rows[:, TURNING, 1:-1] == 0.0),
+            self._places,
+            self._numbers,
+            state.rows,
+            state.cov,
+        )
+        values = state.rows[:, _kernel().STATE :]
+        theta = state.theta + values[:, self._own] * self._sd
+        values[:, self._own] = 0.0
+        np.add(state.cov, np.swapaxes(state.cov, -1, -2), out=state.cov)
+        np.multiply(state.cov, 0.5, out=state.cov)
+        return replace(state, theta=theta, samples=state.samples + n)
+
+    def _slow_on(self, state: Seen) -> None:
+        """Slow noise goes on by a block, half of it before and half after it: one step from middle to middle."""
+        if not len(self._slow):
+            return
+        time = self.size * self.datasheet.dt
+        kept = np.exp([-time / s.time for s in self._noises[1]])
+        new = 1 - kept**2 + np.array([s.walk * time for s in self._noises[1]])
+        at = 6 + self._slow
+        state.cov[:, at] *= kept[:, None]
+        state.cov[:, :, at] *= kept
+        state.cov[:, at, at] += new
+        state.rows[:, _kernel().STATE + self._slow] *= kept
+
+    @cached_property
+    def _numbers(self) -> Floats:
+        site = self.datasheet.site
+        assert site.gravity is not None
+        latitude = site.latitude
+        north, up = (0.0, 0.0) if latitude is None else (EARTH_RATE * np.cos(latitude), EARTH_RATE * np.sin(latitude))
+        variance = VIBRATION**2 + (self._second_order * site.gravity) ** 2
+        return np.array([self.datasheet.dt, north, up, site.gravity, variance, *self._noises[0]])
+
+    @cached_property
+    def _second_order(self) -> float:
+        """Square of the angle by which scale factors and misalignments may be wrong at first [rad^2]."""
+        angles = [[q.sd for q in self.inputs.parameters if q.name.startswith(g) and q.unit == "1"] for g in GYROS]
+        return float(max(np.sum(np.square(one)) for one in angles))
+
+
+def _kernel() -> ModuleType:
+    """Compiled loops, imported where an estimator is used."""
+    from estimators.system_calibration import system_kalman_kernel
+
+    return system_kalman_kernel

@@ -1,0 +1,192 @@
+r"""The loop of `estimators.system_calibration.system_kalman`: navigation, covariance and update, sample by sample.
+
+With a = (phi, dv) the errors of attitude and velocity, theta what is constant within a block and B its part in a,
+
+    P_aa' = (Phi P_aa + B P_ta) Phi' + (Phi P_at + B P_tt) B' + Q,      P_at' = Phi P_at + B P_tt
+
+P_tt is not touched. A column of B is that of its channel in the attitude matrix times the regressor, so that B P
+needs one sum over the parameters of each channel. At rest each component of the velocity is a scalar measurement.
+
+Each row runs alone through the same loop: chunks and batches make no difference.
+"""
+
+# mypy: disable-error-code="no-untyped-def"
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numba
+import numpy as np
+
+from insenv.navigation.kernel import static_step, turn_of_navigation
+
+#: Places in the array of a row: quaternion, velocity, increments of the sample before, whether it was a turn's, values
+#: of the states.
+QUATERNION, VELOCITY, BEFORE, TURNED, STATE = 0, 4, 7, 13, 14
+
+
+def jit(function: Callable[..., Any]) -> Any:
+    """Compile for good where there is a place to keep it."""
+    try:
+        return numba.njit(cache=True)(function)
+    except RuntimeError:  # nowhere to write the cache
+        return numba.njit(function)
+
+
+@jit
+def _matrix(q, c):
+    """C_b^n of a quaternion, added to c with the weight of a half."""
+    w, x, y, z = q
+    c[0, 0] += 0.5 - (y * y + z * z)
+    c[0, 1] += x * y - w * z
+    c[0, 2] += x * z + w * y
+    c[1, 0] += x * y + w * z
+    c[1, 1] += 0.5 - (x * x + z * z)
+    c[1, 2] += y * z - w * x
+    c[2, 0] += x * z - w * y
+    c[2, 1] += y * z + w * x
+    c[2, 2] += 0.5 - (x * x + y * y)
+
+
+@jit
+def _crossed(v, rows, out):
+    """Add v x to three rows, of all columns."""
+    for k in range(rows.shape[1]):
+        out[0, k] += v[1] * rows[2, k] - v[2] * rows[1, k]
+        out[1, k] += v[2] * rows[0, k] - v[0] * rows[2, k]
+        out[2, k] += v[0] * rows[1, k] - v[1] * rows[0, k]
+
+
+@jit
+def _onward(p, x, places, c, force, zeta, white, dt, scratch):  # noqa: C901, PLR0912, PLR0913 -- plain loops
+    """Covariance after a sample; c: C_b^n in its middle, force: increment of velocity by the specific force."""
+    sums, t, m = scratch
+    size = p.shape[0]
+    for ch in range(6):
+        row = sums[ch]
+        row[:] = 0.0
+        for j in range(places[ch], places[ch + 1]):
+            h, source = x[j], p[6 + j]
+            for k in range(size):
+                row[k] += h * source[k]
+    for k in range(size):
+        for i in range(6):
+            t[i, k] = p[i, k]
+        for i in range(3):
+            t[i, k] -= dt * (c[i, 0] * sums[0, k] + c[i, 1] * sums[1, k] + c[i, 2] * sums[2, k])
+            t[3 + i, k] += dt * (c[i, 0] * sums[3, k] + c[i, 1] * sums[4, k] + c[i, 2] * sums[5, k])
+    _crossed((-zeta[0], -zeta[1], -zeta[2]), p[0:3], t[0:3])
+    _crossed(force, p[0:3], t[3:6])
+    for i in range(6):
+        for ch in range(6):
+            s = 0.0
+            for j in range(places[ch], places[ch + 1]):
+                s += x[j] * t[i, 6 + j]
+            m[i, ch] = s
+    for i in range(6):
+        a, b, g = t[i, 0], t[i, 1], t[i, 2]
+        p[i, 0] = a - (zeta[1] * g - zeta[2] * b)
+        p[i, 1] = b - (zeta[2] * a - zeta[0] * g)
+        p[i, 2] = g - (zeta[0] * b - zeta[1] * a)
+        p[i, 3] = t[i, 3] + force[1] * g - force[2] * b
+        p[i, 4] = t[i, 4] + force[2] * a - force[0] * g
+        p[i, 5] = t[i, 5] + force[0] * b - force[1] * a
+        for j in range(3):
+            p[i, j] -= dt * (c[j, 0] * m[i, 0] + c[j, 1] * m[i, 1] + c[j, 2] * m[i, 2])
+            p[i, 3 + j] += dt * (c[j, 0] * m[i, 3] + c[j, 1] * m[i, 4] + c[j, 2] * m[i, 5])
+        for k in range(6, size):
+            p[i, k] = t[i, k]
+            p[k, i] = t[i, k]
+    for i in range(3):
+        for j in range(3):
+            for b in range(3):
+                p[i, j] += c[i, b] * c[j, b] * white[b]
+                p[3 + i, 3 + j] += c[i, b] * c[j, b] * white[3 + b]
+
+
+@jit
+def _second_order(p):
+    """What terms of second order may have made of both in a turn: twice phi times what they erred by."""
+    share = 4.0 * (p[0, 0] + p[1, 1] + p[2, 2])
+    for i in range(6):
+        p[i, i] *= 1.0 + share
+
+
+@jit
+def _at_rest(p, v, variance, found, gain):
+    """Take the velocity for its error; what is found of all states into ``found``."""
+    size = p.shape[0]
+    found[:] = 0.0
+    for i in range(3, 6):
+        s = p[i, i] + variance
+        left = (v[i - 3] - found[i]) / s
+        for k in range(size):
+            gain[k] = p[i, k]
+        for k in range(size):
+            found[k] += gain[k] * left
+        for j in range(size):
+            h, row = gain[j] / s, p[j]
+            for k in range(size):
+                row[k] -= h * gain[k]
+
+
+@jit
+def run(inputs, columns, resting, places, numbers, rows, cov):  # noqa: PLR0913, PLR0915 -- one loop over samples
+    """Run the rows on through a block, in place.
+
+    inputs : shape (R, n, 6), rates and forces less what is declared. columns : (R, n, m), regressors of the states
+    in units of their deviations, those of a channel together. resting : (R, n), not zero where the velocity is known
+    to be zero at the end of a sample. places : (7,), first state of each channel. numbers : dt, Earth's rate north
+    and up, gravity, variance of a velocity at rest, and six white densities. rows : (R, STATE + m).
+    cov : (R, 6 + m, 6 + m).
+    """
+    dt, size = numbers[0], cov.shape[1]
+    zeta = (0.0, numbers[1] * dt, numbers[2] * dt)
+    fall, variance, white = numbers[3] * dt, numbers[4], numbers[5:11] * dt
+    navigation = turn_of_navigation(zeta)
+    scratch = (np.empty((6, size)), np.empty((6, size)), np.empty((6, 6)))
+    found, gain, c, u = np.empty(size), np.empty(size), np.empty((3, 3)), np.empty(6)
+    for i in range(rows.shape[0]):
+        r, p = rows[i], cov[i]
+        q, v = (r[0], r[1], r[2], r[3]), (r[4], r[5], r[6])
+        a0, f0 = (r[7], r[8], r[9]), (r[10], r[11], r[12])
+        x = r[STATE:]
+        for n in range(inputs.shape[1]):
+            h = columns[i, n]
+            for ch in range(6):
+                s = inputs[i, n, ch]
+                for j in range(places[ch], places[ch + 1]):
+                    s -= h[j] * x[j]
+                u[ch] = s * dt
+            a, f = (u[0], u[1], u[2]), (u[3], u[4], u[5])
+            c[:, :] = 0.0
+            _matrix(q, c)
+            before = v
+            q, v = static_step(q, v, a, f, (a0, f0), zeta, navigation, fall)
+            _matrix(q, c)
+            a0, f0 = a, f
+            force = (v[0] - before[0], v[1] - before[1], v[2] - before[2] + fall)
+            _onward(p, h, places, c, force, zeta, white, dt, scratch)
+            if resting[i, n] == 0.0:
+                r[TURNED] = 1.0
+            else:
+                if r[TURNED] != 0.0:
+                    _second_order(p)
+                    r[TURNED] = 0.0
+                _at_rest(p, v, variance, found, gain)
+                v = (v[0] - found[3], v[1] - found[4], v[2] - found[5])
+                e0, e1, e2 = 0.5 * found[0], 0.5 * found[1], 0.5 * found[2]
+                q = (
+                    q[0] - (e0 * q[1] + e1 * q[2] + e2 * q[3]),
+                    q[1] + e0 * q[0] + e1 * q[3] - e2 * q[2],
+                    q[2] + e1 * q[0] + e2 * q[1] - e0 * q[3],
+                    q[3] + e2 * q[0] + e0 * q[2] - e1 * q[1],
+                )
+                for j in range(size - 6):
+                    x[j] += found[6 + j]
+        r[0], r[1], r[2], r[3] = q
+        r[4], r[5], r[6] = v
+        r[7], r[8], r[9] = a0
+        r[10], r[11], r[12] = f0
