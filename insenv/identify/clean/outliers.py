@@ -28,7 +28,7 @@ from insenv.core.recording import Floats, Recording
 from insenv.core.series.stretches import stretches
 from insenv.data.exposure import table_rate_of_rows, table_share
 from insenv.identify.clean.ramps import approaching
-from insenv.identify.clean.rounding import rounding
+from insenv.core.series.rounding import rounding
 from insenv.identify.findings import RejectedRows
 from insenv.identify.fit.bins import Block
 from insenv.identify.fit.problem import Problem

@@ -1,14 +1,7 @@
 """Positions: the rests of a triad that is held still in many attitudes.
 
-A window is still if all channels of the triads scatter in it little more than in their quietest windows. With s_c(t)
-the standard deviation of channel c in a window about t, and q_c its quiet level (a low quantile of s_c over the
-recording),
-
-    s(t) = sqrt(mean over c of (s_c(t) / q_c)^2),        still:  s(t) < threshold,   threshold = sqrt(q s_max)
-
-where q and s_max are the quiet level and the largest value of s: half-way, in orders of magnitude, between rest and
-motion. No figure of the instrument is needed, not even its unit. A rest is a stretch of still windows that is long
-enough, less half a window at either end, for there the hand is still near.
+A rest is a stretch of still windows (`insenv.identify.positions.stillness`) that is long enough, less half a window at
+either end, for there the hand is still near, and whose means do not wander.
 
 That is still enough for the magnitude of gravity, whatever a hand's tremor. What gyros are judged by, the direction
 of gravity and the bias, wants more: the longest stretch of each rest in which s(t) stays below a few times the noise of
@@ -28,25 +21,25 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
 
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats, Recording
 from insenv.data.manifest import Manifest
 from insenv.data.split import split
+from insenv.identify.positions.stillness import (
+    WINDOW,
+    WINDOW_ROWS,
+    quiet_levels,
+    scatter,
+    steady,
+    threshold,
+    window_rows,
+)
 
-#: Length of the windows whose scatter is looked at [s].
-WINDOW = 0.5
-#: Least number of rows in such a window.
-WINDOW_ROWS = 8
 #: Least length of what is left of a rest, in windows.
 SHORTEST = 2
-#: Share of the windows that are quieter than the quiet level.
-QUIET_SHARE = 0.1
-#: The least and the largest threshold, in quiet levels.
-THRESHOLDS = (4.0, 20.0)
-#: Ratio of the largest scatter to the quiet level below which nothing moves at all.
-MOVES = 8.0
+#: Share of the quiet time of a run in which the means must stay for there to be a rest.
+STEADY_SHARE = 0.5
 #: Of a labelled stretch this share may move: a knock does not make it a turn.
 MOVING_SHARE = 0.5
 #: Scatter, in quiet levels, below which a part of a rest may serve the gyros; white noise reaches 1.5 of them.
@@ -111,17 +104,21 @@ def find_rests(manifest: Manifest, recordings: Sequence[Recording], channels: Se
     """
     found: list[tuple[int, int, int]] = []
     remarks: list[str] = []
-    for run, recording in enumerate(recordings):
-        stretches, said = _labelled(recording, channels) if recording.segments else _still(recording, channels)
+    quiet = quiet_levels(recordings, channels)
+    scatters = [scatter(recording, channels, quiet) for recording in recordings]
+    for run, (recording, s) in enumerate(zip(recordings, scatters, strict=True)):
+        stretches, said = _labelled(recording, s) if recording.segments else _still(recording, channels, s)
         found += [(run, start, stop) for start, stop in stretches]
         remarks += said
     if len(found) < 2:
         count = "no rest" if not found else "one rest"
         wanted = f"wanted several attitudes, each held still for {(SHORTEST + 2) * WINDOW:g} s or longer"
-        raise InputError(f"{manifest.path}: {count} found in {', '.join(r.label for r in recordings)}; {wanted}")
+        where = f"{count} found in {', '.join(r.label for r in recordings)}"
+        why = f" ({'; '.join(remarks)})" if remarks else ""
+        raise InputError(f"{manifest.path}: {where}{why}; {wanted}")
     rests = tuple(Rest(number, *where) for number, where in enumerate(found, start=1))
     if _in_turn(manifest, rests):
-        calm = _calm(recordings, rests, channels)
+        calm = _calm(recordings, rests, scatters)
         in_turn = Rests(rests, (_counted(recordings, rests, "each held out in its turn"), *remarks), calm, True)
         if len(rests) >= least:
             return in_turn
@@ -137,7 +134,7 @@ def find_rests(manifest: Manifest, recordings: Sequence[Recording], channels: Se
             f"{manifest.path}: of {len(rests)} rests {which} is held out; wanted some to fit, some to score"
         )
     used = tuple(replace(r, held_out=bool(h)) for r, h in zip(rests, held_out, strict=True))
-    calm = _calm(recordings, used, channels)
+    calm = _calm(recordings, used, scatters)
     fitted = sum(not r.held_out for r in used)
     return Rests(used, (_counted(recordings, used, f"{fitted} fitted, {len(used) - fitted} held out"), *remarks), calm)
 
@@ -159,12 +156,11 @@ def _parts(recording: Recording, rest: Rest) -> list[Rest]:
     return [replace(rest, start=a, stop=a + length, held_out=bool(k % 2)) for k, a in enumerate(starts)]
 
 
-def _calm(recordings: Sequence[Recording], rests: Sequence[Rest], channels: Sequence[str]) -> tuple[Rest, ...]:
+def _calm(recordings: Sequence[Recording], rests: Sequence[Rest], scatters: Sequence[Floats]) -> tuple[Rest, ...]:
     """The longest calm stretch of each rest, at the level of calm that tells most."""
-    scatters = [scatter(recording, channels) for recording in recordings]
     best, most = tuple(rests), -np.inf
     for level in CALM:
-        found = [_calmest(rest, *scatters[rest.run], level) for rest in rests]
+        found = [_calmest(rest, scatters[rest.run], window_rows(recordings[rest.run]), level) for rest in rests]
         kept = tuple(rest for rest in found if rest is not None)
         if len({rest.held_out for rest in kept}) < len({rest.held_out for rest in rests}):
             continue
@@ -188,47 +184,11 @@ def _calmest(rest: Rest, s: Floats, width: int, level: float) -> Rest | None:
     return replace(rest, start=start, stop=stop)
 
 
-def scatter(recording: Recording, channels: Sequence[str]) -> tuple[Floats, int]:
-    """Scatter of the window about each row in quiet levels, shape (n,), and the rows of a window."""
-    width = max(WINDOW_ROWS, round(WINDOW / recording.dt))
-    parts = [piece for piece in recording.pieces() if piece.stop - piece.start >= width]
-    squares = np.full((len(channels), len(recording)), np.inf)
-    for row, name in zip(squares, channels, strict=True):
-        for piece in parts:
-            row[piece] = _variance(recording.channels[name].values[piece], width)
-        # A counter that stands still has no scatter: the least step that it makes is its quiet level then.
-        inside = row[np.isfinite(row)]
-        quiet = float(np.quantile(inside, QUIET_SHARE)) if len(inside) else 0.0
-        least = quiet or float(np.min(inside[inside > 0], initial=np.inf))
-        row[np.isfinite(row)] /= least
-    with np.errstate(invalid="ignore"):
-        total = np.sqrt(squares.mean(axis=0))
-    return np.where(np.isnan(total), np.inf, total), width
-
-
-def _variance(values: Floats, width: int) -> Floats:
-    """Variance in a window about each value; beyond the ends the ends are mirrored."""
-    x = values - values.mean()
-    mean = uniform_filter1d(x, width, mode="mirror")
-    return np.maximum(uniform_filter1d(x * x, width, mode="mirror") - mean * mean, 0.0)
-
-
-def threshold(s: Floats) -> float:
-    """Scatter below which a window is still: between the quiet level and the largest; infinite if nothing moves."""
-    known = s[np.isfinite(s)]
-    if not len(known):
-        return 0.0
-    quiet, largest = float(np.quantile(known, QUIET_SHARE)), float(known.max())
-    if largest < MOVES * quiet:
-        return np.inf
-    return float(np.clip(np.sqrt(largest / quiet), *THRESHOLDS)) * quiet
-
-
-def _still(recording: Recording, channels: Sequence[str]) -> tuple[list[tuple[int, int]], list[str]]:
-    """Stretches that stand still, and what is said of those that are too short."""
-    s, width = scatter(recording, channels)
+def _still(recording: Recording, channels: Sequence[str], s: Floats) -> tuple[list[tuple[int, int]], list[str]]:
+    """Stretches that stand still, and what is said of those that are too short or wander."""
+    width = window_rows(recording)
     still = s < threshold(s)
-    kept: list[tuple[int, int]] = []
+    quiet: list[tuple[int, int]] = []
     short = 0
     for piece in recording.pieces():
         for start, stop in _runs(still[piece]):
@@ -236,13 +196,25 @@ def _still(recording: Recording, channels: Sequence[str]) -> tuple[list[tuple[in
             a = piece.start + start + (width // 2 if start else 0)
             b = piece.start + stop - (width // 2 if stop < piece.stop - piece.start else 0)
             if b - a >= SHORTEST * width:
-                kept.append((a, b))
+                quiet.append((a, b))
             elif stop - start >= width:
                 short += 1
-    noun = "stretch" if short == 1 else "stretches"
-    # Half a window is lost at either end twice: as scatter, and as margin.
-    least = (SHORTEST + 2) * width * recording.dt
-    return kept, [f"{recording.label}: {short} still {noun} left out, shorter than {least:.3g} s"] if short else []
+    said = []
+    if short:
+        # Half a window is lost at either end twice: as scatter, and as margin.
+        least = (SHORTEST + 2) * width * recording.dt
+        said.append(f"{short} still {_stretches(short)} left out, shorter than {least:.3g} s")
+    kept = [[part for part in steady(recording, channels, a, b) if np.ptp(part) >= SHORTEST * width] for a, b in quiet]
+    if sum(np.ptp(part) for parts in kept for part in parts) < STEADY_SHARE * sum(np.ptp(part) for part in quiet):
+        said.append("the means wander where it is quietest: there the triad moves")
+        kept = []
+    elif moving := sum(not parts for parts in kept):
+        said.append(f"{moving} {_stretches(moving)} left out in which the means wander: there the triad moves")
+    return [part for parts in kept for part in parts], [f"{recording.label}: {text}" for text in said]
+
+
+def _stretches(count: int) -> str:
+    return "stretch" if count == 1 else "stretches"
 
 
 def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
@@ -251,10 +223,9 @@ def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
-def _labelled(recording: Recording, channels: Sequence[str]) -> tuple[list[tuple[int, int]], list[str]]:
+def _labelled(recording: Recording, s: Floats) -> tuple[list[tuple[int, int]], list[str]]:
     """Labelled stretches that stand still, and what is said of the others."""
-    s, width = scatter(recording, channels)
-    limit = threshold(s)
+    width, limit = window_rows(recording), threshold(s)
     kept, moving = [], []
     for segment in recording.segments:
         inner = slice(segment.start + width // 2, max(segment.stop - width // 2, segment.start + width // 2 + 1))

@@ -7,7 +7,7 @@ import pytest
 
 from insenv.core.recording import Channel, Recording
 from insenv.identify.clean.outliers import without_outliers
-from insenv.identify.clean.rounding import rounding
+from insenv.core.series.rounding import rounding
 from insenv.identify.findings import RejectedRows
 
 
