@@ -23,6 +23,7 @@ from insenv.data.readers.table import rows_of
 from insenv.data.renewals import with_renewals
 from insenv.data.resample import resampled, spread
 from insenv.data.sampling import Sampling, UnevenError, at_mean_rate, check_forwards, round_rate, sampling
+from insenv.data.words import Mended, with_words
 
 #: SI unit of the channels of each dimension.
 SI_UNITS = {"rate": "rad/s", "acceleration": "m/s^2", "angle": "rad", "temperature": "K", "number": "1"}
@@ -55,9 +56,13 @@ def read_recordings(manifest: Manifest) -> tuple[Recording, ...]:
     """
     read: list[Recording] = []
     uneven: list[UnevenError] = []
-    for run in manifest.runs:
+    tables = [
+        _with_other_files(manifest, run, read_table(run, columns(manifest), manifest.columns)) for run in manifest.runs
+    ]
+    runs = list(zip(manifest.runs, with_words(tables), strict=True))
+    for run, table in runs:
         try:
-            read.append(_read_run(manifest, run))
+            read.append(_read_run(manifest, run, table))
         except UnevenError as error:
             uneven.append(error)
     if uneven:
@@ -66,7 +71,7 @@ def read_recordings(manifest: Manifest) -> tuple[Recording, ...]:
         if not _nothing_turns(manifest) or manifest.fit_rows or manifest.held_out.rows:
             raise InputError(uneven[0].proposing(rate))
         anew = replace(manifest, resample=round_rate(rate))
-        return tuple(_read_run(anew, run) for run in manifest.runs)
+        return tuple(_read_run(anew, run, table) for run, table in runs)
     return tuple(read)
 
 
@@ -103,12 +108,12 @@ def check_sampling(path: Path, t: Floats, place: Callable[[int], str]) -> None:
         raise InputError(f"{path}: not evenly sampled ({found}); wanted at most {100 * UNEVEN_SHARE:.0f} %")
 
 
-def _read_run(manifest: Manifest, run: RunSpec) -> Recording:
-    table = _with_other_files(manifest, run, read_table(run, columns(manifest), manifest.columns))
+def _read_run(manifest: Manifest, run: RunSpec, words: Mended) -> Recording:
+    table = words.table
     t = time(manifest, run, table)
     table, t, far = _without_strays(manifest, run, table, t)
     table, t, again = _without_copies(manifest, run, table, t)
-    notes = (*table.notes, *far, *again)
+    notes = (*table.notes, *words.notes, *far, *again)
     if table.notes and (manifest.fit_rows or manifest.held_out.rows):
         raise InputError(f"{run.file}: {table.notes[0]}; wanted all of them where {manifest.path} counts rows")
     if manifest.resample is not None:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from insenv.core.recording import Channel, Recording
-from insenv.identify.clean.outliers import without_outliers
 from insenv.core.series.rounding import rounding
+from insenv.identify.clean.outliers import without_outliers
 from insenv.identify.findings import RejectedRows
 
 

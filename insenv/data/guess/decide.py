@@ -7,7 +7,7 @@ and its table's settle each other. So a draft is made anew after every answer, a
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +22,7 @@ from insenv.data.guess.heading import is_unit
 from insenv.data.guess.listing import Listing
 from insenv.data.guess.rates import Units
 from insenv.data.sampling import UnevenError, sampling
+from insenv.data.words import told
 
 #: Attitudes in which a triad rested from which on the recording is one of several positions.
 SEVERAL = 5
@@ -59,12 +60,14 @@ def draft(listings: Sequence[Listing], answers: Mapping[str, str]) -> Draft:
         If the files differ in their columns, or an answer is none to its question.
     """
     _check_alike(listings)
+    listings, words = _with_words(listings)
     files = tuple(listing.file for listing in listings)
     if listings[0].format == "psins-imu":
         return _psins(files)
     longest = max(listings, key=lambda one: one.rows)
     roles = assign(longest, answers)
-    said = _Said(questions=list(roles.questions), notes=list(dict.fromkeys(n for one in listings for n in one.notes)))
+    notes = dict.fromkeys([*(n for one in listings for n in one.notes), *words])
+    said = _Said(questions=list(roles.questions), notes=list(notes))
     period = _time(said, roles, longest, answers)
     units = rates.decided(roles, period, answers)
     said.questions += units.questions
@@ -94,6 +97,16 @@ def draft(listings: Sequence[Listing], answers: Mapping[str, str]) -> Draft:
         left_out=roles.left_out,
         notes=tuple(said.notes),
     )
+
+
+def _with_words(listings: Sequence[Listing]) -> tuple[Sequence[Listing], list[str]]:
+    """The files with words that were read without their sign mended, as they will be read, and what is said of them."""
+    mended, said = [], []
+    for one in listings:
+        values, words = told({str(c.key): c.values for c in one.columns})
+        mended.append(replace(one, columns=tuple(replace(c, values=values[str(c.key)]) for c in one.columns)))
+        said += [f"{one.file.name}: {words}"] if words else []
+    return mended, said
 
 
 def _check_alike(listings: Sequence[Listing]) -> None:

@@ -25,10 +25,10 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d
 
 from insenv.core.recording import Floats, Recording
+from insenv.core.series.rounding import rounding
 from insenv.core.series.stretches import stretches
 from insenv.data.exposure import table_rate_of_rows, table_share
 from insenv.identify.clean.ramps import approaching
-from insenv.core.series.rounding import rounding
 from insenv.identify.findings import RejectedRows
 from insenv.identify.fit.bins import Block
 from insenv.identify.fit.problem import Problem

@@ -1,7 +1,8 @@
 """Positions: the rests of a triad that is held still in many attitudes.
 
 A rest is a stretch of still windows (`insenv.identify.positions.stillness`) that is long enough, less half a window at
-either end, for there the hand is still near, and whose means do not wander.
+either end, for there the hand is still near, and whose means do not wander. Of what a knock parts, the longest stretch
+is the rest: the others are the same attitude, set down once.
 
 That is still enough for the magnitude of gravity, whatever a hand's tremor. What gyros are judged by, the direction
 of gravity and the bias, wants more: the longest stretch of each rest in which s(t) stays below a few times the noise of
@@ -27,6 +28,7 @@ from insenv.core.recording import Floats, Recording
 from insenv.data.manifest import Manifest
 from insenv.data.split import split
 from insenv.identify.positions.stillness import (
+    WANDERS,
     WINDOW,
     WINDOW_ROWS,
     quiet_levels,
@@ -40,6 +42,8 @@ from insenv.identify.positions.stillness import (
 SHORTEST = 2
 #: Share of the quiet time of a run in which the means must stay for there to be a rest.
 STEADY_SHARE = 0.5
+#: Longest time between two stretches that only a knock parts [s], and how far the triad is turned by one [rad].
+KNOCK, TURNED = 5.0, 0.05
 #: Of a labelled stretch this share may move: a knock does not make it a turn.
 MOVING_SHARE = 0.5
 #: Scatter, in quiet levels, below which a part of a rest may serve the gyros; white noise reaches 1.5 of them.
@@ -210,7 +214,43 @@ def _still(recording: Recording, channels: Sequence[str], s: Floats) -> tuple[li
         kept = []
     elif moving := sum(not parts for parts in kept):
         said.append(f"{moving} {_stretches(moving)} left out in which the means wander: there the triad moves")
-    return [part for parts in kept for part in parts], [f"{recording.label}: {text}" for text in said]
+    found, again = _set_down(recording, channels, [part for parts in kept for part in parts])
+    if again:
+        said.append(
+            f"{again} {_stretches(again)} left out beside longer ones of the same rest, parted from them by a knock"
+        )
+    return found, [f"{recording.label}: {text}" for text in said]
+
+
+def _set_down(
+    recording: Recording, channels: Sequence[str], parts: Sequence[tuple[int, int]]
+) -> tuple[list[tuple[int, int]], int]:
+    """The longest of the stretches between which the triad was only knocked, and how many others there are."""
+    groups: list[list[tuple[int, int]]] = []
+    for part in parts:
+        if groups and _only_knocked(recording, channels, groups[-1][-1], part):
+            groups[-1].append(part)
+        else:
+            groups.append([part])
+    return [max(group, key=np.ptp) for group in groups], len(parts) - len(groups)
+
+
+def _only_knocked(
+    recording: Recording, channels: Sequence[str], before: tuple[int, int], after: tuple[int, int]
+) -> bool:
+    """Whether little time lies between two stretches, and in it neither gravity nor the triad turned."""
+    if (after[0] - before[1]) * recording.dt > KNOCK:
+        return False
+    for name in channels:
+        x = recording.channels[name].values
+        level = float(x[slice(*before)].mean())
+        if name.startswith("accel"):
+            moved = float(x[slice(*after)].mean()) - level
+        else:
+            moved = float((x[before[1] : after[0]] - level).sum()) * recording.dt
+        if abs(moved) > (WANDERS["accel"] if name.startswith("accel") else TURNED):
+            return False
+    return True
 
 
 def _stretches(count: int) -> str:

@@ -30,6 +30,7 @@ WORDS = {
     "no rests": ("no rest", "never at rest", "not at rest", "rests are", "rests to fit"),
     "factor": ("factor of", "check the unit", "range setting"),
     "rests": ("rest",),
+    "wraps": ("no rest", "never at rest", "not at rest", "with a sign, read without"),
 }
 GENERIC = ("spline_time", "spline_rate", "spline_angle", "spline_temperature")
 
