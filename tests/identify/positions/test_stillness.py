@@ -63,7 +63,7 @@ def test_a_file_that_is_noisy_and_steady_is_a_rest(loud: Callable[[int], Floats]
 def test_coarse_counts_that_stand_still_have_the_noise_of_their_rounding() -> None:
     files = [np.round(lying(k, up, 0.01) / 0.04) * 0.04 for k, up in enumerate((UP, (9.8, 0.0, 0.0), (0.0, 9.81, 0.0)))]
     whole = np.concatenate([*files, swinging(5, 0.8, 3.0)], axis=1)
-    t = DT * np.arange(whole.shape[1])
+    t = DT * np.arange(whole.shape[1], dtype=np.float64)
     run = Recording(t, {name: Channel(x, "m/s^2") for name, x in zip(ACCELS, whole, strict=True)})
     found = find_rests(manifest(ACCELS, ("accel_bias",)), (run,), ACCELS).rests
     assert [(r.start + 500) // ROWS for r in found] == [0, 1, 2]
