@@ -28,11 +28,11 @@ from insenv.core.recording import Floats, Recording
 from insenv.data.manifest import Manifest
 from insenv.data.split import split
 from insenv.identify.positions.stillness import (
-    WANDERS,
     WINDOW,
     WINDOW_ROWS,
     quiet_levels,
     scatter,
+    sizes,
     steady,
     threshold,
     window_rows,
@@ -239,18 +239,14 @@ def _only_knocked(
     recording: Recording, channels: Sequence[str], before: tuple[int, int], after: tuple[int, int]
 ) -> bool:
     """Whether little time lies between two stretches, and in it neither gravity nor the triad turned."""
-    if (after[0] - before[1]) * recording.dt > KNOCK:
+    if recording.t[after[0]] - recording.t[before[1] - 1] > KNOCK:
         return False
-    for name in channels:
-        x = recording.channels[name].values
-        level = float(x[slice(*before)].mean())
-        if name.startswith("accel"):
-            moved = float(x[slice(*after)].mean()) - level
-        else:
-            moved = float((x[before[1] : after[0]] - level).sum()) * recording.dt
-        if abs(moved) > (WANDERS["accel"] if name.startswith("accel") else TURNED):
-            return False
-    return True
+    x = np.stack([recording.channels[name].values for name in channels])
+    level, later = (x[:, slice(*rows)].mean(axis=1) for rows in (before, after))
+    accels = np.array([name.startswith("accel") for name in channels])
+    turned = (x[~accels, before[1] : after[0]] - level[~accels, None]).sum(axis=1) * recording.dt
+    moved = np.abs(later - level) > sizes(channels, level[:, None])
+    return not (moved & accels).any() and not (np.abs(turned) > TURNED).any()
 
 
 def _stretches(count: int) -> str:

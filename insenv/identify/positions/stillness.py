@@ -40,8 +40,9 @@ QUIETEST, QUIET = 1.5, 1.3
 THRESHOLDS = (4.0, 20.0)
 #: Ratio of the largest scatter to the quiet level below which nothing moves at all.
 MOVES = 8.0
-#: By what the means over a window of a unit that lies do not differ: an accelerometer's [m/s^2], a gyro's [rad/s].
-WANDERS = {"accel": 0.05, "gyro": float(np.deg2rad(1.0))}
+#: By what the means over a window of a unit that lies do not differ: an accelerometer's, as a share of what the triad
+#: reads in all, and a gyro's [rad/s].
+WANDERS = {"accel": 0.005, "gyro": float(np.deg2rad(1.0))}
 #: Differences of neighbouring means, in standard deviations of white noise, at which a stretch that wanders is cut.
 LEAP = 5.0
 #: Longest knock that a rest may have, in windows.
@@ -108,7 +109,7 @@ def threshold(s: Floats) -> float:
 def steady(recording: Recording, channels: Sequence[str], start: int, stop: int) -> list[tuple[int, int]]:
     """Parts of the stretch ``[start, stop)`` whose means do not wander: all of it, what its leaps part, or none."""
     means, noise = _of_windows(recording, channels, start, stop)
-    least = np.array([WANDERS[name.partition("_")[0]] for name in channels])
+    least = sizes(channels, means)
     if not _wanders(means, noise, least):
         return [(start, stop)]
     width, last = window_rows(recording), means.shape[1]
@@ -119,6 +120,13 @@ def steady(recording: Recording, channels: Sequence[str], start: int, stop: int)
     kept = [(a, b) for a, b in parts if b - a > 1 and not _wanders(means[:, a:b], noise, least)]
     whole = _with_knocks(kept, means, least)
     return [(start + a * width, stop if b == last else start + b * width) for a, b in whole]
+
+
+def sizes(channels: Sequence[str], means: Floats) -> Floats:
+    """By what each channel of a unit that lies does not change, shape (channels,); ``means``, shape (channels, n)."""
+    accels = [i for i, name in enumerate(channels) if name.startswith("accel")]
+    read = float(np.median(np.linalg.norm(means[accels], axis=0)))
+    return np.array([WANDERS["accel"] * read if i in accels else WANDERS["gyro"] for i in range(len(channels))])
 
 
 def _with_knocks(parts: list[tuple[int, int]], means: Floats, least: Floats) -> list[tuple[int, int]]:
