@@ -2,9 +2,10 @@
 
 What an instrument does lasts or recurs: a name that stands in fewer than a third of the pieces of a channel, or in
 one alone, is counted as false, and so is a name that needs motion, for there is none. `alpha` is the share of pieces
-in which a false name is promised at most.
+in which a false name is promised at most. Pieces with a gap are left out. Answers are kept in a store, a line each: a
+study that was interrupted goes on, and may be made in parts (`--minutes`).
 
-    python real_nulls.py MANIFEST.toml ... [--piece 1000] [--most 10] [--out FILE.json]
+    python real_nulls.py MANIFEST.toml ... [--piece 600] [--most 20] [--store FILE.jsonl] [--minutes 4]
 """
 
 # ruff: noqa: E402  (what limits the threads must stand before NumPy is imported)
@@ -18,9 +19,11 @@ for _library in ("OMP", "OPENBLAS", "MKL", "NUMBA"):
 import argparse
 import json
 import tempfile
-from collections import Counter
+import time
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -28,12 +31,16 @@ from insenv.close import close
 from insenv.core.errors import InputError
 from insenv.data.load import read_recordings
 from insenv.data.manifest import load_manifest
+from insenv.identify.findings import TargetFindings
+from insenv.trust.rates import Rate
 
 #: A name that recurs in this share of a channel's pieces is the instrument's.
 RECURS = 1.0 / 3.0
 #: At rest these cannot be told: there is no rate and no specific force beyond the instrument's own noise.
 NEED_MOTION = frozenset({"cross_axis", "g_sensitivity", "misalignment", "base_tilt"})
 GYRO, ACCEL = "rad/s", "m/s^2"
+#: A piece that lasts longer than its rows by this share has a gap.
+GAP = 0.02
 
 
 def pieces(manifest: Path, length: float, most: int, folder: Path) -> Iterator[Path]:
@@ -47,6 +54,8 @@ def pieces(manifest: Path, length: float, most: int, folder: Path) -> Iterator[P
     for k in range(min(recording.t.size // rows, most)):
         stem = folder / f"piece{k:02d}"
         rows_of = slice(k * rows, (k + 1) * rows)
+        if np.ptp(recording.t[rows_of]) > (1 + GAP) * length:
+            continue
         np.savez(stem.with_suffix(".npz"), rows=np.column_stack([values[t][rows_of] for t in targets]))
         channels = [
             f'{t} = {{ column = "rows[{j}]", unit = "{GYRO if t.startswith("gyro") else ACCEL}" }}'
@@ -65,55 +74,98 @@ def pieces(manifest: Path, length: float, most: int, folder: Path) -> Iterator[P
         yield stem.with_suffix(".toml")
 
 
-def named(manifest: Path) -> dict[str, list[str]]:
-    """Names that the loop adds, by channel."""
-    found = close(manifest)
-    return {t.target: sorted({added.effect for added in t.added}) for t in found.targets}
+def answer(manifest: Path) -> dict[str, dict[str, Any]]:
+    """What the loop says of each channel: its verdict, and the effects that it adds with p-value and parameters."""
+    return {t.target: _of_channel(t) for t in close(manifest).targets}
+
+
+def _of_channel(said: TargetFindings) -> dict[str, Any]:
+    added = [
+        {"effect": a.effect, "p": a.p_value, "values": {p.parameter: (p.value, p.sd) for p in a.parameters}}
+        for a in said.added
+    ]
+    return {"verdict": said.verdict, "added": added}
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("manifests", nargs="+", type=Path)
-    parser.add_argument("--piece", type=float, default=1000.0, help="length of a piece, seconds")
-    parser.add_argument("--most", type=int, default=10, help="pieces of a recording")
-    parser.add_argument("--out", type=Path, help="JSON of what was named")
+    parser.add_argument("--piece", type=float, default=600.0, help="length of a piece, seconds")
+    parser.add_argument("--most", type=int, default=20, help="pieces of a recording")
+    parser.add_argument("--store", type=Path, help="file of the answers, a line for each piece")
+    parser.add_argument("--minutes", type=float, default=np.inf, help="stop after so long")
     given = parser.parse_args()
-    said: dict[str, list[dict[str, list[str]]]] = {}
+    end = time.monotonic() + 60 * given.minutes
+    said = _stored(given.store)
     for manifest in given.manifests:
         with tempfile.TemporaryDirectory() as folder:
-            rows = []
             for piece in pieces(manifest, given.piece, given.most, Path(folder)):
+                key = (str(manifest), given.piece, piece.stem)
+                if key in said:
+                    continue
+                if time.monotonic() > end:
+                    print("stopped; call again to go on")
+                    return
                 try:
-                    rows.append(named(piece))
+                    said[key] = answer(piece)
                 except InputError as error:
                     print(f"{manifest} {piece.stem}: {error}")
-                    rows.append({})
-                print(manifest.stem, piece.stem, rows[-1], flush=True)
-            said[str(manifest)] = rows
-            if given.out:
-                given.out.write_text(json.dumps(said, indent=1), encoding="utf-8")
+                    said[key] = {}
+                print(manifest.stem, piece.stem, {t: [a["effect"] for a in x["added"]] for t, x in said[key].items()})
+                if given.store:
+                    with given.store.open("a", encoding="utf-8") as file:
+                        file.write(json.dumps([*key, said[key]]) + "\n")
     print(*summary(said), sep="\n")
 
 
-def summary(said: dict[str, list[dict[str, list[str]]]]) -> list[str]:
-    """Lines: pieces and channels that were judged, what recurs, what does not."""
+Said = dict[tuple[str, float, str], dict[str, dict[str, Any]]]
+
+
+def _stored(store: Path | None) -> Said:
+    if store is None or not store.exists():
+        return {}
+    rows = (json.loads(line) for line in store.read_text(encoding="utf-8").splitlines())
+    return {(manifest, length, piece): answers for manifest, length, piece, answers in rows}
+
+
+def summary(said: Said) -> list[str]:
+    """Lines: each false name, then pieces and channels that were judged, what recurs, what does not."""
+    of: dict[tuple[str, float], dict[str, list[tuple[str, dict[str, Any]]]]] = defaultdict(lambda: defaultdict(list))
+    for (manifest, length, piece), answers in sorted(said.items()):
+        for target, one in answers.items():
+            of[manifest, length][target].append((piece, one))
     once: Counter[str] = Counter()
     recur: Counter[str] = Counter()
-    judged = false = 0
-    for rows in said.values():
-        for target in sorted({t for row in rows for t in row}):
-            names = [row.get(target, []) for row in rows]
-            count = Counter(n for row in names for n in row)
-            lasting = {n for n, k in count.items() if k >= max(2.0, RECURS * len(names)) and n not in NEED_MOTION}
-            judged += len(names)
-            false += sum(any(n not in lasting for n in row) for row in names)
+    judged = false = stated = 0
+    lines = []
+    for (manifest, _), targets in of.items():
+        for target, rows in targets.items():
+            count = Counter(name for _, one in rows for name in {a["effect"] for a in one["added"]})
+            lasting = {n for n, k in count.items() if k >= max(2.0, RECURS * len(rows)) and n not in NEED_MOTION}
+            judged += len(rows)
             once.update({n: k for n, k in count.items() if n not in lasting})
             recur.update({n: k for n, k in count.items() if n in lasting})
+            for piece, one in rows:
+                wrong = [a for a in one["added"] if a["effect"] not in lasting]
+                false += bool(wrong)
+                stated += bool(wrong) and one["verdict"] == "effects-found"
+                if wrong:
+                    what = ", ".join(f"{a['effect']} p = {a['p']:.1g} {a['values']}" for a in wrong)
+                    lines.append(f"  {manifest} {piece} {target} ({one['verdict']}): {what}")
     return [
-        f"{judged} pieces of channels; {false} with a false name ({100 * false / max(judged, 1):.1f} %)",
+        *lines,
+        f"{len({m for m, _ in of})} recordings, {judged} pieces of channels",
+        f"with a false name: {_share(false, judged)}; stated as found without doubt: {_share(stated, judged)}",
         f"do not recur, or need motion: {dict(once)}",
         f"recur: {dict(recur)}",
     ]
+
+
+def _share(count: int, of: int) -> str:
+    low, high = Rate(count, of).interval
+    return (
+        f"{count} of {of} ({100 * count / max(of, 1):.1f} %, exact 95 % interval {100 * low:.1f} to {100 * high:.1f} %)"
+    )
 
 
 if __name__ == "__main__":
