@@ -15,6 +15,7 @@ A base that tilts, as the gyros show, moves an accelerometer in bursts too: that
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -166,11 +167,8 @@ def _away(values: Floats, known: Mask) -> list[tuple[int, int, float]]:
     """Stretches in which the values leave their level and come back: start, stop, robust deviations."""
     n = len(values)
     total = np.concatenate([[0.0], np.cumsum(values)])
-    longest = int(min(LONGEST / SECOND, LONGEST_SHARE * n))
     found: list[tuple[int, int, float]] = []
-    length = 2
-    while length <= longest:
-        side = min(2 * length, 20 + length)
+    for length, side in _lengths(n):
         at = np.arange(side, n - side - length + 1)
         inside = (total[at + length] - total[at]) / length
         before = (total[at] - total[at - side]) / side
@@ -181,8 +179,23 @@ def _away(values: Floats, known: Mask) -> list[tuple[int, int, float]]:
         if noise > 0:
             found += [(int(at[i]), int(at[i]) + length, float(abs(d[i]) / noise)) for i in _tops(np.abs(d), length)]
             found += _settling(total, length, side, noise)
-        length = int(np.ceil(1.5 * length))
     return [one for one in found if known[one[0] : one[1]].any()]
+
+
+def _lengths(n: int) -> Iterator[tuple[int, int]]:
+    """Lengths of the stretches of ``n`` means that are looked at, and of those beside them."""
+    length = 2
+    while length <= min(LONGEST / SECOND, LONGEST_SHARE * n):
+        yield length, min(2 * length, 20 + length)
+        length = int(np.ceil(1.5 * length))
+
+
+def settling_curve(time: Floats, curve: Floats) -> bool:
+    """Whether a ``curve`` at instants ``time`` [s], both of shape (n,), would be taken for settling at the start."""
+    seconds = np.arange(time[0], time[-1], SECOND)
+    total = np.concatenate([[0.0], np.cumsum(np.interp(seconds, time, curve))])
+    n = len(seconds)
+    return any(_settling(total, length, side, 1.0) for length, side in _lengths(n))
 
 
 def _settling(total: Floats, length: int, side: int, noise: float) -> list[tuple[int, int, float]]:
