@@ -12,7 +12,7 @@ import argparse
 import hashlib
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
@@ -74,7 +74,9 @@ class Truth:
         That the page counts it under.
     strength : float
     targets : dict
-        For each target the causes (by number) that show on it; a target that is not here has none.
+        For each target the causes (by number) that show on it; a target that is neither here nor in `faint` has none.
+    faint : dict
+        For each target the causes (by number) that act on it, and less than anybody must see: no fault if named.
     beside : tuple of str
         Names that are no fault beside the right ones.
     alike : tuple of str
@@ -89,6 +91,7 @@ class Truth:
     targets: Mapping[str, tuple[int, ...]]
     beside: tuple[str, ...] = ()
     alike: tuple[str, ...] = ()
+    faint: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
 
 
 def _rng(name: str, seed: int) -> Rng:
@@ -300,7 +303,9 @@ def _settling_unit(name: str, wanted: float, family: str, creep: bool, duration:
         written_unit(folder, unit, targets, "", ("bias",))
         accepted = ("base_tilt", "base_settling")
         seen = {t: (0,) for t, s in zip(targets, (np.sin(way), np.cos(way)), strict=True) if abs(s) * wanted > 5}
-        return Truth(name, family, "base_creep" if creep else "base_settling_unit", wanted, (accepted,), seen, accepted)
+        faint = {t: (0,) for t in targets if t not in seen}
+        cause = "base_creep" if creep else "base_settling_unit"
+        return Truth(name, family, cause, wanted, (accepted,), seen, accepted, faint=faint)
 
     return Plan(name, make)
 

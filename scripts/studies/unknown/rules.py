@@ -2,7 +2,7 @@
 
 On each target of a case, of what the report says is added (curves without a cause, `generic`, aside):
 
-* *false* is a name that is no cause's of this target, where no rival of it is one either;
+* *false* is a name that is no cause's of this target, however faint, where no rival of it is one either;
 * *missing* is a cause of this target that is neither among the names nor among their rivals.
 
 The case is *wrong, stated* where something false stands under a verdict without a doubt (`effects-found`); *wrong,
@@ -34,7 +34,8 @@ def _target(truth: Mapping[str, Any], target: str, said: Mapping[str, Any]) -> t
     here = truth["targets"].get(target, [])
     causes = [tuple(truth["causes"][k]) for k in here]
     verdict, alike, beside = said["verdict"], set(truth["alike"]), set(truth["beside"])
-    allowed = {name for cause in causes for name in cause} | ((alike | beside) if here else set())
+    faint = [truth["causes"][k] for k in truth.get("faint", {}).get(target, [])]
+    allowed = {name for cause in (*causes, *faint) for name in cause} | ((alike | beside) if here or faint else set())
     named = [(name.partition(":")[0], _ids(rest[0])) for name, *rest in said["added"]]
     same = {name.partition(":")[0]: _ids(rest[1]) for name, *rest in said["added"] if rest[1:]}
     false = {name for name, rivals in named if name not in allowed and not rivals & allowed}
@@ -51,7 +52,7 @@ def _target(truth: Mapping[str, Any], target: str, said: Mapping[str, Any]) -> t
         return "alike", why
     if missing:
         return ("missed" if verdict in SURE else "honest"), why
-    if not causes and verdict != "nothing-significant":
+    if not causes and not faint and verdict != "nothing-significant":
         return "wrong, flagged" if truth["family"] == "null" else "honest", why
     return "right", why
 
