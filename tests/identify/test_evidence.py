@@ -1,13 +1,24 @@
 """How sure: the held-out deviate, and how it is joined to the fitted evidence."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import norm
+from scipy.stats import t as student
 from simulated_runs import Simulated, declared_for, gyro_run, manifest, scaled, use
 
+from insenv.core.recording import Floats
 from insenv.effects.catalogue import by_key
-from insenv.identify.fit.evidence import held_out_deviate, joint_deviate, log_tail
-from insenv.identify.fit.gls import Fit, solve
+from insenv.identify.fit.evidence import (
+    HELD_OUT_SPREAD,
+    held_out_deviate,
+    held_out_information,
+    held_out_modes,
+    joint_deviate,
+    log_tail,
+)
+from insenv.identify.fit.gls import Fit, coefficients, noise_freedom, solve
 from insenv.identify.fit.heldout import Score, confirms, held_out_score, rescored, residual
 from insenv.identify.fit.problem import Problem, Term
 from insenv.identify.prepare.problems import prepare
@@ -110,3 +121,84 @@ def test_what_makes_both_measures_worse_is_refused() -> None:
     before = Score(1.0, 0.5, 100.0)
     assert confirms(before, Score(0.9, 0.5, 90.0), before)
     assert not confirms(before, Score(1.2, 0.5, 120.0), before)
+    # A little worse by the plain measure is chance where the whitened one gets better.
+    assert confirms(before, Score(1.015, 0.5, 90.0), before)
+    assert not confirms(before, Score(1.015, 0.5, 110.0), before)
+    assert not confirms(before, Score(1.025, 0.5, 90.0), before)
+
+
+#: Variance of a bin, of white noise alone.
+WHITE = 4e-10
+
+
+@pytest.fixture(scope="module")
+def white() -> tuple[Problem, Fit, Fit]:
+    """A run with a held-out end, the declared model and one with a drift, with white noise of known power."""
+    problem, small = declared(gyro_run("staircase", 77, duration=900.0))
+    power = np.zeros(len(small.noise.power))
+    power[0] = WHITE * problem.bins.width
+    large = solve(problem, with_term(small.model, Term(by_key("bias_drift"))))
+    return problem, with_power(problem, small, power), with_power(problem, large, power)
+
+
+def with_power(problem: Problem, fit: Fit, power: Floats) -> Fit:
+    beta, cov = coefficients(problem, fit.design, power)
+    return replace(fit, beta=beta, cov=cov, noise=replace(fit.noise, power=power))
+
+
+def dense(problem: Problem, fit: Fit) -> tuple[Floats, Floats]:
+    """Of white noise: matrix that takes bins to held-out bins beside the level of the block before, and covariance."""
+    rows, noise = [], []
+    blocks = problem.bins.blocks
+    for before, block in zip(blocks[:-1], blocks[1:], strict=True):
+        if block.fitted:
+            continue
+        beside = np.zeros((block.n, problem.bins.n))
+        beside[:, block.start : block.stop] = np.eye(block.n)
+        beside[:, before.start : before.stop] = -1 / before.n
+        rows.append(beside)
+        noise.append(WHITE * (np.eye(block.n) + 1 / before.n))
+    assert len(rows) == 1
+    x = rows[0] @ fit.design.matrix
+    return rows[0], noise[0] + x @ fit.cov @ x.T
+
+
+def test_the_held_out_deviate_is_that_of_the_dense_covariance(white: tuple[Problem, Fit, Fit]) -> None:
+    """Two ways of computing, V = S + X cov X': white noise, to 1e-6."""
+    problem, small, large = white
+    take, v = dense(problem, small)
+    r, moved = take @ residual(problem, small), take @ (residual(problem, small) - residual(problem, large))
+    asked = np.linalg.solve(v, moved)
+    z, information = held_out_deviate(problem, small, large, 1e9)
+    assert information == pytest.approx(moved @ asked, rel=1e-6)
+    assert z == pytest.approx(r @ asked / np.sqrt(moved @ asked) / HELD_OUT_SPREAD, rel=1e-6)
+    change = residual(problem, small) - residual(problem, large)
+    assert held_out_information(problem, small, change) == pytest.approx(information, rel=1e-9)
+    _, modes = held_out_modes(problem, small)
+    assert modes @ modes == pytest.approx(r @ np.linalg.solve(v, r), rel=1e-6)
+
+
+def test_the_held_out_deviate_is_as_unlikely_as_students(white: tuple[Problem, Fit, Fit]) -> None:
+    problem, small, large = white
+    known, _ = held_out_deviate(problem, small, large, 1e12)
+    few, _ = held_out_deviate(problem, small, large, 5.0)
+    assert norm.sf(few) == pytest.approx(student.sf(known, 5.0), rel=1e-9)
+
+
+def test_what_moves_no_held_out_bin_tells_nothing(white: tuple[Problem, Fit, Fit]) -> None:
+    problem, small, _ = white
+    assert held_out_deviate(problem, small, small, 1e9) == (0.0, 0.0)
+
+
+def test_noise_is_known_as_well_as_the_modes_that_show_it() -> None:
+    """One power of n modes: var(log S) = 2 / n. Of noise that wanders, slow modes know less than fast ones."""
+    problem, fit = declared(gyro_run("staircase", 77, duration=900.0))
+    n = len(problem.modes().shapes)
+    flat = np.ones(n)
+    only = replace(problem, most=np.array([np.inf, 0.0, 0.0, 0.0]))
+    assert noise_freedom(only, fit.noise.power, flat) == pytest.approx(n, rel=1e-6)
+    both, power = replace(problem, most=np.array([np.inf, 0.0, np.inf, 0.0])), np.full(4, WHITE)
+    order = np.argsort(problem.modes().lam)
+    slow, fast = np.zeros(n), np.zeros(n)
+    slow[order[:5]], fast[order[-50:]] = 1.0, 1.0
+    assert noise_freedom(both, power, slow) < 0.5 * noise_freedom(both, power, fast) < 0.5 * n

@@ -11,7 +11,7 @@ from insenv.core.recording import Floats
 from insenv.data.exposure import Exposure
 from insenv.effects.base import LinearEffect
 from insenv.effects.catalogue import CATALOGUE
-from insenv.identify.fit.bins import FULL, Bins, gather
+from insenv.identify.fit.bins import FULL, MOST_PIECES, SHORT_GAP, Bins, gather, merged, without
 
 LINEAR = [effect.key for effect in CATALOGUE if isinstance(effect, LinearEffect)]
 N = 600
@@ -155,3 +155,64 @@ def test_weights_sum_to_one_and_keep_a_constant() -> None:
         assert_allclose(bins.weights[0].sum(axis=1), 1.0, rtol=0, atol=1e-14)
         values: Floats = np.where(e.count > 0, 7.0, 0.0)
         assert_allclose(bins.mean((values,)), 7.0, rtol=1e-14)
+
+
+def two_runs(per_bin: int = PER_BIN) -> Bins:
+    """Two runs of cells with one row each, the end of each held out."""
+    one = exposure()
+    fit = np.arange(N) < 400 // (2 * PER_BIN) * 2 * PER_BIN
+    return gather((one, one), (fit, fit), (~fit, ~fit), per_bin, 1)
+
+
+def covered(bins: Bins) -> None:
+    """Blocks follow each other without a hole, each in one run, up to the last bin."""
+    assert [b.start for b in bins.blocks] == [0, *(b.stop for b in bins.blocks[:-1])]
+    assert bins.blocks[-1].stop == bins.n == len(bins.time)
+    for block in bins.blocks:
+        assert np.all(bins.run[block.start : block.stop] == block.run)
+
+
+def test_bins_two_by_two_are_bins_of_twice_the_width() -> None:
+    """Means, uses, times and blocks as gathered at once; of each two the mean."""
+    bins, values = two_runs(), tuple(np.random.default_rng(k).standard_normal((N, 2)) for k in (1, 2))
+    twice, pairs = merged(bins)
+    at_once = two_runs(2 * PER_BIN)
+    covered(twice)
+    assert twice.blocks == at_once.blocks
+    assert twice.width == at_once.width
+    assert_allclose(twice.time, at_once.time, rtol=1e-12)
+    assert_allclose(twice.mean(values), at_once.mean(values), rtol=1e-12)
+    assert_allclose(bins.mean(values)[pairs].mean(axis=1), twice.mean(values), rtol=1e-12)
+
+
+def test_bins_without_some_are_the_others() -> None:
+    bins, values = two_runs(), tuple(np.random.default_rng(k).standard_normal(N) for k in (1, 2))
+    gone = np.zeros(bins.n, bool)
+    gone[[3, 4, 30, 60, 61]] = True
+    rest = without(bins, gone)
+    covered(rest)
+    assert_allclose(rest.mean(values), bins.mean(values)[~gone], rtol=1e-12)
+    assert_allclose(rest.time, bins.time[~gone], rtol=1e-12)
+    assert np.array_equal(rest.held_out, bins.held_out[~gone])
+    assert np.array_equal(rest.run, bins.run[~gone])
+    assert len(rest.blocks) == len(bins.blocks) + 3
+
+
+@pytest.mark.parametrize(("gaps", "lost", "blocks"), [(5, 1, 6), (MOST_PIECES, 1, MOST_PIECES + 1)])
+def test_each_of_few_gaps_parts_two_blocks(gaps: int, lost: int, blocks: int) -> None:
+    assert len(with_gaps(gaps, lost).blocks) == blocks
+
+
+@pytest.mark.parametrize(("lost", "blocks"), [(SHORT_GAP, 1), (SHORT_GAP + 1, MOST_PIECES + 2)])
+def test_of_many_gaps_the_short_ones_are_bridged(lost: int, blocks: int) -> None:
+    assert len(with_gaps(MOST_PIECES + 1, lost).blocks) == blocks
+
+
+def with_gaps(gaps: int, lost: int) -> Bins:
+    """Bins of one cell, pieces of two bins between gaps of so many."""
+    count = np.zeros(N, int)
+    for k in range(gaps + 1):
+        count[k * (2 + lost) :][:2] = 1
+    fit = np.ones(count.sum(), bool)
+    e = exposure(count)
+    return gather((e,), (fit,), (~fit,), 1, 1)
