@@ -137,6 +137,7 @@ def _until(tab: Any, true: str, seconds: float = 20.0) -> None:
 
 def test_an_arrow_turns_the_table_in_a_browser(north: Session) -> None:
     sync_api = pytest.importorskip("playwright.sync_api", reason="no playwright here: pip install insenv[browser]")
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="no axe here: pip install insenv[browser]")
     chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
     if chromium is None:
         pytest.skip("no Chromium here (Debian: apt install chromium)")
@@ -153,6 +154,8 @@ def test_an_arrow_turns_the_table_in_a_browser(north: Session) -> None:
         _until(tab, "insenvPlay.frames.at(-1).values[0] > 0 && insenvPlay.frames.at(-1).angle > 0.01")
         assert still == 0 and said == []
         assert tab.evaluate("document.documentElement.scrollWidth") <= 390
+        found = axe.Axe().run(tab)
+        assert found.violations_count == 0, found.generate_report()
         browser.close()
 
 

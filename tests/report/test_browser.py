@@ -26,6 +26,7 @@ from insenv.report import to_html
 from insenv.report.rate_test.document import to_html as rate_pages
 
 sync_api = pytest.importorskip("playwright.sync_api", reason="no playwright here: pip install insenv[browser]")
+axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="no axe here: pip install insenv[browser]")
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here (Debian: apt install chromium)")
 
@@ -102,6 +103,11 @@ class Visit:
     def __exit__(self, *error: object) -> None:
         self.context.close()
         assert self.said == [] and len(self.asked) == 1, (self.said, self.asked)
+
+    def axe_finds_nothing(self) -> None:
+        """What Deque's axe-core has to say of contrast, names, headings and landmarks."""
+        found = axe.Axe().run(self.page)
+        assert found.violations_count == 0, found.generate_report()
 
     def rms(self, ident: str) -> float:
         return float(self.page.get_attribute(f"#{ident}-explore", "data-rms"))
@@ -191,6 +197,7 @@ def test_a_telephone_the_dark_and_paper(browser: Any, path: Path, tmp_path: Path
     for place in (path, plain):
         with Visit(browser, place, viewport={"width": 390, "height": 800}, color_scheme="dark") as visit:
             assert visit.page.evaluate("document.documentElement.scrollWidth") <= 390
+            visit.axe_finds_nothing()
             assert visit.page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(20, 24, 29)"
             visit.page.emulate_media(media="print", color_scheme="dark")
             assert visit.page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
@@ -208,6 +215,7 @@ def test_other_pages_fit_a_telephone_and_have_nothing_to_complain_of(browser: An
         (tmp_path / "page.html").write_text(text, "utf-8")
         with Visit(browser, tmp_path / "page.html", viewport={"width": 390, "height": 800}) as visit:
             assert visit.page.evaluate("document.documentElement.scrollWidth") <= 390, name
+            visit.axe_finds_nothing()
 
 
 def test_without_script_the_pictures_are_there(browser: Any, path: Path) -> None:
