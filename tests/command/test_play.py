@@ -137,7 +137,9 @@ def _until(tab: Any, true: str, seconds: float = 20.0) -> None:
 
 def test_an_arrow_turns_the_table_in_a_browser(north: Session) -> None:
     sync_api = pytest.importorskip("playwright.sync_api", reason="no playwright here: pip install insenv[browser]")
-    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="no axe here: pip install insenv[browser]")
+    axe = pytest.importorskip(
+        "axe_playwright_python.sync_playwright", reason="no axe here: pip install insenv[browser]"
+    )
     chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
     if chromium is None:
         pytest.skip("no Chromium here (Debian: apt install chromium)")

@@ -41,8 +41,16 @@ ROOT = Path(__file__).resolve().parents[3]
 TARGETS = Path(__file__).with_name("targets.toml")
 ARITHMETIC = ("Add", "Sub", "Mul", "Div", "Pow")
 COMPARISONS = ("Eq", "NotEq", "Lt", "LtE", "Gt", "GtE")
-KINDS = ("AddNot", "NumberReplacer", "ReplaceAndWithOr", "ReplaceOrWithAnd", "ReplaceTrueWithFalse")
-KINDS += ("ReplaceFalseWithTrue", "ZeroIterationForLoop", "ReplaceUnaryOperator_USub_UAdd")
+KINDS = (
+    "AddNot",
+    "NumberReplacer",
+    "ReplaceAndWithOr",
+    "ReplaceOrWithAnd",
+    "ReplaceTrueWithFalse",
+    "ReplaceFalseWithTrue",
+    "ZeroIterationForLoop",
+    "ReplaceUnaryOperator_USub_UAdd",
+)
 TIMES = 4.0  # a mutant is noticed that takes this many times the time of the sound code
 
 
