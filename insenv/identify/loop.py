@@ -13,7 +13,7 @@ from functools import partial
 
 import numpy as np
 
-from insenv.core.recording import Recording
+from insenv.core.recording import Floats, Recording
 from insenv.data.manifest.spec import Manifest
 from insenv.data.reference import with_reference
 from insenv.data.split import RowUse
@@ -21,7 +21,7 @@ from insenv.effects.base import Effect
 from insenv.effects.catalogue import CATALOGUE
 from insenv.identify.clean.settling import settled_by, without_start
 from insenv.identify.fit.evidence import log_tail
-from insenv.identify.fit.gls import solve
+from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.heldout import MOST_GROWTH, confirms, held_out_score, rescored
 from insenv.identify.fit.problem import NOISE_TERMS, Term
 from insenv.identify.fit.uncertainty import estimates
@@ -33,7 +33,8 @@ from insenv.identify.prepare.vibration import as_lines, averaged, doublings, sta
 from insenv.identify.prepare.wandering import lost, wanders, without_line
 from insenv.identify.search.candidates import candidates
 from insenv.identify.search.earth_rate import due_level
-from insenv.identify.search.one_box import DOUBT, DRIFTS, LEAST, looks_of, may_drift, surest
+from insenv.identify.search.jumps import is_step, one_of_many
+from insenv.identify.search.one_box import DOUBT, DRIFTS, LEAST, in_common, looks_of, may_drift, surest
 from insenv.identify.search.round import at_shape, search, with_term
 from insenv.identify.search.scan import Hit, likelihood_ratio, reference
 from insenv.identify.search.settle import settled, sized
@@ -342,10 +343,20 @@ def _drifts_of_one_box(tracks: list[Track], alpha: float) -> list[_Proposal]:
         looks = max(looks_of(tracks[i], hit) for i, hit in hits.items())
         deviates = [(hits[i] if i in hits else _hit(tracks[i], key)).deviate for i in able]
         log_p = surest(deviates, looks)
+        if log_p < math.log(alpha):
+            log_p = surest(deviates, looks, _in_common(tracks, able, hits))
         where = [i for i, hit in hits.items() if hit.deviate >= LEAST]
         if log_p < math.log(alpha):
             found.append(_Proposal(tuple(where), tuple(hits[i] for i in where), math.exp(log_p), looks))
     return found
+
+
+def _in_common(tracks: list[Track], able: list[int], hits: dict[int, Hit]) -> Floats:
+    """Covariance of the deviates of the channels ``able``, by slow noise that those with ``hits`` have in common."""
+    fits = {i: solve(tracks[i].problem, with_term(tracks[i].fit.model, hit.term)) for i, hit in hits.items()}
+    out, own = np.eye(len(able)), [able.index(i) for i in hits]
+    out[np.ix_(own, own)] = in_common([(tracks[i].problem, fit) for i, fit in fits.items()])
+    return out
 
 
 def _wander(track: Track, hit: Hit) -> Line | None:
@@ -435,7 +446,7 @@ def _tried(track: Track, hit: Hit, proposal: _Proposal, names: tuple[str, ...], 
         reason = f"significant{where}, but it makes held-out data worse, by {growth:.0%}"
         against: Refusal | None = Refusal(hit, reason, not joined, of_box=bool(proposal.looks))
     else:
-        unclear = "" if joined else unsized(problem, fit, hit.term)
+        unclear = "" if joined else unsized(problem, fit, hit.term) or _no_step(track, fit, hit)
         against = Refusal(hit, unclear, unsized=True) if unclear else None
     if against is not None:
         return replace(track, refusals=(*track.refusals, against)), False
@@ -443,6 +454,14 @@ def _tried(track: Track, hit: Hit, proposal: _Proposal, names: tuple[str, ...], 
     steps = (*(s for s in track.steps if s.hit.term in model), step)
     grown = replace(track, fit=fit, score=score, steps=steps, hits=None)
     return _pruned(grown, alpha), True
+
+
+def _no_step(track: Track, fit: Fit, hit: Hit) -> str:
+    """Why a step, the last term of a fit, is none; empty if it is one or is another effect."""
+    if not is_step(hit.candidate.effect):
+        return ""
+    events = [row.size for row in track.prepared.rejected if row.cause == "burst" and row.size is not None]
+    return one_of_many(track.problem, fit, hit.candidate, events)
 
 
 def _damped(track: Track, wander: Line, hit: Hit) -> Track:
@@ -461,7 +480,9 @@ def _without_start(track: Track, until: float, hit: Hit) -> Track:
     curve = track.problem.columns(hit.term)[[b.start for b in track.problem.fitted[:1]], 0]
     last = track.problem.columns(hit.term)[track.problem.fitted[-1].stop - 1, 0]
     problem, rows = without_start(track.problem, until, float((curve[0] - last) * own[0]) if len(own) else 0.0)
-    prepared = replace(track.prepared, problem=problem, rejected=(*track.prepared.rejected, rows))
+    # What was taken out of the samples is judged on the same rows as what it was taken out of.
+    plain, _ = without_start(track.prepared.plain, until, 0.0)
+    prepared = replace(track.prepared, problem=problem, plain=plain, rejected=(*track.prepared.rejected, rows))
     fit = solve(problem, track.fit.model, start=track.fit.noise.power)
     return replace(track, prepared=prepared, fit=fit, score=held_out_score(problem, fit), hits=None)
 

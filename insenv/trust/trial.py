@@ -37,9 +37,10 @@ class Injection:
     shape: tuple[float, ...]
 
     def theta(self, size: float, rng: np.random.Generator) -> tuple[Effect, Floats]:
-        """The effect and its parameters, for ``size`` times the smallest amplitude, of either sign or any phase."""
+        """The effect and its parameters, for ``size`` times the smallest amplitude, of a sign that it may have."""
         effect = by_key(self.effect)
         direction = rng.standard_normal(len(effect.linear))
+        direction = np.where([p.low >= 0 for p in effect.linear], np.abs(direction), direction)
         values = size * self.amplitude * direction / np.linalg.norm(direction)
         return effect, np.array([*values, *self.shape])
 

@@ -6,17 +6,23 @@ import json
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from insenv.close import close
+from insenv.identify.fit.evidence import log_tail
 from insenv.identify.search.one_box import LEAST, surest
 
 AXES = ("gyro_x", "gyro_y", "gyro_z")
 
 
-def bench(folder: Path, drift: tuple[float, ...], seed: int) -> Path:
-    """A triad at rest for 300 s: white noise, a walk of its own on each axis, a drift by so many sigma of a row."""
+def bench(folder: Path, drift: tuple[float, ...], seed: int, common: float = 0.0) -> Path:
+    """A triad at rest for 300 s: white noise, a walk of its own on each axis, a drift by so many sigma of a row.
+
+    ``common`` is a walk that all axes have.
+    """
     rng, n, dt = np.random.default_rng(seed), 1500, 0.2
     noise = rng.standard_normal((3, n)) + 3e-3 * np.cumsum(rng.standard_normal((3, n)), axis=1)
+    noise += common * np.cumsum(rng.standard_normal(n)) if common else 0.0
     read = 1e-4 * (noise + np.outer(drift, np.linspace(0, 1, n)))
     np.savez(folder / "bench.npz", **dict(zip(AXES, read, strict=True)))
     channels = [f'{axis} = {{ column = "{axis}", unit = "rad/s" }}' for axis in AXES]
@@ -34,6 +40,20 @@ def test_what_no_axis_tells_by_itself_the_box_does(tmp_path: Path) -> None:
         assert added.effect == "bias_drift"
         assert "gyro_x, gyro_y, gyro_z together" in added.remark
         assert added.p_value < 0.01
+
+
+def test_a_walk_that_all_axes_have_is_no_drift_of_the_box(tmp_path: Path) -> None:
+    """As independent axes this was a drift with p = 1e-5; of 28 such boxes 4 had one named, now 2."""
+    assert all(not found.added for found in close(bench(tmp_path, (0.0, 0.0, 0.0), seed=10, common=0.1)).targets)
+
+
+def test_noise_in_common_makes_a_sum_of_one_look() -> None:
+    deviates = [2.5, 2.5, 2.5]
+    apart, same = surest(deviates, 1.0, np.eye(3)), surest(deviates, 1.0, np.ones((3, 3)))
+    assert apart == surest(deviates, 1.0)
+    assert same == pytest.approx(log_tail(2.5)) and apart == pytest.approx(log_tail(2.5 * np.sqrt(3)))
+    against = surest(deviates, 1.0, 2 * np.eye(3) - np.ones((3, 3)))
+    assert against == apart  # what would move them apart is no reason to believe less
 
 
 def test_a_drift_that_falls_short_among_all_that_was_tried_is_no_silence(tmp_path: Path) -> None:

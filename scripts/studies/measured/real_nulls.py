@@ -2,8 +2,10 @@
 
 What an instrument does lasts or recurs: a name that stands in fewer than a third of the pieces of a channel, or in
 one alone, is counted as false, and so is a name that needs motion, for there is none. `alpha` is the share of pieces
-in which a false name is promised at most. Pieces with a gap are left out. Answers are kept in a store, a line each: a
-study that was interrupted goes on, and may be made in parts (`--minutes`).
+in which a false name is promised at most. A step, a drift or a warm-up happens once, and so is put to the next piece,
+which no fit has seen: where its level has changed by half to twice of what the name foretells, it is borne out, and
+told beside. Pieces with a gap are left out. Answers are kept in a store, a line each: a study that was interrupted goes
+on, and may be made in parts (`--minutes`).
 
     python real_nulls.py MANIFEST.toml ... [--piece 600] [--most 20] [--store FILE.jsonl] [--minutes 4]
 """
@@ -22,6 +24,7 @@ import tempfile
 import time
 from collections import Counter, defaultdict
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +42,8 @@ RECURS = 1.0 / 3.0
 #: At rest these cannot be told: there is no rate and no specific force beyond the instrument's own noise.
 NEED_MOTION = frozenset({"cross_axis", "g_sensitivity", "misalignment", "base_tilt"})
 GYRO, ACCEL = "rad/s", "m/s^2"
+#: Means of a piece that are kept to judge by; share of the change foretold from which on it is borne out.
+MEANS, BORNE_OUT = 24, (0.5, 2.0)
 #: A piece that lasts longer than its rows by this share has a gap.
 GAP = 0.02
 
@@ -76,7 +81,10 @@ def pieces(manifest: Path, length: float, most: int, folder: Path) -> Iterator[P
 
 def answer(manifest: Path) -> dict[str, dict[str, Any]]:
     """What the loop says of each channel: its verdict, and the effects that it adds with p-value and parameters."""
-    return {t.target: _of_channel(t) for t in close(manifest).targets}
+    rows = np.load(manifest.with_suffix(".npz"))["rows"]
+    rows = rows[: len(rows) // MEANS * MEANS].reshape(MEANS, -1, rows.shape[1]).mean(axis=1)
+    said = {t.target: _of_channel(t) for t in close(manifest).targets}
+    return {t: one | {"means": rows[:, j].tolist()} for j, (t, one) in enumerate(said.items())}
 
 
 def _of_channel(said: TargetFindings) -> dict[str, Any]:
@@ -96,7 +104,7 @@ def main() -> None:
     parser.add_argument("--minutes", type=float, default=np.inf, help="stop after so long")
     given = parser.parse_args()
     end = time.monotonic() + 60 * given.minutes
-    said = _stored(given.store)
+    said = stored(given.store)
     for manifest in given.manifests:
         with tempfile.TemporaryDirectory() as folder:
             for piece in pieces(manifest, given.piece, given.most, Path(folder)):
@@ -115,50 +123,101 @@ def main() -> None:
                 if given.store:
                     with given.store.open("a", encoding="utf-8") as file:
                         file.write(json.dumps([*key, said[key]]) + "\n")
-    print(*summary(said), sep="\n")
+    print(*false_names(said), *summary(said), sep="\n")
 
 
 Said = dict[tuple[str, float, str], dict[str, dict[str, Any]]]
 
 
-def _stored(store: Path | None) -> Said:
+def stored(store: Path | None) -> Said:
+    """The answers that a store has, by manifest, length of the piece and piece."""
     if store is None or not store.exists():
         return {}
     rows = (json.loads(line) for line in store.read_text(encoding="utf-8").splitlines())
     return {(manifest, length, piece): answers for manifest, length, piece, answers in rows}
 
 
-def summary(said: Said) -> list[str]:
-    """Lines: each false name, then pieces and channels that were judged, what recurs, what does not."""
-    of: dict[tuple[str, float], dict[str, list[tuple[str, dict[str, Any]]]]] = defaultdict(lambda: defaultdict(list))
+@dataclass(frozen=True)
+class Judged:
+    """What is false in one channel of one piece, if anything is, and whether the next piece bears it out."""
+
+    where: str
+    names: tuple[str, ...]
+    wrong: tuple[dict[str, Any], ...]
+    verdict: str
+    later: bool
+
+
+def judged(said: Said) -> list[Judged]:
+    """Every channel of every piece."""
+    of: dict[tuple[str, float, str], list[tuple[str, dict[str, Any]]]] = defaultdict(list)
     for (manifest, length, piece), answers in sorted(said.items()):
         for target, one in answers.items():
-            of[manifest, length][target].append((piece, one))
-    once: Counter[str] = Counter()
-    recur: Counter[str] = Counter()
-    judged = false = stated = 0
-    lines = []
-    for (manifest, _), targets in of.items():
-        for target, rows in targets.items():
-            count = Counter(name for _, one in rows for name in {a["effect"] for a in one["added"]})
-            lasting = {n for n, k in count.items() if k >= max(2.0, RECURS * len(rows)) and n not in NEED_MOTION}
-            judged += len(rows)
-            once.update({n: k for n, k in count.items() if n not in lasting})
-            recur.update({n: k for n, k in count.items() if n in lasting})
-            for piece, one in rows:
-                wrong = [a for a in one["added"] if a["effect"] not in lasting]
-                false += bool(wrong)
-                stated += bool(wrong) and one["verdict"] == "effects-found"
-                if wrong:
-                    what = ", ".join(f"{a['effect']} p = {a['p']:.1g} {a['values']}" for a in wrong)
-                    lines.append(f"  {manifest} {piece} {target} ({one['verdict']}): {what}")
+            of[manifest, length, target].append((piece, one))
+    out = []
+    for (manifest, length, target), rows in of.items():
+        count = Counter(name for _, one in rows for name in {a["effect"] for a in one["added"]})
+        lasting = {n for n, k in count.items() if k >= max(2.0, RECURS * len(rows)) and n not in NEED_MOTION}
+        for piece, one in rows:
+            wrong = tuple(a for a in one["added"] if a["effect"] not in lasting)
+            later = next((other for name, other in rows if name == _next(piece)), None)
+            on = bool(wrong) and all(borne_out(a, one, later, length) for a in wrong)
+            names = tuple(a["effect"] for a in one["added"] if a["effect"] in lasting)
+            out.append(Judged(f"{manifest} {piece} {target}", names, wrong, one["verdict"], on))
+    return out
+
+
+def false_names(said: Said) -> list[str]:
+    """A line for each channel of a piece with a name that does not recur."""
     return [
-        *lines,
-        f"{len({m for m, _ in of})} recordings, {judged} pieces of channels",
-        f"with a false name: {_share(false, judged)}; stated as found without doubt: {_share(stated, judged)}",
+        f"  {one.where} ({one.verdict}{', borne out' * one.later}): "
+        + ", ".join(f"{a['effect']} p = {a['p']:.1g} {a['values']}" for a in one.wrong)
+        for one in judged(said)
+        if one.wrong
+    ]
+
+
+def summary(said: Said) -> list[str]:
+    """Pieces and channels that were judged, what recurs, what does not."""
+    rows = judged(said)
+    false = [one for one in rows if one.wrong]
+    stated = sum(one.verdict == "effects-found" for one in false)
+    later = sum(one.later for one in false)
+    once = Counter(name for one in false for name in {a["effect"] for a in one.wrong})
+    recur = Counter(name for one in rows for name in set(one.names))
+    return [
+        f"{len({manifest for manifest, _, _ in said})} recordings, {len(rows)} pieces of channels",
+        f"with a name that does not recur: {_share(len(false), len(rows))}; stated without doubt: "
+        + _share(stated, len(rows)),
+        f"of those the next piece bears out {later}; without them: {_share(len(false) - later, len(rows))}",
         f"do not recur, or need motion: {dict(once)}",
         f"recur: {dict(recur)}",
     ]
+
+
+def borne_out(added: dict[str, Any], one: dict[str, Any], later: dict[str, Any] | None, length: float) -> bool:
+    """Whether the ``later`` piece has the level that an effect of time foretells of it."""
+    means = np.array(one.get("means", []))
+    values = {name: value[0] for name, value in added["values"].items()}
+    if later is None or not later.get("means") or not len(means):
+        return False
+    t = (np.arange(MEANS) + 0.5) * length / MEANS
+    curves = {
+        "bias_step": lambda x: values["c"] * (x > values["t0"]),
+        "bias_drift": lambda x: values["c"] * x,
+        "bias_warm_up": lambda x: values["c"] * np.exp(-x / values["tau"]),
+    }
+    if added["effect"] not in curves:
+        return False
+    curve = curves[added["effect"]]
+    first = t < min(values.get("t0", np.inf), max(values.get("tau", 0.25 * length), 2 * length / MEANS))
+    foretold = float(np.mean(curve(t + length)) - np.mean(curve(t[first])))
+    seen = float(np.mean(later["means"]) - np.mean(means[first]))
+    return bool(BORNE_OUT[0] < seen / foretold < BORNE_OUT[1]) if foretold else False
+
+
+def _next(piece: str) -> str:
+    return f"piece{int(piece.removeprefix('piece')) + 1:02d}"
 
 
 def _share(count: int, of: int) -> str:

@@ -1,6 +1,6 @@
 """The page of recordings that this project did not choose: what they are, independent fits, answers, judgements.
 
-    python reality_page.py --part dev BEFORE AFTER --part third AFTER --nulls FILE.json ... [--out docs/results]
+    python reality_page.py --part dev BEFORE AFTER --part third AFTER --nulls FILE.jsonl ... [--out docs/results]
 
 Each part has a facts file beside this script and folders of answers (see `judge.py`), the oldest first: the last one is
 shown, and the others are counted. Nulls are what `real_nulls.py` wrote, the oldest first.
@@ -9,7 +9,6 @@ shown, and the others are counted. Nulls are what `real_nulls.py` wrote, the old
 from __future__ import annotations
 
 import argparse
-import json
 import re
 import tomllib
 from collections import Counter
@@ -18,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from judge import Judgement, all_of
-from real_nulls import summary
+from real_nulls import stored, summary
 
 HERE = Path(__file__).resolve().parent
 FOLDER = HERE.parents[2] / "docs" / "results"
@@ -96,12 +95,13 @@ def _nulls(files: Sequence[Path]) -> Iterator[str]:
         return
     yield "## Real nulls"
     yield ""
-    yield "Long rests cut into disjoint pieces of 1000 s, a bias declared. A name that does not recur in the other"
-    yield "pieces of its channel is false, and so is one that needs motion (`real_nulls.py`)."
+    yield "Long rests cut into disjoint pieces of 600 s, a bias declared. A name that does not recur in the other"
+    yield "pieces of its channel is false, and so is one that needs motion; a step or a drift is put to the next piece"
+    yield "(`real_nulls.py`)."
     yield ""
     for k, path in enumerate(files):
         when = "" if len(files) == 1 else "Before: " if k < len(files) - 1 else "Now: "
-        yield f"* {when}" + "; ".join(line.replace("{}", "none") for line in summary(json.loads(path.read_text())))
+        yield f"* {when}" + "; ".join(line.replace("{}", "none") for line in summary(stored(path)))
     yield ""
 
 
