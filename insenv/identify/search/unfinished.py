@@ -6,6 +6,7 @@
 * An effect of the motion that errors of the reference explain as well: something goes with the motion.
 * A drift that axes of the unit have together, and that is not told on this one.
 * A drift of a unit at rest that would be significant if nothing else had been tried.
+* A step of a unit at rest that noise which does not jump would make less than once in a thousand times.
 * Tones at multiples of one frequency: one wave that is no sine, and has a cause that no tone names.
 * A curve without a cause beside effects that have one.
 * As many effects as are added at most.
@@ -18,12 +19,15 @@ import numpy as np
 from insenv.core.recording import Floats
 from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.problem import Problem
+from insenv.identify.search.jumps import is_step
 from insenv.identify.search.one_box import DRIFTS
 from insenv.identify.search.reference_errors import log_p_alone
 from insenv.identify.search.round import CALIBRATION, against
 from insenv.identify.search.scan import Hit
 from insenv.identify.search.tracks import MOST_ADDED, Track
 
+#: What is far beyond the level: so many times less likely.
+FAR = 10.0
 #: Tones at multiples of one frequency that are no chance.
 MOST_BY_CHANCE = 2
 #: Waves in the fitted time of a frequency whose multiples are not just any frequencies, and how far off a multiple may
@@ -39,6 +43,7 @@ def unfinished(track: Track, alpha: float) -> tuple[str, ...]:
         *_with_the_motion(track, alpha),
         *_of_the_box(track),
         *_leaning(track, alpha),
+        *_jumping(track, alpha),
         *_waves(track),
         *_curves(track),
         *_as_many_as_may_be(track),
@@ -102,6 +107,21 @@ def _leaning(track: Track, alpha: float) -> tuple[str, ...]:
     return (
         f"{found.candidate.effect.key} explains the data better than noise does (p = {np.exp(log_p):.1g} by itself, "
         f"{found.p_value:.1g} among all that was tried): not decided between it and a random walk",
+    )
+
+
+def _jumping(track: Track, alpha: float) -> tuple[str, ...]:
+    """A step of a unit at rest that the odds against events alone keep from its name, by far."""
+    found = next((hit for hit in track.last_physical if is_step(hit.candidate.effect)), None)
+    if found is None or track.steps or any(r.hit.candidate.effect == found.candidate.effect for r in track.refusals):
+        return ()
+    odds = against(track.problem, found.candidate.effect)
+    log_p = log_tail(found.deviate) + float(np.log(found.looks / odds))
+    if odds == 1 or log_p >= np.log(alpha / FAR):
+        return ()
+    return (
+        f"{found.candidate.effect.key} at {found.term.shape[0]:.4g} s explains the data better than noise does (p = "
+        f"{np.exp(log_p):.1g} if noise does not jump): not decided between a step and a jump of the noise",
     )
 
 
