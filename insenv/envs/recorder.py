@@ -17,6 +17,7 @@ from insenv.core.rows import row_of
 from insenv.data.manifest import HeldOut, Model
 from insenv.data.manifest.spec import CHANNELS
 from insenv.data.save import save
+from insenv.effects.catalogue import by_key
 from insenv.envs.group import Blocks
 from insenv.envs.single import TaskEnv
 from insenv.envs.task import Task
@@ -116,7 +117,8 @@ def save_runs(folder: Path | str, task: Task, runs: Sequence[Played]) -> Path:
         If a file cannot be written.
     """
     kept, model = [], task.model
-    vehicle = "turning" in runs[0].recording.channels
+    unit = task.datasheet.mounting.gimbals is not None
+    vehicle = "turning" in runs[0].recording.channels and not unit
     turned = vehicle and any(turn for run in runs for _, turn in run.commands)
     for run in runs:
         known = {name: channel for name, channel in run.recording.channels.items() if name in CHANNELS}
@@ -125,6 +127,8 @@ def save_runs(folder: Path | str, task: Task, runs: Sequence[Played]) -> Path:
         if turned:
             one, model = _turned(one, task, run.commands)
         kept.append(one)
+    if unit:
+        model = _in_positions(model)
     title = f"{task.name}, {kept[0].label}" + (f" and {len(kept) - 1} more" if len(kept) > 1 else "")
     path = Path(folder) / "manifest.toml"
     sheet = sheet_table(task.datasheet)
@@ -143,11 +147,28 @@ def _turned(recording: Recording, task: Task, commands: Sequence[Command]) -> tu
     return replace(recording, channels=channels, mounting=mounting), replace(task.model, declared=declared)
 
 
+def _in_positions(model: Model) -> Model:
+    """The model of a unit that was turned from rest to rest: what rests in several positions can tell is declared.
+
+    What shows in the turns alone (delays, lever arms), or what is not sought there, is left to the environment's own
+    estimators; the loop may name it by what it does to the rests.
+    """
+    from insenv.identify.positions.trace import OF_ACCELEROMETERS, OF_RESTS, OF_ROTATIONS, WHOLE  # where it is used
+
+    able = {"bias", WHOLE, *OF_ACCELEROMETERS, *OF_ROTATIONS, *OF_RESTS}
+    declared = tuple(key for key in model.declared if by_key(key).id in able)
+    return replace(model, procedure="multi-position", declared=declared)
+
+
 def _held_out(task: Task, recordings: Sequence[Recording]) -> HeldOut:
-    """What the scenario holds out; else of a vehicle that turned the middle of each rest, a share `HELD_OUT` of it.
+    """What the scenario holds out; else every second rest of a unit on axes, and of a vehicle the middle of each rest.
+
+    That of a vehicle that turned is a share `HELD_OUT` of the rest.
 
     Each rest has a level of its own, which none of the others foretells, and its ends tell most of what drifts.
     """
+    if task.held_out == HeldOut() and task.datasheet.mounting.gimbals is not None:
+        return HeldOut(positions="even")
     if task.held_out != HeldOut() or not recordings[0].mounting.table_axis:
         return task.held_out
     rows: list[tuple[int, int]] = []

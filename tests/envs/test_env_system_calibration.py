@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -20,8 +21,10 @@ from insenv.core.motion import Motion
 from insenv.core.plugins import ESTIMATORS, find
 from insenv.core.recording import Floats, Recording
 from insenv.core.unit.gimbals import Gimbals, exposed
+from insenv.data.manifest import load_manifest
 from insenv.design.designing import kind_of
 from insenv.effects.catalogue import by_key
+from insenv.envs.recorder import Recorder
 from insenv.envs.rollout import RollOut, roll_out
 from insenv.evaluate.bounds import bounds
 from insenv.evaluate.check.estimator import check_estimator
@@ -284,6 +287,17 @@ def test_what_six_positions_do_not_tell_is_said() -> None:
     )
     assert [one.names for one in both] in ([("gyro_x.bias.c", "mounting.x")], [("mounting.x", "gyro_x.bias.c")])
     assert sorted(both[0].components) == pytest.approx([-1.0, 1.0])
+
+
+def test_a_recording_of_a_unit_is_saved_for_the_loop(tmp_path: Path) -> None:
+    env = Recorder(gymnasium.make(ID, changes=SHORT))
+    env.reset(seed=4)
+    for _ in range(20):
+        env.step(np.array([0.25, 0.0, 0.0, 4 / 300, 0.0]))
+    manifest = load_manifest(env.save(tmp_path))
+    assert manifest.procedure == "multi-position" and manifest.held_out.positions == "even"
+    assert "accel_scale_factor" in manifest.model.declared and "size_effect" not in manifest.model.declared
+    assert "table_angle" not in manifest.channels
 
 
 def test_a_sequence_is_designed_like_any_procedure() -> None:
