@@ -36,6 +36,7 @@ WRITERS = {
     "north_finder": "reproduce_north_finder.py",
     "online_policies": "online_policies.py",
     "search_study": "search_study.py",
+    "system_calibration": "calibrate_unit.py",
     "two_position": "reproduce_two_position.py",
 }
 _STAMP = re.compile(r"^<!-- engine ([0-9a-f]{12}) of (\S+) -->$", re.MULTILINE)
