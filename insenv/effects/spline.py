@@ -210,7 +210,9 @@ def _periodic(count: int) -> tuple[Any, Any]:
 def _mean(value: Any, integral: Any, first: Floats, last: Floats, still: float) -> Floats:
     """Mean of functions while their argument goes from ``first`` to ``last``, shape (..., n, count)."""
     step = last - first
-    short = (np.abs(step) < still)[..., None]
-    simpson = (value(first) + 4 * value(0.5 * (first + last)) + value(last)) / 6
-    mean: Floats = np.where(short, simpson, (integral(last) - integral(first)) / np.where(short, 1.0, step[..., None]))
+    first, last, short = np.broadcast_arrays(first, last, np.abs(step) < still)
+    a, b, c, d = first[short], last[short], first[~short], last[~short]
+    simpson = (value(a) + 4 * value(0.5 * (a + b)) + value(b)) / 6
+    mean = np.empty((*short.shape, simpson.shape[-1]))
+    mean[short], mean[~short] = simpson, (integral(d) - integral(c)) / (d - c)[..., None]
     return mean

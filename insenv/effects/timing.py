@@ -75,7 +75,7 @@ def earlier(u: Floats, edges: Floats, motion: Motion, skew: float) -> Floats:
 
     Its integral goes by cubics, with the rates at the edges for slopes; beyond the ends the rate stays as it is there.
     """
-    return interval_slope(_integral(u, edges, motion)(motion.t - skew), motion.dt)
+    return interval_slope(_integral(u, edges, motion)(-skew), motion.dt)
 
 
 def before_mean(u: Floats, edges: Floats, motion: Motion) -> tuple[Floats, Floats]:
@@ -103,28 +103,34 @@ _UNDONE = (0.0, 0.0, 0.0, 6.0, -11.0, 5.0)
 
 def _averaged(u: Floats, edges: Floats, motion: Motion) -> tuple[Floats, Floats]:
     """Means over the window around each interval and edge: at the edges exact, over an interval by Simpson's rule."""
-    turned, half = _integral(u, edges, motion), 0.5 * motion.window
-
-    def mean(t: Floats) -> Floats:
-        return (turned(t + half) - turned(t - half)) / motion.window
-
-    at_edges, between = mean(motion.t), mean(motion.middle)
-    return (at_edges[..., 1:] + 4 * between + at_edges[..., :-1]) / 6, at_edges
+    turned, half, middle = _integral(u, edges, motion), 0.5 * motion.window, 0.5 * motion.dt
+    at_edges, between = ((turned(at + half) - turned(at - half)) / motion.window for at in (0.0, middle))
+    return (at_edges[..., 1:] + 4 * between[..., :-1] + at_edges[..., :-1]) / 6, at_edges
 
 
-def _integral(u: Floats, edges: Floats, motion: Motion) -> Callable[[Floats], Floats]:
-    """Integral of the input from the start of the run, as a function of time."""
-    from scipy.interpolate import CubicHermiteSpline  # slow to import
+def _integral(u: Floats, edges: Floats, motion: Motion) -> Callable[[float], Floats]:
+    """Integral of the input from the start of the run, at all edges of its intervals, some time later than each.
 
+    All edges then lie equally far into their intervals: a cubic is the same four weights throughout.
+    """
     rates = np.broadcast_to(edges, (*np.broadcast_shapes(u.shape[:-1], edges.shape[:-1]), edges.shape[-1]))
-    total = np.zeros(rates.shape)
-    np.cumsum(u * motion.dt, axis=-1, out=total[..., 1:])
-    curve = CubicHermiteSpline(motion.t, total, rates, axis=-1)
+    total, n, dt = np.zeros(rates.shape), motion.n, motion.dt
+    np.cumsum(u * dt, axis=-1, out=total[..., 1:])
 
-    def turned(t: Floats) -> Floats:
-        inside = np.clip(t, motion.t[0], motion.t[-1])
-        beyond = t - inside
-        return np.asarray(curve(inside) + np.where(beyond < 0, rates[..., :1], rates[..., -1:]) * beyond)
+    def turned(later: float) -> Floats:
+        whole = int(np.floor(later / dt))
+        x = later / dt - whole
+        after = x * x * (3 - 2 * x)
+        curve = (1 - after) * total[..., :-1] + after * total[..., 1:]
+        curve += (dt * x * (1 - x) ** 2) * rates[..., :-1] - (dt * x * x * (1 - x)) * rates[..., 1:]
+        # Edge i is looked up in interval i + whole; before the first and behind the last one the rate stays.
+        first, last = min(max(-whole, 0), n + 1), max(min(n - whole, n + 1), 0)
+        at = np.empty(rates.shape)
+        at[..., first:last] = curve[..., first + whole : last + whole]
+        away = (np.arange(n + 1) + whole + x) * dt
+        at[..., :first] = total[..., :1] + rates[..., :1] * away[:first]
+        at[..., last:] = total[..., -1:] + rates[..., -1:] * (away[last:] - n * dt)
+        return at
 
     return turned
 

@@ -24,7 +24,7 @@ from insenv.effects.catalogue import by_key
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Problem, Term
 from insenv.identify.next.procedures import Procedure, procedures
-from insenv.identify.next.separation import Known, Rival, delta, separation, whole
+from insenv.identify.next.separation import Contest, Known, Rival, delta, whole
 from insenv.identify.next.simulated import Recorded, further
 from insenv.identify.prepare.problems import prepare
 from insenv.identify.search.scan import reference
@@ -93,11 +93,11 @@ def separations(run: Recording, pair: tuple[str, str], shape: tuple[float, ...] 
     """Standard deviations by the first words of each procedure."""
     problem, known = problem_of(run)
     a, b = fitted(problem, known, pair[0], shape), rival(problem, pair[1])
-    strength = separation(replace(known, model=known.model), None, a, Rival("nothing"))
+    strength = Contest(known, a, Rival("nothing")).separation(None)
     like = Recorded.of(run)
-    found = {"now": separation(known, None, a, b) * 30 / strength}
+    found = {"now": Contest(known, a, b).separation(None) * 30 / strength}
     for one in procedures((run,), LIMITS):
-        sigma = separation(known, further(one.plan, like, problem, False), a, b)
+        sigma = Contest(known, a, b).separation(further(one.plan, like, problem, False))
         found[first_words(one)] = sigma * 30 / strength
     return found
 
@@ -209,7 +209,7 @@ def test_the_likelihood_ratio_comes_out_as_it_was_foretold(
             assert (made.duration, made.rate) == pytest.approx((wanted.duration, wanted.rate), rel=1e-3)
         run = further(one.plan, Recorded.of(first), problem, False)
         told.append(delta(known, run, a, b))
-        assert separation(known, run, a, b) <= told[-1] * (1 + 1e-9)
+        assert Contest(known, a, b).separation(run) <= told[-1] * (1 + 1e-9)
         both, joint = problem_of(first, table_run(profile, 200 + seed, (true, np.array(theta))))
         gain = [reference(both, (*joint.model, r.terms[0])).noise.loglik for r in (a, b)]
         seen.append(2 * (gain[0] - gain[1]))

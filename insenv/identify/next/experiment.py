@@ -21,7 +21,7 @@ from insenv.identify.findings import Added, NextExperiment, Pair
 from insenv.identify.fit.gls import Fit, solve, spectrum
 from insenv.identify.fit.problem import NOISE_TERMS, Model, Problem, Term
 from insenv.identify.next.procedures import Procedure, procedures
-from insenv.identify.next.separation import Known, Rival, separation, sized, whole
+from insenv.identify.next.separation import Contest, Known, Rival, sized, whole
 from insenv.identify.next.simulated import Recorded, further
 from insenv.identify.search.earth_rate import Check
 from insenv.identify.search.rivals import Rivalry
@@ -89,14 +89,10 @@ class _Bench:
         found = [(p, further(p.plan, like, recorded, earth, most)) for p in procedures(recordings, limits)]
         return cls(track, recorded, tuple(found))
 
-    def sigma(self, run: Problem | None, confounded: Confounded, a: Rival, b: Rival) -> float | None:
-        """Separation of a pair after a run; None where its regressors cannot be told."""
-        if _lacks(run, a, b):
-            return None
-        known, other = (a, b) if a.theta is not None else (b, a)
-        if known.theta is None:
-            return None
-        if known.key in _NOISE:
+    def contest(self, confounded: Confounded, a: Rival, b: Rival) -> Contest | None:
+        """What a pair is compared by; None where neither has a size."""
+        one, other = (a, b) if a.theta is not None else (b, a)
+        if one.theta is None or one.key in _NOISE:
             return None
         start = self.known(confounded)
         if other.key in _NOISE:
@@ -105,7 +101,7 @@ class _Bench:
             start, other = replace(start, power=solve(free, confounded.model).noise.power), Rival(other.key)
         if other.key == "earth_rate":
             start = replace(start, earth=np.zeros(2))  # another magnitude of it is the rival
-        return separation(start, run, known, other)
+        return Contest(start, one, other)
 
     def known(self, confounded: Confounded) -> Known:
         """What the recorded runs tell."""
@@ -233,7 +229,8 @@ def _theta(fit: Fit, term: Term) -> Floats:
 def _ranked(bench: _Bench, confounded: Confounded, most: int) -> list[NextExperiment]:
     """Procedures for a set, best first; for its pairs where none tells all of it apart."""
     keys = tuple(r.key for r in confounded.rivals)
-    rows = [_judged(bench, confounded, *one) for one in bench.further]
+    contests = _contests(bench, confounded) if bench.further else []
+    rows = [_judged(bench, confounded, contests, *one) for one in bench.further]
     known = [row for row in rows if row.expected_separation_sigma is not None]
     if not known:
         return [_unknown(bench, confounded, keys)]
@@ -246,19 +243,31 @@ def _ranked(bench: _Bench, confounded: Confounded, most: int) -> list[NextExperi
     return [replace(known[0], procedure=now)]
 
 
-def _judged(bench: _Bench, confounded: Confounded, procedure: Procedure, run: Problem) -> NextExperiment:
-    """What a procedure would show of every pair of a set."""
-    rivals = confounded.rivals
-    first, *others = rivals
+def _contests(bench: _Bench, confounded: Confounded) -> list[tuple[Rival, Rival, Contest]]:
+    """Every pair of a set that can be compared, with what it is compared by."""
+    first, *others = confounded.rivals
     pairs = [(first, b) for b in others]
     if not confounded.assumed:
-        pairs += [(a, b) for a, b in combinations(_sized(bench, confounded, others), 2)]
-    sigmas = [(a, b, bench.sigma(run, confounded, a, b)) for a, b in pairs]
-    told = tuple(Pair((a.key, b.key), float(s)) for a, b, s in sigmas if s is not None)
+        pairs += combinations(_sized(bench, confounded, others), 2)
+    contests = ((a, b, bench.contest(confounded, a, b)) for a, b in pairs)
+    return [(a, b, contest) for a, b, contest in contests if contest is not None]
+
+
+def _judged(
+    bench: _Bench,
+    confounded: Confounded,
+    contests: list[tuple[Rival, Rival, Contest]],
+    procedure: Procedure,
+    run: Problem,
+) -> NextExperiment:
+    """What a procedure would show of every pair of a set; nothing where its regressors cannot be told."""
+    rivals = confounded.rivals
+    sigmas = [(a, b, contest.separation(run)) for a, b, contest in contests if not _lacks(run, a, b)]
+    told = tuple(Pair((a.key, b.key), s) for a, b, s in sigmas)
     words = procedure.words
     least = min((p.sigma for p in told), default=None)
     if confounded.assumed and least:
-        words += f" ({_smallest(bench, first, least)})"
+        words += f" ({_smallest(bench, rivals[0], least)})"
     return NextExperiment(
         tuple(r.key for r in rivals), words, least, procedure.profile, procedure.told, told, procedure.control
     )

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -133,22 +134,29 @@ class Known:
         return Stage(self.recorded, further, self.power, self.earth)
 
 
-def separation(known: Known, further: Problem | None, a: Rival, b: Rival) -> float:
-    """The smaller of delta(a, b) and delta(b, a), in standard deviations.
+@dataclass(frozen=True, eq=False)
+class Contest:
+    """Two effects of which either may be true, and what the recorded runs tell: the same for every further run.
 
-    Parameters
-    ----------
-    known : Known
-    further : Problem, optional
-        The further run; None: what the recorded ones tell.
-    a, b : Rival
-        ``a`` has its parameters, and its first term is the one of its shape.
+    ``a`` has its parameters, and its first term is the one of its shape.
     """
-    there = delta(known, further, a, b)
-    if not b.terms:
-        return there
-    term, theta = sized(known, a, b)
-    return min(there, delta(known, further, Rival(b.key, (term,), theta), a))
+
+    known: Known
+    a: Rival
+    b: Rival
+
+    @cached_property
+    def instead(self) -> Rival | None:
+        """``b`` as it takes the place of ``a`` on the recorded runs; None where the model has it."""
+        if not self.b.terms:
+            return None
+        term, theta = sized(self.known, self.a, self.b)
+        return Rival(self.b.key, (term,), theta)
+
+    def separation(self, further: Problem | None) -> float:
+        """The smaller of delta(a, b) and delta(b, a) after a further run (None: now), in standard deviations."""
+        there = delta(self.known, further, self.a, self.b)
+        return there if self.instead is None else min(there, delta(self.known, further, self.instead, self.a))
 
 
 def delta(known: Known, further: Problem | None, a: Rival, b: Rival) -> float:

@@ -62,6 +62,8 @@ _STRENGTHS = (0.01, 3.0, 5.0, 7.0, 9.0, 12.0, 16.0, 22.0, 30.0, 42.0, 60.0)
 STRONGEST = 60.0
 #: Quantiles of a normal deviate that stand for the chance of a recording, in each of two directions.
 _CHANCES = ndtri((np.arange(24) + 0.5) / 24)
+#: Where among all pairs of them, in order, the share that is missed ends: as numpy's quantile.
+_MISSED = (int((_CHANCES.size**2 - 1) * (1 - POWER)), (_CHANCES.size**2 - 1) * (1 - POWER) % 1)
 
 
 @dataclass(frozen=True)
@@ -297,16 +299,17 @@ def _strength(need: float, d: int, freedom: float, ratio: float) -> float:
     tail = log_tails_of_t(sizes, freedom)
     normal = -ndtri_exp(np.minimum(np.where(np.isfinite(tail), tail, log_ndtr(-sizes)), -1e-12))
     deviates = -ndtri_exp(np.minimum(_log_tail(freedom * np.log1p(grid / freedom) / d, d, freedom), -1e-12))
-    a, b = (x.ravel() for x in np.meshgrid(_CHANCES, _CHANCES))
 
     def reached(strength: float) -> float:
         # The direction of the effect is normal; what the others of d coefficients gain by chance is taken at its mean.
-        fitted = np.interp((strength + a) ** 2 + d - 1, grid, deviates)
+        fitted = np.interp((strength + _CHANCES) ** 2 + d - 1, grid, deviates)
         # The smaller model's noise, with which the held-out data are weighed, has taken up some of the effect.
-        z = (ratio * strength + b) / HELD_OUT_SPREAD / np.sqrt(1 + strength**2 / freedom)
+        z = (ratio * strength + _CHANCES) / HELD_OUT_SPREAD / np.sqrt(1 + strength**2 / freedom)
         held = np.copysign(np.interp(np.abs(z), sizes, normal), z)
-        joint = (fitted + ratio * held) / np.sqrt(1 + ratio**2)
-        return float(np.quantile(joint, 1 - POWER)) - need
+        joint = (fitted + ratio * held[:, None]).ravel() / np.sqrt(1 + ratio**2)
+        below, share = _MISSED
+        least, more = np.partition(joint, (below, below + 1))[below : below + 2]
+        return float(least + share * (more - least)) - need
 
     low, high = 0.5, STRONGEST
     for _ in range(20):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -50,6 +51,8 @@ UNUSUAL = 20.0
 SUGGESTED = 0.3
 #: Share of the input's square sum from which a tone at its frequency is the motion itself.
 OF_MOTION = 0.5
+#: Parabolas at most by which a shape is refined, and what a further one must add to the likelihood ratio.
+MOST_PARABOLAS, WORTH = 12, 0.002
 #: Multiples of that frequency that curves of the motion have.
 HARMONICS = 8
 
@@ -237,26 +240,58 @@ def refined(problem: Problem, base: Reference, hit: Hit, step: Floats | None = N
     steps = _grid_steps(hit.candidate, start) if step is None else step
     least = np.minimum([param.low for param in hit.term.effect.shapes], start)
 
-    def loss(x: Floats) -> float:
+    def gain(x: Floats) -> float:
         shape = np.maximum(start + steps * np.clip(x, -1, 1), least)
         term = replace(hit.term, shape=tuple(map(float, shape)))
         ratio, _ = likelihood_ratio(problem, base, with_term(base.model, term))
         problem.forget(term)
-        return -ratio + 1e3 * float(np.sum(np.maximum(np.abs(x) - 1, 0) ** 2))
+        return ratio - 1e3 * float(np.sum(np.maximum(np.abs(x) - 1, 0) ** 2))
 
-    simplex = np.vstack([np.zeros(len(start)), 0.5 * np.eye(len(start))])
-    best = minimize(
-        loss,
-        np.zeros(len(start)),
-        method="Nelder-Mead",
-        options={"initial_simplex": simplex, "maxfev": 15 * len(start) + 5, "xatol": 0.01, "fatol": 0.02},
-    )
-    shape = np.maximum(start + steps * np.clip(best.x, -1, 1), least)
+    best = _of_one(gain, hit.likelihood_ratio) if len(start) == 1 else _of_several(gain, len(start))
+    shape = np.maximum(start + steps * np.clip(best, -1, 1), least)
     term = replace(hit.term, shape=tuple(map(float, shape)))
     ratio, gained = likelihood_ratio(problem, base, with_term(base.model, term))
     if ratio <= hit.likelihood_ratio:
         return hit
     return replace(hit, term=term, likelihood_ratio=ratio, deviate=deviate(problem, base, term, ratio, gained))
+
+
+def _of_one(gain: Callable[[Floats], float], at_zero: float) -> Floats:
+    """Where a gain is largest between -1 and 1: by parabolas through the best three points, no wider than they lie."""
+    known = {0.0: at_zero, **{x: gain(np.array([x])) for x in (-0.5, -0.25, 0.25, 0.5)}}
+    for _ in range(MOST_PARABOLAS):
+        best = max(known, key=lambda x: known[x])
+        around = sorted({-1.0, 1.0, *known})
+        at = around.index(best)
+        low, high = around[max(at - 1, 0)], around[min(at + 1, len(around) - 1)]
+        if low in known and high in known and low < best < high:
+            x, more = _vertex(*((x, known[x]) for x in (low, best, high)))
+            if more < WORTH:
+                break
+        else:
+            x = low if low not in known else high
+        if x in known:
+            break
+        known[x] = gain(np.array([x]))
+    return np.array([max(known, key=lambda x: known[x])])
+
+
+def _vertex(low: tuple[float, float], best: tuple[float, float], high: tuple[float, float]) -> tuple[float, float]:
+    """Where the parabola through three points is largest, and how much larger than at the one between."""
+    left, right = best[0] - low[0], high[0] - best[0]
+    rise, fall = (best[1] - low[1]) / left, (best[1] - high[1]) / right
+    bend = (rise + fall) / (left + right)
+    slope = (rise * right - fall * left) / (left + right)
+    if bend <= 0:
+        return best[0], 0.0
+    return best[0] + slope / (2 * bend), slope**2 / (4 * bend)
+
+
+def _of_several(gain: Callable[[Floats], float], shapes: int) -> Floats:
+    """The same for several shapes, by a simplex."""
+    simplex = np.vstack([np.zeros(shapes), 0.5 * np.eye(shapes)])
+    options = {"initial_simplex": simplex, "maxfev": 15 * shapes + 5, "xatol": 0.01, "fatol": 0.02}
+    return np.asarray(minimize(lambda x: -gain(x), simplex[0], method="Nelder-Mead", options=options).x)
 
 
 def _grid_steps(candidate: Candidate, start: Floats) -> Floats:
