@@ -1,10 +1,9 @@
 """Student rate tables: gain, skew and hold of a gyro against a real encoder, over many simulated units.
 
-The bench shares no code with insenv. The table is driven by sines, by steps through a motor's lag or by hand; the gyro
-repeats a value for 30 ms at rows of 10 ms, from another phase in every file, rounds to 0.01 rad/s and turns the other
-way at 0.87 of the rate; the encoder is late, noisy and rounded.
-
-    y_k = round(g u(t_k') + b + noise),      w_k = round(u(t_k - late_r) + noise)
+The files are those of `tests/blind/kinds/student.py`, which shares no code with insenv: a table that is driven by
+sines, by steps through a motor's lag or by hand. Of that family the study takes a gyro that repeats a value for 30 ms
+at rows of 10 ms, from another phase in every file, rounds to 0.01 rad/s and may turn the other way at 0.87 of the
+rate; the encoder is late, noisy and rounded.
 
 A run of the study is one unit with its files. Shown is how often the value found is within two standard deviations of
 the truth (exact 95 % intervals), and what else was named.
@@ -20,41 +19,27 @@ for _library in ("OMP", "OPENBLAS", "MKL", "NUMBA"):
 
 import argparse
 import json
+import sys
 import tempfile
 import traceback
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from joblib import Parallel, delayed
-from numpy.typing import NDArray
 from scipy.stats import beta
 from tqdm import tqdm
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "tests"))
+from blind.kinds.student import Unit, files_of
 
 from insenv.close import close
 from insenv.identify.findings import TargetFindings
 
-Floats = NDArray[np.float64]
-ROW, FINE = 0.01, 0.001
-
-
-@dataclass(frozen=True)
-class Unit:
-    """What is true of a unit and of its files."""
-
-    seed: int
-    gain: float
-    bias: float
-    hold: float
-    late: tuple[float, ...]
-    noise: float
-    logged: str
-    encoder_noise: float
-    motion: tuple[str, ...]
-    duration: tuple[float, ...]
-    instant: bool = True
+#: Time from row to row [s].
+ROW = 0.01
 
 
 def drawn(seed: int) -> Unit:
@@ -64,84 +49,30 @@ def drawn(seed: int) -> Unit:
     late = 0.02 + (0.004 * rng.standard_normal(files) if rng.random() < 0.5 else np.zeros(files))
     logged = str(rng.choice(["rate", "angle", "both"]))
     return Unit(
-        seed=seed,
+        dt=ROW,
         gain=float(rng.choice([-0.87, -1.0, 0.87, 1.0, -0.93])) * (1 + 0.01 * rng.standard_normal()),
         bias=float(0.02 * rng.standard_normal()),
-        hold=0.0 if rng.random() < 0.25 else 0.03,
-        late=tuple(map(float, late)),
+        hold=1 if rng.random() < 0.25 else 3,
+        step=0.01,
         noise=float(rng.uniform(0.002, 0.008)),
         logged=logged,
+        form="delay",
+        late=tuple(map(float, late)),
         encoder_noise=float(rng.uniform(0.005, 0.03) if logged == "rate" else rng.uniform(1e-4, 6e-4)),
+        encoder_step=0.005 if logged == "rate" else 2 * np.pi / 16384,
+        eccentricity=0.0,
+        stale=0.0,
         motion=tuple(str(rng.choice(["sine", "steps", "hand"])) for _ in range(files)),
         duration=tuple(float(d) for d in rng.uniform(13, 80, files)),
+        extra="",
     )
 
 
-def moved(kind: str, t: Floats, rng: np.random.Generator) -> tuple[Floats, Floats]:
-    """True and commanded rate on a fine grid [rad/s]."""
-    top = rng.uniform(0.8, 3.0)
-    if kind == "sine":
-        told = top * np.sin(2 * np.pi * rng.uniform(0.15, 0.8) * t + rng.uniform(0, 6))
-        return lagged(told, 0.03), told
-    if kind == "steps":
-        dwell = rng.uniform(2.0, 5.0)
-        told = top * rng.uniform(-1, 1, int(t[-1] / dwell) + 1)[(t / dwell).astype(int)]
-        return lagged(lagged(told, rng.uniform(0.1, 0.3)), 0.05), told
-    white = rng.standard_normal(len(t))
-    for tau in (0.25, 0.25, 0.1):
-        white = lagged(white, tau)
-    return top * white / (1.5 * np.std(white)), np.zeros(len(t))
-
-
-def lagged(x: Floats, tau: float) -> Floats:
-    """First-order lag."""
-    from scipy.signal import lfilter
-
-    a = np.exp(-FINE / tau)
-    return np.asarray(lfilter([1 - a], [1, -a], x - x[0]) + x[0])
-
-
-def file_of(unit: Unit, number: int) -> dict[str, Floats]:
-    """The columns of one file, SI units."""
-    rng = np.random.default_rng([unit.seed, number])
-    start, duration = 0.5, unit.duration[number]
-    fine = np.arange(0.0, duration + 2 * start, FINE)
-    true, told = moved(unit.motion[number], fine, rng)
-    angle = np.concatenate([[0.0], np.cumsum(0.5 * (true[1:] + true[:-1])) * FINE])
-    t: Floats = start + ROW * np.arange(round(duration / ROW), dtype=np.float64)
-
-    def at(values: Floats, when: Floats) -> Floats:
-        return np.interp(when, fine, values)
-
-    def mean(when: Floats) -> Floats:
-        """Mean rate over a row."""
-        return (at(angle, when + 0.5 * ROW) - at(angle, when - 0.5 * ROW)) / ROW
-
-    renewed = t
-    if unit.hold:
-        phase = rng.integers(0, 3)
-        renewed = t - ROW * ((np.arange(len(t)) + phase) % round(unit.hold / ROW))
-    noise = unit.noise * rng.standard_normal(len(t) + 3)
-    fresh = np.rint((renewed - t[0]) / ROW).astype(int) + 3
-    gyro = 0.01 * np.rint((unit.gain * at(true, renewed) + unit.bias + noise[fresh]) / 0.01)
-    columns = {"time": t - t[0], "gyro": gyro}
-    seen = t - unit.late[number]
-    jitter = unit.encoder_noise * rng.standard_normal(len(t))
-    if unit.logged == "rate":
-        columns["table_rate"] = 0.005 * np.rint((at(true, seen) + jitter) / 0.005)
-    else:
-        step = 2 * np.pi / 16384
-        columns["table_angle"] = step * np.rint((at(angle, seen) + jitter) / step)
-    if unit.logged == "both":
-        columns["table_rate"] = at(told, t)
-    return columns
-
-
-def written(unit: Unit, folder: Path) -> Path:
+def written(unit: Unit, seed: int, folder: Path) -> Path:
     """Files and manifest of a unit."""
     names = []
-    for number in range(len(unit.duration)):
-        columns = file_of(unit, number)
+    for number, file in enumerate(files_of(unit, 0.0, np.random.default_rng([seed, 1]))):
+        columns = file.columns
         names.append(f"file_{number + 1}.csv")
         table = np.column_stack(list(columns.values()))
         np.savetxt(folder / names[-1], table, "%.10g", ",", header=",".join(columns), comments="")
@@ -157,10 +88,10 @@ def written(unit: Unit, folder: Path) -> Path:
 def outcome(seed: int) -> dict[str, Any]:
     """What is said of a unit, in standard deviations from the truth."""
     unit = drawn(seed)
-    kept: dict[str, Any] = {"unit": asdict(unit)}
+    kept: dict[str, Any] = {"seed": seed, "unit": asdict(unit)}
     with tempfile.TemporaryDirectory() as name:
         try:
-            found = close(written(unit, Path(name)))
+            found = close(written(unit, seed, Path(name)))
         except Exception:
             return kept | {"error": traceback.format_exc()[-1500:]}
     (target,) = found.targets
@@ -194,7 +125,7 @@ def deviates(unit: Unit, target: TargetFindings) -> dict[str, Any]:
     z["hold"] = None
     if holds:
         share, hold = (next(p for p in holds[0].parameters if p.parameter == n) for n in ("c", "hold"))
-        z["hold"] = [(share.value - 1.0) / share.sd, (hold.value - unit.hold) / hold.sd]
+        z["hold"] = [(share.value - 1.0) / share.sd, (hold.value - unit.hold * unit.dt) / hold.sd]
         z["hold_value"] = [share.value, share.sd, hold.value, hold.sd]
     return z
 
@@ -222,9 +153,9 @@ def summary(kept: list[dict[str, Any]]) -> list[str]:
 
     told("gain", lambda k: k["gain"], whole)
     told("skew", lambda k: k["skew"], whole)
-    holding = [k for k in whole if k["unit"]["hold"]]
+    holding = [k for k in whole if k["unit"]["hold"] > 1]
     told("hold share and time", lambda k: k["hold"], holding)
-    free = [k for k in whole if not k["unit"]["hold"]]
+    free = [k for k in whole if k["unit"]["hold"] == 1]
     lines.append(f"hold named where none is: {rate(sum(k['hold'] is not None for k in free), len(free))}")
     others = [k for k in whole if set(k["named"]) - {"timing_skew", "sample_hold"}]
     lines.append(f"anything else named: {rate(len(others), len(whole))}")
@@ -261,7 +192,7 @@ def main() -> None:
     if options.verbose:
         for k in all_kept:
             unit = k["unit"]
-            head = f"{unit['seed']}: {unit['logged']} hold {unit['hold']} gain {unit['gain']:.3f} {unit['motion']}"
+            head = f"{k['seed']}: {unit['logged']} hold {unit['hold']} gain {unit['gain']:.3f} {unit['motion']}"
             if "error" in k:
                 print(head, k["error"])
                 continue

@@ -1,7 +1,7 @@
 """Student rate tables: gain, skew of each run and hold beside a late and noisy encoder.
 
-Units are those of `scripts/studies/student_tables.py`, which shares no code with insenv; seeds are fixed. A deviation
-beyond 4 sd is one of 16000.
+Units are those of `scripts/studies/student_tables.py`, whose files share no code with insenv; seeds are fixed. A
+deviation beyond 4 sd is one of 16000.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ def prepared(manifest: Path) -> Prepared:
 @pytest.mark.parametrize("seed", [1, 2, 8])
 def test_gain_lag_and_hold_are_told_in_the_samples(tmp_path: Path, seed: int) -> None:
     unit = bench.drawn(seed)
-    found = prepared(bench.written(unit, tmp_path))
+    found = prepared(bench.written(unit, seed, tmp_path))
     hold, motions = found.held.hold, [e.motion for e in found.problem.exposures]
     assert hold is not None and hold.share == 1.0
-    assert hold.hold == pytest.approx(unit.hold, abs=1e-6)
+    assert hold.hold == pytest.approx(unit.hold * unit.dt, abs=1e-6)
     assert found.problem.gain == pytest.approx(unit.gain, abs=2e-3)
     np.testing.assert_allclose([m.lag for m in motions], -np.array(unit.late), atol=1e-3)
     assert found.lines == ()
-    assert round(found.problem.bins.width / unit.hold, 6) % 1 == 0
+    assert round(found.problem.bins.width / (unit.hold * unit.dt), 6) % 1 == 0
 
 
 @pytest.mark.slow
