@@ -62,8 +62,6 @@ _STRENGTHS = (0.01, 3.0, 5.0, 7.0, 9.0, 12.0, 16.0, 22.0, 30.0, 42.0, 60.0)
 STRONGEST = 60.0
 #: Quantiles of a normal deviate that stand for the chance of a recording, in each of two directions.
 _CHANCES = ndtri((np.arange(24) + 0.5) / 24)
-#: Where among all pairs of them, in order, the share that is missed ends: as numpy's quantile.
-_MISSED = (int((_CHANCES.size**2 - 1) * (1 - POWER)), (_CHANCES.size**2 - 1) * (1 - POWER) % 1)
 
 
 @dataclass(frozen=True)
@@ -269,19 +267,25 @@ def _joint(strengths: Floats, told: list[_Answer], at: float) -> float:
     """Joint deviate that an effect of the whitened norm ``at`` exceeds with probability `POWER`."""
     d = told[0].d
     ratio, freedom, held = (np.array([getattr(one, name) for one in told]) for name in ("ratio", "freedom", "held"))
-    a, b = (x.ravel() for x in np.meshgrid(_CHANCES, _CHANCES))
     # By chance the fitted data hold a little more or less of it.
-    shown = np.abs(at + a)
+    shown = np.abs(at + _CHANCES)
     gained = np.interp(shown, strengths, ratio) + np.where(shown > at, (shown - at) * _slope(strengths, ratio), 0.0)
     nu = float(np.interp(at, strengths, freedom))
     growth = nu / d * np.expm1((gained + d - 1) / (nu + d + 1))
     fitted = -ndtri_exp(np.minimum(_log_tail(growth, d, nu), -1e-12))
     share = float(np.interp(at, strengths, held))
-    z = (share * at + b) / HELD_OUT_SPREAD
+    z = (share * at + _CHANCES) / HELD_OUT_SPREAD
     tail = log_tails_of_t(np.abs(z), nu)
     normal = np.copysign(-ndtri_exp(np.minimum(np.where(np.isfinite(tail), tail, log_ndtr(-np.abs(z))), -1e-12)), z)
-    rho = (share * at) ** 2 / np.maximum(gained, 1e-3)
-    return float(np.quantile((fitted + np.sqrt(rho) * normal) / np.sqrt(1 + rho), 1 - POWER))
+    rho = ((share * at) ** 2 / np.maximum(gained, 1e-3))[:, None]
+    return _exceeded((fitted[:, None] + np.sqrt(rho) * normal) / np.sqrt(1 + rho))
+
+
+def _exceeded(joint: Floats) -> float:
+    """What joint deviates exceed with probability `POWER`, of all pairs of chances, shape (n, n)."""
+    place = (joint.size - 1) * (1 - POWER)
+    least, more = np.partition(joint.ravel(), (int(place), int(place) + 1))[int(place) : int(place) + 2]
+    return float(least + place % 1 * (more - least))
 
 
 def _slope(strengths: Floats, ratio: Floats) -> float:
@@ -306,10 +310,7 @@ def _strength(need: float, d: int, freedom: float, ratio: float) -> float:
         # The smaller model's noise, with which the held-out data are weighed, has taken up some of the effect.
         z = (ratio * strength + _CHANCES) / HELD_OUT_SPREAD / np.sqrt(1 + strength**2 / freedom)
         held = np.copysign(np.interp(np.abs(z), sizes, normal), z)
-        joint = (fitted + ratio * held[:, None]).ravel() / np.sqrt(1 + ratio**2)
-        below, share = _MISSED
-        least, more = np.partition(joint, (below, below + 1))[below : below + 2]
-        return float(least + share * (more - least)) - need
+        return _exceeded((fitted[:, None] + ratio * held) / np.sqrt(1 + ratio**2)) - need
 
     low, high = 0.5, STRONGEST
     for _ in range(20):
