@@ -68,6 +68,7 @@ class EncoderHarmonic(_Wave):
     meaning = "the reference is wrong: the table's encoder repeats an angle error every turn"
     linear = (Param("c", "rad", sd=1e-4, bound=1e-2), Param("s", "rad", sd=1e-4, bound=1e-2))
     source = "Sensors 13 (2013) 2750: encoder harmonics on a rate table"
+    hides = "encoder"
     belongs = "reference"
 
     def __post_init__(self) -> None:
@@ -97,6 +98,7 @@ class AngleLockedRate(_Wave):
     meaning = "the gyro's error depends on where it points on its base: a magnet, heat or tilt"
     linear = (Param("c", OUTPUT, sd=1e-3, bound=0.1), Param("s", OUTPUT, sd=1e-3, bound=0.1))
     source = "IEEE Std 952-1997: magnetic sensitivity; Sensors 13 (2013) 2750: wobble of the table's axis"
+    hides = "angle"
     belongs = "place"
     sharpened_by = ("rate_edges",)
 
@@ -150,6 +152,8 @@ class EarthRate(_Wave):
     title = "Earth rate"
     meaning = "the Earth's rotation as the input axis sees it"
     source = "Rate of rotation: WGS 84 (insenv.core.earth)"
+    of_earth = True
+    hides = "earth"
     belongs = "input"
     sharpened_by = ("rate_edges",)
 

@@ -126,6 +126,18 @@ class Effect(ABC):
         Whether it is rarer by far than others that look like it: it is named first only where it is far likelier.
     told_by : str
         What would tell it from an effect whose twin it is.
+    line : bool
+        Whether it is a line at one frequency: it has a search of its own.
+    exact : bool
+        Whether its shape is no matter of degree, so that no curve departs from it a little.
+    of_earth : bool
+        Whether it is the Earth's own rate, which latitude and attitude tell.
+    of_response : bool
+        Whether the response of a reference, its gain and phase at each frequency, looks like it.
+    of_base : bool
+        Whether it is one physical cause on several targets of a unit.
+    hides : str
+        Family of effects that hide each other where a recording tells too little; empty for none.
     """
 
     id: ClassVar[str] = ""
@@ -148,6 +160,12 @@ class Effect(ABC):
     carries: ClassVar[tuple[str, ...]] = ()
     unusual: ClassVar[bool] = False
     told_by: ClassVar[str] = ""
+    line: ClassVar[bool] = False
+    exact: ClassVar[bool] = False
+    of_earth: ClassVar[bool] = False
+    of_response: ClassVar[bool] = False
+    of_base: ClassVar[bool] = False
+    hides: ClassVar[str] = ""
 
     @property
     @abstractmethod

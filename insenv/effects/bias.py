@@ -38,6 +38,7 @@ class Bias(LinearEffect):
     meaning = "a constant error"
     linear = (Param("c", OUTPUT, sd=0.1, bound=10.0),)
     source = "IEEE Std 952-1997 and 647-2006: bias"
+    hides = "bias"
 
     def basis(self, u: Floats, motion: Motion) -> Floats:
         """Ones, shape (..., n, 1)."""

@@ -92,6 +92,7 @@ class BiasThermalLag(MemoryEffect):
     needs = ("temperature",)
     becomes = ("bias_temperature_rate", "bias_temperature")
     source = "First-order thermal response; IEEE Std 952-1997: bias temperature gradient sensitivity"
+    of_base = True
 
     def begin(self, motion: Motion, theta: Floats) -> Floats:
         """Excess of the temperature over the lagged one: none at the start of a run; shape (...)."""

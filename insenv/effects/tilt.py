@@ -31,6 +31,7 @@ class BaseTilt(LinearEffect):
     linear = (Param("c", "m/s^2", sd=10.0, bound=15.0), Param("drift", "m/s^3", sd=1e-3, bound=0.1))
     needs = ("base_tilt",)
     source = "Titterton and Weston, section 10: levelling"
+    of_base = True
     instruments = ("accelerometer",)
     of_time = True
     belongs = "input"

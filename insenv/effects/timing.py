@@ -50,6 +50,9 @@ class TimingSkew(LinearEffect):
     linear = (Param("c", "s", sd=0.01, bound=1.0),)
     needs = ("rate_edges",)
     source = "First-order Taylor expansion of u(t - c)"
+    exact = True
+    of_response = True
+    hides = "rate"
     instruments = ("gyro",)
     belongs = "reference"
     of_rate = True
@@ -169,6 +172,9 @@ class SampleHold(MemoryEffect):
     linear = (Param("c", "1", sd=0.5, bound=1.5, least=0.5),)  # an output is held whole, or it is something else
     shapes = (Param("hold", "s", sd=0.1, low=0.0),)
     source = "Zero-order hold: Oppenheim and Schafer, Discrete-Time Signal Processing, section 4.8"
+    exact = True
+    of_response = True
+    hides = "rate"
     instruments = ("gyro",)
     of_time = True
     of_rate = True

@@ -33,6 +33,8 @@ class Tone(CurveEffect):
     linear = (Param("c", OUTPUT, sd=0.1, bound=10.0), Param("s", OUTPUT, sd=0.1, bound=10.0))
     shapes = (Param("f", "Hz", sd=1e-4, low=0.0),)
     source = "IEEE Std 952-1997, annex C: sinusoidal noise"
+    line = True
+    exact = True
     of_time = True
 
     def curve(self, u: Floats, motion: Motion, theta: Floats) -> Floats:

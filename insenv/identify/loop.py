@@ -19,6 +19,7 @@ from insenv.data.reference import with_reference
 from insenv.data.split import RowUse
 from insenv.effects.base import Effect
 from insenv.effects.catalogue import CATALOGUE
+from insenv.effects.own import ALL
 from insenv.identify.clean.settling import settled_by, without_start
 from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.gls import Fit, solve
@@ -42,7 +43,7 @@ from insenv.identify.search.size import unsized, unsized_together
 from insenv.identify.search.tracks import MOST_ADDED, Progress, Refusal, Step, Track
 
 #: Effects of one physical cause on several targets: judged on all of them together.
-SHARED = ("base_tilt", "bias_thermal_lag")
+SHARED = tuple(sorted(effect.id for effect in ALL if effect.of_base))
 
 #: Least normal deviate of a target's own evidence for a cause that was found on several targets together.
 LEAST_SUPPORT = 1.0
@@ -219,7 +220,7 @@ def _begin(
     samples: bool = True,
 ) -> Track:
     """A target before its search; bins of ``width`` at least, lines and holds found in the ``samples`` taken out."""
-    tones = any(effect.id == "tone" for effect in catalogue)
+    tones = any(effect.line for effect in catalogue)
     holds = any(effect.id == "sample_hold" for effect in catalogue)
     prepared = prepare(manifest, recordings, uses, target, tones and samples, holds and samples, width)
     found, blind = candidates(prepared.problem, catalogue)
@@ -229,7 +230,7 @@ def _begin(
     found = tuple(c for c in found if c.effect.key not in declared)
     fit = solve(prepared.problem, prepared.model)
     score = held_out_score(prepared.problem, fit)
-    level = due_level(recordings) if any(t.effect.id == "earth_rate" for t in prepared.model) else None
+    level = due_level(recordings) if any(t.effect.of_earth for t in prepared.model) else None
     return Track(prepared, found, blind, fit, score, tones, level=level)
 
 
@@ -361,7 +362,7 @@ def _in_common(tracks: list[Track], able: list[int], hits: dict[int, Hit]) -> Fl
 
 def _wander(track: Track, hit: Hit) -> Line | None:
     """The line of a tone that is none, because its phase does not hold."""
-    if hit.candidate.effect.id != "tone" or _damped_so_far(track) >= MOST_DAMPED:
+    if not hit.candidate.effect.line or _damped_so_far(track) >= MOST_DAMPED:
         return None
     found: Line | None = track.problem.remember(
         ("wanders", hit.term, track.fit.model), lambda: wanders(track.problem, track.fit, hit.term.shape[0])
@@ -378,7 +379,7 @@ def _full(track: Track) -> bool:
 
 
 def _is_shared(hit: Hit) -> bool:
-    return hit.candidate.effect.id in SHARED
+    return hit.candidate.effect.of_base
 
 
 def _refused(track: Track, hit: Hit) -> bool:
@@ -436,7 +437,7 @@ def _tried(track: Track, hit: Hit, proposal: _Proposal, names: tuple[str, ...], 
     confirmed = confirms(track.score, score, rescored(problem, track.fit, fit.noise.power))
     # Each of several effects may cost a little; together no more than one may.
     confirmed &= score.rms <= (1 + MOST_GROWTH) * min(s.rms for s in (track.score, *(s.before for s in track.steps)))
-    if not confirmed and hit.candidate.effect.id == "tone" and _damped_so_far(track) < MOST_DAMPED:
+    if not confirmed and hit.candidate.effect.line and _damped_so_far(track) < MOST_DAMPED:
         wander = lost(problem, track.fit, hit.term.shape[0])
         if wander is not None:
             return _damped(track, wander, hit), True

@@ -58,6 +58,7 @@ class OutputBandwidth(MemoryEffect):
     shapes = (Param("tau", "s", sd=0.1, low=1e-3),)
     becomes = ("timing_skew",)
     source = "IEEE Std 952-1997: bandwidth; first-order low-pass"
+    of_response = True
     instruments = ("gyro",)
     of_rate = True
     unusual = True

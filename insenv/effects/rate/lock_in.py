@@ -54,6 +54,7 @@ class LockIn(CurveEffect):
     # A lock-in rate of 3e-3 rad/s (650 deg/h) is one standard deviation; 0.03 rad/s the largest credible one.
     linear = (Param("W_L_squared", "rad^2/s^2", sd=1e-5, bound=1e-3, low=0.0),)
     source = _SOURCE
+    hides = "rate"
     instruments = ("gyro",)
     of_rate = True
 

@@ -44,6 +44,8 @@ class ScaleFactor(LinearEffect):
     meaning = "the output is wrong in proportion to the input"
     linear = (Param("c", "1", sd=0.05, bound=0.5),)
     source = "IEEE Std 952-1997 and 647-2006: scale factor"
+    of_response = True
+    hides = "rate"
     instruments = ("gyro",)
     of_rate = True
 
@@ -125,6 +127,7 @@ class ScaleFactorAsymmetry(LinearEffect):
     meaning = "clockwise and anticlockwise have different scale factors"
     linear = (Param("c", "1", sd=0.05, bound=0.5),)
     source = "IEEE Std 952-1997 and 647-2006: scale factor asymmetry"
+    hides = "rate"
     instruments = ("gyro",)
     of_rate = True
 
@@ -143,6 +146,7 @@ class ScaleFactorCubic(LinearEffect):
     meaning = "the scale factor changes with the square of the rate"
     linear = (Param("c", "1/({y})^2", sd=0.01, bound=1.0),)
     source = "IEEE Std 952-1997: scale factor non-linearity"
+    hides = "rate"
     instruments = ("gyro",)
     of_rate = True
 
@@ -171,6 +175,7 @@ class ScaleFactorAnomaly(CurveEffect):
     linear = (Param("c", OUTPUT, sd=0.01, bound=0.02, per_rate=True),)
     shapes = (Param("u0", OUTPUT, sd=0.1, low=0.0), Param("s", OUTPUT, sd=0.05, low=1e-4))
     source = "IEEE Std 647-2006: scale factor error at single rates; a Gaussian stands for its unknown form"
+    hides = "rate"
     instruments = ("gyro",)
     of_rate = True
     local = True

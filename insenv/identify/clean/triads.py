@@ -38,7 +38,7 @@ def of_others(
         return any(_instrument(other) in effect.instruments for other in manifest.model.targets)
     # Along the vertical there is no horizontal part, across it no rate of the turn.
     share = abs(motions[0].projection)
-    return share > 0.5 if effect.id == "earth_rate" else effect.of_rate and share < 0.5
+    return share > 0.5 if effect.of_earth else effect.of_rate and share < 0.5
 
 
 def _instrument(target: str) -> Instrument:

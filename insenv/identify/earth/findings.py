@@ -53,7 +53,7 @@ def earth_findings(track: Track, alpha: float) -> EarthFindings:
     tried = tuple(c.effect for c in track.candidates if not c.generic and c.effect.key not in inside)
     always = (e for e in SUSPECTS if e.key not in inside | {e.key for e in tried})
     lost = {key for key, _ in fit.design.dropped}
-    declared = tuple(t.effect for t in fit.model if t.effect.key in lost and t.effect.id != "earth_rate")
+    declared = tuple(t.effect for t in fit.model if t.effect.key in lost and not t.effect.of_earth)
     untold = hidden(problem, fit, (*declared, *tried, *always), None)
     found = check(problem, fit, track.level, track.family)
     departs = found is not None and found.p_value < alpha

@@ -25,8 +25,6 @@ from insenv.identify.fit.gls import Fit, spectrum, whitened_rows
 from insenv.identify.fit.noise import transform
 from insenv.identify.fit.problem import Problem, Term
 
-#: Effects whose shape is no matter of degree: a line, a hold, a shift in time.
-EXACT = ("tone", "sample_hold", "timing_skew")
 #: Sizes of the discrepancy that are tried, in that at which it is as large as the noise.
 SIZES = np.concatenate([[0.0], np.geomspace(0.1, 100.0, 25)])
 
@@ -43,7 +41,7 @@ def added_variance(problem: Problem, fit: Fit, terms: Iterable[Term]) -> Floats:
 
 def _curve(effect: Effect) -> tuple[type[Spline], bool] | None:
     """What a discrepancy of the effect depends on, and whether it is a share of the input rate."""
-    if effect.generic or effect.id in EXACT or not (isinstance(effect, CurveEffect) or effect.of_rate):
+    if effect.generic or effect.exact or not (isinstance(effect, CurveEffect) or effect.of_rate):
         return None
     if effect.of_time:
         return SplineTime, effect.of_rate

@@ -17,6 +17,7 @@ import numpy as np
 from insenv.core.estimate import Limits
 from insenv.core.recording import Floats, Recording
 from insenv.effects.catalogue import by_key
+from insenv.effects.own import ALL
 from insenv.identify.findings import Added, NextExperiment, Pair
 from insenv.identify.fit.gls import Fit, solve, spectrum
 from insenv.identify.fit.problem import NOISE_TERMS, Model, Problem, Term
@@ -35,19 +36,8 @@ SPOILT = 10.0
 #: Procedures told of one set; of a set that no residual shows.
 MOST, MOST_HIDDEN = 4, 1
 
-_TRAITS = {
-    "encoder_harmonic": "encoder",
-    "angle_locked_rate": "angle",
-    "earth_rate": "earth",
-    "bias": "bias",
-    "scale_factor": "rate",
-    "scale_factor_asymmetry": "rate",
-    "scale_factor_cubic": "rate",
-    "scale_factor_anomaly": "rate",
-    "lock_in": "rate",
-    "timing_skew": "rate",
-    "sample_hold": "rate",
-}
+#: By the id of an effect, the family in which effects hide each other.
+_HIDES = {effect.id: effect.hides for effect in ALL}
 #: Which declared effects can hide an effect on a recording that cannot tell them apart.
 _HIDDEN_BY = {"encoder": ("earth", "angle"), "angle": ("earth",), "rate": ("rate", "bias")}
 _NOISE = tuple(term.id for term in NOISE_TERMS)
@@ -84,7 +74,7 @@ class _Bench:
     @classmethod
     def of(cls, track: Track, recordings: tuple[Recording, ...], limits: Limits | None) -> _Bench:
         recorded, like = whole(track.problem), Recorded.of(recordings[0])
-        earth = any(t.effect.id == "earth_rate" for t in track.prepared.model)
+        earth = any(t.effect.of_earth for t in track.prepared.model)
         most = limits.acceleration if limits is not None else np.inf
         found = [(p, further(p.plan, like, recorded, earth, most)) for p in procedures(recordings, limits)]
         return cls(track, recorded, tuple(found))
@@ -99,7 +89,7 @@ class _Bench:
             # More noise instead of the effect: how clearly it stands out of noise that is fitted without it.
             free = replace(self.track.problem, most=None, cache={})
             start, other = replace(start, power=solve(free, confounded.model).noise.power), Rival(other.key)
-        if other.key == "earth_rate":
+        if _trait(other.key) == "earth":
             start = replace(start, earth=np.zeros(2))  # another magnitude of it is the rival
         return Contest(start, one, other)
 
@@ -179,7 +169,7 @@ def _hidden(track: Track, told: list[Confounded], collinear: tuple[str, ...]) ->
     """Effects that hide in declared ones, of a size that is credible; one set for each way to hide."""
     # A set without the Earth rate may be settled, and a rate locked to the angle still be taken for the Earth's.
     names = [[r.key for r in one.rivals] for one in told]
-    known = {key for keys in names for key in keys if _trait(key) != "angle" or "earth_rate" in keys}
+    known = {key for keys in names for key in keys if _trait(key) != "angle" or "earth" in map(_trait, keys)}
     declared = track.prepared.model
     sets: dict[str, Confounded] = {}
     for key in collinear:
@@ -333,4 +323,4 @@ def _lacks(run: Problem | None, *rivals: Rival) -> bool:
 
 
 def _trait(key: str) -> str:
-    return _TRAITS.get(key.partition(":")[0], "other")
+    return _HIDES.get(key.partition(":")[0], "")

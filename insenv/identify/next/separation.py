@@ -65,7 +65,7 @@ class Stage:
         if self.further is not None:
             after = self._white(self.further, replace(term, per_run=False))
             before = np.asarray(block_diag(before, after)) if term.per_run else np.vstack([before, after])
-        last = self.known if term.effect.id == "earth_rate" else np.zeros(before.shape[1])
+        last = self.known if term.effect.of_earth else np.zeros(before.shape[1])
         return np.vstack([before, last])
 
     def model(self, model: Model) -> Floats:

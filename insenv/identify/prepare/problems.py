@@ -306,14 +306,14 @@ def declared_model(manifest: Manifest, recordings: tuple[Recording, ...], target
             names = " and ".join(p.name for p in effect.shapes)
             raise InputError(f"{where} names {key!r}, whose {names} would have to be found first; leave it out")
         missing = sorted({CHANNEL_OF.get(n.partition(".")[0], n) for m in motions for n in effect.missing(m)})
-        if effect.id == "earth_rate":
+        if effect.of_earth:
             _wants_latitude(recordings, where)
             missing = []
         if missing:
             raise InputError(f"{where} names {key!r}, which needs the channel {', '.join(missing)}; the file has none")
-        if effect.id != "earth_rate" or any(_sees_north(m) for m in motions):
+        if not effect.of_earth or any(_sees_north(m) for m in motions):
             # On an accelerometer that turns, that wave is how the table leans: in each run as it was set up then.
-            leans = effect.id == "earth_rate" and target.startswith("accel")
+            leans = effect.of_earth and target.startswith("accel")
             terms.append(Term(effect, per_run=leans or effect.id == "bias" and _bias_per_run(manifest, recordings)))
     return tuple(terms)
 

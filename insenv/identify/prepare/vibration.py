@@ -57,7 +57,7 @@ def averaged(problem: Problem, times: int) -> Problem:
 
 def unresolved(term: Term, width: float) -> bool:
     """Whether a term is a line that means over ``width`` do not resolve."""
-    return term.effect.id == "tone" and term.shape[0] * width > RESOLVED
+    return term.effect.line and term.shape[0] * width > RESOLVED
 
 
 def stands_out(problem: Problem, fit: Fit, term: Term) -> bool:

@@ -45,7 +45,7 @@ def candidates(
     found: list[Candidate] = []
     blind: list[NotTestable] = []
     for effect in catalogue:
-        if isinstance(effect, NoiseEffect) or effect.id == "tone" or not _fits_instrument(problem, effect):
+        if isinstance(effect, NoiseEffect) or effect.line or not _fits_instrument(problem, effect):
             continue
         needs = _missing(problem, effect)
         if needs:

@@ -49,7 +49,7 @@ def not_in_all_runs(problem: Problem, fit: Fit, term: Term) -> str:
     effect = term.effect
     if len({b.run for b in problem.fitted}) < 2 or effect.generic:
         return ""
-    if effect.id == "tone":
+    if effect.line:
         moving = problem.turns
         return _of_one_run(problem, fit, term) if moving and term.per_run else ""
     curve = effect.of_rate and not (effect.of_time or effect.of_run or term.per_run) and len(effect.linear) == 1

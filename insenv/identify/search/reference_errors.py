@@ -40,8 +40,6 @@ from insenv.identify.fit.problem import Problem, Term
 from insenv.identify.fit.swings import by_swings, in_the_loudest, of_one_swing
 from insenv.identify.search.scan import Hit, Reference
 
-#: Effects that are a response to the input themselves: what they do is what the bands do.
-RESPONSES = ("scale_factor", "timing_skew", "sample_hold", "output_bandwidth")
 #: Largest p-value at which an effect is worth the test.
 WORTH = 0.05
 #: Widths of the density of the readings, in the scatter of what is left; grid points to a width, and at most.
@@ -79,7 +77,7 @@ def beside_reference_errors(problem: Problem, fit: Fit, base: Reference, hit: Hi
 
 
 def _asked(problem: Problem, hit: Hit) -> bool:
-    if hit.candidate.effect.id in RESPONSES or hit.log_p >= np.log(WORTH):
+    if hit.candidate.effect.of_response or hit.log_p >= np.log(WORTH):
         return False
     return problem.target.startswith("gyro") and problem.turns
 

@@ -72,7 +72,7 @@ def rivalry(
         if hit.term.effect.key == term.effect.key or hit.candidate.generic or not _significant(problem, hit, alpha):
             continue
         extra = _parameters(problem, base, hit.term) - _parameters(problem, base, term)
-        if own - hit.likelihood_ratio < NEAR and hit.term.effect.id != "tone":
+        if own - hit.likelihood_ratio < NEAR and not hit.term.effect.line:
             hit = refined(problem, base, hit)  # the search refines the best few alone
         richer = extra > 0 and not _same_curve(problem, base, hit.term, term)
         if richer and hit.likelihood_ratio < own + _gain_by_itself(hit.term, extra, alpha, gain):

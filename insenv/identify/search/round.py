@@ -71,7 +71,7 @@ def search(
     if tones:
         hits.append(_tone_hit(problem, fit, base, count))
     hits.sort(key=lambda hit: -hit.rank)
-    best = [refined(problem, base, hit) if hit.candidate.effect.id != "tone" else hit for hit in hits[:REFINED]]
+    best = [hit if hit.candidate.effect.line else refined(problem, base, hit) for hit in hits[:REFINED]]
     hits = [confronted(problem, fit, base, hit) for hit in best + hits[REFINED:]]
     return sorted(hits, key=lambda hit: -hit.rank)
 

@@ -65,7 +65,7 @@ def _gain(track: Track) -> float:
     added one as its limit, as a warm-up has a drift, is then a rival too, for nobody knows the end.
     """
     rests = all(e.motion.projection == 0 for e in track.problem.exposures)
-    free = rests and any(t.effect.id == "earth_rate" for t in track.fit.model)
+    free = rests and any(t.effect.of_earth for t in track.fit.model)
     return 0.0 if free or track.instead else RICHER_GAIN
 
 

@@ -133,7 +133,7 @@ def _by_itself(track: Track, hit: Hit) -> float:
 
 def _waves(track: Track) -> tuple[str, ...]:
     """Tones that are one wave."""
-    found = np.array([s.hit.term.shape[0] for s in track.steps if s.hit.candidate.effect.id == "tone"])
+    found = np.array([s.hit.term.shape[0] for s in track.steps if s.hit.candidate.effect.line])
     base = wave(found, _span(track.problem))
     if base is None:
         return ()

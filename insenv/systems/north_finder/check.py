@@ -28,5 +28,5 @@ def _has_north(scenario: Scenario, plant: Plant) -> None:
     if np.cos(plant.mounting.tilt) < LEAST_COSINE:
         tilt = scenario.table.table and scenario.table.table.tilt or "90 deg"
         raise InputError(f"{path}: table.tilt = {tilt!r}; {reason}; wanted less than 90 deg")
-    if any(p.effect.id == "earth_rate" and not p.told for p in scenario.planted):
+    if any(p.effect.of_earth and not p.told for p in scenario.planted):
         raise InputError(f"{path}: earth_rate has values of its own, table.azimuth says them; wanted earth_rate = {{}}")
