@@ -84,6 +84,16 @@ def test_blocks_join_without_a_seam() -> None:
     np.testing.assert_allclose(compiled, direct, rtol=1e-12)
 
 
+def test_short_and_long_series_are_summed_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+    rate = np.random.default_rng(4).standard_normal(3000) + 7.0
+    found = []
+    for least in (0, 10**9):
+        monkeypatch.setattr(allan, "LONG", least)
+        found.append(allan.allan_deviation(rate, 0.1))
+    for name in ("deviation", "lower", "upper", "edf", "alpha"):
+        np.testing.assert_allclose(getattr(found[0], name), getattr(found[1], name), rtol=1e-12)
+
+
 def test_row_of_a_batch_is_the_single_run() -> None:
     rates = np.random.default_rng(3).standard_normal((2, 3, 500))
     together, single = allan_deviation(rates, 0.1), allan_deviation(rates[1, 2], 0.1)

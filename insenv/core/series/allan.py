@@ -105,6 +105,10 @@ def _factors(taus: ArrayLike, dt: float, n: int) -> NDArray[np.int64]:
     return np.unique(ratio).astype(np.int64)
 
 
+#: Rates times averaging times from which on compiled loops win back what it takes to import numba.
+LONG = 3_000_000
+
+
 def _row(rate: Floats, factors: NDArray[np.int64], noise: str | None) -> tuple[Floats, Floats, Floats]:
     """Deviation, edf and alpha of one series, each of shape (k,)."""
     # The second difference does not see the mean; without it the sum stays small and its rounding with it.
@@ -112,8 +116,12 @@ def _row(rate: Floats, factors: NDArray[np.int64], noise: str | None) -> tuple[F
         mean = rate.mean()
     if not np.isfinite(mean):
         raise InputError("the Allan deviation was asked for of rates with NaN or infinity; wanted finite rates")
-    x = _compiled(_cumulated)(np.ascontiguousarray(rate), mean)
-    sums = _compiled(_squared_second_differences)(x, factors)
+    if rate.size * factors.size < LONG:
+        x = np.concatenate([[0.0], np.cumsum(rate - mean)])
+        sums = np.array([_sum_of_squares(x, m) for m in factors.tolist()])
+    else:
+        x = _compiled(_cumulated)(np.ascontiguousarray(rate), mean)
+        sums = _compiled(_squared_second_differences)(x, factors)
     terms = len(x) - 2 * factors
     deviation = np.sqrt(sums / (2.0 * terms)) / factors
     alpha = _power_laws(x, factors) if noise is None else np.full(len(factors), POWER_LAWS[noise], np.int64)
@@ -121,7 +129,13 @@ def _row(rate: Floats, factors: NDArray[np.int64], noise: str | None) -> tuple[F
     return deviation, edf, alpha.astype(np.float64)
 
 
-# The two kernels are plain Python that numba compiles when an Allan deviation is first asked for.
+def _sum_of_squares(x: Floats, m: int) -> float:
+    """Sum over k of (x[k + 2m] - 2 x[k + m] + x[k])^2."""
+    z = x[2 * m :] - 2.0 * x[m:-m] + x[: -2 * m]
+    return float(z @ z)
+
+
+# The two kernels are plain Python that numba compiles when the Allan deviation of a long series is first asked for.
 
 
 def _cumulated(rate: Floats, mean: float) -> Floats:
