@@ -69,6 +69,32 @@ def test_the_motion_behind_a_noisy_reading_is_found_within_its_deviation(of: str
     assert float(seen @ acceleration) / float(seen @ seen) == pytest.approx(1.0, abs=0.01)
 
 
+@pytest.mark.parametrize("of", ["angle", "rate"])
+def test_readings_at_uneven_times_tell_the_motion_as_well(of: str) -> None:
+    rng = np.random.default_rng(4)
+    at = T + 4e-4 * rng.choice([-1.0, 1.0], N)
+    true, noise = (TURNED, 3e-4) if of == "angle" else (SWING, 0.02)
+    found = trajectory(at, DT, np.interp(at, T, true) + noise * rng.standard_normal(N), of)  # type: ignore[arg-type]
+    assert found is not None and np.array_equal(found.t, at) and found.noise == pytest.approx(noise, rel=0.1)
+    error = (found.rate_at(T) - SWING)[50:-50]
+    assert 0.5 < np.sqrt(np.mean((error / found.rate_sd[50:-50]) ** 2)) < 1.3
+
+
+def test_noise_that_goes_with_the_rate_is_known_row_by_row() -> None:
+    """Stamps that are 3 ms off: at rest the deviation is that of the reading, in motion tens of times as much."""
+    rng = np.random.default_rng(5)
+    rate = np.where(T % 20 < 10, SWING, 0.0)
+    angle = np.cumsum(rate) * DT
+    read = np.interp(T + 3e-3 * rng.standard_normal(N), T, angle) + 1e-4 * rng.standard_normal(N)
+    found = trajectory(T, DT, read, "angle")
+    assert found is not None
+    error, middle = found.rate_at(T) - rate, (T % 10 > 0.5) & (T % 10 < 9.5)
+    moving, resting = error[middle & (rate != 0)], error[middle & (T % 20 > 10)]
+    # Second differences of the readings would leave 0.3 rad/s of it.
+    assert np.sqrt(np.mean(moving**2)) < 0.1
+    assert np.sqrt(np.mean(resting**2)) < 0.003
+
+
 def test_readings_without_noise_need_no_smoothing() -> None:
     assert trajectory(T, DT, TURNED, "angle") is None
     assert trajectory(T, DT, SWING, "rate") is None

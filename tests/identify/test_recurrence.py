@@ -18,8 +18,9 @@ from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Term
 from insenv.identify.fit.uncertainty import estimates
 from insenv.identify.prepare.problems import declared_model, prepare
-from insenv.identify.search.recurrence import not_in_all_runs, scattered
+from insenv.identify.search.recurrence import not_both_ways, not_in_all_runs, scattered
 from insenv.identify.search.round import search
+from insenv.identify.search.scan import reference
 
 DT, N, NOISE = 0.1, 6000, 1e-4
 LINE = 0.31
@@ -76,6 +77,24 @@ def test_beside_a_late_reference_a_gain_in_each_run_is_no_curve(cubic: float, ga
     runs = [run(k, cubic, top=top, gain=gain) for k, (top, gain) in enumerate(zip((0.6, 1.5), gains, strict=True))]
     late = tuple(replace(one, responses={"gyro": Response(lag=0.01)}) for one in runs)
     assert (not said(late, Term(by_key("scale_factor_cubic")))) == (cubic > 0)
+
+
+@pytest.mark.parametrize("late", [True, False])
+@pytest.mark.parametrize(("share", "law"), [(1.0, True), (0.8, True), (0.0, False)])
+def test_a_law_of_the_rate_does_not_know_which_way_it_changes(share: float, law: bool, late: bool) -> None:
+    """An error like a cubic while the table slows down, ``share`` of it while it speeds up: a motor swings so."""
+    one = run(9)
+    rate, gyro = (one.channels[name] for name in ("table_rate", "gyro"))
+    faster = np.gradient(np.abs(rate.values)) > 0
+    bent = gyro.values + 1e-3 * rate.values**3 * np.where(faster, share, 1.0)
+    one = replace(one, channels={**one.channels, "gyro": replace(gyro, values=bent)})
+    if late:
+        one = replace(one, responses={"gyro": Response(lag=0.01)})
+    problem = prepare(manifest(), (one,), (use(N),), "gyro", holds=False).problem
+    fit = solve(problem, declared_model(manifest(), (one,), "gyro"))
+    base = reference(problem, fit.model, fit.noise.power)
+    why = not_both_ways(problem, fit, base, Term(by_key("scale_factor_cubic")))
+    assert (not why) == (law or not late)
 
 
 @pytest.mark.parametrize(("multiple", "remarked"), [(1, True), (3, True), (4.5, False)])

@@ -1,17 +1,19 @@
 r"""The motion of a table behind a noisy reading of it: angle, rate and acceleration as a state.
 
-    x_{k+1} = F x_k + g eta_k,   eta_k ~ N(0, q_k)        x = (angle, rate, acceleration), per row
-    w_k     = H x_k + e_k,       e_k   ~ N(0, s^2)        w the reading: the angle, or the rate
+    x_{k+1} = F_k x_k + g eta_k,   eta_k ~ N(0, q_k h_k)    x = (angle, rate, acceleration), per period
+    w_k     = H x_k + e_k,         e_k   ~ N(0, s^2)        w the reading: the angle, or the rate
+
+with steps of h_k periods, F = ((1, h, h^2/2), (0, 1, h), (0, 0, 1)): of an even clock one each.
 
 A rate that was measured is no input without errors. In the slope of a regression its noise stands twice: in y - u with
 one sign, in every curve of u with the other, and a derivative of u is mostly noise, which pulls a skew towards zero.
 Curves of u are therefore made of the smoothed state (Kalman filter, de Jong's smoother), whose error does not know the
 motion; y - u keeps the reading itself, with noise that is white from row to row and is fitted there.
 
-s is told by differences of the readings, in which no smooth motion is left, and one q for all rows by the likelihood. A
-table that holds its rate and then changes it has no one q: by
-expectation and maximisation each row then takes the mean square of eta over `NEAR` rows around it, so that dwells are
-averaged far and corners stay sharp.
+s is told by differences of the readings, in which no smooth motion is left: one for all rows, but where those near by
+are far louder (an error of the time is one of the angle that goes with the rate). One q for all rows by the likelihood.
+A table that holds its rate and then changes it has no one q: by expectation and maximisation each row then takes the
+mean square of eta over `NEAR` rows around it, so that dwells are averaged far and corners stay sharp.
 
 Source: J. Durbin and S. J. Koopman, Time Series Analysis by State Space Methods (2012), sections 4.4 to 4.5 and 7.3.
 """
@@ -45,6 +47,8 @@ STILL = 1.5
 SLIGHT, STOP, NOISE_ALONE = 4.0, 12, 1.6
 #: Differences from which the noise of a reading is told: no smooth motion is left in them.
 ORDER = 6
+#: Rows around one whose noise is told apart, and how much louder than usual it is then.
+LOCAL, LOUDER = 65, 1.5
 #: Noise below this share of the largest value is rounding.
 ROUNDING = 1e-9
 _MEDIAN = 0.6745
@@ -59,7 +63,8 @@ class Trajectory:
     Attributes
     ----------
     t : ndarray, shape (n,)
-        Times [s], even unless the table stands; of a rate that covers its interval the ends of the intervals.
+        Times [s], even unless the table stands or was read unevenly; of a rate that covers its interval the ends of
+        the intervals.
     angle : ndarray, shape (n,)
         Smoothed angle [rad], from zero where the rate was read.
     noise : float
@@ -135,31 +140,40 @@ def trajectory(t: Floats, dt: float, values: Floats, of: Of, over_interval: bool
         Whether a rate is the mean over the interval that ends at its time.
     """
     index = np.rint((t - t[0]) / dt).astype(np.int64)
-    noise = reading_noise(values, index)
+    change = _changes(values, index)
+    noise = _usual(values, change)
+    # A reading at another time than the even one is off by the change until then.
+    off = float(np.abs(t - t[0] - dt * index).max()) * float(np.abs(np.diff(values)).max(initial=0.0)) / dt
+    uneven = off > UNEVEN * noise or bool(np.any(np.diff(index) <= 0))
+    if uneven:
+        change = _changes_at(t, values)
+        noise = _usual(values, change)
     if noise == 0 or len(t) < 4 * ORDER:
         return None
     if _stands(values, noise, of):
         level = float(np.mean(values)) if of == "angle" else 0.0
         return Trajectory(t, np.full(len(t), level), noise, np.zeros(len(t)), of, still=True)
     n = int(index[-1]) + 1
-    # A reading at another time than the even one is off by the change until then.
-    off = float(np.abs(t - t[0] - dt * index).max()) * float(np.abs(np.diff(values)).max()) / dt
-    uneven = off > UNEVEN * noise
-    if n > MOST_ROWS or n > (1 + MOST_GAPS) * len(t) or uneven or np.any(np.diff(index) <= 0):
+    if n > MOST_ROWS or n > (1 + MOST_GAPS) * len(t):
         return None
-    even = t[0] + dt * np.arange(n)
-    readings, known = np.zeros(n), np.zeros(n, bool)
-    readings[index], known[index] = values, True
-    states, variances = _smoothed(readings, known, noise, 3 if of == "angle" else 2)
-    if not _matters(states, noise, of):
+    each = _of_each(change, noise, len(t))
+    if uneven:
+        at, readings, known, spread = t, values, np.ones(len(t), bool), each
+    else:
+        at, readings, known, spread = t[0] + dt * np.arange(n), np.zeros(n), np.zeros(n, bool), np.full(n, noise)
+        readings[index], known[index], spread[index] = values, True, each
+    steps = np.diff(t) / dt if uneven else np.ones(n - 1)
+    states, variances = _smoothed(readings, known, steps, spread, 3 if of == "angle" else 2)
+    if not _matters(states, float(np.sqrt(np.mean(each**2))), of):
         return None
     if of == "angle":
-        return Trajectory(even, states[:, 0], noise, np.sqrt(variances[:, 1]) / dt, of)
+        return Trajectory(at, states[:, 0], noise, np.sqrt(variances[:, 1]) / dt, of)
     from scipy.interpolate import CubicSpline  # slow to import
 
     rate, sd = states[:, 0], np.sqrt(variances[:, 0])
-    angle = np.cumsum(rate) * dt if over_interval else CubicSpline(even, rate).antiderivative()(even)
-    return Trajectory(even, angle, noise, sd, of)
+    covered = dt * np.append(1.0, steps)
+    angle = np.cumsum(rate * covered) if over_interval else CubicSpline(at, rate).antiderivative()(at)
+    return Trajectory(at, angle, noise, sd, of)
 
 
 def _matters(states: Floats, noise: float, of: Of) -> bool:
@@ -178,17 +192,51 @@ def reading_noise(values: Floats, index: NDArray[np.int64] | None = None) -> flo
     Of readings that repeat at times, as those of a coarse encoder do, it is at least that of their step. ``index`` are
     the numbers of the rows, where some are missing: differences over a gap are motion.
     """
-    if len(values) <= ORDER:
+    return _usual(values, _changes(values, index))
+
+
+def _usual(values: Floats, change: Floats) -> float:
+    change = change[np.isfinite(change)]
+    if not len(change):
         return 0.0
+    noise = max(float(np.median(np.abs(change))) / _MEDIAN, _step(values) / np.sqrt(12))
+    return noise if noise > ROUNDING * float(np.abs(values).max()) else 0.0
+
+
+def _changes(values: Floats, index: NDArray[np.int64] | None = None) -> Floats:
+    """Differences of readings, of the variance of one reading, shape (n - `ORDER`,); nan over a gap."""
+    if len(values) <= ORDER:
+        return np.empty(0)
     from scipy.special import comb  # slow to import
 
     change = np.diff(values, ORDER) / np.sqrt(comb(2 * ORDER, ORDER))
-    if index is not None:
-        change = change[index[ORDER:] - index[:-ORDER] == ORDER]
-        if not len(change):
-            return 0.0
-    noise = max(float(np.median(np.abs(change))) / _MEDIAN, _step(values) / np.sqrt(12))
-    return noise if noise > ROUNDING * float(np.abs(values).max()) else 0.0
+    return change if index is None else np.where(index[ORDER:] - index[:-ORDER] == ORDER, change, np.nan)
+
+
+def _changes_at(t: Floats, values: Floats) -> Floats:
+    """The same of readings at uneven times ``t``, shape (n,): divided differences."""
+    if len(values) <= ORDER:
+        return np.empty(0)
+    windows = np.lib.stride_tricks.sliding_window_view
+    points = windows(t / float(np.median(np.diff(t))), ORDER + 1)
+    apart = points[:, :, None] - points[:, None, :] + np.eye(ORDER + 1)
+    share = 1 / np.prod(apart, axis=2)
+    change = np.sum(share * windows(values, ORDER + 1), axis=1) / np.linalg.norm(share, axis=1)
+    return np.asarray(change)
+
+
+def _of_each(change: Floats, noise: float, n: int) -> Floats:
+    """Standard deviation of each reading, shape (n,): where `LOCAL` rows around it are far louder than usual, theirs.
+
+    The error of a stamp is one of the angle in proportion to the rate.
+    """
+    from scipy.ndimage import median_filter  # slow to import
+
+    size = np.where(np.isfinite(change), np.abs(change), _MEDIAN * noise)
+    local = np.asarray(median_filter(size, min(LOCAL, len(size)), mode="nearest")) / _MEDIAN
+    ahead = ORDER // 2
+    whole = np.concatenate([np.full(ahead, local[0]), local, np.full(n - len(local) - ahead, local[-1])])
+    return np.where(whole > LOUDER * noise, whole, noise)
 
 
 #: Share of rows that must change for the least change to be the step of the numbers, and share that must fit it.
@@ -220,13 +268,19 @@ def _stands(values: Floats, noise: float, of: Of) -> bool:
     return float(np.std(values)) <= STILL * noise and apart <= max(noise, 5 * noise * np.sqrt(4 / len(values)))
 
 
-def _smoothed(values: Floats, known: NDArray[np.bool_], noise: float, size: int) -> tuple[Floats, Floats]:
-    """States per row and their variances, shape (n, size) each."""
+def _smoothed(
+    values: Floats, known: NDArray[np.bool_], steps: Floats, deviation: Floats, size: int
+) -> tuple[Floats, Floats]:
+    """States per row and their variances, shape (n, size) each; ``steps`` in periods, shape (n - 1,).
+
+    ``deviation`` is that of each reading, shape (n,).
+    """
     from scipy.ndimage import uniform_filter1d  # slow to import
     from scipy.optimize import minimize_scalar
 
     filtered, smoother = _kernels()
-    n = len(values)
+    n, steps = len(values), np.append(steps, 1.0)
+    variance, noise = deviation**2, float(np.median(deviation))
     readings = values[known]
     spread = [noise**2]
     for order in range(1, size):
@@ -237,7 +291,7 @@ def _smoothed(values: Floats, known: NDArray[np.bool_], noise: float, size: int)
 
     def loss(log_ratio: float) -> float:
         q = np.full(n, noise**2 * np.exp(log_ratio))
-        *_, total, log_size = filtered(values, known, first, start, noise**2, q)
+        *_, total, log_size = filtered(values, known, steps, first, start, variance, q)
         return float(total + log_size)
 
     tried = np.linspace(np.log(1e-14), np.log(1e4), 13)
@@ -246,15 +300,15 @@ def _smoothed(values: Floats, known: NDArray[np.bool_], noise: float, size: int)
     q = np.full(n, noise**2 * np.exp(float(best.x)))
     least = LEAST * q[0]
     for _ in range(PASSES):
-        passed = filtered(values, known, first, start, noise**2, q)[:4]
-        driven = smoother(known, q, *passed)[2]
+        passed = filtered(values, known, steps, first, start, variance, q)[:4]
+        driven = smoother(known, steps, q, *passed)[2]
         q = np.maximum(uniform_filter1d(driven, NEAR, mode="nearest"), least)
-    passed = filtered(values, known, first, start, noise**2, q)[:4]
-    states, variances, _ = smoother(known, q, *passed)
+    passed = filtered(values, known, steps, first, start, variance, q)[:4]
+    states, variances, _ = smoother(known, steps, q, *passed)
     return states, np.maximum(variances, 0.0)
 
 
-def _filtered(values, known, first, start, variance, q):  # type: ignore[no-untyped-def]  # noqa: C901, PLR0912 -- compiled
+def _filtered(values, known, steps, first, start, variance, q):  # type: ignore[no-untyped-def]  # noqa: C901, PLR0912, PLR0915 -- compiled
     """Kalman filter: predicted states and covariances, innovations and their variances; and the likelihood's parts."""
     n, size = len(values), len(first)
     states, covariances = np.empty((n, size)), np.empty((n, size, size))
@@ -268,7 +322,7 @@ def _filtered(values, known, first, start, variance, q):  # type: ignore[no-unty
             for j in range(size):
                 covariances[k, i, j] = moved[i, j] = p[i, j]
         if known[k]:
-            f = p[0, 0] + variance
+            f = p[0, 0] + variance[k]
             v = values[k] - x[0]
             innovations[k], spreads[k] = v, f
             if k >= size:
@@ -281,36 +335,37 @@ def _filtered(values, known, first, start, variance, q):  # type: ignore[no-unty
             for i in range(size):
                 for j in range(size):
                     moved[i, j] = p[i, j] - gain[i] * gain[j] * f
-        # x <- F x: each state goes on by those above it, 1, 1, 1/2.
+        # x <- F x: each state goes on by those above it, 1, h, h^2/2.
+        h = steps[k]
         if size == 3:
-            x[0] += x[1] + 0.5 * x[2]
-            x[1] += x[2]
+            x[0] += h * x[1] + 0.5 * h * h * x[2]
+            x[1] += h * x[2]
         else:
-            x[0] += x[1]
+            x[0] += h * x[1]
         for j in range(size):
             if size == 3:
-                carried[0, j] = moved[0, j] + moved[1, j] + 0.5 * moved[2, j]
-                carried[1, j] = moved[1, j] + moved[2, j]
+                carried[0, j] = moved[0, j] + h * moved[1, j] + 0.5 * h * h * moved[2, j]
+                carried[1, j] = moved[1, j] + h * moved[2, j]
                 carried[2, j] = moved[2, j]
             else:
-                carried[0, j] = moved[0, j] + moved[1, j]
+                carried[0, j] = moved[0, j] + h * moved[1, j]
                 carried[1, j] = moved[1, j]
         for i in range(size):
             if size == 3:
-                p[i, 0] = carried[i, 0] + carried[i, 1] + 0.5 * carried[i, 2]
-                p[i, 1] = carried[i, 1] + carried[i, 2]
+                p[i, 0] = carried[i, 0] + h * carried[i, 1] + 0.5 * h * h * carried[i, 2]
+                p[i, 1] = carried[i, 1] + h * carried[i, 2]
                 p[i, 2] = carried[i, 2]
             else:
-                p[i, 0] = carried[i, 0] + carried[i, 1]
+                p[i, 0] = carried[i, 0] + h * carried[i, 1]
                 p[i, 1] = carried[i, 1]
-        p[size - 1, size - 1] += q[k]
+        p[size - 1, size - 1] += q[k] * h
         for i in range(size):
             for j in range(i):
                 p[i, j] = p[j, i] = 0.5 * (p[i, j] + p[j, i])
     return states, covariances, innovations, spreads, total, log_size
 
 
-def _smoother(known, q, states, covariances, innovations, spreads):  # type: ignore[no-untyped-def]  # noqa: C901, PLR0912 -- compiled
+def _smoother(known, steps, q, states, covariances, innovations, spreads):  # type: ignore[no-untyped-def]  # noqa: C901, PLR0912 -- compiled
     """De Jong's smoother: states, their variances, and the mean square of what drove each step."""
     n, size = states.shape
     smooth, var = np.empty((n, size)), np.empty((n, size))
@@ -318,16 +373,18 @@ def _smoother(known, q, states, covariances, innovations, spreads):  # type: ign
     r, big = np.zeros(size), np.zeros((size, size))
     step, back = np.zeros((size, size)), np.zeros((size, size))
     gain, new, half = np.zeros(size), np.zeros(size), np.zeros((size, size))
-    for i in range(size):
-        step[i, i] = 1.0
-        if i + 1 < size:
-            step[i, i + 1] = 1.0
-        if i + 2 < size:
-            step[i, i + 2] = 0.5
     last = size - 1
     for k in range(n - 1, -1, -1):
-        eta = q[k] * r[last]
-        driven[k] = eta * eta + max(q[k] - q[k] * q[k] * big[last, last], 0.0)
+        h = steps[k]
+        for i in range(size):
+            step[i, i] = 1.0
+            if i + 1 < size:
+                step[i, i + 1] = h
+            if i + 2 < size:
+                step[i, i + 2] = 0.5 * h * h
+        drive = q[k] * h
+        eta = drive * r[last]
+        driven[k] = (eta * eta + max(drive - drive * drive * big[last, last], 0.0)) / h
         f, v, seen = spreads[k], innovations[k], 1.0 if known[k] else 0.0
         for i in range(size):
             gain[i] = 0.0

@@ -12,11 +12,25 @@ Slow modes have nearly all of s, fast ones all of n: an attitude by cameras foll
 and to a quarter at 10 Hz, and with the latter in the fit the gain is 3 % short, from which drifts and curves follow.
 So modes are taken up to the frequency up to which the one is no more than the other, n^2 <= sum s, or up to which
 nearly all of the motion is: bins are as long as that. A reference without errors of its own tells at all frequencies.
+
+Errors may be larger than that, and go with the rate: stamps by arrival, off by e_i, are u e_i in the angle, and half of
+the rate of a row. The rows that move are then the ones far off, and no fit of rows tells the gain. Errors of an angle
+fall with the time m of a mean, the motion does not, and so the gain settles:
+
+    g_m = gain of running means over m rows,    |g_m - g_M| <= G hypot(s_m, s_M)  for all M > m
+
+Bins are no shorter than the shortest mean from which on all gains agree, and the surest of these gains is taken.
+
+Source: J. A. Hausman, Specification tests in econometrics, Econometrica 46 (1978) 1251: two estimates of which an error
+in the variable moves one more than the other; O. V. Lepskii, Theory Probab. Appl. 35 (1990) 454.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 import numpy as np
+from numpy.typing import NDArray
 
 from insenv.core.recording import Floats, Recording
 from insenv.data.reference import order
@@ -24,10 +38,30 @@ from insenv.identify.clean.response import FAR, Stretch, fitted, stretches
 
 #: Share of the square sum of the rate that bins must leave, modes of a band at least, and the ratio of its ends.
 MOTION, FEWEST, RATIO = 0.9, 8, 1.25
+#: Ratio of a mean's rows to those of the next shorter one, the longest [s], and their fewest in a stretch; deviations
+#: by which two gains differ, and a difference that does not matter.
+LONGER, LONGEST, MEANS, AGREE, SAME = 2, 0.64, 50, 3.0, 0.002
 
 
-def rows_told(recordings: tuple[Recording, ...], spans: tuple[slice, ...], target: str) -> int:
-    """Rows of a bin that holds no faster motion than the references tell; 1 where they have no errors of their own.
+@dataclass(frozen=True)
+class Settled:
+    """A run whose reference has errors: rows of the means ``over`` which its gain has settled, gain and lag [s]."""
+
+    run: int
+    over: int
+    gain: float
+    lag: float
+
+
+def settled(parts: list[Stretch]) -> tuple[Settled, ...]:
+    """What tells the gain of each run: running means that agree with all longer ones."""
+    return tuple(_settled(one) for one in parts)
+
+
+def doubted(
+    recordings: tuple[Recording, ...], spans: tuple[slice, ...], target: str, rows: tuple[NDArray[np.bool_], ...]
+) -> list[Stretch]:
+    """The stretches of runs with references that have errors of their own, if all have.
 
     Parameters
     ----------
@@ -35,15 +69,48 @@ def rows_told(recordings: tuple[Recording, ...], spans: tuple[slice, ...], targe
     spans : tuple of slice
         Rows that are looked at in each, contiguous and fitted.
     target : str
+    rows : tuple of ndarray of bool
+        All rows that may be fitted: where gaps leave no long stretch, they are looked at.
     """
     if not target.startswith("gyro") or not all(map(doubtful, recordings)):
-        return 1
-    parts = stretches(recordings, spans, target)
+        return []
+    return stretches(recordings, spans, target, rows)
+
+
+def rows_told(parts: list[Stretch], found: tuple[Settled, ...]) -> int:
+    """Rows of a bin that holds no faster motion than the references tell; 1 where they have no errors of their own.
+
+    Parameters
+    ----------
+    parts : list of Stretch
+        As `doubted` gives them.
+    found : tuple of Settled
+        Of each.
+    """
     if not parts:
         return 1
-    spectra = [_spectra(one) for one in parts]
+    spectra = [_spectra(one, told.gain, told.lag) for one, told in zip(parts, found, strict=True)]
     frequency, motion, left = (np.concatenate(each) for each in zip(*spectra, strict=True))
-    return max(1, int(0.5 / (_told_until(frequency, motion, left) * recordings[0].dt)))
+    told = int(0.5 / (_told_until(frequency, motion, left) * parts[0].exposure.motion.dt))
+    return max(told, *(one.over for one in found))
+
+
+def _settled(one: Stretch) -> Settled:
+    motion, found, means = one.exposure.motion, [], one
+    while True:
+        gain, sd, lags = fitted([means], {one.run: motion.lag}, {one.run})
+        found.append((sd, gain, lags[one.run], means.over))
+        means = replace(one, over=LONGER * means.over)
+        # Gaps leave ever fewer of longer means.
+        if means.over > min(LONGEST / motion.dt, means.known.sum() / MEANS):
+            break
+    agree = found[-1:]
+    for sd, gain, lag, over in found[-2::-1]:
+        if any(abs(gain - other) > max(AGREE * float(np.hypot(sd, far)), SAME) for far, other, *_ in agree):
+            break
+        agree.insert(0, (sd, gain, lag, over))
+    sd, gain, lag, _ = min(agree)
+    return Settled(one.run, agree[0][-1], gain, lag)
 
 
 def doubtful(recording: Recording) -> bool:
@@ -59,27 +126,28 @@ def _told_until(frequency: Floats, motion: Floats, left: Floats) -> float:
     """The frequency up to which modes are taken [Hz], of the powers of the motion and of what is left in each mode."""
     by = np.argsort(frequency)
     frequency, motion, left = frequency[by], motion[by], left[by]
-    whole = np.cumsum(motion)
-    moved = float(frequency[np.searchsorted(whole, MOTION * whole[-1])])
-    told, n, total, start = moved, 0, 0.0, 0
+    told, n, total, start, bands = 0.0, 0, 0.0, 0, []
     while start < len(frequency):
         stop = max(start + FEWEST, int(np.searchsorted(frequency, RATIO * frequency[start], side="right")))
         power, rest = float(motion[start:stop].sum()), float(left[start:stop].sum())
         n += len(frequency[start:stop])
         total += len(frequency[start:stop]) * power / max(rest, 1e-300)
+        last = float(frequency[min(stop, len(frequency)) - 1])
+        # What is left is in the reference too, if it is its own.
+        bands.append((last, max(power - rest, 0.0)))
         if n**2 <= total:
-            told = max(told, float(frequency[min(stop, len(frequency)) - 1]))
+            told = last
         start = stop
-    return told
+    whole = np.cumsum([moved for _, moved in bands])
+    return max(told, bands[int(np.searchsorted(whole, MOTION * whole[-1]))][0])
 
 
-def _spectra(one: Stretch) -> tuple[Floats, Floats, Floats]:
+def _spectra(one: Stretch, gain: float, lag: float) -> tuple[Floats, Floats, Floats]:
     """Frequencies of a stretch's modes [Hz], the powers of its motion in them, and of what is left beside it."""
     from scipy.fft import dct  # slow to import
 
     motion = one.exposure.motion
-    gain, _, lags = fitted([one], {one.run: motion.lag}, {one.run})
-    u, known = gain * one.input(lags[one.run]), one.known > 0
+    u, known = gain * one.input(lag), one.known > 0
     left = np.where(known, one.y - u - np.median((one.y - u)[known]), 0.0)
     # A few rows far off are no error of the reference; that of a table which rests half of the time is in the others.
     bound = FAR * float(np.sqrt(np.mean(left[known] ** 2)))

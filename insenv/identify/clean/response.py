@@ -39,6 +39,8 @@ TOLD = 4.0
 BENT = 0.2
 #: Share of the largest correlation, squared, from which a peak is as good.
 AS_GOOD = 0.9
+#: Share of the fitted rows below which the longest stretch without a gap is one of many pieces.
+SHREDDED = 0.1
 #: Fewest rows that tell a gain, longest lag [s], and rows of a run that are looked at.
 FEWEST, LONGEST, MOST_ROWS = 64, 0.5, 40_000
 #: Logarithm of the likelihood ratio from which the lag is a filter's, and frequencies beside each other that count as
@@ -54,28 +56,40 @@ PASSES, FAR, SETTLED = 8, 5.0, 1e-3
 
 @dataclass(frozen=True)
 class Stretch:
-    """Cells ``start`` to ``stop`` of a run, one a row; ``used`` are those of them that may be fitted, None: all."""
+    """Cells ``start`` to ``stop`` of a run, one a row; ``used`` are those of them that may be fitted, None: all.
+
+    Reading and input are running means ``over`` so many cells.
+    """
 
     run: int
     exposure: Exposure
     start: int
     stop: int
     used: NDArray[np.bool_] | None = None
+    over: int = 1
 
     @property
     def y(self) -> Floats:
         """The reading, shape (n,)."""
-        return self.exposure.y[self.start : self.stop]
+        return self._mean(self.exposure.y[self.start : self.stop])
 
     @property
     def known(self) -> Floats:
         """Cells that hold a row and may be fitted, shape (n,)."""
         there = self.exposure.count[self.start : self.stop] > 0
-        return (there if self.used is None else there & self.used).astype(float)
+        known = (there if self.used is None else there & self.used).astype(float)
+        return known if self.over == 1 else np.asarray(self._mean(known) > 1 - 0.5 / self.over, np.float64)
 
     def input(self, lag: float) -> Floats:
         """The input ``lag`` seconds earlier, shape (n,)."""
-        return self.whole(lag)[self.start : self.stop]
+        return self._mean(self.whole(lag)[self.start : self.stop])
+
+    def _mean(self, values: Floats) -> Floats:
+        if self.over == 1:
+            return values
+        from scipy.ndimage import uniform_filter1d  # slow to import
+
+        return np.asarray(uniform_filter1d(values, self.over, mode="nearest"))
 
     def whole(self, lag: float) -> Floats:
         """The same of the whole run."""
@@ -84,7 +98,7 @@ class Stretch:
     def held(self, lag: float, hold: float, phase: float) -> Floats:
         """The input that a held output shows, shape (n,)."""
         u = self.whole(lag)
-        return (u + held_part(self.exposure.motion, u, hold, phase))[self.start : self.stop]
+        return self._mean((u + held_part(self.exposure.motion, u, hold, phase))[self.start : self.stop])
 
 
 def lagged(exposure: Exposure, lag: float) -> Floats:
@@ -148,10 +162,19 @@ def in_pieces(recording: Recording, target: str, run: int, rows: NDArray[np.bool
     return Stretch(run, exposure, start, stop, used) if np.ptp(u) > CHANGING * np.abs(u).max() else None
 
 
-def stretches(recordings: tuple[Recording, ...], spans: tuple[slice, ...], target: str) -> list[Stretch]:
-    """The `stretch` of each recording that has one."""
-    runs = enumerate(zip(recordings, spans, strict=True))
-    return [one for run, (recording, span) in runs if (one := stretch(recording, target, run, span))]
+def stretches(
+    recordings: tuple[Recording, ...],
+    spans: tuple[slice, ...],
+    target: str,
+    rows: tuple[NDArray[np.bool_], ...] = (),
+) -> list[Stretch]:
+    """The `stretch` of each recording that has one; of one that gaps cut to pieces, its fitted ``rows``."""
+    whole = [stretch(one, target, run, span) for run, (one, span) in enumerate(zip(recordings, spans, strict=True))]
+    few = not any(whole)
+    for run, (recording, fit) in enumerate(zip(recordings, rows, strict=False)):
+        if few or spans[run].stop - spans[run].start < SHREDDED * int(fit.sum()):
+            whole[run] = in_pieces(recording, target, run, fit) or whole[run]
+    return [one for one in whole if one]
 
 
 def responding(
@@ -173,16 +196,13 @@ def responding(
     model : Model
         Declared terms.
     rows : tuple of ndarray of bool
-        All rows that may be fitted: where gaps leave no stretch in any run, they are looked at.
+        All rows that may be fitted: where gaps leave no long stretch, they are looked at.
     forms : bool
         Whether a lag may be other than a delay; beside a hold that is told later (`with_held`).
     """
     if not target.startswith("gyro"):
         return recordings
-    parts = stretches(recordings, spans, target)
-    if not parts:
-        pieces = [in_pieces(r, target, i, fit) for i, (r, fit) in enumerate(zip(recordings, rows, strict=False))]
-        parts = [s for s in pieces if s]
+    parts = stretches(recordings, spans, target, rows)
     if sum(float(s.known.sum()) for s in parts) < 0.75 * FEWEST:
         return recordings
     noisy = {s.run for s in parts if (table := recordings[s.run].table) is not None and not table.still}
@@ -381,6 +401,7 @@ def fitted(
         before, gain = gain, float(theta[0] / size[0])
         spread = 1.4826 * float(np.median(np.abs(left[w > 0]))) if np.any(w > 0) else 0.0
         sd = spread * float(np.sqrt(max(np.linalg.pinv(scaled.T @ scaled, hermitian=True)[0, 0], 0.0))) / size[0]
+        sd *= float(np.sqrt(parts[0].over))  # running means share rows
         moved = 0.0
         for k, s in enumerate(parts):
             if s.run in lag_of and gain:

@@ -18,8 +18,9 @@ from insenv.effects.base import CurveEffect, DrivenEffect, NoiseEffect
 from insenv.effects.catalogue import by_key
 from insenv.effects.timing import TimingSkew
 from insenv.identify.clean.bursts import without_bursts
-from insenv.identify.clean.doubtful import rows_told
+from insenv.identify.clean.doubtful import Settled, doubted, rows_told, settled
 from insenv.identify.clean.holds import LEAST_SHARE, MOST_SHARE, WHOLE, Hold, Look, find_hold, without_hold
+from insenv.identify.clean.lost import lost_rows
 from insenv.identify.clean.motion import at_rest
 from insenv.identify.clean.outliers import leaving_out, outliers, without_outliers
 from insenv.identify.clean.rails import Rail, find_rails, without_rails
@@ -110,9 +111,9 @@ def prepare(
     rows = _rows_per_bin(manifest, recordings, uses, width)
     fit = tuple(use.fit for use in uses)
     recordings = responding(recordings, _spans(recordings, uses), target, model, fit, forms=not holds)
-    if manifest.held_out.averaging is None:
-        rows = _told(recordings, uses, target, rows)
-    clean = _clean(recordings, target, rows, moving)
+    parts = doubted(recordings, _spans(recordings, uses), target, fit)
+    rows = _told(manifest, uses, rows_told(parts, told := settled(parts)), rows)
+    clean = _clean(recordings, target, rows, moving, told)
     recordings, rejected = clean.recordings, clean.rejected
     plain = _problem(manifest, recordings, uses, target, rows, reject_lines=False)
     kept = without_turns(recordings, uses, plain, model)
@@ -161,10 +162,19 @@ class _Clean:
     rails: tuple[Rail, ...]
 
 
-def _clean(recordings: tuple[Recording, ...], target: str, longest: int, moving: tuple[RejectedRows, ...]) -> _Clean:
+def _clean(
+    recordings: tuple[Recording, ...],
+    target: str,
+    longest: int,
+    moving: tuple[RejectedRows, ...],
+    told: tuple[Settled, ...],
+) -> _Clean:
     rails = find_rails(recordings, target)
     free, clipped = without_rails(recordings, target, rails)
+    lost = lost_rows(free, target, told)
+    free = tuple(_leaving_out(r, target, run, lost) for run, r in enumerate(free))
     free, outlying = without_outliers(free, target, longest)
+    outlying = (*lost, *outlying)
     free, events = without_bursts(free, target)
     events = tuple(e for e in events if not any(_overlap(e, m) for m in moving))
     others = (*moving, *outlying, *events)
@@ -236,11 +246,12 @@ def _held(
     return Look(hold), begun(recordings), begun(freed)
 
 
-def _told(recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], target: str, rows: int) -> int:
-    """Rows of a bin that holds no faster motion than a measured reference tells, if enough bins are left."""
-    most = sum(int(use.fit.sum()) for use in uses) // FEWEST_BINS
-    wide = min(rows_told(recordings, _spans(recordings, uses), target), most)
-    return _divisible(wide, sum(map(len, recordings))) if wide > rows else rows
+def _told(manifest: Manifest, uses: tuple[RowUse, ...], told: int, rows: int) -> int:
+    """Rows of a bin that holds no faster motion than measured references tell, if enough bins are left."""
+    if manifest.held_out.averaging is not None:
+        return rows
+    wide = min(told, sum(int(use.fit.sum()) for use in uses) // FEWEST_BINS)
+    return _divisible(wide, sum(len(use.fit) for use in uses)) if wide > rows else rows
 
 
 def _whole_rows(hold: Hold, dt: float) -> bool:

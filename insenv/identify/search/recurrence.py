@@ -11,7 +11,11 @@ Each c_r stands beside a level of the run: of a steady rate a run tells nothing 
 
 Beside a reference that comes late, through a filter that nobody knows exactly, runs of other frequencies have other
 gains, and a curve of the rate over all runs is what those gains leave: it must also be LEAST of its deviations beside a
-gain of its own in each run.
+gain and a lag of its own in each run.
+
+What a filter, a soft mount or a motor that swings after a reversal leaves goes with the change of the rate as well. A
+law of the rate is the same at one rate whether the table speeds up or slows down: with a coefficient of its own in
+either, the two scatter as those of runs do.
 
 Source: R. DerSimonian and N. Laird, Meta-analysis in clinical trials, Controlled Clinical Trials 7 (1986) 177.
 
@@ -26,12 +30,29 @@ import numpy as np
 from scipy.special import chdtrc
 
 from insenv.core.recording import Floats
+from insenv.effects.base import Effect
 from insenv.effects.bias import Bias
+from insenv.effects.rate.scale import ScaleFactor
+from insenv.effects.timing import TimingSkew
 from insenv.identify.fit.gls import Fit, solve
-from insenv.identify.fit.problem import Problem, Term
+from insenv.identify.fit.noise import transform
+from insenv.identify.fit.problem import Model, Problem, Term
+from insenv.identify.fit.swings import by_swings
+from insenv.identify.search.scan import Reference
 
 #: Probability of such a scatter by chance, below which there is one; deviate that the mean over runs must have then.
 CHANCE, LEAST = 1e-2, 3.0
+#: Effects that are a response to the input and its change themselves.
+RESPONSES = (
+    "scale_factor",
+    "timing_skew",
+    "sample_hold",
+    "output_bandwidth",
+    "scale_factor_hysteresis",
+    "self_heating",
+)
+#: Change of the rate, in its root mean square, up to which a table turns steadily.
+STEADY = 0.1
 #: Share of the line's largest amplitude that a run must be able to show, in this many standard deviations.
 SHOWN, TOLD = 0.5, 3.0
 
@@ -47,17 +68,17 @@ def not_in_all_runs(problem: Problem, fit: Fit, term: Term) -> str:
     term : Term
     """
     effect = term.effect
+    curve, late = _curve_of_rate(effect, term), _late(problem, fit.model)
+    if curve and late and effect.id not in RESPONSES and _beside_response(problem, fit, term) < LEAST:
+        return "its size is not told beside a gain of its own in each run, as a reference that comes late may make it"
     if len({b.run for b in problem.fitted}) < 2 or effect.generic:
         return ""
     if effect.line:
         moving = problem.turns
         return _of_one_run(problem, fit, term) if moving and term.per_run else ""
-    curve = effect.of_rate and not (effect.of_time or effect.of_run or term.per_run) and len(effect.linear) == 1
     # A shape that is right only nearly makes the runs differ by itself; beside a late reference the lag does so more.
-    if not curve or (effect.shapes and not any(e.motion.lag for e in problem.exposures)):
+    if not curve or (effect.shapes and not late):
         return ""
-    if (beside := _beside_gains(problem, fit, term)) is not None and beside < LEAST:
-        return "its size is not told beside a gain of its own in each run, as a reference that comes late may make it"
     # A run of one steady rate tells a level, and no coefficient beside it.
     model = (*fit.model, Term(Bias(), per_run=True), replace(term, per_run=True))
     each = solve(problem, model, start=fit.noise.power)
@@ -70,15 +91,65 @@ def not_in_all_runs(problem: Problem, fit: Fit, term: Term) -> str:
     return f"not the same in the runs, as the law of an instrument would be: {told} of its largest"
 
 
-def _beside_gains(problem: Problem, fit: Fit, term: Term) -> float | None:
-    """Deviate of a curve's coefficient beside a gain of its own in each run; None where no reference comes late."""
-    scale = [one for one in fit.model if one.effect.id == "scale_factor" and not one.per_run]
-    if not scale or not any(e.motion.lag for e in problem.exposures):
-        return None
-    free = tuple(replace(one, per_run=True) if one in scale else one for one in fit.model)
+def not_both_ways(problem: Problem, fit: Fit, base: Reference, term: Term) -> str:
+    """Why a curve of the rate beside a late reference is no law: it knows which way the rate changes; empty if not.
+
+    Parameters
+    ----------
+    problem : Problem
+    fit : Fit
+        The model without it.
+    base : Reference
+        The same with its noise by plain likelihood.
+    term : Term
+    """
+    effect = term.effect
+    if not _curve_of_rate(effect, term) or effect.id in RESPONSES or not _late(problem, fit.model):
+        return ""
+    u = problem.bins.mean(tuple(e.u for e in problem.exposures))
+    faster = np.zeros(len(u))
+    for block in problem.bins.blocks:
+        if block.n > 1:
+            faster[block.start : block.stop] = np.gradient(np.abs(u[block.start : block.stop]))
+    steady = np.abs(faster) < STEADY * float(np.sqrt(np.mean(faster**2)))
+    ways = np.column_stack([(faster > 0) & ~steady, (faster < 0) & ~steady, steady])
+    columns = transform(problem.fitted, problem.columns(term) * ways) / base.root[:, None]
+    columns -= base.basis @ (base.basis.T @ columns)
+    data = problem.data() / base.root
+    data = data - base.basis @ (base.basis.T @ data)
+    theta = np.asarray(np.linalg.lstsq(columns, data, rcond=1e-10)[0], np.float64)
+    left = data - columns @ theta
+    cov = np.linalg.pinv(columns.T @ columns, hermitian=True)
+    deviations = np.array([np.sqrt(cov[k, k] * by_swings(problem, columns[:, k], left)[0]) for k in (0, 1)])
+    if not np.all(deviations > 0) or not theta[:2].any():
+        return ""
+    chance, mean = scattered(theta[:2], deviations)
+    if chance > CHANCE or mean > LEAST:
+        return ""
+    size = float(np.max(np.abs(theta[:2])))
+    told = " and ".join(f"{c / size:.2g} ± {s / size:.1g}" for c, s in zip(theta[:2], deviations, strict=True))
+    return f"not the same where the table speeds up and slows down, as a law of the rate would be: {told} of the larger"
+
+
+def _curve_of_rate(effect: Effect, term: Term) -> bool:
+    return effect.of_rate and not (effect.of_time or effect.of_run or term.per_run) and len(effect.linear) == 1
+
+
+def _late(problem: Problem, model: Model) -> bool:
+    """Whether the reference comes late: as its response says, or by a lag that was found beside one with noise."""
+    if any(e.motion.lag for e in problem.exposures):
+        return True
+    noisy = any(not np.array_equal(e.u, e.motion.rate) for e in problem.exposures)
+    return noisy and any(term.effect.id == "timing_skew" for term in model)
+
+
+def _beside_response(problem: Problem, fit: Fit, term: Term) -> float:
+    """Deviate of a curve's coefficient beside a gain and a lag of its own in each run."""
+    rest = tuple(one for one in fit.model if one.effect.id not in ("scale_factor", "timing_skew"))
+    free = (*rest, Term(ScaleFactor(), per_run=True), Term(TimingSkew(), per_run=True))
     each = solve(problem, (*free, term), start=fit.noise.power)
     own = np.flatnonzero(each.design.term == len(free))
-    return float(np.max(np.abs(each.theta[own]) / each.sd[own])) if len(own) else None
+    return float(np.max(np.abs(each.theta[own]) / each.sd[own])) if len(own) else np.inf
 
 
 def scattered(values: Floats, deviations: Floats) -> tuple[float, float]:

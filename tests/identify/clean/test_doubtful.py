@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import butter, sosfilt
 
 from insenv.core.recording import Channel, Floats, Origin, Recording
 from insenv.data.reference import with_reference
-from insenv.identify.clean.doubtful import rows_told
+from insenv.identify.clean.doubtful import doubted, rows_told, settled
+from insenv.identify.clean.lost import lost_rows
+from insenv.identify.clean.response import fitted
 
 DT, N = 0.01, 9000
 SPAN = (slice(0, N),)
@@ -44,19 +48,104 @@ def gain(recording: Recording, rows: int) -> float:
     return float(np.sum(u * y / left) / np.sum(u * u / left))
 
 
+def told(recording: Recording) -> int:
+    """Rows of a bin."""
+    parts = doubted((recording,), SPAN, "gyro", (np.ones(N, bool),))
+    return rows_told(parts, settled(parts))
+
+
 @pytest.mark.parametrize("seed", [2, 3])
 def test_bins_end_where_the_reference_no_longer_follows_and_the_gain_is_right(seed: int) -> None:
     recording = beside(np.cumsum(0.08 * low(3.0, seed)) * DT)
-    rows = rows_told((recording,), SPAN, "gyro")
+    rows = told(recording)
     assert 10 <= rows <= 60
     assert abs(gain(recording, rows) - 1) < 0.005
     assert gain(recording, 1) < 0.96
 
 
 def test_an_encoder_that_follows_all_motion_leaves_bins_short() -> None:
-    assert rows_told((beside(np.zeros(N)),), SPAN, "gyro") <= 2
+    assert told(beside(np.zeros(N))) <= 2
 
 
 def test_an_exact_reference_and_a_command_tell_all_motion() -> None:
-    assert rows_told((beside(np.zeros(N), 0.0),), SPAN, "gyro") == 1
-    assert rows_told((beside(np.cumsum(0.08 * low(3.0, 2)) * DT, source="command"),), SPAN, "gyro") == 1
+    assert told(beside(np.zeros(N), 0.0)) == 1
+    assert told(beside(np.cumsum(0.08 * low(3.0, 2)) * DT, source="command")) == 1
+
+
+# Stamps by arrival, and what was lost
+
+
+def by_arrival(seed: int, gain: float = 1.09, off: float = 0.003, late: float = 0.025) -> Recording:
+    """A gyro turned by hand, with breaks, at uneven steps, beside an angle whose own stamps jitter."""
+    rng = np.random.default_rng(seed)
+    fine: Floats = 0.001 * np.arange(10.0 * N + 400)
+    rate = np.convolve(rng.standard_normal(len(fine)), np.hanning(800), "same") * np.clip(
+        np.sin(0.2 * fine) + 0.5, 0, 1
+    )
+    angle = np.cumsum(rate / rate.std() * 0.7) * 0.001
+    t = 0.1 + DT * np.arange(float(N)) + 5e-4 * rng.choice([-1.0, 1.0], N)
+    gyro = gain * np.diff(np.interp(t, fine, angle), prepend=0.0) / np.diff(t, prepend=t[0] - DT)
+    seen = np.interp(t - late + off * rng.standard_normal(N), fine, angle)
+    channels = {
+        "gyro": Channel(gyro + 0.01 * rng.standard_normal(N), "rad/s", "interval"),
+        "table_angle": Channel(seen, "rad", source="encoder"),
+    }
+    return with_reference(Recording(t, channels))
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_beside_stamps_by_arrival_gain_and_lag_are_told_though_half_of_a_rate_is_noise(seed: int) -> None:
+    recording = by_arrival(seed)
+    parts = doubted((recording,), SPAN, "gyro", (np.ones(N, bool),))
+    (one,) = settled(parts)
+    read = np.diff(recording.channels["table_angle"].values) / np.diff(recording.t)
+    plain = np.polyfit(read, recording.channels["gyro"].values[1:], 1)[0]
+    assert abs(plain - 1.09) > 0.05
+    assert abs(one.gain - 1.09) < 0.005
+    assert abs(one.lag - -0.025) < 0.002
+    assert rows_told(parts, (one,)) >= one.over
+
+
+def test_means_that_do_not_agree_with_longer_ones_tell_no_gain() -> None:
+    """Of an error of the angle that is smooth over some rows the smoothed motion keeps what it is not told from."""
+    rng = np.random.default_rng(6)
+    rate = low(0.4, 5)
+    error = 0.02 * np.convolve(rng.standard_normal(N), np.hanning(9), "same") * np.abs(low(0.2, 6))
+    recording = beside(error + np.cumsum(rate - low(0.7, 1)) * DT)
+    gyro = replace(recording.channels["gyro"], values=np.diff(np.cumsum(rate) * DT, prepend=0.0) / DT)
+    parts = doubted((replace(recording, channels={**recording.channels, "gyro": gyro}),), SPAN, "gyro", ())
+    (one,) = settled(parts)
+    assert fitted(parts, {0: 0.0}, {0})[0] < 0.98
+    assert one.over >= 8
+    assert abs(one.gain - 1) < 0.01
+
+
+@pytest.mark.parametrize("lost", [True, False])
+def test_a_second_in_which_the_markers_were_lost_is_an_event(lost: bool) -> None:
+    sound = by_arrival(4)
+    angle = sound.channels["table_angle"].values.copy()
+    if lost:
+        angle[3000:3060] += np.linspace(0, 0.5, 60)
+        angle[3060:3120] += np.linspace(0.5, 0, 60)
+    seen = replace(sound.channels["table_angle"], values=angle)
+    recording = with_reference(replace(sound, channels={**sound.channels, "table_angle": seen}))
+    parts = doubted((recording,), SPAN, "gyro", (np.ones(N, bool),))
+    found = lost_rows((recording,), "gyro", settled(parts))
+    assert len(found) == lost
+    for one in found:
+        assert 2920 < one.start < 3010 and 3110 < one.stop < 3200
+
+
+@pytest.mark.parametrize("law", ["dead band", "cubic", "one side", "clipped"])
+def test_what_an_instrument_does_at_a_rate_is_no_event(law: str) -> None:
+    one = by_arrival(5)
+    y = one.channels["gyro"].values
+    bent = {
+        "dead band": np.sign(y) * np.maximum(np.abs(y) - 0.2, 0.0),
+        "cubic": y + 0.05 * y**3,
+        "one side": y + 0.1 * np.maximum(y, 0.0),
+        "clipped": np.clip(y, -1.2, 1.2),
+    }[law]
+    recording = replace(one, channels={**one.channels, "gyro": replace(one.channels["gyro"], values=bent)})
+    parts = doubted((recording,), SPAN, "gyro", (np.ones(N, bool),))
+    assert lost_rows((recording,), "gyro", settled(parts)) == ()

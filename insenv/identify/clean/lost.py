@@ -1,0 +1,82 @@
+r"""Where a measured reference lost the motion: cameras that no longer saw their markers, a wheel that slid.
+
+    z = < y - g u(t - tau) >_m - median,      < >_m means over the rows at which the gain has settled
+
+A second of it may hold three quarters of the square sum of all that is left, and leads the fit. It is an event where z
+is beyond 8 robust deviations of what is left while the table moves **no faster than there**: rows in eight groups by
+the largest rate within a second, and the scatter of the loudest group up to its own; and 5 times as large as what is
+usual in the whole run. What an instrument does at one rate, or in proportion to it, makes the scatter of a group, and
+no event. Nor is one what is more than a tenth of the run: that is how the instrument or the reference is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
+
+from insenv.core.recording import Floats, Recording
+from insenv.core.series.stretches import stretches
+from insenv.data.exposure import expose
+from insenv.identify.clean.doubtful import Settled
+from insenv.identify.clean.response import Stretch
+from insenv.identify.findings import RejectedRows
+
+#: Deviations from which on there is an event, and up to which it lasts; the same in what is usual in the run.
+FAR, NEAR, LEADS = 8.0, 3.0, 5.0
+#: Groups of rows by the size of the rate within so long [s], shortest mean [s], share of a run that is no event.
+GROUPS, AROUND, SHORTEST, MOST = 8, 1.0, 0.3, 0.1
+_MEDIAN = 0.6745
+
+
+def lost_rows(recordings: tuple[Recording, ...], target: str, settled: tuple[Settled, ...]) -> tuple[RejectedRows, ...]:
+    """Rows of ``target`` where its reference lost the motion, of runs whose gain and lag are told."""
+    found: list[RejectedRows] = []
+    for one in settled:
+        found += _of_run(recordings[one.run], target, one)
+    return tuple(found)
+
+
+def _spread(y: Floats, u: Floats, left: Floats, known: NDArray[np.bool_], around: int) -> Floats:
+    """Robust deviation of what is left in rows about which the table moves no faster, shape (n,)."""
+    size = maximum_filter1d(np.where(known, np.maximum(np.abs(y), np.abs(u)), 0.0), around)
+    spread, loudest = np.full(len(y), 1e-300), 1e-300
+    for group in np.array_split(np.flatnonzero(known)[np.argsort(size[known])], GROUPS):
+        loudest = max(loudest, float(np.median(np.abs(left[group]))) / _MEDIAN)
+        spread[group] = loudest
+    return spread
+
+
+def _of_run(recording: Recording, target: str, told: Settled) -> list[RejectedRows]:
+    exposure = expose(recording, target)
+    n, over = len(exposure.y), max(told.over, round(SHORTEST / exposure.motion.dt))
+    if n < GROUPS * over:
+        return []
+    means = Stretch(told.run, exposure, 0, n, over=over)
+    # A mean knows what its empty cells would hold by the rows around them.
+    row, there = np.arange(n), exposure.count > 0
+    filled = replace(exposure, y=np.interp(row, row[there], exposure.y[there]))
+    y, u = replace(means, exposure=filled).y, told.gain * means.input(told.lag)
+    known = means.known > 0
+    if known.sum() < GROUPS * over:
+        return []
+    left = y - u - np.median((y - u)[known])
+    score = np.where(known, np.abs(left) / _spread(y, u, left, known, round(AROUND / exposure.motion.dt)), 0.0)
+    calm = known & (score < FAR)
+    usual = float(np.sqrt(np.mean(left[calm] ** 2))) if calm.any() else 0.0
+    cells = np.zeros(n, bool)
+    # What was lost is made good at once or later, with the other sign: one event.
+    for a, b in stretches(np.asarray(maximum_filter1d(score, 2 * over + 1)) > NEAR):
+        if score[a:b].max() > FAR and np.abs(left[a:b]).max() > LEADS * usual:
+            cells[max(a + over // 2, 0) : max(b - over // 2, 0)] = True
+    if cells[there].mean() > MOST:
+        return []
+    rows = (exposure.cell_of_row >= 0) & cells[exposure.cell_of_row]
+    found = []
+    for a, b in stretches(rows):
+        most = float(score[exposure.cell_of_row[a:b]].max())
+        reason = f"{min(most, 999):.0f} robust deviations off the motion that the reference tells"
+        found.append(RejectedRows(target, told.run, a, b, reason))
+    return found
