@@ -104,13 +104,20 @@ def _settled(one: Stretch) -> Settled:
         # Gaps leave ever fewer of longer means.
         if means.over > min(LONGEST / motion.dt, means.known.sum() / MEANS):
             break
-    agree = found[-1:]
-    for sd, gain, lag, over in found[-2::-1]:
-        if any(abs(gain - other) > max(AGREE * float(np.hypot(sd, far)), SAME) for far, other, *_ in agree):
+    least = agreeing([(over, gain, sd) for sd, gain, _, over in found])
+    sd, gain, lag, _ = min(one for one in found if one[-1] >= least)
+    return Settled(one.run, least, gain, lag)
+
+
+def agreeing(found: list[tuple[int, float, float]]) -> int:
+    """The fewest rows, of (rows, gain, its deviation) in rising order, from which on all gains agree."""
+    least, *_ = found[-1]
+    for k in range(len(found) - 2, -1, -1):
+        rows, gain, sd = found[k]
+        if any(abs(gain - other) > max(AGREE * float(np.hypot(sd, far)), SAME) for _, other, far in found[k + 1 :]):
             break
-        agree.insert(0, (sd, gain, lag, over))
-    sd, gain, lag, _ = min(agree)
-    return Settled(one.run, agree[0][-1], gain, lag)
+        least = rows
+    return least
 
 
 def doubtful(recording: Recording) -> bool:

@@ -6,7 +6,8 @@ A second of it may hold three quarters of the square sum of all that is left, an
 is beyond 8 robust deviations of what is left while the table moves **no faster than there**: rows in eight groups by
 the largest rate within a second, and the scatter of the loudest group up to its own; and 5 times as large as what is
 usual in the whole run. What an instrument does at one rate, or in proportion to it, makes the scatter of a group, and
-no event. Nor is one what is more than a tenth of the run: that is how the instrument or the reference is.
+no event. Nor is one what lasts more than 3 s, or is more than a tenth of the run: that is how the instrument or the
+reference is.
 """
 
 from __future__ import annotations
@@ -26,8 +27,9 @@ from insenv.identify.findings import RejectedRows
 
 #: Deviations from which on there is an event, and up to which it lasts; the same in what is usual in the run.
 FAR, NEAR, LEADS = 8.0, 3.0, 5.0
-#: Groups of rows by the size of the rate within so long [s], shortest mean [s], share of a run that is no event.
-GROUPS, AROUND, SHORTEST, MOST = 8, 1.0, 0.3, 0.1
+#: Groups of rows by the size of the rate within so long [s], shortest mean and longest event [s], share of a run beyond
+#: which there is none.
+GROUPS, AROUND, SHORTEST, LONGEST, MOST = 8, 1.0, 0.3, 3.0, 0.1
 _MEDIAN = 0.6745
 
 
@@ -69,7 +71,8 @@ def _of_run(recording: Recording, target: str, told: Settled) -> list[RejectedRo
     cells = np.zeros(n, bool)
     # What was lost is made good at once or later, with the other sign: one event.
     for a, b in stretches(np.asarray(maximum_filter1d(score, 2 * over + 1)) > NEAR):
-        if score[a:b].max() > FAR and np.abs(left[a:b]).max() > LEADS * usual:
+        brief = b - a - 2 * over <= LONGEST / exposure.motion.dt
+        if brief and score[a:b].max() > FAR and np.abs(left[a:b]).max() > LEADS * usual:
             cells[max(a + over // 2, 0) : max(b - over // 2, 0)] = True
     if cells[there].mean() > MOST:
         return []

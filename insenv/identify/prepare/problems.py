@@ -16,9 +16,10 @@ from insenv.data.manifest.spec import Manifest
 from insenv.data.split import RowUse
 from insenv.effects.base import CurveEffect, DrivenEffect, NoiseEffect
 from insenv.effects.catalogue import by_key
+from insenv.effects.rate.scale import ScaleFactor
 from insenv.effects.timing import TimingSkew
 from insenv.identify.clean.bursts import without_bursts
-from insenv.identify.clean.doubtful import Settled, doubted, rows_told, settled
+from insenv.identify.clean.doubtful import Settled, agreeing, doubted, rows_told, settled
 from insenv.identify.clean.holds import LEAST_SHARE, MOST_SHARE, WHOLE, Hold, Look, find_hold, without_hold
 from insenv.identify.clean.lost import lost_rows
 from insenv.identify.clean.motion import at_rest
@@ -111,10 +112,11 @@ def prepare(
     rows = _rows_per_bin(manifest, recordings, uses, width)
     fit = tuple(use.fit for use in uses)
     recordings = responding(recordings, _spans(recordings, uses), target, model, fit, forms=not holds)
-    parts = doubted(recordings, _spans(recordings, uses), target, fit)
-    rows = _told(manifest, uses, rows_told(parts, told := settled(parts)), rows)
+    told = settled(parts := doubted(recordings, _spans(recordings, uses), target, fit))
+    rows = _told(manifest, uses, rows_told(parts, told), rows)
     clean = _clean(recordings, target, rows, moving, told)
     recordings, rejected = clean.recordings, clean.rejected
+    rows = _agreeing(manifest, recordings, uses, target, rows, model) if told else rows
     plain = _problem(manifest, recordings, uses, target, rows, reject_lines=False)
     kept = without_turns(recordings, uses, plain, model)
     if kept is not uses:
@@ -252,6 +254,32 @@ def _told(manifest: Manifest, uses: tuple[RowUse, ...], told: int, rows: int) ->
         return rows
     wide = min(told, sum(int(use.fit.sum()) for use in uses) // FEWEST_BINS)
     return _divisible(wide, sum(len(use.fit) for use in uses)) if wide > rows else rows
+
+
+def _agreeing(
+    manifest: Manifest,
+    recordings: tuple[Recording, ...],
+    uses: tuple[RowUse, ...],
+    target: str,
+    rows: int,
+    model: Model,
+) -> int:
+    """Rows of the shortest bins from which on the gain is that of longer ones, by the noise and the weights of the fit.
+
+    Noise that the fit takes for slow gives fast motion weight, of which a reference with errors tells the least.
+    """
+    fitted, found = sum(int(use.fit.sum()) for use in uses), []
+    free = (*(t for t in model if t.effect.id not in ("scale_factor", "timing_skew")), Term(ScaleFactor()))
+    wide = rows
+    while manifest.held_out.averaging is None and (wide == rows or fitted >= FEWEST_BINS * wide):
+        problem = _problem(manifest, recordings, uses, target, wide, reject_lines=False)
+        fit = solve(problem, (*free, Term(TimingSkew(), per_run=True)))
+        own = np.flatnonzero(fit.design.term == len(free) - 1)
+        if not len(own):
+            break
+        found.append((wide, float(fit.theta[own[0]]), float(fit.sd[own[0]])))
+        wide *= 2
+    return agreeing(found) if found else rows
 
 
 def _whole_rows(hold: Hold, dt: float) -> bool:
