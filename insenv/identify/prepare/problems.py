@@ -103,10 +103,7 @@ def prepare(
     Lines above the bin rate are looked for where ``tones`` may be found, an output that is held where ``holds`` may.
     Bins are at least ``width`` seconds long, unless the manifest says how long.
     """
-    if manifest.procedure == "multi-position":
-        raise InputError(
-            f"{manifest.path}: model.procedure = 'multi-position' has rests, not a series in time; wanted another here"
-        )
+    _series(manifest)
     model = declared_model(manifest, recordings, target)
     uses, moving = at_rest(manifest, recordings, uses, target)
     rows = _rows_per_bin(manifest, recordings, uses, width)
@@ -152,6 +149,13 @@ def prepare(
         plain, problem, model, lines, held, rejected, clean.rails,
         partial(_samples, recordings, uses, plain, model, lines),
     )  # fmt: skip
+
+
+def _series(manifest: Manifest) -> None:
+    if manifest.procedure == "multi-position":
+        raise InputError(
+            f"{manifest.path}: model.procedure = 'multi-position' has rests, not a series in time; wanted another here"
+        )
 
 
 @dataclass(frozen=True)
