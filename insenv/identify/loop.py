@@ -35,7 +35,18 @@ from insenv.identify.prepare.wandering import lost, wanders, without_line
 from insenv.identify.search.candidates import candidates
 from insenv.identify.search.earth_rate import due_level
 from insenv.identify.search.jumps import is_step, one_of_many
-from insenv.identify.search.one_box import DOUBT, DRIFTS, LEAST, in_common, looks_of, may_drift, surest
+from insenv.identify.search.one_box import (
+    DOUBT,
+    DRIFTS,
+    LEAST,
+    THERMAL,
+    in_common,
+    log_p_by_itself,
+    looks_of,
+    may_drift,
+    surest,
+    warmed,
+)
 from insenv.identify.search.round import at_shape, search, with_term
 from insenv.identify.search.scan import Hit, likelihood_ratio, reference
 from insenv.identify.search.settle import settled, sized
@@ -148,7 +159,8 @@ def _averaged(track: Track, times: int) -> Track:
     for step in named:
         sd = max(row.sd for row in told[step.hit.term] if row.parameter == "f")
         lines += as_lines(problem, track.fit, step.hit.term, sd, step.p_value)
-    steps = tuple(s for s in track.steps if s not in gone and not s.hit.candidate.generic)
+    # Of all else the longer means are asked anew: beside a hump the noise, and so every significance, was wrong.
+    steps = tuple(s for s in track.steps if s not in gone and s.hit.candidate.effect.id == "tone")
     longer = averaged(without(problem, track.fit, tuple(step.hit.term for step in named)), times)
     plain = averaged(prepared.plain, times)
     model = (*prepared.model, *(term for term in track.added if any(s.hit.term is term for s in steps)))
@@ -322,6 +334,7 @@ def _proposals(tracks: list[Track], alpha: float) -> list[_Proposal]:
         good.sort(key=lambda hit: _wander(track, hit) is not None)
         found += [_Proposal((index,), (hit,), hit.p_value) for hit in good[:1]]
     found += _drifts_of_one_box(tracks, alpha)
+    found += [one for index in range(len(tracks)) if (one := _warmed_too(tracks, index, alpha))]
     for key in SHARED:
         where = tuple(i for i, t in enumerate(tracks) if _has(t, key) and not _full(t))
         if where:
@@ -330,6 +343,18 @@ def _proposals(tracks: list[Track], alpha: float) -> list[_Proposal]:
             if log_p < math.log(alpha):
                 found.append(_Proposal(where, hits, math.exp(log_p)))
     return found
+
+
+def _warmed_too(tracks: list[Track], index: int, alpha: float) -> _Proposal | None:
+    """What the temperature does to other axes, where it is significant on this one by itself."""
+    track = tracks[index]
+    if _full(track) or any(term.effect.id in THERMAL for term in track.added) or not warmed(tracks, index):
+        return None
+    able = [hit for hit in track.hits or () if hit.candidate.effect.id in THERMAL and not _refused(track, hit)]
+    best = min(able, key=lambda hit: log_p_by_itself(track, hit), default=None)
+    if best is None or (log_p := log_p_by_itself(track, best)) >= math.log(alpha):
+        return None
+    return _Proposal((index,), (best,), math.exp(log_p))
 
 
 def _drifts_of_one_box(tracks: list[Track], alpha: float) -> list[_Proposal]:

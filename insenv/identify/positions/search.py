@@ -17,7 +17,7 @@ them is the whole evidence, and the error of the units that were left out may no
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 from math import comb
@@ -342,10 +342,12 @@ def search(
     alpha: float,
     doubts: Sequence[Doubt] = (),
     untold: Sequence[Any] = (),
+    told: Callable[[Sequence[Any]], bool] = lambda terms: True,
 ) -> Outcome:
     """Add to the declared model, one after the other, what fitted and held-out units call for, whatever the doubts.
 
     ``untold`` are effects that these units cannot tell from noise: they are not added, and are rivals all the same.
+    ``told`` says of terms beside the declared ones whether these units tell them all together.
     """
     before = solve(problem, declared)
     testable, blind = _testable(problem, before, tried)
@@ -355,7 +357,9 @@ def search(
     alone: dict[str, Rejected] = {}
     while True:
         left = [term for term in testable if term not in now.terms]
-        found = _round(problem, now, left, looks, alpha, refused, doubts)
+        added = [step.term for step in steps]
+        sets = [terms for terms in _sets(left) if told([*added, *terms])]
+        found = _round(problem, now, sets, looks, alpha, refused, doubts)
         alone = alone or dict(refused)
         if not found:
             break
@@ -370,7 +374,7 @@ def search(
         reason = "with it the held-out error is larger than that of the declared model"
         refused[key] = Rejected(key, last.p_value, last.likelihood_ratio, reason)
         now = solve(problem, [term for term in now.terms if term is not last.term])
-    rivals = {s.term.effect.key: _rivals(problem, now, s.term, [*testable, *untold], looks, alpha) for s in steps}
+    rivals = {s.term.effect.key: _rivals(problem, now, s.term, [*testable, *untold], looks, alpha, told) for s in steps}
     for key in refused.keys() & {step.term.effect.key for step in steps}:
         del refused[key]
     refused |= {key: r for step in steps if (r := _alone(alone.get(key := step.term.effect.key)))}
@@ -422,17 +426,20 @@ def _distinct(problem: Problem, fit: Fit, term: Any) -> float:
 def _round(
     problem: Problem,
     now: Fit,
-    left: Sequence[Any],
+    sets: Sequence[tuple[Any, ...]],
     looks: int,
     alpha: float,
     refused: dict[str, Rejected],
     doubts: Sequence[Doubt] = (),
 ) -> tuple[Fit, list[Step]] | None:
-    """The best single effect; where none is accepted, the best of several at once; None where nothing is."""
-    best: tuple[float, Fit, tuple[Any, ...], Evidence, float] | None = None
+    """The best single effect; where none is accepted, the best of several at once; None where nothing is.
+
+    One of a size that instruments hardly have comes after all that have a usual one.
+    """
+    best: tuple[tuple[bool, float], Fit, tuple[Any, ...], Evidence, float] | None = None
     # Sets of k share the probability of looks^k, and all sizes that of one: Bonferroni.
     chances = sum(comb(looks, k) / looks**k for k in range(1, AT_ONCE + 1))
-    for terms in _sets(left):
+    for terms in sets:
         if best and len(terms) > len(best[2]):
             break  # one alone does it
         count = chances * looks ** len(terms)
@@ -447,8 +454,9 @@ def _round(
         if reason and len(terms) == 1:
             key = terms[0].effect.key
             refused[key] = Rejected(key, p, found.likelihood_ratio, reason)
-        if not reason and (best is None or found.deviate > best[0]):
-            best = found.deviate, fit, terms, found, p
+        rank = not any(_unusual(fit, term) for term in terms), found.deviate
+        if not reason and (best is None or rank > best[0]):
+            best = rank, fit, terms, found, p
     if best is None:
         return None
     _, fit, terms, found, p = best
@@ -534,9 +542,15 @@ def _pruned(
 
 
 def _rivals(
-    problem: Problem, now: Fit, term: Any, testable: Sequence[Any], looks: int, alpha: float
+    problem: Problem,
+    now: Fit,
+    term: Any,
+    testable: Sequence[Any],
+    looks: int,
+    alpha: float,
+    told: Callable[[Sequence[Any]], bool],
 ) -> tuple[str, ...]:
-    """Effects with which in its place the added one is no longer significant."""
+    """Effects with which in its place the added one is no longer significant, or no longer told."""
     others = [t for t in now.terms if t is not term]
     base = solve(problem, others)
     found = []
@@ -549,7 +563,8 @@ def _rivals(
             continue
         if _unusual(without, rival):
             continue
-        if both.freedom < 1 or evidence(problem, without, both).p_value(looks) >= alpha:
+        blind = both.freedom < 1 or not told([term, rival])
+        if blind or evidence(problem, without, both).p_value(looks) >= alpha:
             found.append(rival.effect.key)
     return tuple(found)
 

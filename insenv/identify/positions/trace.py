@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -194,11 +195,13 @@ def _accelerometers(
     tried, blind = _candidates(OF_ACCELEROMETERS, declared, problem.around, keys if targets else None)
     more = [triad_term(effect) for effect in tried]
     left_out = np.zeros(len(rests), dtype=bool)
+    room = len(rests) * problem.rank
     if isinstance(problem, KnownAttitudes):
         whole = [*terms, *(term for term in more if term.effect.id not in SLOW)]
         problem = as_level_as_read(problem, solve(problem, whole).residual, len(problem.nuisance) + 3)
     elif found.in_parts:
-        more, few = _told_by(more, len({rest.number for rest in rests}) - declared_size)
+        room = len({rest.number for rest in rests}) - declared_size
+        more, few = _told_by(more, room)
         blind += few
     else:
         left_out = _outliers(problem, [*terms, *more])
@@ -210,7 +213,8 @@ def _accelerometers(
         NotTestable(t.effect.key, ("more positions",), "so few rests do not tell it from noise") for t in slow
     )
     problem = noisy if noisy is not None and found.in_parts else problem
-    outcome = search(problem, terms, [term for term in more if term not in slow], alpha, doubts, slow)
+    told = partial(_told_together, room=room)
+    outcome = search(problem, terms, [term for term in more if term not in slow], alpha, doubts, slow, told)
     outcome = replace(outcome, not_testable=(*outcome.not_testable, *blind))
     # The noise within rests was told beside all that may be found.
     freedom = int(problem.fitted.sum()) - sum(t.size for t in [*terms, *more]) if found.in_parts else None
@@ -283,6 +287,11 @@ def _told_by(terms: Sequence[TriadTerm], attitudes: int) -> tuple[list[TriadTerm
             reason = f"too few for its parameters; at least {term.size - attitudes} more needed"
             blind.append(NotTestable(term.effect.key, ("more positions",), reason))
     return told, tuple(blind)
+
+
+def _told_together(terms: Sequence[TriadTerm], room: int) -> bool:
+    """Whether attitudes that leave ``room`` beside the declared model tell terms together."""
+    return sum(term.size for term in terms if term.effect.id not in SLOW) <= room
 
 
 def _too_few(

@@ -11,6 +11,9 @@ of 1.00. But a supply or a reference moves all of them at once, and then the sum
 the correlation of the slow modes that channels i and j have left beside the drift, less what chance makes of so few,
 and s the sign of the drift.
 
+What its temperature is known to do to two axes of a box is no rare finding on a third one: there its p-value pays for
+its own shapes alone, not for all else that was tried.
+
 Source: S. A. Stouffer et al., The American Soldier (1949), vol. 1, p. 45 (sum of deviates).
 """
 
@@ -27,12 +30,14 @@ from insenv.identify.clean.settling import only_time
 from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.gls import Fit
 from insenv.identify.fit.problem import NOISE_TERMS, Problem
-from insenv.identify.search.round import against
+from insenv.identify.search.round import CALIBRATION, against
 from insenv.identify.search.scan import Hit
 from insenv.identify.search.tracks import Track
 
 #: What a box does as a whole; each axis by its own amount.
 DRIFTS = ("bias_drift", "bias_warm_up")
+#: What the temperature of a box does to its axes, and axes that must have it for it to be known.
+THERMAL, KNOWN = ("bias_temperature", "bias_temperature_rate", "bias_thermal_lag"), 2
 #: Deviate of an axis' own evidence without which it has no part in it: one in twenty by chance.
 LEAST = 1.64
 #: Windows of the fitted time, and the slow modes of their means that tell what channels have in common.
@@ -49,6 +54,18 @@ def may_drift(track: Track) -> bool:
 def looks_of(track: Track, hit: Hit) -> float:
     """Looks of a hit without the odds against events, which one channel has."""
     return hit.looks / against(track.problem, hit.candidate.effect)
+
+
+def log_p_by_itself(track: Track, hit: Hit) -> float:
+    """Logarithm of the p-value of a hit without the looks of other effects and the odds against events."""
+    others = CALIBRATION * track.family * against(track.problem, hit.candidate.effect)
+    return min(0.0, log_tail(hit.deviate) + math.log(hit.looks / others))
+
+
+def warmed(tracks: Sequence[Track], index: int) -> bool:
+    """Whether enough other axes have what the temperature of their box does to them."""
+    others = (t for i, t in enumerate(tracks) if i != index)
+    return sum(any(term.effect.id in THERMAL for term in t.added) for t in others) >= KNOWN
 
 
 def log_p_together(deviates: Sequence[float], looks: float, channels: int, variance: float = 0.0) -> float:

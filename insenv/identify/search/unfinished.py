@@ -20,10 +20,9 @@ from insenv.core.recording import Floats
 from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.problem import Problem
 from insenv.identify.search.jumps import is_step
-from insenv.identify.search.one_box import DRIFTS
+from insenv.identify.search.one_box import DRIFTS, log_p_by_itself
 from insenv.identify.search.reference_errors import log_p_alone
-from insenv.identify.search.round import CALIBRATION, against
-from insenv.identify.search.scan import Hit
+from insenv.identify.search.round import against
 from insenv.identify.search.tracks import MOST_ADDED, Track
 
 #: What is far beyond the level: so many times less likely.
@@ -101,8 +100,8 @@ def _leaning(track: Track, alpha: float) -> tuple[str, ...]:
     if track.steps or turns or any(r.of_box for r in track.refusals):
         return ()
     hits = [hit for hit in track.last_physical if hit.candidate.effect.key in DRIFTS]
-    found = min(hits, key=lambda hit: _by_itself(track, hit), default=None)
-    if found is None or (log_p := _by_itself(track, found)) >= np.log(alpha):
+    found = min(hits, key=lambda hit: log_p_by_itself(track, hit), default=None)
+    if found is None or (log_p := log_p_by_itself(track, found)) >= np.log(alpha):
         return ()
     return (
         f"{found.candidate.effect.key} explains the data better than noise does (p = {np.exp(log_p):.1g} by itself, "
@@ -123,12 +122,6 @@ def _jumping(track: Track, alpha: float) -> tuple[str, ...]:
         f"{found.candidate.effect.key} at {found.term.shape[0]:.4g} s explains the data better than noise does (p = "
         f"{np.exp(log_p):.1g} if noise does not jump): not decided between a step and a jump of the noise",
     )
-
-
-def _by_itself(track: Track, hit: Hit) -> float:
-    """Logarithm of the p-value of a hit without the looks of other effects and the odds against events."""
-    others = CALIBRATION * track.family * against(track.problem, hit.candidate.effect)
-    return min(0.0, log_tail(hit.deviate) + float(np.log(hit.looks / others)))
 
 
 def _waves(track: Track) -> tuple[str, ...]:
