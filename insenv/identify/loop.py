@@ -20,6 +20,7 @@ from insenv.data.split import RowUse
 from insenv.effects.base import Effect
 from insenv.effects.catalogue import CATALOGUE
 from insenv.effects.own import ALL
+from insenv.effects.tone import Tone
 from insenv.identify.clean.settling import settled_by, without_start
 from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.gls import Fit, solve
@@ -39,8 +40,8 @@ from insenv.identify.search.one_box import (
     DOUBT,
     DRIFTS,
     LEAST,
-    THERMAL,
     in_common,
+    is_thermal,
     log_p_by_itself,
     looks_of,
     may_drift,
@@ -160,7 +161,7 @@ def _averaged(track: Track, times: int) -> Track:
         sd = max(row.sd for row in told[step.hit.term] if row.parameter == "f")
         lines += as_lines(problem, track.fit, step.hit.term, sd, step.p_value)
     # Of all else the longer means are asked anew: beside a hump the noise, and so every significance, was wrong.
-    steps = tuple(s for s in track.steps if s not in gone and s.hit.candidate.effect.id == "tone")
+    steps = tuple(s for s in track.steps if s not in gone and isinstance(s.hit.candidate.effect, Tone))
     longer = averaged(without(problem, track.fit, tuple(step.hit.term for step in named)), times)
     plain = averaged(prepared.plain, times)
     model = (*prepared.model, *(term for term in track.added if any(s.hit.term is term for s in steps)))
@@ -348,9 +349,9 @@ def _proposals(tracks: list[Track], alpha: float) -> list[_Proposal]:
 def _warmed_too(tracks: list[Track], index: int, alpha: float) -> _Proposal | None:
     """What the temperature does to other axes, where it is significant on this one by itself."""
     track = tracks[index]
-    if _full(track) or any(term.effect.id in THERMAL for term in track.added) or not warmed(tracks, index):
+    if _full(track) or any(is_thermal(term.effect) for term in track.added) or not warmed(tracks, index):
         return None
-    able = [hit for hit in track.hits or () if hit.candidate.effect.id in THERMAL and not _refused(track, hit)]
+    able = [hit for hit in track.hits or () if is_thermal(hit.candidate.effect) and not _refused(track, hit)]
     best = min(able, key=lambda hit: log_p_by_itself(track, hit), default=None)
     if best is None or (log_p := log_p_by_itself(track, best)) >= math.log(alpha):
         return None

@@ -26,6 +26,7 @@ import numpy as np
 from scipy.fft import dct
 
 from insenv.core.recording import Floats
+from insenv.effects.base import Effect
 from insenv.identify.clean.settling import only_time
 from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.gls import Fit
@@ -36,8 +37,8 @@ from insenv.identify.search.tracks import Track
 
 #: What a box does as a whole; each axis by its own amount.
 DRIFTS = ("bias_drift", "bias_warm_up")
-#: What the temperature of a box does to its axes, and axes that must have it for it to be known.
-THERMAL, KNOWN = ("bias_temperature", "bias_temperature_rate", "bias_thermal_lag"), 2
+#: Axes that must have what the temperature of their box does for it to be known.
+KNOWN = 2
 #: Deviate of an axis' own evidence without which it has no part in it: one in twenty by chance.
 LEAST = 1.64
 #: Windows of the fitted time, and the slow modes of their means that tell what channels have in common.
@@ -62,10 +63,15 @@ def log_p_by_itself(track: Track, hit: Hit) -> float:
     return min(0.0, log_tail(hit.deviate) + math.log(hit.looks / others))
 
 
+def is_thermal(effect: Effect) -> bool:
+    """Whether an effect is what a temperature does."""
+    return not effect.generic and any(need.partition(".")[0] == "temperature" for need in effect.needs)
+
+
 def warmed(tracks: Sequence[Track], index: int) -> bool:
     """Whether enough other axes have what the temperature of their box does to them."""
     others = (t for i, t in enumerate(tracks) if i != index)
-    return sum(any(term.effect.id in THERMAL for term in t.added) for t in others) >= KNOWN
+    return sum(any(is_thermal(term.effect) for term in t.added) for t in others) >= KNOWN
 
 
 def log_p_together(deviates: Sequence[float], looks: float, channels: int, variance: float = 0.0) -> float:
