@@ -149,13 +149,15 @@ class Judged:
 
 
 def judged(said: Said) -> list[Judged]:
-    """Every channel of every piece."""
+    """Every channel of every piece, of recordings that have two and more."""
     of: dict[tuple[str, float, str], list[tuple[str, dict[str, Any]]]] = defaultdict(list)
     for (manifest, length, piece), answers in sorted(said.items()):
         for target, one in answers.items():
             of[manifest, length, target].append((piece, one))
     out = []
     for (manifest, length, target), rows in of.items():
+        if len(rows) < 2:
+            continue  # nothing could recur
         count = Counter(name for _, one in rows for name in {a["effect"] for a in one["added"]})
         lasting = {n for n, k in count.items() if k >= max(2.0, RECURS * len(rows)) and n not in NEED_MOTION}
         for piece, one in rows:
