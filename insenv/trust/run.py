@@ -69,7 +69,9 @@ def trust_of(  # noqa: PLR0913 -- as of `close`, and how the copies are worked o
         raise InputError(f"{read.path}: rests in several positions have no series in time to make copies of")
     recordings = by_power_up(read_recordings(read))
     found = close_on(read, recordings, None, alpha, seed, progress)
-    given, injected = base(read, recordings, found), injections(found)
+    given = base(read, recordings, found)
+    # What every copy has, such as a line that wanders, would be named whatever was injected.
+    injected = tuple(one for one in injections(found) if one.effect not in given.left[one.target])
     store: Store = Memory()
     if kept is not None:
         text = read.path.read_bytes() + "".join(map(fingerprint, recordings)).encode()
