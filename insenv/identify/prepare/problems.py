@@ -273,7 +273,7 @@ def _agreeing(
     Noise that the fit takes for slow gives fast motion weight, of which a reference with errors tells the least.
     """
     fitted, found = sum(int(use.fit.sum()) for use in uses), []
-    free = (*(t for t in model if t.effect.id not in ("scale_factor", "timing_skew")), Term(ScaleFactor()))
+    free = (*(t for t in model if not isinstance(t.effect, (ScaleFactor, TimingSkew))), Term(ScaleFactor()))
     wide = rows
     while manifest.held_out.averaging is None and (wide == rows or fitted >= FEWEST_BINS * wide):
         problem = _problem(manifest, recordings, uses, target, wide, reject_lines=False)

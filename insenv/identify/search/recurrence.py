@@ -42,15 +42,8 @@ from insenv.identify.search.scan import Reference
 
 #: Probability of such a scatter by chance, below which there is one; deviate that the mean over runs must have then.
 CHANCE, LEAST = 1e-2, 3.0
-#: Effects that are a response to the input and its change themselves.
-RESPONSES = (
-    "scale_factor",
-    "timing_skew",
-    "sample_hold",
-    "output_bandwidth",
-    "scale_factor_hysteresis",
-    "self_heating",
-)
+#: Effects that know which way the rate changes, as a response does (`Effect.of_response`), though they are none.
+OF_HISTORY = ("scale_factor_hysteresis", "self_heating")
 #: Change of the rate, in its root mean square, up to which a table turns steadily.
 STEADY = 0.1
 #: Share of the line's largest amplitude that a run must be able to show, in this many standard deviations.
@@ -69,7 +62,7 @@ def not_in_all_runs(problem: Problem, fit: Fit, term: Term) -> str:
     """
     effect = term.effect
     curve, late = _curve_of_rate(effect, term), _late(problem, fit.model)
-    if curve and late and effect.id not in RESPONSES and _beside_response(problem, fit, term) < LEAST:
+    if curve and late and not _knows_change(effect) and _beside_response(problem, fit, term) < LEAST:
         return "its size is not told beside a gain of its own in each run, as a reference that comes late may make it"
     if len({b.run for b in problem.fitted}) < 2 or effect.generic:
         return ""
@@ -104,7 +97,7 @@ def not_both_ways(problem: Problem, fit: Fit, base: Reference, term: Term) -> st
     term : Term
     """
     effect = term.effect
-    if not _curve_of_rate(effect, term) or effect.id in RESPONSES or not _late(problem, fit.model):
+    if not _curve_of_rate(effect, term) or _knows_change(effect) or not _late(problem, fit.model):
         return ""
     u = problem.bins.mean(tuple(e.u for e in problem.exposures))
     faster = np.zeros(len(u))
@@ -131,6 +124,11 @@ def not_both_ways(problem: Problem, fit: Fit, base: Reference, term: Term) -> st
     return f"not the same where the table speeds up and slows down, as a law of the rate would be: {told} of the larger"
 
 
+def _knows_change(effect: Effect) -> bool:
+    """Whether an effect goes with the change of the rate by itself."""
+    return effect.of_response or effect.id in OF_HISTORY
+
+
 def _curve_of_rate(effect: Effect, term: Term) -> bool:
     return effect.of_rate and not (effect.of_time or effect.of_run or term.per_run) and len(effect.linear) == 1
 
@@ -140,12 +138,12 @@ def _late(problem: Problem, model: Model) -> bool:
     if any(e.motion.lag for e in problem.exposures):
         return True
     noisy = any(not np.array_equal(e.u, e.motion.rate) for e in problem.exposures)
-    return noisy and any(term.effect.id == "timing_skew" for term in model)
+    return noisy and any(isinstance(term.effect, TimingSkew) for term in model)
 
 
 def _beside_response(problem: Problem, fit: Fit, term: Term) -> float:
     """Deviate of a curve's coefficient beside a gain and a lag of its own in each run."""
-    rest = tuple(one for one in fit.model if one.effect.id not in ("scale_factor", "timing_skew"))
+    rest = tuple(one for one in fit.model if not isinstance(one.effect, (ScaleFactor, TimingSkew)))
     free = (*rest, Term(ScaleFactor(), per_run=True), Term(TimingSkew(), per_run=True))
     each = solve(problem, (*free, term), start=fit.noise.power)
     own = np.flatnonzero(each.design.term == len(free))
