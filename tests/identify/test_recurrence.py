@@ -137,3 +137,10 @@ def test_runs_that_scatter_are_worth_their_scatter() -> None:
     p, z = scattered(values, np.full(4, 1e-6))
     assert p < 1e-6
     assert z == pytest.approx(float(values.mean() / (values.std(ddof=1) / 2)), rel=1e-6)
+
+
+def test_of_which_one_tells_all_there_is_no_scatter() -> None:
+    """A deviation that is nothing beside the other's: the mean is that one's, by its own deviation."""
+    p, z = scattered(np.array([1.0, 5.0]), np.array([1e-9, 1e9]))
+    assert p == pytest.approx(1.0, abs=1e-6)
+    assert z == pytest.approx(1e9, rel=1e-6)

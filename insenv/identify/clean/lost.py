@@ -30,6 +30,8 @@ FAR, NEAR, LEADS = 8.0, 3.0, 5.0
 #: Groups of rows by the size of the rate within so long [s], shortest mean and longest event [s], share of a run beyond
 #: which there is none.
 GROUPS, AROUND, SHORTEST, LONGEST, MOST = 8, 1.0, 0.3, 3.0, 0.1
+#: Share of the loudest group's scatter that is none.
+ROUNDING = 1e-3
 _MEDIAN = 0.6745
 
 
@@ -44,10 +46,14 @@ def lost_rows(recordings: tuple[Recording, ...], target: str, settled: tuple[Set
 def _spread(y: Floats, u: Floats, left: Floats, known: NDArray[np.bool_], around: int) -> Floats:
     """Robust deviation of what is left in rows about which the table moves no faster, shape (n,)."""
     size = maximum_filter1d(np.where(known, np.maximum(np.abs(y), np.abs(u)), 0.0), around)
-    spread, loudest = np.full(len(y), 1e-300), 1e-300
-    for group in np.array_split(np.flatnonzero(known)[np.argsort(size[known])], GROUPS):
-        loudest = max(loudest, float(np.median(np.abs(left[group]))) / _MEDIAN)
-        spread[group] = loudest
+    spread = np.full(len(y), np.inf)
+    groups = np.array_split(np.flatnonzero(known)[np.argsort(size[known])], GROUPS)
+    own = np.array([float(np.median(np.abs(left[group]))) / _MEDIAN for group in groups])
+    # Rounded rows at rest scatter by nothing, which tells nothing of any motion: the next group's holds for them.
+    loud = own > ROUNDING * own.max()
+    loudest = np.maximum.accumulate(np.where(loud, own, own[loud].min(initial=np.inf)))
+    for group, deviation in zip(groups, loudest, strict=True):
+        spread[group] = deviation
     return spread
 
 

@@ -32,7 +32,7 @@ from insenv.identify.findings import RejectedRows, SampleSpectrum
 from insenv.identify.fit.bins import gather
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Model, Problem, Term, regressors
-from insenv.identify.prepare.lines import Line, find_lines, quantum
+from insenv.identify.prepare.lines import SAME_LINE, Line, find_lines, quantum
 from insenv.identify.prepare.samples import sample_spectrum
 
 #: Fitted bins aimed at, and the most that are used.
@@ -123,7 +123,7 @@ def prepare(
     held, measured, recordings = _held(recordings, uses, plain, model) if holds else (Look(), recordings, recordings)
     rows = _whole_holds(manifest, measured, uses, held.hold, rows)
     plain = _problem(manifest, measured, uses, target, rows, reject_lines=False)
-    lines = _lines(recordings, uses, plain, model) if tones else ()
+    lines = _recurring(_lines(recordings, uses, plain, model), plain) if tones else ()
     if held.hold is not None:
         lines = tuple(line for line in lines if not _of_hold(line, held.hold, plain))
     if not lines:
@@ -149,6 +149,20 @@ def prepare(
         plain, problem, model, lines, held, rejected, clean.rails,
         partial(_samples, recordings, uses, plain, model, lines),
     )  # fmt: skip
+
+
+def _recurring(lines: tuple[Line, ...], problem: Problem) -> tuple[Line, ...]:
+    """Lines without those that wander and stand in one of several runs alone beside a table: the table shook so."""
+    if not problem.turns or len({block.run for block in problem.fitted}) == 1:
+        return lines
+
+    def again(line: Line) -> bool:
+        """Whether another run has it, as near as either wanders."""
+        far = [max(SAME_LINE, line.frequency_sd, one.frequency_sd) for one in lines]
+        near = [abs(one.frequency - line.frequency) < reach for one, reach in zip(lines, far, strict=True)]
+        return any(close and one.run != line.run for close, one in zip(near, lines, strict=True))
+
+    return tuple(line for line in lines if line.steady or again(line))
 
 
 def _series(manifest: Manifest) -> None:
@@ -177,7 +191,8 @@ def _clean(
 ) -> _Clean:
     rails = find_rails(recordings, target)
     free, clipped = without_rails(recordings, target, rails)
-    lost = lost_rows(free, target, told)
+    # Where the gyro clips, means know nothing of what it would have read: no fault of the reference.
+    lost = tuple(row for row in lost_rows(free, target, told) if not any(_touch(row, clip) for clip in clipped))
     free = tuple(_leaving_out(r, target, run, lost) for run, r in enumerate(free))
     free, outlying = without_outliers(free, target, longest)
     outlying = (*lost, *outlying)
@@ -200,6 +215,10 @@ def _on_tables(recordings: tuple[Recording, ...], rates: list[Channel | None]) -
 
 def _overlap(one: RejectedRows, other: RejectedRows) -> bool:
     return one.run == other.run and one.start < other.stop and other.start < one.stop
+
+
+def _touch(one: RejectedRows, other: RejectedRows) -> bool:
+    return one.run == other.run and one.start <= other.stop and other.start <= one.stop
 
 
 def _leaving_out(recording: Recording, target: str, run: int, rejected: tuple[RejectedRows, ...]) -> Recording:

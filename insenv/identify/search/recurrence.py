@@ -44,6 +44,8 @@ from insenv.identify.search.scan import Reference
 CHANCE, LEAST = 1e-2, 3.0
 #: Effects that know which way the rate changes, as a response does (`Effect.of_response`), though they are none.
 OF_HISTORY = ("scale_factor_hysteresis", "self_heating")
+#: Share of the weights that is nothing.
+ROUNDING = 1e-12
 #: Change of the rate, in its root mean square, up to which a table turns steadily.
 STEADY = 0.1
 #: Share of the line's largest amplitude that a run must be able to show, in this many standard deviations.
@@ -155,7 +157,8 @@ def scattered(values: Floats, deviations: Floats) -> tuple[float, float]:
     w = 1 / deviations**2
     mean = float(values @ w / w.sum())
     q, free = float((values - mean) ** 2 @ w), len(values) - 1
-    between = max(0.0, (q - free) / float(w.sum() - w @ w / w.sum()))
+    room = float(w.sum() - w @ w / w.sum())
+    between = max(0.0, (q - free) / room) if room > ROUNDING * float(w.sum()) else 0.0  # one of them tells it all
     v = 1 / (deviations**2 + between)
     return float(chdtrc(free, q)), float(abs(values @ v) / np.sqrt(v.sum()))
 

@@ -10,7 +10,7 @@ from scipy.signal import butter, sosfilt
 
 from insenv.core.recording import Channel, Floats, Origin, Recording
 from insenv.data.reference import with_reference
-from insenv.identify.clean.doubtful import doubted, rows_told, settled
+from insenv.identify.clean.doubtful import Settled, doubted, rows_told, settled
 from insenv.identify.clean.lost import lost_rows
 from insenv.identify.clean.response import fitted
 
@@ -149,3 +149,21 @@ def test_what_an_instrument_does_at_a_rate_is_no_event(law: str) -> None:
     recording = replace(one, channels={**one.channels, "gyro": replace(one.channels["gyro"], values=bent)})
     parts = doubted((recording,), SPAN, "gyro", (np.ones(N, bool),))
     assert lost_rows((recording,), "gyro", settled(parts)) == ()
+
+
+def test_rounded_rows_at_rest_make_no_event_of_what_moves() -> None:
+    """A bench that stands, and is knocked beside a lag: rows at rest, rounded, scatter by nothing."""
+    t: Floats = DT * np.arange(2400.0)
+
+    def rate(t: Floats) -> Floats:
+        return np.where((t > 10) & (t < 10.3), 4 * np.sin(2 * np.pi * (t - 10) / 0.3), 0.0)
+
+    late = 0.02
+    recording = Recording(
+        t,
+        {
+            "gyro": Channel(np.asarray(np.round(rate(t), 2), np.float64), "rad/s"),
+            "table_rate": Channel(np.asarray(np.round(rate(t - late), 2), np.float64), "rad/s", source="encoder"),
+        },
+    )
+    assert lost_rows((with_reference(recording),), "gyro", (Settled(0, 1, 1.0, 0.0),)) == ()
