@@ -12,11 +12,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from insenv.core.compiled import jit
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats
 
@@ -96,13 +96,7 @@ class Polynomial:
 @lru_cache
 def compiled() -> Callable[..., None]:
     """The loop, compiled when it is first asked for: numba costs more to import than the rest."""
-    import numba
-
-    try:
-        jit: Any = numba.njit(cache=True)(recursion)
-    except RuntimeError:  # nowhere to write the cache
-        jit = numba.njit(recursion)
-    loop: Callable[..., None] = jit
+    loop: Callable[..., None] = jit(recursion)
     return loop
 
 

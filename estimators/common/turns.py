@@ -22,10 +22,10 @@ from dataclasses import dataclass
 from math import cos, isfinite, sin
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from insenv.core.compiled import jit
 from insenv.core.earth import EARTH_RATE
 from insenv.core.estimate import Datasheet
 from insenv.core.recording import GAP, Floats, Recording
@@ -51,10 +51,7 @@ _SEEN, _TIME, _LAST, _ORIGIN, _ROWS, _DONE, _NUMBER = range(7)
 
 def compiled(kernel: Callable[..., Any]) -> Callable[..., Any]:
     """The kernel compiled when it is first used, and kept on disk where there is a place for it."""
-    try:
-        machine: Callable[..., Any] = numba.njit(cache=True)(kernel)
-    except RuntimeError:  # no place to write
-        machine = numba.njit(kernel)
+    machine: Callable[..., Any] = jit(kernel)
     return machine
 
 

@@ -16,11 +16,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
 from estimators.north_finder.kernel import ORDERS
+from insenv.core.compiled import jit
 from insenv.core.recording import Floats
 
 #: Points at which a piece is looked at; the fourth harmonic turns by 40 deg between two at 30 deg/s for 4 s.
@@ -32,13 +32,7 @@ _SAME = 5e-3
 @lru_cache
 def compiled() -> Callable[..., None]:
     """The loop, compiled when it is first asked for."""
-    import numba
-
-    try:
-        jit: Any = numba.njit(cache=True)(look)
-    except RuntimeError:  # nowhere to write the cache
-        jit = numba.njit(look)
-    loop: Callable[..., None] = jit
+    loop: Callable[..., None] = jit(look)
     return loop
 
 

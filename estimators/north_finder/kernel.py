@@ -26,10 +26,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
+from insenv.core.compiled import jit
 from insenv.core.recording import Floats
 
 #: Highest harmonic of the encoder.
@@ -64,14 +64,8 @@ def width(size: int) -> int:
 @lru_cache
 def compiled() -> Callable[..., None]:
     """The loop, compiled when it is first asked for: numba costs more to import than the rest."""
-    import numba
-
     # A product and a sum may be rounded as one: a sixth faster, and the same for every row and chunk.
-    try:
-        jit: Any = numba.njit(cache=True, fastmath={"contract"})(accumulate)
-    except RuntimeError:  # nowhere to write the cache
-        jit = numba.njit(fastmath={"contract"})(accumulate)
-    loop: Callable[..., None] = jit
+    loop: Callable[..., None] = jit(accumulate, fastmath={"contract"})
     return loop
 
 

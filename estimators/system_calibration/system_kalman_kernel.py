@@ -14,25 +14,14 @@ Each row runs alone through the same loop: chunks and batches make no difference
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
-import numba
 import numpy as np
 
+from insenv.core.compiled import jit
 from insenv.navigation.kernel import static_step, turn_of_navigation
 
 #: Places in the array of a row: quaternion, velocity, increments of the sample before, whether it was a turn's, values
 #: of the states.
 QUATERNION, VELOCITY, BEFORE, TURNED, STATE = 0, 4, 7, 13, 14
-
-
-def jit(function: Callable[..., Any]) -> Any:
-    """Compile for good where there is a place to keep it."""
-    try:
-        return numba.njit(cache=True)(function)
-    except RuntimeError:  # nowhere to write the cache
-        return numba.njit(function)
 
 
 @jit

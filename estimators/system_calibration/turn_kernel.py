@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from estimators.system_calibration.system_kalman_kernel import jit
+from insenv.core.compiled import jit
 
 
 @jit

@@ -19,10 +19,8 @@ Each row runs alone through the same loop: chunks and batches make no difference
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any
 
-import numba
+from insenv.core.compiled import jit
 
 #: Time that is one in the sums [s].
 SPAN = 300.0
@@ -37,14 +35,6 @@ REST, LEFT, COUNT, START, BEFORE, TIME, LAST, J, BLOCK, FILL, TWIST, WIDTH = 0, 
 POWERS, MOMENTS, BEGAN, J_START, A_START, TWIST_START, SUMS = 0, 7, 19, 20, 29, 38, 47
 #: A block: rest that it lies in whole (-1: none), time of its end, mean velocity east and north, J and S at its end.
 WHERE, END, MEAN, J_END, TWIST_END, CELL = 0, 1, 2, 4, 13, 22
-
-
-def jit(function: Callable[..., Any]) -> Any:
-    """Compile for good where there is a place to keep it."""
-    try:
-        return numba.njit(cache=True)(function)
-    except RuntimeError:  # nowhere to write the cache
-        return numba.njit(function)
 
 
 @jit

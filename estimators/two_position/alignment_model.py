@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import math
 
-from estimators.two_position.alignment_kernel import A_START, BEGAN, J_START, TWIST_START, frame, jit
+from estimators.two_position.alignment_kernel import A_START, BEGAN, J_START, TWIST_START, frame
+from insenv.core.compiled import jit
 
 
 @jit

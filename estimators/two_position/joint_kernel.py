@@ -18,8 +18,9 @@ from __future__ import annotations
 
 import math
 
-from estimators.two_position.alignment_kernel import CELL, END, J_END, MEAN, TWIST_END, WHERE, jit
+from estimators.two_position.alignment_kernel import CELL, END, J_END, MEAN, TWIST_END, WHERE
 from estimators.two_position.alignment_model import force
+from insenv.core.compiled import jit
 
 #: Variance of the velocity at the start of a rest [m^2/s^2]: it may be anything.
 FREE = 1.0

@@ -5,7 +5,8 @@
 from __future__ import annotations
 
 from estimators.common.least_squares import recursion
-from estimators.two_position.alignment_kernel import BEFORE, SPAN, jit
+from estimators.two_position.alignment_kernel import BEFORE, SPAN
+from insenv.core.compiled import jit
 
 _recursion = jit(recursion)
 

@@ -10,10 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
+from insenv.core.compiled import jit
 from insenv.core.earth import earth_rate_enu, gravity
 from insenv.core.recording import Floats
 from insenv.information.alignment import Instrument, step_model
@@ -114,13 +114,7 @@ def _matrices(instrument: Instrument, heading: float, dt: float) -> tuple[Floats
 @lru_cache
 def _compiled() -> Callable[..., None]:
     """The loop, compiled when it is first asked for."""
-    import numba
-
-    try:
-        jit: Any = numba.njit(cache=True)(_looked)
-    except RuntimeError:  # nowhere to write the cache
-        jit = numba.njit(_looked)
-    loop: Callable[..., None] = jit
+    loop: Callable[..., None] = jit(_looked)
     return loop
 
 

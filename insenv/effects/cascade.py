@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from insenv.core.compiled import jit
 from insenv.core.recording import Floats
 
 
@@ -37,12 +38,7 @@ def cascade(sections: Floats, x: Floats, state: Floats | None = None) -> tuple[F
 
 @lru_cache
 def _compiled() -> Any:
-    import numba
-
-    try:
-        return numba.njit(cache=True)(_filtered)
-    except RuntimeError:  # nowhere to write the cache
-        return numba.njit(_filtered)
+    return jit(_filtered)
 
 
 def _filtered(sections, y, state):

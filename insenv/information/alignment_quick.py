@@ -11,9 +11,9 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Any
 
-import numba
 import numpy as np
 
+from insenv.core.compiled import jit
 from insenv.core.earth import earth_rate_enu, gravity
 from insenv.core.recording import Floats
 from insenv.information.alignment import Instrument, Stretch, step_model, unknowing
@@ -25,11 +25,8 @@ _SAME = 1e-9
 
 
 def compiled(function: Callable[..., Any]) -> Any:
-    """The function compiled when it is first used, and kept on disk where there is a place for it."""
-    try:
-        return numba.njit(cache=True, error_model="numpy")(function)
-    except RuntimeError:  # nowhere to write the cache
-        return numba.njit(function)
+    """The function compiled, with divisions as NumPy has them."""
+    return jit(function, error_model="numpy")
 
 
 def installation_sd(instrument: Instrument, stretches: Sequence[Stretch], heading: float = 0.0) -> float:

@@ -27,12 +27,9 @@ Each row runs through the same scalar code alone, without reordered sums: chunks
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any
-
-import numba
 
 from insenv.core import earth
+from insenv.core.compiled import jit
 
 #: Half angles whose square is smaller need no library function: the first term left out is below 1e-17.
 _SMALL = 0.01
@@ -51,19 +48,12 @@ _G = earth.EQUATOR_GRAVITY
 _K = earth.SOMIGLIANA
 
 
-def _compiled(function: Callable[..., Any]) -> Any:
-    try:
-        return numba.njit(cache=True)(function)
-    except RuntimeError:  # nowhere to write the cache
-        return numba.njit(function)
-
-
-@_compiled
+@jit
 def _cross(a, b):
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-@_compiled
+@jit
 def _turns(v):
     """``exp(v / 2) - 1`` as a quaternion, and k1 and k2 of ``|v|``."""
     x2 = 0.25 * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
@@ -82,7 +72,7 @@ def _turns(v):
     return (less, half * v[0], half * v[1], half * v[2]), 0.5 * ratio * ratio, k2
 
 
-@_compiled
+@jit
 def _product(p, q):
     return (
         p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3],
@@ -92,7 +82,7 @@ def _product(p, q):
     )
 
 
-@_compiled
+@jit
 def _in_navigation_axes(q, w):
     """C_b^n w."""
     v = (q[1], q[2], q[3])
@@ -102,7 +92,7 @@ def _in_navigation_axes(q, w):
     return w[0] + q[0] * t[0] + u[0], w[1] + q[0] * t[1] + u[1], w[2] + q[0] * t[2] + u[2]
 
 
-@_compiled
+@jit
 def _body(alpha, nu, alpha0, nu0):
     """``exp(phi / 2) - 1``, and w in body axes at the start of the interval."""
     c = _cross(alpha0, alpha)
@@ -117,7 +107,7 @@ def _body(alpha, nu, alpha0, nu0):
     return turn, (w0, w1, w2)
 
 
-@_compiled
+@jit
 def _seen_from_turning_axes(zeta, u):
     """``(1 - zeta x / 2 + zeta x zeta x / 12) u``."""
     once = _cross(zeta, u)
@@ -129,7 +119,7 @@ def _seen_from_turning_axes(zeta, u):
     )
 
 
-@_compiled
+@jit
 def _turned(q, navigation, body):
     """``(1 + navigation) q (1 + body)``, normalised.
 
@@ -142,7 +132,7 @@ def _turned(q, navigation, body):
     return q0 + k * q0, q1 + k * q1, q2 + k * q2, q3 + k * q3
 
 
-@_compiled
+@jit
 def _gravity(sin2, root, altitude):
     """Scalar form of `insenv.core.earth.gravity`; root : sqrt(1 - e^2 sin2)."""
     ratio = altitude * _PER_A
@@ -150,7 +140,7 @@ def _gravity(sin2, root, altitude):
     return surface * (1.0 - 2.0 * (_SLOPE - 2.0 * _F * sin2) * ratio + 3.0 * ratio * ratio)
 
 
-@_compiled
+@jit
 def static_step(q, v, a, f, before, zeta, navigation, fall):  # noqa: PLR0913 -- scalars and short tuples
     """Quaternion and velocity after an interval with increments ``a`` and ``f``; ``before``: those of the last one."""
     body, w = _body(a, f, before[0], before[1])
@@ -158,13 +148,13 @@ def static_step(q, v, a, f, before, zeta, navigation, fall):  # noqa: PLR0913 --
     return _turned(q, navigation, body), (v[0] + u[0], v[1] + u[1], v[2] + (u[2] - fall))
 
 
-@_compiled
+@jit
 def turn_of_navigation(zeta):
     """``exp(-zeta / 2) - 1`` as a quaternion, for `static_step`."""
     return _turns((-zeta[0], -zeta[1], -zeta[2]))[0]
 
 
-@_compiled
+@jit
 def static(gyro, accelerometer, dt, keep, rows, results):
     """Run the rows on, in place: no velocity in Coriolis acceleration and transport rate.
 
@@ -199,7 +189,7 @@ def static(gyro, accelerometer, dt, keep, rows, results):
         r[13], r[14], r[15] = f0
 
 
-@_compiled
+@jit
 def _turning(rate, per, v, dt):
     """``omega_in dt`` and ``(2 omega_ie + omega_en) x v dt`` at the velocity v."""
     north, up = rate[0] * dt, rate[1] * dt
@@ -207,7 +197,7 @@ def _turning(rate, per, v, dt):
     return zeta, _cross((zeta[0], zeta[1] + north, zeta[2] + up), v)
 
 
-@_compiled
+@jit
 def _advance(u, v, p, dt):
     """Velocity and position after ``dt``, and zeta; the force's ``u`` is in the axes of the interval's start.
 
@@ -240,7 +230,7 @@ def _advance(u, v, p, dt):
     return w, moved, zeta
 
 
-@_compiled
+@jit
 def full(gyro, accelerometer, dt, keep, rows, results):
     """As `static`, with the velocity fed back; the third of the results, (R, m, 3), is the position."""
     velocity, attitude, position = results

@@ -21,18 +21,15 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-import numba
 import numpy as np
 
+from insenv.core.compiled import jit
 from insenv.plants.vehicle_turn import SAME
 
 
 def compiled(function: Callable[..., Any]) -> Any:
-    """The function compiled when it is first used, and kept on disk where there is a place for it."""
-    try:
-        return numba.njit(cache=True, error_model="numpy")(function)
-    except RuntimeError:  # nowhere to write the cache
-        return numba.njit(function)
+    """The function compiled, with divisions as NumPy has them."""
+    return jit(function, error_model="numpy")
 
 
 @compiled

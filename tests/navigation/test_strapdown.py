@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from insenv.core import earth
 from insenv.core.attitude import dcm_from_angles, dcm_from_rotation_vector, misaligned, misalignment
+from insenv.core.compiled import jit
 from insenv.core.errors import InputError
 from insenv.navigation import kernel as strapdown_kernel
 from insenv.navigation import strapdown
@@ -386,7 +387,7 @@ def test_a_folder_without_a_cache_still_computes(monkeypatch: pytest.MonkeyPatch
         return njit(*args, **options)
 
     monkeypatch.setattr(numba, "njit", without_cache)
-    assert strapdown_kernel._compiled(lambda x: 2 * x)(3.0) == 6.0
+    assert jit(lambda x: 2 * x)(3.0) == 6.0
 
 
 # ------------------------------------------------------------------------------------------------------ bad input

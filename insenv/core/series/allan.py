@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from insenv.core.compiled import jit
 from insenv.core.errors import InputError
 
 Floats = NDArray[np.float64]
@@ -173,13 +174,8 @@ def _squared_second_differences(x: Floats, factors: NDArray[np.int64]) -> Floats
 
 @lru_cache(maxsize=4)
 def _compiled(kernel: Callable[..., Floats]) -> Any:
-    import numba  # here and not above: it costs more to import than the rest of the core
-
     allowed = {"reassoc", "contract", "nsz"}  # lets the sum be vectorised, keeps NaN and infinity exact
-    try:
-        return numba.njit(cache=True, fastmath=allowed)(kernel)
-    except RuntimeError:  # no folder that a cache can be written to
-        return numba.njit(fastmath=allowed)(kernel)
+    return jit(kernel, fastmath=allowed)
 
 
 def _power_laws(x: Floats, factors: NDArray[np.int64]) -> NDArray[np.int64]:

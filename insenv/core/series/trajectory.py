@@ -27,6 +27,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from insenv.core.compiled import jit
 from insenv.core.series.stretches import stretches
 
 Floats = NDArray[np.float64]
@@ -421,9 +422,4 @@ def _smoother(known, steps, q, states, covariances, innovations, spreads):  # ty
 @lru_cache
 def _kernels() -> tuple[Any, Any]:
     """Filter and smoother, compiled."""
-    import numba  # here and not above: it costs more to import than the rest of the core
-
-    try:
-        return numba.njit(cache=True)(_filtered), numba.njit(cache=True)(_smoother)
-    except RuntimeError:  # nowhere to keep what was compiled
-        return numba.njit(_filtered), numba.njit(_smoother)
+    return jit(_filtered), jit(_smoother)

@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 
+from insenv.core.compiled import jit
 from insenv.core.recording import Floats
 
 
@@ -33,12 +34,7 @@ def turned(rates: Floats, dt: Floats, matrix: Floats) -> tuple[Floats, Floats]:
 
 @cache
 def _compiled() -> Any:
-    import numba
-
-    try:
-        return numba.njit(cache=True)(_turn)
-    except RuntimeError:  # nowhere to write the cache
-        return numba.njit(_turn)
+    return jit(_turn)
 
 
 def _turn(rates, dt, c, t):
