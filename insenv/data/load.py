@@ -31,6 +31,8 @@ SI_UNITS = {"rate": "rad/s", "acceleration": "m/s^2", "angle": "rad", "temperatu
 LARGEST = 1e12
 #: No clock shows as many seconds: the year 5138.
 LAST_SECOND = 1e11
+#: Name of the column beside that of the time, where a stamp stands in two.
+_NANOSECONDS = "nanoseconds"
 #: More than this share of steps off by more than half a period is no even sampling.
 UNEVEN_SHARE = 0.05
 #: Most rows at an end that may be strays, and least rows that there must be for each of them.
@@ -201,13 +203,16 @@ def _without_copies(manifest: Manifest, run: RunSpec, table: Table, t: Floats) -
 def columns(manifest: Manifest, file: Path | None = None) -> list[Column]:
     """Columns that the manifest's channels want of the run's file, or of the ``file`` that some of them have.
 
-    A time that is told by its rate has none.
+    A time that is told by its rate has none, one in two columns has both.
     """
-    return [
+    found = [
         Column(name, spec.column, label=name == "segment")
         for name, spec in manifest.channels.items()
         if spec.file == file and (name != "time" or (spec.rate is None and spec.column != "row"))
     ]
+    spec = manifest.channels.get("time")
+    beside = [] if spec is None or spec.nanoseconds is None or file is not None else [spec.nanoseconds]
+    return found + [Column(_NANOSECONDS, key) for key in beside]
 
 
 def _with_other_files(manifest: Manifest, run: RunSpec, table: Table) -> Table:
@@ -253,7 +258,11 @@ def time(manifest: Manifest, run: RunSpec, table: Table, first: int = 0) -> Floa
     if spec.rate is not None or spec.column == "row":
         rows = np.arange(first, first + len(table)) if table.index is None else table.index
         return rows / (spec.rate or 1.0)
-    return _scaled(manifest, run, table, "time", "time")
+    if "time" in table.stamped and spec.unit not in (None, "s"):
+        wanted = "wanted 's', for dates are read in seconds"
+        raise InputError(f"{manifest.path}: channels.time.unit = '{spec.unit}' of a column of dates; {wanted}")
+    t = _scaled(manifest, run, table, "time", "time")
+    return t if spec.nanoseconds is None else t + 1e-9 * table.values[_NANOSECONDS]
 
 
 def _channel(manifest: Manifest, run: RunSpec, table: Table, name: str, dt: float | Floats) -> Channel:

@@ -23,6 +23,7 @@ from insenv.data.guess.heading import read_heading
 from insenv.data.guess.listing import listing
 from insenv.data.guess.written import manifest_text
 from insenv.data.init import fault, init
+from insenv.data.load import read_recordings
 from insenv.data.manifest import load_manifest
 
 DT = 0.01
@@ -508,3 +509,64 @@ def test_units_of_a_tool_are_taken_where_its_stamps_run_as_they_must(tmp_path: P
     in_degrees = {n: v / DEG if n.startswith("omega") else v for n, v in theirs.items()}
     found = {c.name: c.unit for c in drafted(table(path, {"timestamp": TIME["time"], **in_degrees})).channels}
     assert (found["time"].value, found["gyro_x"].value) == ("s", None)
+
+
+PHONES = {
+    "phyphox": ("Gyroscope.csv", "Time (s),X (rad/s),Y (rad/s),Z (rad/s)", {"time": "s", "gyro_x": "rad/s"}),
+    "its accelerometer": ("data.csv", "Time (s),X (m/s^2),Y (m/s^2),Z (m/s^2)", {"time": "s", "accel_y": "m/s^2"}),
+    "Sensor Logger": ("Gyroscope.csv", "seconds_elapsed,z,y,x", {"time": "s", "gyro_z": None}),
+    "millis": ("GyroTest.csv", "Milliseconds,X,Y,Z", {"time": "ms", "gyro_x": None}),
+}
+
+
+@pytest.mark.parametrize(("name", "headings", "expected"), PHONES.values(), ids=PHONES)
+def test_axes_alone_are_what_the_unit_or_the_file_says(
+    name: str, headings: str, expected: Mapping[str, str | None], tmp_path: Path
+) -> None:
+    step = 10.0 if "Milli" in headings else 0.01
+    values = np.random.default_rng(3).standard_normal((400, 3)) * 0.01
+    columns = dict(zip(headings.split(","), [step * np.arange(400), *values.T], strict=True))
+    found = units(drafted(table(tmp_path / name, columns)))
+    assert {key: found[key] for key in expected} == expected
+    assert len(found) == 4
+
+
+def test_columns_of_one_clock_are_one_time_and_of_two_are_asked(tmp_path: Path) -> None:
+    t = 0.01 * np.arange(400) + 0.12
+    gyro = np.random.default_rng(3).standard_normal(400) * 0.01
+    twice = {"time": np.rint((1_717_013_147 + t) * 1e9), "seconds_elapsed": t, "gyro [rad/s]": gyro}
+    found = drafted(table(tmp_path / "twice.csv", twice))
+    assert not asked(found)
+    assert found.left_out in {("time",), ("seconds_elapsed",)}
+    late = {"time [s]": t, "stamp [s]": t + 0.022, "gyro [rad/s]": gyro}
+    assert set(asked(drafted(table(tmp_path / "late.csv", late)))) == {"time.column"}
+
+
+def test_a_table_merged_of_two_sources_keeps_the_rows_of_the_faster(tmp_path: Path) -> None:
+    """Columns of the slower source are left out, and so are its rows; a stamp in two columns is one time."""
+    lines = ["gps_sec,lat,stamp_sec,stamp_nanosec,gyro_z [rad/s]"]
+    for i in range(1200):
+        if i % 40 == 20:
+            lines.append(f"{1_729_521_988 + i // 40},42.3,,,")
+        stamp = 570_443_003 + 25_000_000 * i
+        lines.append(f",,{1_729_521_988 + stamp // 10**9},{stamp % 10**9},{1e-3 * np.sin(0.3 * i):.6f}")
+    (tmp_path / "merged.csv").write_text("\n".join(lines) + "\n")
+    found = drafted(tmp_path / "merged.csv")
+    assert units(found) == {"time": "s", "gyro": "rad/s"}
+    time = next(channel for channel in found.channels if channel.name == "time")
+    assert (time.column, dict(time.extra)) == ("stamp_sec", {"nanoseconds": "stamp_nanosec"})
+    assert found.read == {"incomplete": "leave out"}
+    (tmp_path / "m.toml").write_text(manifest_text(found, tmp_path / "m.toml"))
+    recording = read_recordings(load_manifest(tmp_path / "m.toml"))[0]
+    np.testing.assert_allclose(np.diff(recording.t), 0.025, atol=1e-6)
+
+
+def test_lines_that_name_their_values_are_drafted(tmp_path: Path) -> None:
+    values = np.random.default_rng(3).integers(-40, 40, (400, 3)).tolist()
+    lines = [f"Gyro X: {x}, Y: {y}, Z: {z}" for x, y, z in values]
+    (tmp_path / "serial.txt").write_text("\n".join(lines) + "\n")
+    found = drafted(tmp_path / "serial.txt")
+    assert {channel.name: channel.column for channel in found.channels if channel.name != "time"} == {
+        f"gyro_{axis}": f"Gyro {axis.upper()}" for axis in "xyz"
+    }
+    assert set(asked(found)) == {"time.rate", "gyro.unit"}

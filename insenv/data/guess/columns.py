@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import permutations
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from insenv.core.errors import InputError
 from insenv.core.recording import Floats
 from insenv.data.guess import numbers
 from insenv.data.guess.draft import Question, Sure
-from insenv.data.guess.heading import Heading, read_heading
+from insenv.data.guess.heading import Heading, kind_of, read_heading, unit_in
 from insenv.data.guess.listing import Listed, Listing
 from insenv.data.manifest.spec import CHANNELS
 
@@ -27,11 +28,12 @@ SHORTEST = 5e-5
 
 @dataclass(frozen=True)
 class Role:
-    """A column with the channel that it is."""
+    """A column with the channel that it is; of a time in two columns, ``beside`` it that of the nanoseconds."""
 
     column: Listed
     heading: Heading
     sure: Sure = "stated"
+    beside: Listed | None = None
 
 
 @dataclass(frozen=True)
@@ -65,8 +67,9 @@ def assign(listing: Listing, answers: Mapping[str, str]) -> Roles:
     headings = [read_heading(c.heading, c.row_unit) for c in columns]
     headings = _letters(columns, headings)
     known = _is_convention(columns)
+    headings = [Heading("time", unit="s") if c.stamped else h for c, h in zip(columns, headings, strict=True)]
     named = [Role(c, _with_known_unit(c, h) if known else h) for c, h in zip(columns, headings, strict=True)]
-    roles = _by_heading(named) if any(c.heading for c in columns) else _by_numbers(listing)
+    roles = _by_heading(_of_file(named, listing.file.stem)) if any(c.heading for c in columns) else _by_numbers(listing)
     return _instruments_asked(_chosen(roles, columns, answers), listing, columns)
 
 
@@ -87,6 +90,19 @@ def _is_convention(columns: Sequence[Listed]) -> bool:
     return bool(stamps) and all(
         numbers.clock(c.values).step * numbers.SECONDS[str(c.known_unit)] > SHORTEST for c in stamps
     )
+
+
+def _of_file(named: Sequence[Role], stem: str) -> Sequence[Role]:
+    """Columns that are headed by their axes alone are what the file's name says: Gyroscope.csv of a phone."""
+    kind = kind_of(stem)
+    bare = [role.heading.kind == "" and bool(role.heading.axis) for role in named]
+    if kind not in ("gyro", "accel") or any(role.heading.kind in ("gyro", "accel") for role in named):
+        return named
+    unit = [unit_in(r.heading.written, kind) if r.heading.written else r.heading.unit for r in named]
+    return [
+        replace(r, heading=replace(r.heading, kind=kind, unit=u)) if b else r
+        for r, b, u in zip(named, bare, unit, strict=True)
+    ]
 
 
 def _with_known_unit(column: Listed, heading: Heading) -> Heading:
@@ -126,11 +142,25 @@ def _by_heading(named: Sequence[Role]) -> Roles:
             found.setdefault(kind, []).append(role)
         else:
             left.append(role.column.heading or f"column {role.column.key}")
+    if "time" in found:
+        found["time"] = _joined(found["time"])
     found = _alone(_sound(found, left))
     for kind in ("gyro", "accel"):
         if all(f"{kind}_{axis}" in found for axis in AXES) and kind in found:
             left += [role.column.heading for role in found.pop(kind)]  # beside a triad: its magnitude, a copy
     return _one_each(found, left)
+
+
+def _joined(times: list[Role]) -> list[Role]:
+    """Columns of time, those of whole seconds with the nanoseconds beside them, as ROS writes a stamp, made one."""
+    for whole, fine in permutations(times, 2):
+        a, b = whole.column.values, fine.column.values
+        parts = np.all(a == np.rint(a)) and np.all(b == np.rint(b)) and b.min() >= 0 and 1e8 < b.max() < 1e9
+        both = a + 1e-9 * b
+        if parts and np.any(np.diff(b) < 0) and np.mean(np.diff(both) > 0) > np.mean(np.diff(b) > 0):
+            one = Role(replace(whole.column, values=both), Heading("time", unit="s"), "numbers", fine.column)
+            return [one, *(role for role in times if role is not whole and role is not fine)]
+    return times
 
 
 def _sound(found: dict[str, list[Role]], left: list[str]) -> dict[str, list[Role]]:
@@ -172,16 +202,44 @@ def _one_each(found: Mapping[str, Sequence[Role]], left: list[str]) -> Roles:
             roles[name] = several[0]
             continue
         headings = [r.column.heading for r in several]
+        if name == "time" and (finest := _one_clock(several)) is not None:
+            left += [r.column.heading for r in several if r is not finest]
+            roles[name] = replace(finest, sure="assumed")
+            continue
         if name in ("temperature", "power"):
             left += headings[1:]
             roles[name] = replace(several[0], sure="assumed")
             continue
+        if len(set(headings)) < len(headings):
+            headings = [
+                f"{r.column.heading} (column {i})"
+                for r, i in zip(several, [r.column.key for r in several], strict=True)
+            ]
         left += headings
         what = {"gyro": "a gyro", "accel": "an accelerometer"}.get(name, name.replace("_", " "))
         hint = next((r.column.heading for r in several if r.heading.unit), "") if name == "time" else ""
         text = f"Several columns read like {what}: {', '.join(headings)}. Which one?"
         questions.append(Question(f"{name}.column", text, hint, choices=(*headings, "-")))
     return Roles(roles, tuple(left), tuple(questions))
+
+
+def _one_clock(several: Sequence[Role]) -> Role | None:
+    """The finest of columns that show one clock, in other units from other zeros; None of several clocks."""
+    finest = max(several, key=lambda r: (len(np.unique(r.column.values)), r.heading.unit is not None))
+    t = finest.column.values - finest.column.values[0]
+    for role in several:
+        other = role.column.values - role.column.values[0]
+        steps = np.diff(other)
+        away = other - np.polyval(np.polyfit(t, other, 1), t)
+        resolution = max(float(np.min(steps[steps > 0])), float(np.median(steps)))
+        zero = (
+            role.column.values[0] - finest.column.values[0]
+            if role.heading.unit == finest.heading.unit is not None
+            else 0.0
+        )
+        if max(float(np.abs(away).max()), abs(zero)) > resolution:
+            return None
+    return finest
 
 
 # ------------------------------------------------------------------------------------- without headings

@@ -17,7 +17,7 @@ from insenv.core.recording import Floats
 from insenv.core.units import quantity, scale_to_si
 from insenv.data.guess import numbers, rates
 from insenv.data.guess.columns import AXES, Roles, assign
-from insenv.data.guess.draft import Channel, Choice, Draft, Question
+from insenv.data.guess.draft import Channel, Choice, Draft, Extra, Question
 from insenv.data.guess.heading import is_unit
 from insenv.data.guess.listing import Listing
 from insenv.data.guess.rates import Units
@@ -137,7 +137,8 @@ def _time(said: _Said, roles: Roles, listing: Listing, answers: Mapping[str, str
     clock = numbers.clock(role.column.values)
     heading, column = role.column.heading, role.column.key
     choice = _time_unit(said, role.heading.unit, clock, answers, heading or f"column {column}")
-    said.channels.append(Channel("time", column, heading, choice))
+    extra: Extra = {} if role.beside is None else {"nanoseconds": role.beside.key}
+    said.channels.append(Channel("time", column, heading, choice, extra))
     if choice.value is None:
         return None
     return scale_to_si(choice.value, "time", "time.unit")[0] * clock.step
@@ -156,6 +157,9 @@ def _rate(said: _Said, listing: Listing, answers: Mapping[str, str]) -> float | 
         choice = Choice(f"{listing.rate:g} Hz", "a line above the header", "stated")
         said.channels.append(Channel("time", None, "", choice))
         return 1.0 / listing.rate
+    if any(question.key == "time.column" for question in said.questions):
+        said.channels.append(Channel("time", None, "", Choice(None, "several columns of time", "open")))
+        return None
     text = (
         "No column is a time that runs forwards. At which rate were the rows taken? ('row': a row counts as a second)"
     )

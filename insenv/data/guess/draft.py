@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Literal
 
 Sure = Literal["stated", "answered", "numbers", "assumed", "open"]
-Extra = Mapping[str, str | bool | float]
+Extra = Mapping[str, str | bool | float | int]
 
 
 @dataclass(frozen=True)

@@ -109,7 +109,7 @@ _SUFFIXES: Mapping[str, tuple[str, str]] = {
     **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), ("time", "s")),
     **dict.fromkeys(("ms", "msec", "millis", "milliseconds", "mstime"), ("time", "ms")),
     **dict.fromkeys(("us", "usec", "micros", "microseconds", "ustime", "timeus"), ("time", "us")),
-    **dict.fromkeys(("ns", "nsec", "nanos", "nanoseconds"), ("time", "ns")),
+    **dict.fromkeys(("ns", "nsec", "nsecs", "nanos", "nanosec", "nanosecs", "nanoseconds"), ("time", "ns")),
     **dict.fromkeys(("min", "mins", "minute", "minutes"), ("time", "min")),
     **dict.fromkeys(("h", "hr", "hrs", "hour", "hours"), ("time", "h")),
     **dict.fromkeys(("d", "day", "days"), ("time", "day")),
@@ -171,11 +171,25 @@ def read_heading(text: str, row_unit: str | None = None) -> Heading:
     unit = unit_in(bracket, kind) if bracket else _suffix(tokens, kind, increment)
     if kind == "table" and unit is not None:
         kind = "table_rate" if is_unit(unit, "rate") else "table_angle"
-    if kind in ("", "rate") and axis and bracket and is_unit(unit_in(bracket, "gyro") or "", "rate"):
-        kind, unit = "gyro", unit_in(bracket, "gyro")
+    if kind in ("", "rate") and axis and bracket:  # "X (rad/s)", as phones write it
+        kind, unit = _by_unit(kind, bracket)
     if unit is not None and not increment and kind in INCREMENT and is_unit(unit, INCREMENT[kind]):
         bracket, unit = unit, None  # people write rad for rad/s: whether it is an increment is asked
     return Heading(kind, axis, unit, bracket if unit is None else None, increment)
+
+
+def _by_unit(kind: str, text: str) -> tuple[str, str | None]:
+    """The instrument that reads in a unit, and the unit; the ``kind`` that it was where there is none."""
+    for one in ("gyro", "accel"):
+        if is_unit(unit := unit_in(text, one) or "", DIMENSION[one]):
+            return one, unit
+    return kind, unit_in(text, kind)
+
+
+def kind_of(name: str) -> str:
+    """The channel that a name speaks of, as "gyro" of "Gyroscope.csv"; "" for none."""
+    tokens, axis = _axis(_tokens(name))
+    return _kind(tokens, axis)
 
 
 def _tokens(name: str) -> list[str]:
@@ -225,7 +239,9 @@ def _kind(tokens: Iterable[str], axis: str) -> str:  # noqa: C901, PLR0911, PLR0
     letters = {_LETTER[word[0]] for word in words if word.endswith("?")}
     if letters:
         return letters.pop()
-    if words & _TIME or words & {"ms", "us", "ns"} == words:
+    if words & _TIME or (
+        words and words <= {one for one, (of, _) in _SUFFIXES.items() if of == "time" and len(one) > 1}
+    ):
         return "time"
     if words & _SEGMENT:
         return "segment"
@@ -249,7 +265,7 @@ def _suffix(tokens: list[str], kind: str, increment: bool) -> str | None:
     for count in range(min(4, len(tokens)), 0, -1):
         found = _SUFFIXES.get("_".join(tokens[-count:]))
         # "s" of "samples_s" is a unit; the word that names the channel is none, but for those that are both.
-        if found and found[0] in dimensions and (count < len(tokens) or tokens[-1] in _TIME | {"rpm", "dps"}):
+        if found and found[0] in dimensions and (count < len(tokens) or kind == "time" or tokens[-1] in {"rpm", "dps"}):
             return found[1]
     return None
 

@@ -20,12 +20,13 @@ from insenv.core.errors import InputError
 from insenv.core.recording import Floats, Mounting, Site
 from insenv.data.manifest.checks import SUFFIXES
 from insenv.data.manifest.spec import Reading, RunSpec
-from insenv.data.readers import Column, arrays, rdata, read_table, spreadsheet
+from insenv.data.readers import MOST_INCOMPLETE, Column, arrays, labelled, rdata, read_table, spreadsheet
 from insenv.data.readers.conventions import unit_of
 from insenv.data.readers.novatel import NAMES
 from insenv.data.readers.rows import is_number
+from insenv.data.readers.stamps import second
 from insenv.data.readers.table import decoding
-from insenv.data.readers.text import Line
+from insenv.data.readers.text import Line, labelled_names
 
 #: Of a text file so much is looked at for its layout, and so many lines.
 HEAD_BYTES, HEAD_LINES = 400_000, 400
@@ -44,13 +45,17 @@ _Named = list[tuple[str | int, str, str | None]]
 
 @dataclass(frozen=True)
 class Listed:
-    """One column: ``key`` for the manifest, heading ("" where there is none), the unit row's word, numbers."""
+    """One column: ``key`` for the manifest, heading ("" where there is none), the unit row's word, numbers.
+
+    ``stamped``: they were dates or times of day, read in seconds.
+    """
 
     key: str | int
     heading: str
     values: Floats
     row_unit: str | None = None
     known_unit: str | None = None
+    stamped: bool = False
 
 
 @dataclass(frozen=True)
@@ -96,7 +101,10 @@ class Listing:
 
 @dataclass(frozen=True)
 class _Layout:
-    """Layout of a text: delimiter, header cells, line of the header, line of the first row, which columns are what."""
+    """Layout of a text: delimiter, header cells, line of the header, line of the first row, which columns are what.
+
+    ``filled``: columns of numbers that most rows have; in a table merged of two sources the slower one's are not.
+    """
 
     delimiter: str | None
     names: tuple[str, ...]
@@ -107,6 +115,7 @@ class _Layout:
     width: int
     rate: float | None = None
     texts: tuple[int, ...] = field(default=())
+    filled: tuple[int, ...] = field(default=())
 
 
 def listing(path: Path, names: Sequence[str] = ()) -> Listing:
@@ -209,6 +218,9 @@ def _text(path: Path, kind: str) -> Listing:
     if b"\0" in content:
         known = f"one of {', '.join(SUFFIXES)}"
         raise InputError(f"{path}: is no text; wanted {known}, or a manifest by hand with format = 'float64-le'")
+    if kind != "xlsx" and (found := labelled_names(path, content[: content.rfind(b"\n") + 1])) is not None:
+        line, names = found
+        return _labelled(path, content[line.start :].decode("utf-8", "replace"), [(n, n, None) for n in names])
     layout = _layout(path, content.decode("utf-8-sig", "replace"))
     named: _Named = (
         [(layout.names[i], layout.names[i], layout.units[i]) for i in layout.numeric] if layout.names else []
@@ -231,6 +243,16 @@ def _text(path: Path, kind: str) -> Listing:
     return replace(whole, columns=tuple(replace(c, known_unit=_known(headings, index[c.key])) for c in whole.columns))
 
 
+def _labelled(path: Path, head: str, named: _Named) -> Listing:
+    """The file of lines that name their values; a value that many lack, then lines that lack one are left out."""
+    try:
+        return _read(path, "text", named)
+    except InputError:
+        rows = [row.split(",") for row in labelled.as_rows(head, [name for _, name, _ in named]).splitlines() if row]
+        kept = [one for i, one in enumerate(named) if _is_filled([row[i] for row in rows])]
+        return _read(path, "text", kept, incomplete=True)
+
+
 def _known(headings: list[str], i: int) -> str | None:
     """The unit that a heading is known by among the others, as of Kalibr and PX4."""
     found = unit_of(headings, i)
@@ -244,10 +266,12 @@ def _first_that_reads(path: Path, kind: str, layout: _Layout, named: _Named) -> 
     if kind != "xlsx":
         tries.append(("text", bare, 0 if layout.names else layout.first - 1))
     error: InputError | None = None
-    for incomplete in (False, True):
+    sparse = len(layout.filled) < len(layout.numeric)
+    for incomplete, whole in ((False, True), (True, True), (True, False))[: 3 if sparse else 2]:
         for one, wanted, skip in tries:
+            kept = [w for w, i in zip(wanted, layout.numeric, strict=True) if whole or i in layout.filled]
             try:
-                return _read(path, one, wanted, skip, incomplete)
+                return _read(path, one, kept, skip, incomplete)
             except InputError as fault:
                 error = error or fault
     assert error is not None
@@ -262,7 +286,10 @@ def _read(path: Path, kind: str, wanted: _Named, skip: int = 0, incomplete: bool
     return Listing(
         path,
         kind,
-        tuple(Listed(key, text, table.values[str(i)], unit) for i, (key, text, unit) in enumerate(wanted)),
+        tuple(
+            Listed(key, text, table.values[str(i)], unit, stamped=str(i) in table.stamped)
+            for i, (key, text, unit) in enumerate(wanted)
+        ),
         skip_lines=skip,
         incomplete=incomplete,
         notes=table.notes,
@@ -296,16 +323,24 @@ def _layout(path: Path, text: str) -> _Layout:
     header, units = _header(split[:first], delimiter, width)
     names: tuple[str, ...] = ()
     if header is not None:
-        names = tuple(cell.strip() for cell in split[header][2])[:width]
+        names = tuple(cell.strip() for cell in _parted(split[header][0], delimiter))[:width]
     top = header if header is not None else first
     texts = tuple(i for i in range(width) if i not in numeric and any(row[i].strip() for row in rows))
     line = 0 if header is None else split[header][0].number
-    return _Layout(delimiter, names, units, line, split[first][0].number, numeric, width, _rate(split[:top]), texts)
+    filled = tuple(i for i in numeric if _is_filled([row[i] for row in rows]))
+    number, rate = split[first][0].number, _rate(split[:top])
+    return _Layout(delimiter, names, units, line, number, numeric, width, rate, texts, filled)
 
 
 def _cells(line: Line) -> list[str]:
+    """Cells of a line by its own delimiter."""
+    return _parted(line, line.delimiter())
+
+
+def _parted(line: Line, delimiter: str | None) -> list[str]:
+    """Cells of a line, of a comment too; a line that cannot be parted is one."""
     try:
-        return replace(line, text=line.text.lstrip().lstrip("#%")).cells(line.delimiter())
+        return replace(line, text=line.text.lstrip().lstrip("#%")).cells(delimiter)
     except InputError:
         return [line.text]
 
@@ -322,8 +357,15 @@ def _is_row(cells: Sequence[str], delimiter: str | None) -> bool:
 
 
 def _numeric(cells: Sequence[str], delimiter: str | None) -> bool:
-    full = [_value(c, delimiter) for c in cells if c.strip()]
-    return bool(full) and sum(map(is_number, full)) >= NUMERIC * len(full)
+    """Whether most cells are numbers, or stamps."""
+    full = [c for c in cells if c.strip()]
+    numbers = sum(is_number(_value(c, delimiter)) or second(c) >= 0 for c in full)
+    return bool(full) and numbers >= NUMERIC * len(full)
+
+
+def _is_filled(cells: Sequence[str]) -> bool:
+    """Whether so many rows have a value that the others may be left out."""
+    return sum(bool(c.strip()) for c in cells) >= (1 - MOST_INCOMPLETE) * len(cells)
 
 
 def _header(
@@ -347,10 +389,7 @@ def _header(
 
 def _fits(line: Line, delimiter: str | None, width: int) -> bool:
     """Whether a line parts into as many cells as a row, or one more (a date behind the last heading)."""
-    try:
-        cells = replace(line, text=line.text.lstrip().lstrip("#%")).cells(delimiter)
-    except InputError:
-        return False
+    cells = _parted(line, delimiter)
     return len(cells) in (width, width + 1) and (width > 1 or len(cells) == width)
 
 

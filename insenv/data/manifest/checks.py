@@ -223,8 +223,22 @@ def _channel(name: str, table: schema.ChannelTable, where: str) -> ChannelSpec:
     offset = table.offset or 0.0
     if not math.isfinite(offset):
         raise InputError(f"{where}.offset = {offset}; wanted what the file shows at zero input")
+    unit = table.unit
+    if table.nanoseconds is not None:
+        if table.rate is not None or unit not in (None, "s"):
+            raise InputError(f"{where} has nanoseconds; wanted a column of whole seconds beside them, unit 's' or none")
+        unit = "s"
     return ChannelSpec(
-        column, table.unit, table.quantity, table.covers, delay, table.wrapped, rate, offset, source=table.source
+        column,
+        unit,
+        table.quantity,
+        table.covers,
+        delay,
+        table.wrapped,
+        rate,
+        offset,
+        source=table.source,
+        nanoseconds=table.nanoseconds,
     )
 
 
@@ -232,6 +246,7 @@ def _refuse_keys(name: str, table: schema.ChannelTable, where: str) -> None:
     rate_type = (*GYROS, *ACCELEROMETERS, "table_rate")
     meant_for: dict[str, tuple[str, ...]] = {
         "rate": ("time",),
+        "nanoseconds": ("time",),
         "wrapped": ("table_angle",),
         "source": ("table_angle", "table_rate"),
         "quantity": rate_type,

@@ -59,6 +59,7 @@ class ChannelTable(Table):
     offset: float | None = None
     file: str | None = None
     source: Literal["encoder", "command"] | None = None
+    nanoseconds: str | int | None = None
 
 
 class SiteTable(Table):

@@ -117,6 +117,8 @@ class ChannelSpec:
         Format of that file.
     source : "encoder", "command" or None
         Of a table's angle or rate; None: found out from the data.
+    nanoseconds : str, int or None
+        Of a time in two columns: that of the nanoseconds since its whole second.
     """
 
     column: str | int
@@ -130,6 +132,7 @@ class ChannelSpec:
     file: Path | None = None
     format: str = ""
     source: Origin | None = None
+    nanoseconds: str | int | None = None
 
 
 @dataclass(frozen=True)

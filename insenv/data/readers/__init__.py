@@ -18,7 +18,7 @@ from insenv.data.manifest.spec import EVENTS, Reading, RunSpec
 from insenv.data.readers import arrays, binary, novatel, parquet, psins, rdata, spreadsheet, text
 from insenv.data.readers.table import Column, Table, rows_of
 
-__all__ = ["Column", "Table", "check_table", "read_table"]
+__all__ = ["MOST_INCOMPLETE", "Column", "Table", "check_table", "read_table"]
 
 #: Share of rows that may be incomplete where those are left out.
 MOST_INCOMPLETE = 0.2

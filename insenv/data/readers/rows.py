@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -19,8 +19,9 @@ import numpy as np
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats
 from insenv.data.manifest.schema import shown
-from insenv.data.manifest.spec import EVENTS
+from insenv.data.manifest.spec import CHANNELS, EVENTS
 from insenv.data.readers.conventions import unit_of
+from insenv.data.readers.stamps import second, seconds
 from insenv.data.readers.table import Column, Table, find_column
 
 #: Rows after which what was read so far is looked at.
@@ -57,15 +58,44 @@ def read_rows(body: Body, columns: Sequence[Column]) -> Table:
         If there are no rows, a row is of another width, or a wanted cell is no number; names the line.
     """
     at = {column: find_column(body.path, body.names, column) for column in columns}
+    stamped = _stamped(body, at)
+    cells = {replace(column, label=True) if column in stamped else column: i for column, i in at.items()}
     fast = _with_numpy if body.delimiter is None else _with_arrow
-    found = fast(body, at) or _with_python(body, at)
+    found = fast(body, cells) or _with_python(body, cells)
     units = {column.channel: unit for column, i in at.items() if (unit := unit_of(body.names, i))}
+    for column in stamped:
+        found[column] = _seconds(body, column, found.pop(replace(column, label=True)))
+        units[column.channel] = "s"
     return Table(
         values={column.channel: data for column, data in found.items() if not column.label},
         labels={column.channel: data for column, data in found.items() if column.label},
         units=units,
         place=partial(_place, body),
+        stamped=frozenset(column.channel for column in stamped),
     )
+
+
+def _stamped(body: Body, at: dict[Column, int]) -> list[Column]:
+    """Columns of time that hold dates or times of day, as the first row shows."""
+    may = [column for column in at if not column.label and (column.channel == "time" or column.channel not in CHANNELS)]
+    first = next(_rows(body), (0, []))[1] if may else []
+    return [c for c in may if at[c] < len(first) and not is_number(first[at[c]]) and second(first[at[c]]) >= 0]
+
+
+def _seconds(body: Body, column: Column, cells: list[str]) -> Floats:
+    """Stamps of a column [s].
+
+    Raises
+    ------
+    InputError
+        If a cell is none, and incomplete rows are wanted; names its line.
+    """
+    found = seconds(cells)
+    if not body.incomplete and not np.isfinite(found).all():
+        row = int(np.argmin(np.isfinite(found)))
+        given = f"{_place(body, row)}: {column} is {shown(cells[row])}"
+        raise InputError(f"{body.path}: {given}; wanted a date or a time of day as in the first row")
+    return found
 
 
 def is_number(cell: str) -> bool:

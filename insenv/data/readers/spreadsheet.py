@@ -45,7 +45,8 @@ def as_text(path: Path) -> bytes:
         book = openpyxl.load_workbook(path, read_only=True, data_only=True)
         writer = csv.writer(text, delimiter="\t", lineterminator="\n")
         for row in book.worksheets[0].iter_rows(values_only=True):
-            writer.writerow(["" if cell is None else _text(cell) for cell in row])
+            # A row without any cell is a blank line, as between the rows of a badly written table.
+            writer.writerow(["" if c is None else _text(c) for c in row] if any(c is not None for c in row) else [])
         book.close()
     return text.getvalue().encode()
 

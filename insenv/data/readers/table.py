@@ -56,6 +56,8 @@ class Table:
         Where the file says it was recorded.
     notes : tuple of str
         What was not read, in words.
+    stamped : frozenset of str
+        Channels that were dates or times of day, in seconds.
     index : ndarray of int, shape (n,), optional
         Number of each row in the file, where some were left out: rows without a time of their own keep their places.
     """
@@ -68,6 +70,7 @@ class Table:
     t: Floats | None = None
     site: Site | None = None
     notes: tuple[str, ...] = ()
+    stamped: frozenset[str] = frozenset()
     index: NDArray[np.int64] | None = None
 
     def __len__(self) -> int:

@@ -9,12 +9,13 @@ import csv
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import islice
+from itertools import islice, pairwise
 from pathlib import Path
 
 from insenv.core.errors import InputError
 from insenv.core.units import scale_to_si
 from insenv.data.manifest.spec import CHANNELS, INCREMENTS, WHOLE, Reading
+from insenv.data.readers import labelled
 from insenv.data.readers.rows import Body, is_number, read_rows
 from insenv.data.readers.table import Column, Table, find_column, split_unit
 
@@ -198,7 +199,7 @@ def read_text(path: Path, columns: Sequence[Column], reading: Reading = WHOLE) -
     """Wanted columns of a table with blanks between values, or any delimiter that its first row has.
 
     Lines at its head that open with ``#`` or ``%`` are comments, of which the last may be the header; a first line
-    without any number is a header.
+    without any number is a header. Lines that name each of their values are rows too (`insenv.data.readers.labelled`).
 
     Raises
     ------
@@ -207,6 +208,10 @@ def read_text(path: Path, columns: Sequence[Column], reading: Reading = WHOLE) -
     """
     _head(path)
     content = path.read_bytes().removeprefix(_BYTE_ORDER_MARK)
+    if (found := labelled_names(path, content, reading.skip_lines)) is not None:
+        line, named = found
+        rows = labelled.as_rows(decoded(path, content[line.start :]), named)
+        return read_rows(Body(path, rows.encode(), line.number, ",", named, reading.incomplete), columns)
     comment = None
     lines = _lines(path, content, reading.skip_lines)
     header = _next(path, lines)
@@ -223,6 +228,16 @@ def read_text(path: Path, columns: Sequence[Column], reading: Reading = WHOLE) -
         names = [str(i) for i in range(len(first.cells(delimiter)))]  # the words of a header may be any
     body = Body(path, content[first.start :], first.number, delimiter, names, reading.incomplete)
     return read_rows(body, columns)
+
+
+def labelled_names(path: Path, content: bytes, skip_lines: int = 0) -> tuple[Line, tuple[str, ...]] | None:
+    """The first line that names each of its values, and the names; None where the file is a plain table."""
+    for one, other in pairwise(islice(_lines(path, content, skip_lines), HEAD)):
+        if max(len(one.text), len(other.text)) > LONGEST_LINE or is_number(one.cells(one.delimiter())[0]):
+            return None
+        if (names := labelled.names_of(one.text)) and names == labelled.names_of(other.text):
+            return one, names
+    return None
 
 
 def _commented(comment: Line, first: Line) -> Line:

@@ -1,0 +1,51 @@
+"""Dates and times of day as stamps: "2025-10-04 16:35:12.186" -> seconds since 1970, "16:35:12.186" -> of the day.
+
+Loggers of computers write them. A time of day that falls by more than half a day goes on after midnight. A time zone
+shifts all stamps alike and is passed over.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from datetime import date
+from functools import lru_cache
+
+import numpy as np
+
+from insenv.core.recording import Floats
+
+_DATE = r"(?P<year>\d{4})[-/.](?P<month>\d\d?)[-/.](?P<day>\d\d?)"
+_CLOCK = r"(?P<hour>[01]?\d|2[0-3]):(?P<minute>[0-5]\d):(?P<second>[0-5]\d|60)(?P<part>[.,:]\d+)?"
+_STAMP = re.compile(rf"(?:{_DATE}[ T]+)?{_CLOCK}(?: ?(?:Z|UTC|[+-]\d\d:?\d\d))?")
+_HALF_A_DAY, _DAY = 43_200.0, 86_400.0
+
+
+def second(cell: str) -> float:
+    """Seconds that a cell says [s]: since 1970 with a date, else since midnight; NaN where it is no such stamp."""
+    match = _STAMP.fullmatch(cell.strip())
+    if match is None:
+        return np.nan
+    part = f"0.{match['part'][1:]}" if match["part"] else "0"
+    of_day = 3600 * int(match["hour"]) + 60 * int(match["minute"]) + int(match["second"])
+    if match["year"] is None:
+        return of_day + float(part)
+    return _midnight(int(match["year"]), int(match["month"]), int(match["day"])) + of_day + float(part)
+
+
+@lru_cache
+def _midnight(year: int, month: int, day: int) -> float:
+    """Seconds from 1970 to the beginning of a day; NaN of a day that is none."""
+    try:
+        return _DAY * (date(year, month, day) - date(1970, 1, 1)).days
+    except ValueError:
+        return np.nan
+
+
+def seconds(cells: Sequence[str]) -> Floats:
+    """Stamps of a column [s], shape (n,); NaN where a cell is none."""
+    found = np.array([second(cell) for cell in cells])
+    if len(found) and found[np.isfinite(found)].max(initial=0.0) < _DAY:
+        steps = np.diff(found, prepend=found[:1])
+        found = found + _DAY * np.cumsum(steps < -_HALF_A_DAY)
+    return found
