@@ -70,7 +70,7 @@ def turned_by_hand(gyro: float = 1.0, accel: float = 1.0, seed: int = 1) -> dict
     }
 
 
-TIME: dict[str, Floats] = {"time": np.arange(8000.0) * DT}
+TIME = {"time": np.arange(8000.0) * DT}
 
 
 def on_table(gain: float = 1.0, unit: float = 1.0, seed: int = 1) -> dict[str, Floats]:
@@ -532,13 +532,13 @@ def test_axes_alone_are_what_the_unit_or_the_file_says(
 
 
 def test_columns_of_one_clock_are_one_time_and_of_two_are_asked(tmp_path: Path) -> None:
-    t = 0.01 * np.arange(400) + 0.12
+    t: Floats = np.arange(400, dtype=float) * 0.01 + 0.12
     gyro = np.random.default_rng(3).standard_normal(400) * 0.01
-    twice: dict[str, Floats] = {"time": np.rint((1_717_013_147 + t) * 1e9), "seconds_elapsed": t, "gyro [rad/s]": gyro}
+    twice = {"time": np.rint((1_717_013_147 + t) * 1e9), "seconds_elapsed": t, "gyro [rad/s]": gyro}
     found = drafted(table(tmp_path / "twice.csv", twice))
     assert not asked(found)
     assert found.left_out in {("time",), ("seconds_elapsed",)}
-    late: dict[str, Floats] = {"time [s]": t, "stamp [s]": t + 0.022, "gyro [rad/s]": gyro}
+    late = {"time [s]": t, "stamp [s]": t + 0.022, "gyro [rad/s]": gyro}
     assert set(asked(drafted(table(tmp_path / "late.csv", late)))) == {"time.column"}
 
 
