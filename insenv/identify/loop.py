@@ -263,7 +263,7 @@ def _grow(tracks: list[Track], alpha: float, progress: Progress) -> tuple[list[T
     while True:
         proposals = _proposals(tracks, alpha)
         if not proposals:
-            return tracks, False
+            return _failed_together(tracks, alpha), False
         best = max(proposals, key=lambda p: p.rank)
         names = tuple(tracks[i].problem.target for i in best.where)
         changed = list(tracks)
@@ -290,6 +290,36 @@ def _unsized_box(tracks: list[Track], proposal: _Proposal) -> str:
     last = [(t.problem, t.fit, t.steps[-1].hit) for t in grown if t.steps]
     parts = [(problem, fit, hit.term) for problem, fit, hit in last if hit.candidate.effect.key == key]
     return unsized_together(parts) if parts else ""
+
+
+def _failed_together(tracks: list[Track], alpha: float) -> list[Track]:
+    """The tracks with a doubt on each axis of what is significant on all together, and was added to none.
+
+    Each axis may refuse it by its own held-out data; that the axes follow it together is not said to be nothing.
+    """
+    out = list(tracks)
+    for key in SHARED:
+        have = [i for i, t in enumerate(tracks) if any(h.candidate.effect.key == key for h in t.hits or ())]
+        against = [t.problem.target for t in tracks for r in t.refusals if r.fails_together and _is_of(r.hit, key)]
+        if len(have) < 2 or not against or any(_is_of(step.hit, key) for t in tracks for step in t.steps):
+            continue
+        hits = _common([tracks[i] for i in have], key)
+        log_p = _joint_log_p(tuple(hits))
+        if log_p >= math.log(alpha):
+            continue
+        reason = (
+            f"{key} follows them (p = {math.exp(log_p):.1g} on all together), but with it held-out data of "
+            f"{', '.join(dict.fromkeys(against))} are worse"
+        )
+        for i, hit in zip(have, hits, strict=True):
+            if hit.deviate >= LEAST:
+                others = tuple(r for r in tracks[i].refusals if not _is_of(r.hit, key))
+                out[i] = replace(out[i], refusals=(*others, Refusal(hit, reason, of_box=True)))
+    return out
+
+
+def _is_of(hit: Hit, key: str) -> bool:
+    return hit.candidate.effect.key == key
 
 
 def _doubted(tracks: list[Track], proposal: _Proposal) -> list[Track]:
@@ -471,7 +501,8 @@ def _tried(track: Track, hit: Hit, proposal: _Proposal, names: tuple[str, ...], 
         growth = score.rms / track.score.rms - 1
         where = " on several axes together" if proposal.looks else ""
         reason = f"significant{where}, but it makes held-out data worse, by {growth:.0%}"
-        against: Refusal | None = Refusal(hit, reason, not joined, of_box=bool(proposal.looks))
+        of_box, together = bool(proposal.looks), bool(joined) and not proposal.looks
+        against: Refusal | None = Refusal(hit, reason, not joined, of_box=of_box, fails_together=together)
     else:
         unclear = "" if joined else unsized(problem, fit, hit.term) or _no_step(track, fit, hit)
         against = Refusal(hit, unclear, unsized=True) if unclear else None

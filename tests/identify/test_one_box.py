@@ -87,3 +87,30 @@ def test_false_alarms_of_the_choice_of_axes_are_paid_for() -> None:
     assert np.mean(p < 0.01) < 0.012
     assert surest([LEAST - 0.01] * 6, 1.0) == 0.0 == surest([5.0, 0, 0, 0, 0, 0], 1.0)
     assert surest([2.5] * 4, 12.0) < np.log(1e-4)
+
+
+def test_what_all_axes_follow_and_each_refuses_is_no_silence(tmp_path: Path) -> None:
+    """A unit that follows its temperature with a lag comes back before the temperature does: held-out is worse."""
+    t = 0.2 * np.arange(1500)
+    warm = np.where(t > 90, 1 - np.exp(-(t - 90) / 100), 0.0)
+    path = bench(tmp_path, (0, 0, 0), seed=3)
+    follows = np.where(t < 180, warm, warm[900] - 1.3 * (t - 180) / 120)
+    read = {axis: values + 1e-4 * follows for axis, values in np.load(tmp_path / "bench.npz").items()}
+    np.savez(tmp_path / "bench.npz", **read, kelvins=280 + 20 * warm)
+    kelvins = 'temperature = { column = "kelvins", unit = "K" }'
+    path.write_text(path.read_text().replace("[model]", f"{kelvins}\n[model]"), encoding="utf-8")
+    for target in close(path).targets:
+        assert (target.added, target.verdict) == ((), "unexplained-structure")
+        assert any("bias_thermal_lag follows them" in reason for reason in target.reasons)
+
+
+def test_what_has_settled_before_the_held_out_part_all_rows_tell(tmp_path: Path) -> None:
+    """Fitted rows do not tell it from a walk. Of 100 such triads without it none was flagged so."""
+    path = bench(tmp_path, (0.0, 0.0, 0.0), seed=3)
+    path.write_text(path.read_text().replace(json.dumps(AXES), '"gyro_x"'), encoding="utf-8")
+    settles = 0.9e-4 * np.exp(-0.2 * np.arange(1500) / 60)
+    read = {axis: values + settles for axis, values in np.load(tmp_path / "bench.npz").items()}
+    np.savez(tmp_path / "bench.npz", **read)
+    (target,) = close(path).targets
+    assert (target.added, target.verdict) == ((), "unexplained-structure")
+    assert any("explains all rows" in reason for reason in target.reasons)

@@ -14,7 +14,7 @@ link has cut into many pieces is not cut into as many blocks: short gaps are bri
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -153,6 +153,14 @@ def without(bins: Bins, gone: NDArray[np.bool_]) -> Bins:
         blocks += _blocks(one, kept[-1], use, offset)
         offset += len(kept[-1])
     return Bins(bins.width, tuple(weights), tuple(kept), tuple(blocks))
+
+
+def of_one_use(bins: Bins) -> Bins:
+    """The same bins, all of them fitted."""
+    blocks: list[Block] = []
+    for run, index in enumerate(bins.kept):
+        blocks += _blocks(run, index, np.full(len(index), _FITTED), sum(map(len, bins.kept[:run])))
+    return replace(bins, blocks=tuple(blocks))
 
 
 def merged(bins: Bins) -> tuple[Bins, NDArray[np.int64]]:

@@ -65,6 +65,14 @@ def search(
     ``family`` is the number of candidates of the whole search, later passes included: what p-values are corrected for.
     """
     base = reference(problem, fit.model, fit.noise.power)
+    hits = by_fit_alone(problem, fit, base, found, seed, family, tones)
+    return sorted((confronted(problem, fit, base, hit) for hit in hits), key=lambda hit: -hit.rank)
+
+
+def by_fit_alone(
+    problem: Problem, fit: Fit, base: Reference, found: tuple[Candidate, ...], seed: int, family: int, tones: bool
+) -> list[Hit]:
+    """The same by the fitted data, the shapes of the best ones refined; held-out data are not asked."""
     scores = score(problem, fit, found, seed)
     count = CALIBRATION * family
     hits = [_hit(problem, base, c, s, count) for c, s in zip(found, scores, strict=True) if s.testable]
@@ -72,8 +80,7 @@ def search(
         hits.append(_tone_hit(problem, fit, base, count))
     hits.sort(key=lambda hit: -hit.rank)
     best = [hit if hit.candidate.effect.line else refined(problem, base, hit) for hit in hits[:REFINED]]
-    hits = [confronted(problem, fit, base, hit) for hit in best + hits[REFINED:]]
-    return sorted(hits, key=lambda hit: -hit.rank)
+    return best + hits[REFINED:]
 
 
 def confronted(problem: Problem, fit: Fit, base: Reference, hit: Hit) -> Hit:

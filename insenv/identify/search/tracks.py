@@ -49,7 +49,8 @@ class Refusal:
     """A hit that was significant, by itself or on other targets, and was not added; ``reason`` in words.
 
     ``fails`` says that it was so by itself, and that held-out data speak against it, ``unsized`` that its size is not
-    told, ``of_box`` that it is a drift of several axes of the unit together.
+    told, ``of_box`` that it is a drift of several axes of the unit together, ``fails_together`` that it is one cause on
+    several targets, and that held-out data of this one speak against it.
     """
 
     hit: Hit
@@ -57,6 +58,7 @@ class Refusal:
     fails: bool = False
     unsized: bool = False
     of_box: bool = False
+    fails_together: bool = False
 
 
 @dataclass(frozen=True)

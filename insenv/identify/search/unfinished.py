@@ -5,7 +5,8 @@
 * An effect whose size is not told, and that is still significant beside all that was added.
 * An effect of the motion that errors of the reference explain as well: something goes with the motion.
 * A drift that axes of the unit have together, and that is not told on this one.
-* A drift of a unit at rest that would be significant if nothing else had been tried.
+* A drift of a unit at rest that would be significant if nothing else had been tried, or a slow cause that is so by all
+  rows, the held-out ones too.
 * A step of a unit at rest that noise which does not jump would make less than once in a thousand times.
 * Tones at multiples of one frequency: one wave that is no sine, and has a cause that no tone names.
 * A curve without a cause beside effects that have one.
@@ -19,6 +20,7 @@ import numpy as np
 from insenv.core.recording import Floats
 from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.problem import Problem
+from insenv.identify.search.all_rows import surest_slow
 from insenv.identify.search.jumps import is_step
 from insenv.identify.search.one_box import DRIFTS, log_p_by_itself
 from insenv.identify.search.reference_errors import log_p_alone
@@ -97,15 +99,27 @@ def _of_the_box(track: Track) -> tuple[str, ...]:
 def _leaning(track: Track, alpha: float) -> tuple[str, ...]:
     """A drift or warm-up of a unit at rest that would be significant if nothing else had been tried."""
     turns = track.problem.turns
-    if track.steps or turns or any(r.of_box for r in track.refusals):
+    named = any(not step.hit.candidate.effect.line for step in track.steps)
+    if named or turns or any(r.of_box or r.fails for r in track.refusals):
         return ()
     hits = [hit for hit in track.last_physical if hit.candidate.effect.key in DRIFTS]
     found = min(hits, key=lambda hit: log_p_by_itself(track, hit), default=None)
     if found is None or (log_p := log_p_by_itself(track, found)) >= np.log(alpha):
-        return ()
+        return _by_all_rows(track, alpha)
     return (
         f"{found.candidate.effect.key} explains the data better than noise does (p = {np.exp(log_p):.1g} by itself, "
         f"{found.p_value:.1g} among all that was tried): not decided between it and a random walk",
+    )
+
+
+def _by_all_rows(track: Track, alpha: float) -> tuple[str, ...]:
+    """A slow cause that the fitted rows do not tell from a walk of the noise, and all rows do."""
+    found = surest_slow(track)
+    if found is None or (p := found[1]) >= alpha:
+        return ()
+    return (
+        f"{found[0].candidate.effect.key} explains all rows, the held-out ones too, better than noise does (p = "
+        f"{p:.1g} by itself): no rows are left that could refuse it, and it is not named",
     )
 
 

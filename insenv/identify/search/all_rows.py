@@ -1,0 +1,45 @@
+"""A slow cause at rest by all rows, the held-out ones too, where fitted and held-out ones apart do not decide.
+
+Of a short record the fitted part tells the noise's walk from a few slow modes, and what is over by its end the held-out
+part cannot confirm: a base that settles for 15 s in the first of 40 s is a random walk as well as not. That the level
+then stands still for as long again is what says that it was none. So, where nothing was found, each of the k slow
+causes is asked of all rows as well, the noise fitted to all of them, by its likelihood ratio and the looks of its own
+shapes:
+
+    p = k min_i p_i,        i = a drift, a warm-up, what the temperature does.
+
+Nothing is named by this, for no row is left that could refuse it: what is significant is a reason why the rest is not
+noise.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from insenv.identify.fit.bins import of_one_use
+from insenv.identify.fit.gls import solve
+from insenv.identify.search.one_box import DRIFTS, is_thermal, log_p_by_itself
+from insenv.identify.search.round import by_fit_alone
+from insenv.identify.search.scan import Hit, reference
+from insenv.identify.search.tracks import Track
+
+
+def surest_slow(track: Track, seed: int = 0) -> tuple[Hit, float] | None:
+    """The slow cause that all rows of a single run at rest speak for most, and its p-value; None where none is tried.
+
+    Parameters
+    ----------
+    track : Track
+    seed : int
+        Of the simulated noise.
+    """
+    tried = tuple(c for c in track.candidates if c.effect.key in DRIFTS or is_thermal(c.effect))
+    if len(track.problem.exposures) > 1 or track.problem.turns or not tried:
+        return None
+    whole = replace(track.problem, bins=of_one_use(track.problem.bins), cache={})
+    fit = solve(whole, track.fit.model, start=track.fit.noise.power)
+    base = reference(whole, fit.model, fit.noise.power)
+    hits = by_fit_alone(whole, fit, base, tried, seed, track.family, tones=False)
+    found = min(hits, key=lambda hit: log_p_by_itself(track, hit), default=None)
+    return None if found is None else (found, min(1.0, len(hits) * math.exp(log_p_by_itself(track, found))))
