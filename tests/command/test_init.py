@@ -570,3 +570,36 @@ def test_lines_that_name_their_values_are_drafted(tmp_path: Path) -> None:
         f"gyro_{axis}": f"Gyro {axis.upper()}" for axis in "xyz"
     }
     assert set(asked(found)) == {"time.rate", "gyro.unit"}
+
+
+def test_a_matrix_of_psins_is_known_by_its_increments(tmp_path: Path) -> None:
+    """Increments of angle and velocity, then the time; arrays of another length, however many, are passed by."""
+    random = np.random.default_rng(3)
+    imu = np.column_stack(
+        [1e-6 * random.standard_normal((2000, 3)), 0.098 * np.eye(3)[2] + 1e-5 * random.standard_normal((2000, 3))]
+    )
+    path = tmp_path / "run.npz"
+    np.savez(path, avp=random.standard_normal((500, 10)), imu=np.column_stack([imu, 0.01 * np.arange(1, 2001)]))
+    found = drafted(path)
+    assert not asked(found)
+    assert units(found) == {"time": "s", **{f"gyro_{a}": "rad" for a in "xyz"}, **{f"accel_{a}": "m/s" for a in "xyz"}}
+    assert all(c.extra == {"quantity": "increment"} for c in found.channels if c.name != "time")
+
+
+def test_arrays_that_lack_values_are_drafted_without_these_rows(tmp_path: Path) -> None:
+    gyro = np.random.default_rng(3).standard_normal((400, 3))
+    gyro[0] = np.nan
+    np.savez(tmp_path / "run.npz", SENSgyro=gyro, SENStime=0.01 * np.arange(400))
+    found = drafted(tmp_path / "run.npz")
+    assert set(units(found)) == {"time", "gyro_x", "gyro_y", "gyro_z"}
+    assert found.read == {"incomplete": "leave out"}
+    assert found.rows == 399
+
+
+def test_an_export_of_xsens_tells_its_rate_and_leaves_columns_empty(tmp_path: Path) -> None:
+    lines = ["// Start Time: Unknown", "// Update Rate: 100.0Hz", "PacketCounter\tUTC_Nano\tAcc_X\tAcc_Y\tAcc_Z"]
+    lines += [f"{i:05d}\t\t9.82{i % 7}\t0.5{i % 5}\t0.54" for i in range(400)]
+    (tmp_path / "MT_01.txt").write_text("\n".join(lines) + "\n")
+    found = drafted(tmp_path / "MT_01.txt")
+    assert not asked(found)
+    assert units(found) == {"time": "100 Hz", **{f"accel_{axis}": "m/s^2" for axis in "xyz"}}

@@ -15,6 +15,7 @@ import numpy as np
 
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats
+from insenv.core.units import STANDARD_GRAVITY
 from insenv.data.guess import numbers
 from insenv.data.guess.draft import Question, Sure
 from insenv.data.guess.heading import Heading, kind_of, read_heading, unit_in
@@ -248,6 +249,8 @@ def _one_clock(several: Sequence[Role]) -> Role | None:
 def _by_numbers(listing: Listing) -> Roles:
     """Channels of columns without headings, where the numbers leave one reading."""
     columns = list(listing.columns)
+    if _is_psins(columns):
+        return Roles(_psins(columns), notes=("its seven columns are those of PSINS: increments in rad and m/s, time",))
     roles: dict[str, Role] = {}
     if columns and _runs(columns[0]):
         roles["time"] = Role(columns.pop(0), Heading("time"), "numbers")
@@ -260,6 +263,23 @@ def _by_numbers(listing: Listing) -> Roles:
             roles |= _triad("gyro", turned[0])
     used = [role.column for role in roles.values()]
     return Roles(roles, tuple(f"column {c.key}" for c in columns if c not in used))
+
+
+def _is_psins(columns: Sequence[Listed]) -> bool:
+    """Whether columns are a matrix of the PSINS toolbox: increments of gyros and accelerometers, time."""
+    if len(columns) != 2 * len(AXES) + 1 or not _runs(columns[-1]):
+        return False
+    step = numbers.clock(columns[-1].values).step
+    magnitude = numbers.gravity(_matrix(columns[3:6])) / step
+    return abs(magnitude / STANDARD_GRAVITY - 1) < numbers.GRAVITY_TOLERANCE
+
+
+def _psins(columns: Sequence[Listed]) -> dict[str, Role]:
+    """Channels of such a matrix."""
+    units = {"gyro": "rad", "accel": "m/s"}
+    headings = [Heading(kind, axis, unit, increment=True) for kind, unit in units.items() for axis in AXES]
+    named = {f"{h.kind}_{h.axis}": Role(c, h, "numbers") for c, h in zip(columns, headings, strict=False)}
+    return {"time": Role(columns[-1], Heading("time", unit="s"), "numbers"), **named}
 
 
 def _triad(kind: str, three: Sequence[Listed]) -> dict[str, Role]:

@@ -66,7 +66,7 @@ def draft(listings: Sequence[Listing], answers: Mapping[str, str]) -> Draft:
         return _psins(files)
     longest = max(listings, key=lambda one: one.rows)
     roles = assign(longest, answers)
-    notes = dict.fromkeys([*(n for one in listings for n in one.notes), *words])
+    notes = dict.fromkeys([*(n for one in listings for n in one.notes), *words, *roles.notes])
     said = _Said(questions=list(roles.questions), notes=list(notes))
     period = _time(said, roles, longest, answers)
     units = rates.decided(roles, period, answers)

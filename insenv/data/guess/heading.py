@@ -130,6 +130,8 @@ _SPELLINGS: Mapping[str, str] = {
     **dict.fromkeys(("msec", "millis"), "ms"),
     **dict.fromkeys(("usec", "micros", "μs", "µs"), "us"),
 }
+#: Ends of words run together: SENSgyro, MATLABtime.
+_RUN_TOGETHER = re.compile(r"[a-z]+(gyro|gyroscope|accel|accelerometer|acc|time)")
 _PLAIN = re.compile(r"(gyroscope|gyro|gyr|omega|angvel|accelerometer|accel|acc|mag|dtheta|dvel|dv)([xyz])")
 
 
@@ -197,9 +199,12 @@ def _tokens(name: str) -> list[str]:
     name = re.sub(r"([a-z0-9])([A-Z])(?=[a-z]|\b|_|$)", r"\1_\2", name)
     words = [word.lower() for word in re.split(r"[^A-Za-z0-9]+", name.removeprefix("field.")) if word]
     found: list[str] = []
+    known = {*_OTHER, *_TIME, *_SUFFIXES}
     for word in words:
-        match = _PLAIN.fullmatch(word)
-        found += [match[1], match[2]] if match else [word]
+        if match := _PLAIN.fullmatch(word):
+            found += [match[1], match[2]]
+        else:
+            found.append(end[1] if (end := _RUN_TOGETHER.fullmatch(word)) and word not in known else word)
     return found
 
 

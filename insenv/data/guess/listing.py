@@ -18,6 +18,7 @@ import numpy as np
 
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats, Mounting, Site
+from insenv.data.guess.heading import kind_of
 from insenv.data.manifest.checks import SUFFIXES
 from insenv.data.manifest.spec import Reading, RunSpec
 from insenv.data.readers import MOST_INCOMPLETE, Column, arrays, labelled, rdata, read_table, spreadsheet
@@ -26,7 +27,7 @@ from insenv.data.readers.novatel import NAMES
 from insenv.data.readers.rows import is_number
 from insenv.data.readers.stamps import second
 from insenv.data.readers.table import decoding
-from insenv.data.readers.text import Line, labelled_names
+from insenv.data.readers.text import COMMENTS, Line, labelled_names
 
 #: Of a text file so much is looked at for its layout, and so many lines.
 HEAD_BYTES, HEAD_LINES = 400_000, 400
@@ -37,7 +38,7 @@ MOST_ROWS = 400_000
 #: Share of cells in a column that must be numbers.
 NUMERIC = 0.9
 _FREQUENCY = re.compile(
-    r"(fs|f_s|(sampling|sample|output|data)[ _]*(rate|frequency|freq))( *[\[(]? *hz *[\])]?)?", re.I
+    r"(fs|f_s|(sampling|sample|output|data|update)[ _]*(rate|frequency|freq))( *[\[(]? *hz *[\])]?)?", re.I
 )
 #: Key, heading and the word of a row of units, of each wanted column.
 _Named = list[tuple[str | int, str, str | None]]
@@ -169,10 +170,28 @@ def _archive(path: Path, kind: str) -> Listing:
     flat = [column for name, array in named.items() for column in _of_array(name, array)]
     if not flat:
         return Listing(path, kind, ())
-    length = Counter(len(c.values) for c in flat).most_common(1)[0][0]
+    length = max(groups := Counter(len(c.values) for c in flat), key=lambda n: (_of_instruments(flat, n), groups[n]))
     left = sorted({arrays.matrix_of(str(c.key)) for c in flat if len(c.values) != length})
     notes = (f"arrays of another length are not looked at: {', '.join(left)}",) if left else ()
-    return Listing(path, kind, tuple(c for c in flat if len(c.values) == length), notes=notes)
+    return _without_gaps(Listing(path, kind, tuple(c for c in flat if len(c.values) == length), notes=notes))
+
+
+def _without_gaps(found: Listing) -> Listing:
+    """The listing without rows that lack a value, columns that mostly do left out before."""
+    columns = [c for c in found.columns if np.mean(np.isfinite(c.values)) >= 1 - MOST_INCOMPLETE]
+    whole = np.all([np.isfinite(c.values) for c in columns], axis=0) if columns else np.ones(0, dtype=bool)
+    if whole.all() or whole.mean() < 1 - MOST_INCOMPLETE:
+        return found
+    lost = int(np.sum(~whole))
+    note = f"{lost} row{'s lack' if lost > 1 else ' lacks'} a value: left out"
+    kept = tuple(replace(c, values=c.values[whole]) for c in columns)
+    return replace(found, columns=kept, incomplete=True, notes=(*found.notes, note))
+
+
+def _of_instruments(columns: Sequence[Listed], length: int) -> bool:
+    """Whether columns of this length are a gyro's or an accelerometer's by their names."""
+    names = {arrays.matrix_of(str(c.key)) for c in columns if len(c.values) == length}
+    return any(kind_of(name) in ("gyro", "accel") or "imu" in name.lower() for name in names)
 
 
 def _parquet(path: Path) -> dict[str, Any]:
@@ -340,7 +359,7 @@ def _cells(line: Line) -> list[str]:
 def _parted(line: Line, delimiter: str | None) -> list[str]:
     """Cells of a line, of a comment too; a line that cannot be parted is one."""
     try:
-        return replace(line, text=line.text.lstrip().lstrip("#%")).cells(delimiter)
+        return replace(line, text=line.text.lstrip().lstrip("".join(COMMENTS))).cells(delimiter)
     except InputError:
         return [line.text]
 
@@ -396,7 +415,8 @@ def _fits(line: Line, delimiter: str | None, width: int) -> bool:
 def _rate(above: Sequence[tuple[Line, str | None, list[str]]]) -> float | None:
     """The sampling rate that a line above the header states [Hz]."""
     for line, _, _ in above:
-        parts = [part.strip() for part in re.split(r"[,;:=\t]", line.text.lstrip("#% ")) if part.strip()]
+        said = line.text.lstrip("".join(COMMENTS) + " ")
+        parts = [part.strip() for part in re.split(r"[,;:=\t]", said) if part.strip()]
         if len(parts) < 2 or not _FREQUENCY.fullmatch(parts[0]):
             continue
         number = re.fullmatch(r"([0-9.eE+-]+) *(hz)?", parts[1], re.I)

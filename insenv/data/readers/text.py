@@ -21,7 +21,7 @@ from insenv.data.readers.table import Column, Table, find_column, split_unit
 
 _LINE = re.compile(rb"([^\r\n]*)(\r\n|\r|\n|\Z)")
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf"
-_COMMENTS = ("#", "%")
+COMMENTS = ("#", "%", "//")
 #: Bytes at the beginning of a file that are looked at first, and those of a line that there is no need for.
 HEAD_BYTES, LONGEST = 8_000_000, 1_000_000
 #: Lines at the head of a file among which the header is looked for by its names.
@@ -137,7 +137,7 @@ def _named(path: Path, content: bytes, columns: Sequence[Column], skip_lines: in
         return None
     lines = _lines(path, content, skip_lines)
     for n, line in enumerate(islice(lines, HEAD)):
-        bare = replace(line, text=line.text.lstrip().lstrip("".join(_COMMENTS)))
+        bare = replace(line, text=line.text.lstrip().lstrip("".join(COMMENTS)))
         cells = [cell.strip() for cell in bare.cells(bare.delimiter() or ",")]
         if wanted <= {*cells, *(split_unit(cell)[0] for cell in cells)}:
             return bare if n else None
@@ -182,13 +182,13 @@ def _header(path: Path, lines: Iterator[Line]) -> Line:
     """The header line: the first that is no comment, or the comment before it where that line is of numbers."""
     before = None
     line = _next(path, lines)
-    while line.text.lstrip().startswith(_COMMENTS):
+    while line.text.lstrip().startswith(COMMENTS):
         before, line = line, next(lines, None) or line
         if line is before:
             break
     if before is None:
         return line
-    bare = replace(before, text=before.text.lstrip().lstrip("".join(_COMMENTS)))
+    bare = replace(before, text=before.text.lstrip().lstrip("".join(COMMENTS)))
     cells = line.cells(line.delimiter() or ",")
     if line is before or (any(map(is_number, cells)) and len(bare.cells(line.delimiter() or ",")) == len(cells)):
         return bare
@@ -198,8 +198,9 @@ def _header(path: Path, lines: Iterator[Line]) -> Line:
 def read_text(path: Path, columns: Sequence[Column], reading: Reading = WHOLE) -> Table:
     """Wanted columns of a table with blanks between values, or any delimiter that its first row has.
 
-    Lines at its head that open with ``#`` or ``%`` are comments, of which the last may be the header; a first line
-    without any number is a header. Lines that name each of their values are rows too (`insenv.data.readers.labelled`).
+    Lines at its head that open with ``#``, ``%`` or ``//`` are comments, of which the last may be the header; a first
+    line without any number is a header. Lines that name each of their values are rows too
+    (`insenv.data.readers.labelled`).
 
     Raises
     ------
@@ -215,7 +216,7 @@ def read_text(path: Path, columns: Sequence[Column], reading: Reading = WHOLE) -
     comment = None
     lines = _lines(path, content, reading.skip_lines)
     header = _next(path, lines)
-    while header.text.lstrip().startswith(_COMMENTS):
+    while header.text.lstrip().startswith(COMMENTS):
         comment, header = header, _next(path, lines)
     first = header
     if not any(map(is_number, header.cells(header.delimiter()))):
@@ -242,7 +243,7 @@ def labelled_names(path: Path, content: bytes, skip_lines: int = 0) -> tuple[Lin
 
 def _commented(comment: Line, first: Line) -> Line:
     """The header that a comment is, if it has as many names as the ``first`` row has values; else that row."""
-    bare = replace(comment, text=comment.text.lstrip().lstrip("".join(_COMMENTS)))
+    bare = replace(comment, text=comment.text.lstrip().lstrip("".join(COMMENTS)))
     return bare if len(bare.cells(bare.delimiter())) == len(first.cells(first.delimiter())) else first
 
 
