@@ -106,7 +106,7 @@ class Pooled:
 
     def energy(self, r: Floats) -> Floats:
         """Squared sum of the columns times ``r`` in each group, shape (groups,)."""
-        return self.cross.reshape(len(self.count), -1) @ np.outer(r, r).ravel()
+        return self.cross.reshape(len(self.count), -1) @ (r[:, None] * r).ravel()
 
     def traces(self, inverse: Floats) -> Floats:
         """Trace of ``inverse`` times the regressors' cross-products in each group, shape (groups,)."""
@@ -250,35 +250,37 @@ def fit_noise(
 
 def _scored(pooled: Pooled, prior: Floats, restricted: bool, power: Floats, passes: int = 25) -> Floats:
     """Powers after some passes of Fisher scoring, steps halved where the likelihood would fall."""
-    value = likelihood_at(pooled, power, prior, restricted)
+    at = _profile(pooled, power, prior)
+    value = at.loglik(pooled, prior, restricted)
     for _ in range(passes):
-        s = pooled.shapes @ power
-        energy, freedom = _group_power(pooled, s, prior, restricted)
-        root = np.sqrt(freedom) / s
-        column = np.linalg.norm(pooled.shapes * root[:, None], axis=0)
-        target = nnls(pooled.shapes * root[:, None] / column, energy / freedom * root)[0] / column
+        energy, freedom = _group_power(pooled, at, prior, restricted)
+        root = np.sqrt(freedom) / at.s
+        rows = pooled.shapes * root[:, None]
+        column = np.sqrt(np.add.reduce(rows * rows, axis=0))
+        target = nnls(rows / column, energy / freedom * root)[0] / column
         for _ in range(6):
             tried = np.maximum(target, 1e-12 * power)
-            gained = likelihood_at(pooled, tried, prior, restricted) - value
+            new = _profile(pooled, tried, prior)
+            gained = new.loglik(pooled, prior, restricted) - value
             if gained > 0:
                 break
             target = 0.5 * (target + power)
         if gained <= 0:
             break
-        power, value = tried, value + gained
+        power, at, value = tried, new, value + gained
         if gained < 1e-6:
             break
     return power
 
 
-def _group_power(pooled: Pooled, s: Floats, prior: Floats, restricted: bool) -> tuple[Floats, Floats]:
-    """Energy of the residual in each group and its degrees of freedom, for group variances ``s``."""
-    a = pooled.weighted(1 / s)
-    axx = a[1:, 1:] + np.diag(prior)
+def _group_power(pooled: Pooled, at: _Profile, prior: Floats, restricted: bool) -> tuple[Floats, Floats]:
+    """Energy of the residual in each group and its degrees of freedom, at the noise of a profile."""
+    a = at.weighted
+    axx = _with_diagonal(a[1:, 1:], prior)
     inverse = np.asarray(np.linalg.inv(axx) if len(axx) else axx, dtype=np.float64)
     r = np.concatenate([[1.0], -inverse @ a[1:, 0]])
     energy = pooled.energy(r)
-    taken = pooled.traces(inverse) / s if restricted and len(axx) else 0.0
+    taken = pooled.traces(inverse) / at.s if restricted and len(axx) else 0.0
     return energy, np.maximum(pooled.count - taken, 0.05 * pooled.count)
 
 
@@ -293,9 +295,13 @@ def _scale(pooled: Pooled) -> Floats:
 
 @dataclass(frozen=True)
 class _Profile:
-    """Coefficients at their best for a noise: variances of the groups, energy left in each, factor of the weights."""
+    """Coefficients at their best for a noise.
+
+    Variances of the groups, cross-products weighted by them, energy left in each, factor of the weights.
+    """
 
     s: Floats
+    weighted: Floats
     energy: Floats
     beta: Floats
     factor: Floats
@@ -304,15 +310,14 @@ class _Profile:
         """Log-likelihood."""
         value = -0.5 * (pooled.count @ np.log(self.s) + self.energy @ (1 / self.s) + self.beta**2 @ prior)
         if restricted and len(self.beta):
-            value -= float(np.log(np.diag(self.factor)).sum())
+            value -= float(np.log(self.factor.diagonal()).sum())
         return float(value)
 
 
 def _profile(pooled: Pooled, power: Floats, prior: Floats) -> _Profile:
     s = pooled.shapes @ power
     a = pooled.weighted(1 / s)
-    axx = a[1:, 1:] + np.diag(prior)
-    axx[np.diag_indices_from(axx)] *= 1 + _RIDGE
+    axx = _with_diagonal(a[1:, 1:], prior, 1 + _RIDGE)
     beta, factor = np.zeros(0), axx
     if len(axx):
         # As scipy.linalg.cho_factor and cho_solve, whose checks of batches cost more than the matrix itself.
@@ -320,12 +325,16 @@ def _profile(pooled: Pooled, power: Floats, prior: Floats) -> _Profile:
         if indefinite:
             raise np.linalg.LinAlgError("the regressors' information is not positive definite")
         beta = dpotrs(factor, a[1:, 0], lower=0)[0]
-    return _Profile(s, pooled.energy(np.concatenate([[1.0], -beta])), beta, factor)
+    return _Profile(s, a, pooled.energy(np.concatenate([[1.0], -beta])), beta, factor)
 
 
-def likelihood_at(pooled: Pooled, power: Floats, prior: Floats, restricted: bool) -> float:
-    """Log-likelihood with the coefficients at their best."""
-    return _profile(pooled, power, prior).loglik(pooled, prior, restricted)
+def _with_diagonal(square: Floats, added: Floats, times: float = 1.0) -> Floats:
+    """A matrix with ``added`` on its diagonal, which is then taken ``times``."""
+    changed = square.copy()
+    diagonal = changed.reshape(-1)[:: len(changed) + 1]
+    diagonal += added
+    diagonal *= times
+    return changed
 
 
 def loglik(pooled: Pooled, power: Floats, prior: Floats, restricted: bool) -> tuple[float, Floats]:
