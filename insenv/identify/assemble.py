@@ -296,8 +296,9 @@ def _rejected(track: Track, alpha: float) -> tuple[Rejected, ...]:
             named.add(key)
             reason = "not significant" if hit.p_value >= alpha else "already explained by what was added"
             reason = hit.remark or reason
-            least = sensitivity.smallest(hit, alpha) if reason == "not significant" else None
-            rows.append(Rejected(key, hit.p_value, hit.likelihood_ratio, reason, least))
+            row = Rejected(key, hit.p_value, hit.likelihood_ratio, reason)
+            least = Lazy(partial(sensitivity.smallest, hit, alpha))
+            rows.append(replace(row, least=least) if reason == "not significant" else row)
     if track.prepared.held.excluded:
         rows.append(Rejected("sample_hold", 1.0, 0.0, "not significant"))
     return tuple(sorted(rows, key=lambda row: row.p_value))

@@ -93,15 +93,28 @@ class Detectable:
     at: Mapping[str, tuple[float, str]]
 
 
+def _unsaid() -> None:
+    """Nothing is said of how small an effect would have been found."""
+
+
 @dataclass(frozen=True)
 class Rejected:
-    """A candidate that was tried and not added; ``reason`` is "not significant", "held-out worse", ..."""
+    """A candidate that was tried and not added; ``reason`` is "not significant", "held-out worse", ...
+
+    ``least`` says how small an effect would have been found; it costs a fair part of a search, and is asked once, by
+    whoever shows it.
+    """
 
     effect: str
     p_value: float
     likelihood_ratio: float
     reason: str
-    smallest_detectable: Detectable | None = None
+    least: Callable[[], Detectable | None] = field(default=_unsaid, compare=False, repr=False)
+
+    @property
+    def smallest_detectable(self) -> Detectable | None:
+        """The smallest amplitude that would have been found; None where nothing is said."""
+        return self.least()
 
 
 @dataclass(frozen=True)

@@ -100,6 +100,8 @@ class Bins:
         per_bin = weights.shape[1]
         if per_bin == 1:
             return values[kept]
+        if values.ndim == 2 and values.shape[1] == 1:  # an axis of one costs the sums over cells their speed
+            return self._mean_of_run(run, values[:, 0])[:, None]
         whole = len(values) // per_bin
         gathered = values[: whole * per_bin].reshape(whole, per_bin, *values.shape[1:])
         if len(kept) < whole:
