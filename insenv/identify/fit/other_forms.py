@@ -45,21 +45,22 @@ def _instead(problem: Problem, fit: Fit, index: int, other: Term) -> tuple[Float
     """Change of each coefficient with ``other`` in the place of the term ``index``, and the probability of it."""
     start = np.array(other.shape)
     step = STEP * float(np.abs(start).min())
+    rest = (*fit.model[:index], *fit.model[index + 1 :])
 
-    def at(x: Floats) -> Model:
-        term = replace(other, shape=tuple(map(float, start + step * x)))
-        return (*fit.model[:index], term, *fit.model[index + 1 :])
+    def at(x: Floats) -> Term:
+        return replace(other, shape=tuple(map(float, start + step * x)))
 
     def loss(x: Floats) -> float:
         lowest = [p.low for p in other.effect.shapes]
         if np.any(start + step * x <= np.maximum(lowest, 0.0)):
             return np.inf
-        left = _solved(problem, fit, at(x))[1]
-        problem.forget(at(x)[index])
+        left = _solved(problem, fit, (*rest, at(x)))[1]  # the last one, so that the others are stacked once
+        problem.forget(at(x))
         return left
 
     best = minimize(loss, np.zeros(len(start)), method="Nelder-Mead", options={"maxfev": TRIES, "xatol": 0.02})
-    before, after = _solved(problem, fit, fit.model), _solved(problem, fit, at(best.x))
+    changed = (*fit.model[:index], at(best.x), *fit.model[index + 1 :])
+    before, after = _solved(problem, fit, fit.model), _solved(problem, fit, changed)
     if len(after[0]) != len(before[0]):
         return np.zeros(len(before[0])), 0.0
     return after[0] - before[0], float(expit(0.5 * (before[1] - after[1])))
