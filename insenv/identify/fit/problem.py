@@ -99,6 +99,12 @@ class Problem:
         self.cache.pop(("columns", term), None)
         self.cache.pop(("transformed", term), None)
 
+    def all_fitted(self) -> Problem:
+        """The problem with its held-out blocks fitted as well; columns that are the same then are kept."""
+        blocks = tuple(replace(block, fitted=True) for block in self.bins.blocks)
+        kept = [key for key in self.cache if isinstance(key, tuple) and key[0] == "columns" and not key[1].per_run]
+        return replace(self, bins=replace(self.bins, blocks=blocks), cache={key: self.cache[key] for key in kept})
+
     @property
     def turns(self) -> bool:
         """Whether the rate that the instrument was exposed to changes in some run."""

@@ -3,18 +3,23 @@
 1. Excess over the declared noise: twice the gain in likelihood of noise fitted freely over noise held to at most what
    the maker declares (with a tolerance, for declared figures are not exact). A noise term that is not declared counts
    as absent, except quantisation and what an effect of the model carries along from the channels it is made of.
+   And the power in bands of frequency over the most that was declared, for what is in one band alone.
 2. Shape: in groups of modes the whitened power over its expectation is chi-square; its largest deviation, and the
    largest distance of the cumulated periodogram from a straight line, show a hump that no noise term can follow.
 3. Loudness: transformed back, the whitened residual is white in time; its power in windows of some bins and more, over
    a tolerance, shows what comes and goes. Single bins count for no more than three standard deviations.
 4. Angle: waves of the table's angle of any order, in windows of time (`insenv.identify.prepare.orders`).
-5. Held-out data: the same in groups of their modes, with the noise of the fitted data: what sets in after the fit.
+5. Lines that move (`insenv.identify.prepare.sweeps`).
+6. Held-out data: the same in groups of their modes, with the noise of the fitted data: what sets in after the fit.
+
+Bands, angle and lines that move are judged on all rows, the model fitted anew to all of them: what these tests see goes
+on in the held-out ones, and no model is chosen by them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.fft import idct
@@ -23,12 +28,13 @@ from scipy.special import chdtr, chdtrc, fdtrc, kolmogorov
 from insenv.core.recording import Floats
 from insenv.identify.fit.bins import Block
 from insenv.identify.fit.evidence import HELD_OUT_SPREAD, held_out_modes
-from insenv.identify.fit.gls import Fit, noise_freedom, whitened
-from insenv.identify.fit.noise import fit_noise
+from insenv.identify.fit.gls import Fit, noise_freedom, solve, whitened
+from insenv.identify.fit.noise import eigenvalues, fit_noise
 from insenv.identify.fit.problem import NOISE_TERMS, Problem, pooled
 from insenv.identify.prepare.orders import orders_p
+from insenv.identify.prepare.sweeps import sweeps_p
 
-#: Fitted blocks with their whitened residuals in time.
+#: Blocks with their whitened residuals in time.
 Blocks = tuple[tuple[Block, Floats], ...]
 #: Declared coefficients are taken as known to this share.
 TOLERANCE = 0.15
@@ -36,6 +42,8 @@ TOLERANCE = 0.15
 SHORTEST_WINDOW, LOUDER, LOUDEST = 8, 1.3, 3.0
 #: Eigenvalue below which a mode is slow: periods of more than about 60 bins.
 SLOW = 0.01
+#: Modes of the narrowest band, and the bands of one width that are tried from the lowest frequency on.
+NARROWEST, BANDS = 4, 8
 
 
 @dataclass(frozen=True)
@@ -49,18 +57,21 @@ class Structure:
 def structure(problem: Problem, fit: Fit, declared: dict[str, float], alpha: float) -> Structure:
     """Test the residual of a fit against the declared noise (by effect id, SI) and against any noise."""
     _, q, residual = whitened(problem, fit)
-    blocks = tuple(_in_time(problem, residual))
+    whole, all_rows = _whole(problem, fit)
+    everywhere = tuple(_in_time(whole, whitened(whole, all_rows)[2]))
     tests = [
         (
             "the residual's spectrum has a hump or line that the noise model cannot follow",
             _shape_p(problem, q, residual),
         ),
-        ("the residual is louder at some times than at others", _loudness_p(blocks)),
-        ("the residual follows the table's angle in a way that no effect foresees", _angle_p(problem, blocks)),
+        ("the residual is louder at some times than at others", _loudness_p(tuple(_in_time(problem, residual)))),
+        ("the residual follows the table's angle in a way that no effect foresees", _angle_p(whole, everywhere)),
+        ("the residual has a line whose frequency moves, which no effect has", sweeps_p(_by_run(whole, everywhere))),
+        ("held-out data hold slow structure that neither model nor noise foretells", _later_p(problem, fit)),
     ]
-    tests.append(("held-out data hold slow structure that neither model nor noise foretells", _later_p(problem, fit)))
     if declared:
-        tests.append(("the residual holds more noise than was declared", _excess_p(problem, fit, declared)))
+        excess = 2 * min(_excess_p(problem, fit, declared), _bands_p(whole, all_rows, declared))
+        tests.append(("the residual holds more noise than was declared", excess))
     level = alpha / len(tests)
     reasons = tuple(f"{text} (p = {p:.1g})" for text, p in tests if p < level)
     return Structure(min(p for _, p in tests), reasons)
@@ -74,17 +85,47 @@ def broad_p(problem: Problem, fit: Fit) -> float:
     return _cumulated_p(power, (1 - np.sum(q**2, axis=1))[order])
 
 
+def _whole(problem: Problem, fit: Fit) -> tuple[Problem, Fit]:
+    """The problem with all blocks fitted, and the model's fit to it."""
+    if not problem.held_out:
+        return problem, fit
+    whole = problem.all_fitted()
+    return whole, solve(whole, fit.model, start=fit.noise.power)
+
+
 def _excess_p(problem: Problem, fit: Fit, declared: dict[str, float]) -> float:
     pooled_model = pooled(problem, fit.model)
     free = fit_noise(*pooled_model, restricted=True, start=fit.noise.power)
+    most = _most_carried(problem, fit, declared)
+    held = fit_noise(*pooled_model, restricted=True, most=most)
+    ratio = max(0.0, 2 * (free.loglik - held.loglik))
+    return float(chdtrc(int(np.isfinite(most).sum()), ratio))
+
+
+def _most_carried(problem: Problem, fit: Fit, declared: dict[str, float]) -> Floats:
+    """Largest declared powers, with what the model's effects carry along and what lost rows leave."""
     most = most_power(declared)
     for carried in {name for term in fit.model for name in term.effect.carries}:
         most[_place(carried)] = np.inf  # the noise of another channel, of which no figure is told
     # Where rows were lost the angle errors of counts do not cancel: two of them are left at each loss.
     most[_place("angle_random_walk")] += 2 * _lost(problem) * _most("quantization", {"quantization": 0.0, **declared})
-    held = fit_noise(*pooled_model, restricted=True, most=most)
-    ratio = max(0.0, 2 * (free.loglik - held.loglik))
-    return float(chdtrc(int(np.isfinite(most).sum()), ratio))
+    return most
+
+
+def _bands_p(problem: Problem, fit: Fit, declared: dict[str, float]) -> float:
+    """Power in bands over what the largest declared noise has there; levels of blocks left out."""
+    most = _most_carried(problem, fit, declared)
+    held = fit_noise(*pooled(problem, fit.model), restricted=True, most=most)
+    loudest = replace(held, power=np.where(np.isfinite(most), most, held.power))
+    _, _, residual = whitened(problem, replace(fit, noise=loudest))
+    within = eigenvalues(problem.fitted) > 0
+    power = residual[within][np.argsort(problem.modes().lam[within], kind="stable")] ** 2
+    total, tails, width = np.concatenate([[0.0], np.cumsum(power)]), [1.0], NARROWEST
+    while 2 * width <= len(power):
+        first = np.arange(0, min(len(power) - width, BANDS * width) + 1, width // 2)
+        tails += list(chdtrc(width, total[first + width] - total[first]))
+        width *= 2
+    return float(min(1.0, min(tails) * len(tails)))
 
 
 def _place(term: str) -> int:
@@ -129,11 +170,25 @@ def _in_time(problem: Problem, residual: Floats) -> Iterator[tuple[Block, Floats
         start += block.n
 
 
+def _by_run(problem: Problem, blocks: Blocks) -> tuple[Floats, ...]:
+    """Whitened residual at the bins of each run, from its first to its last one; zero where there is none."""
+    place = np.concatenate(problem.bins.kept)
+    out = []
+    for run in dict.fromkeys(block.run for block, _ in blocks):
+        own = [(place[b.start : b.stop], white) for b, white in blocks if b.run == run]
+        at, values = (np.concatenate(parts) for parts in zip(*own, strict=True))
+        series = np.zeros(int(np.ptp(at)) + 1)
+        series[at - at.min()] = np.clip(values, -LOUDEST, LOUDEST)
+        out.append(series)
+    return tuple(out)
+
+
 def _angle_p(problem: Problem, blocks: Blocks) -> float:
-    """Waves of the table's angle in the longest fitted block."""
-    block, white = max(blocks, key=lambda one: one[0].n)
-    angle = problem.exposures[block.run].motion.angle
-    if angle is None or not np.ptp(angle):
+    """Waves of the table's angle."""
+    turned = [
+        (b, white) for b, white in blocks if (a := problem.exposures[b.run].motion.angle) is not None and np.ptp(a)
+    ]
+    if not turned:
         return 1.0
     middle, change = problem.bins.mean(
         tuple(
@@ -142,9 +197,14 @@ def _angle_p(problem: Problem, blocks: Blocks) -> float:
             else np.zeros((e.motion.n, 2))
             for e in problem.exposures
         )
-    )[block.start : block.stop].T
-    cells = problem.bins.width / problem.exposures[block.run].motion.dt
-    return orders_p(np.clip(white, -LOUDEST, LOUDEST), middle, change * cells)
+    ).T
+    per_bin = {block.run: problem.bins.width / problem.exposures[block.run].motion.dt for block, _ in turned}
+    return orders_p(
+        [
+            (np.clip(white, -LOUDEST, LOUDEST), middle[b.start : b.stop], change[b.start : b.stop] * per_bin[b.run])
+            for b, white in turned
+        ]
+    )
 
 
 def _loudness_p(blocks: Blocks) -> float:

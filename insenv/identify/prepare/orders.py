@@ -1,7 +1,7 @@
 """Waves of the table's angle that no effect foresees, in what is left.
 
 The whitened residual r of bin i at the angle a_i is compared with waves of the angle, in windows of time so that their
-amplitude and phase may change:
+amplitude and phase may change, over all blocks:
 
     sum_w |sum_i r_i exp(i k a_i)|^2 2 / n_w ~ chi-square with 2 degrees of freedom for each window w
 
@@ -10,14 +10,17 @@ for orders k that need not be whole: gears, belts and pole pairs turn at rates o
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import chdtrc
 
 from insenv.core.recording import Floats
 
 #: Orders that are tried: cycles per turn.
 ORDERS = np.concatenate([np.arange(0.5, 8.0, 0.125), np.arange(8.0, 33.0)])
-#: Numbers of windows that a block is cut into.
+#: Numbers of windows that the longest block is cut into; shorter ones into fewer.
 WINDOWS = (1, 3, 9, 27)
 #: Bins in a window, and turns of the table, at least.
 LEAST_BINS, LEAST_TURNS = 16, 1.0
@@ -25,35 +28,38 @@ LEAST_BINS, LEAST_TURNS = 16, 1.0
 MOST_CYCLES = 0.4
 
 
-def orders_p(residual: Floats, angle: Floats, change: Floats) -> float:
+def orders_p(blocks: Sequence[tuple[Floats, Floats, Floats]]) -> float:
     """Probability that white noise follows any wave of the angle so well.
 
     Parameters
     ----------
-    residual : ndarray, shape (n,)
-        White, of unit variance if only noise is left; consecutive bins.
-    angle, change : ndarray, shape (n,)
-        Angle of the table in the middle of each bin, and by how much it turns in a bin [rad].
+    blocks : sequence of (residual, angle, change), each of shape (n,)
+        Of consecutive bins: the residual, white and of unit variance if only noise is left; the angle of the table in
+        the middle of each bin, and by how much it turns in a bin [rad].
     """
-    waves = np.exp(1j * np.outer(ORDERS, angle))
-    seen = np.abs(np.outer(ORDERS, change)) < 2 * np.pi * MOST_CYCLES
-    waves = np.where(seen, waves, 0.0)
-    waves -= waves.mean(axis=1, keepdims=True)  # the level belongs to the bias
-    tails, tried = [1.0], 0
+    waves = [_waves(angle, change) for _, angle, change in blocks]
+    longest, tails, tried = max((len(r) for r, *_ in blocks), default=0), [1.0], 0
     for count in WINDOWS:
-        windows = [w for w in np.array_split(np.arange(len(residual)), count) if _turns(w, angle)]
-        if len(windows) < count:
-            break
         power, freedom = np.zeros(len(ORDERS)), np.zeros(len(ORDERS))
-        for w in windows:
-            size = np.sum(np.abs(waves[:, w]) ** 2, axis=1)
-            told = size > 0.5 * len(w)
-            power += np.where(told, 2 * np.abs(waves[:, w] @ residual[w]) ** 2 / np.maximum(size, 1.0), 0.0)
-            freedom += 2 * told
+        for (residual, angle, _), wave in zip(blocks, waves, strict=True):
+            for w in np.array_split(np.arange(len(residual)), max(1, round(count * len(residual) / longest))):
+                if not _turns(w, angle):
+                    continue
+                size = np.sum(np.abs(wave[:, w]) ** 2, axis=1)
+                told = size > 0.5 * len(w)
+                power += np.where(told, 2 * np.abs(wave[:, w] @ residual[w]) ** 2 / np.maximum(size, 1.0), 0.0)
+                freedom += 2 * told
         some = freedom > 0
         tried += int(some.sum())
         tails.append(float(chdtrc(freedom[some], power[some]).min(initial=1.0)))
     return float(min(1.0, min(tails) * max(tried, 1)))
+
+
+def _waves(angle: Floats, change: Floats) -> NDArray[np.complex128]:
+    """Waves of each order at the bins of a block, shape (orders, n); their level belongs to the bias."""
+    waves = np.exp(1j * np.outer(ORDERS, angle))
+    waves = np.where(np.abs(np.outer(ORDERS, change)) < 2 * np.pi * MOST_CYCLES, waves, 0.0)
+    return np.asarray(waves - waves.mean(axis=1, keepdims=True))
 
 
 def _turns(window: np.ndarray, angle: Floats) -> bool:
