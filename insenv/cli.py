@@ -23,10 +23,7 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 import click
 
-from insenv.core.errors import InputError
-from insenv.core.filing import run_as
-from insenv.core.names import KINDS
-from insenv.core.progress import (
+from insenv.core.console.progress import (
     Progress,
     allow_code_option,
     check_folder,
@@ -35,7 +32,10 @@ from insenv.core.progress import (
     verbosity,
     verbosity_options,
 )
-from insenv.core.terminal import examples, width
+from insenv.core.console.terminal import examples, width
+from insenv.core.errors import InputError
+from insenv.core.filing import run_as
+from insenv.core.names import KINDS
 from insenv.core.version import VERSION
 from insenv.data.commands import init, of_data
 from insenv.design.commands import design

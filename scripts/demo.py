@@ -14,8 +14,8 @@ from pathlib import Path
 
 from insenv import datasets
 from insenv.close import close
+from insenv.core.console.progress import Progress
 from insenv.core.errors import InputError
-from insenv.core.progress import Progress
 from insenv.identify.findings import Findings, TargetFindings
 from insenv.report import summary, write_html, write_json
 from insenv.report.figures import overview

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from insenv.core.console.terminal import examples, is_terminal, paint, shortened, width, wrapped
 from insenv.core.errors import InputError
-from insenv.core.terminal import examples, is_terminal, paint, shortened, width, wrapped
 
 if TYPE_CHECKING:
     from insenv.data.guess.draft import Draft, Question
@@ -36,8 +36,8 @@ def init(data: tuple[Path, ...], out: Path | None, answers: tuple[str, ...], col
     DATA is a CSV, text, npz, Parquet, MATLAB, Excel or R file; several are runs of one instrument. Headings and
     numbers tell what they can; what would change a result and is not told is asked, or marked in the manifest.
     """
+    from insenv.core.console.progress import check_folder
     from insenv.core.names import is_standard_output
-    from insenv.core.progress import check_folder
     from insenv.data.init import init as write
 
     check_folder(out)

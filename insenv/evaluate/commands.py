@@ -10,8 +10,8 @@ from pathlib import Path
 
 import click
 
-from insenv.core.progress import Progress, allow_code_option, check_reports, tell, verbosity_options
-from insenv.core.terminal import examples
+from insenv.core.console.progress import Progress, allow_code_option, check_reports, tell, verbosity_options
+from insenv.core.console.terminal import examples
 
 #: Time between two sentences of what is being done [s].
 _PAUSE = 2.0

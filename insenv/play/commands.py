@@ -8,9 +8,9 @@ from pathlib import Path
 
 import click
 
+from insenv.core.console.progress import allow_code_option, verbosity_options
+from insenv.core.console.terminal import examples
 from insenv.core.errors import InputError
-from insenv.core.progress import allow_code_option, verbosity_options
-from insenv.core.terminal import examples
 
 
 @click.command(

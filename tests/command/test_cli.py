@@ -18,8 +18,8 @@ from hypothesis import strategies as st
 
 from insenv import cli
 from insenv.close import close
+from insenv.core.console.progress import Progress
 from insenv.core.errors import InputError
-from insenv.core.progress import Progress
 from insenv.identify.findings import VERDICTS, Findings
 
 PROGRESS = re.compile(r"\[ *\d+\.\d s\] .+")
@@ -181,7 +181,7 @@ def test_progress_is_told_after_two_seconds_and_on_standard_error(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     now = [100.0]
-    monkeypatch.setattr("insenv.core.progress.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("insenv.core.console.progress.time.monotonic", lambda: now[0])
     say = Progress()
     for later, text in ((1.0, "early"), (2.0, "still early"), (3.0, "late")):
         now[0] = 100.0 + later

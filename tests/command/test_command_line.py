@@ -16,7 +16,7 @@ from click.testing import CliRunner
 from command import Ended, run, write
 
 from insenv import cli, shelf
-from insenv.core import progress, terminal
+from insenv.core.console import progress, terminal
 from insenv.core.errors import InputError
 from insenv.core.names import KINDS
 

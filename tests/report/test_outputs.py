@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from insenv.core.console.progress import check_reports, tell
 from insenv.core.errors import InputError
 from insenv.core.files import write_whole
-from insenv.core.progress import check_reports, tell
 
 
 def test_a_link_is_followed_and_stays_one(tmp_path: Path) -> None:

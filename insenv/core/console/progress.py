@@ -11,9 +11,9 @@ from typing import Any
 
 import click
 
+from insenv.core.console.terminal import paint
 from insenv.core.errors import InputError
 from insenv.core.names import CODE_ALLOWED, is_standard_output
-from insenv.core.terminal import paint
 
 #: Where a command keeps how much it is to say: -1 nothing but the verdict, 1 everything from the start.
 _VERBOSITY = "insenv.verbosity"
