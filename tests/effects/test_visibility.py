@@ -34,11 +34,15 @@ LADDERS: tuple[tuple[str, str, tuple[float, ...]], ...] = (
 )
 
 
+#: Length of a run [s]; a step is told from a walk by what is long before and after it.
+DURATION = {"bias_step": 1800.0}
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("key", "kind", "theta"), LADDERS, ids=[row[0] for row in LADDERS])
 def test_what_is_found_is_found_at_every_larger_strength(key: str, kind: str, theta: tuple[float, ...]) -> None:
     for snr in (12.0, 120.0, 12000.0):
-        run, _ = with_effects(kind, 7, ((key, np.array(theta)),), snr, 1800.0)
+        run, _ = with_effects(kind, 7, ((key, np.array(theta)),), snr, DURATION.get(key, 900.0))
         (target,) = closed(run.recording, manifest(declared=declared_for(run.recording), averaging=1.0)).targets
         named = {a.effect if a.order is None else f"{a.effect}:{a.order}" for a in target.added}
         named |= {rival for a in target.added for rival in a.confounded_with}

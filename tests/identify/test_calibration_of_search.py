@@ -24,7 +24,7 @@ def test_false_discoveries_are_as_rare_as_they_are_said_to_be() -> None:
     def runs() -> Iterator[bool]:
         for seed in range(RUNS):
             kind = KINDS[seed % len(KINDS)]
-            found = closed(gyro_run(kind, 60_000 + seed, duration=1800.0, dt=0.2).recording, seed=seed).targets[0]
+            found = closed(gyro_run(kind, 60_000 + seed, duration=900.0, dt=0.2).recording, seed=seed).targets[0]
             if found.added:
                 false.append((kind, seed, [(a.effect, a.p_value) for a in found.added]))
             else:

@@ -6,6 +6,8 @@ Each fails then with 5e-4; one that finds half would pass with 2 %.
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 from sequential import Shares
@@ -17,6 +19,7 @@ from insenv.effects.catalogue import CATALOGUE, by_key
 from insenv.identify.findings import Detectable
 from insenv.identify.loop import trace
 from insenv.identify.search.detectable import Sensitivity, _least, _strength
+from insenv.identify.search.scan import Hit
 from insenv.identify.search.tracks import Track
 
 DURATION = 900.0
@@ -27,10 +30,17 @@ def traced(recording: Recording) -> Track:
     return trace(asked, (recording,), (use(len(recording)),), CATALOGUE).tracks[0]
 
 
-def smallest(track: Track) -> dict[str, Detectable | None]:
-    sensitivity = Sensitivity(track.problem, track.fit)
-    hits = (*track.last_physical, *(track.hits or ()))
-    return {hit.candidate.effect.key: sensitivity.smallest(hit, 0.01) for hit in hits}
+def hits(track: Track) -> dict[str, Hit]:
+    return {hit.candidate.effect.key: hit for hit in (*track.last_physical, *(track.hits or ()))}
+
+
+def smallest(track: Track, key: str) -> Detectable | None:
+    return Sensitivity(track.problem, track.fit).smallest(hits(track)[key], 0.01)
+
+
+@cache
+def of_quiet(kind: str, seed: int, key: str) -> Detectable | None:
+    return smallest(traced(gyro_run(kind, seed, duration=DURATION).recording), key)
 
 
 def with_amplitude(kind: str, seed: int, key: str, least: Detectable, share: float) -> Simulated:
@@ -42,7 +52,7 @@ def with_amplitude(kind: str, seed: int, key: str, least: Detectable, share: flo
 
 
 def found(kind: str, seed: int, key: str, share: float) -> bool:
-    least = smallest(traced(gyro_run(kind, seed, duration=DURATION).recording))[key]
+    least = of_quiet(kind, seed, key)
     assert least is not None and least.value > 0
     return bool(traced(with_amplitude(kind, seed, key, least, share).recording).steps)
 
@@ -62,13 +72,14 @@ def test_it_grows_with_the_noise() -> None:
     for factor in (1.0, 3.0):
         louder = {key: factor * value for key, value in noise.items()}
         run = gyro_run("staircase", 5, duration=DURATION, noise=louder)
-        least.append(smallest(traced(run.recording))["scale_factor_asymmetry"])
+        least.append(smallest(traced(run.recording), "scale_factor_asymmetry"))
     assert least[0] is not None and least[1] is not None
     assert least[1].value == pytest.approx(3 * least[0].value, rel=0.02)
 
 
 def test_what_has_no_single_size_has_none() -> None:
-    all_of_them = smallest(traced(gyro_run("reversal", 5, duration=DURATION).recording))
+    track = traced(gyro_run("reversal", 5, duration=DURATION).recording)
+    all_of_them = {key: smallest(track, key) for key in hits(track)}
     units = [unit for d in all_of_them.values() if d for unit in (d.unit, *(u for _, u in d.at.values()))]
     assert len(units) > 10 and not any(OUTPUT in unit for unit in units)  # each in the unit of what was measured
     assert all_of_them["bias_warm_up"] is not None and all_of_them["bias_warm_up"].at["tau"][1] == "s"
@@ -83,7 +94,7 @@ def test_a_drift_at_rest_is_found_though_noise_could_be_a_walk(sign: float) -> N
     """The noise of a short rest takes in most of a drift; here is half of it found with every seed, once promised."""
     noise = {"angle_random_walk": 5e-5, "bias_instability": 2e-6}
     quiet = traced(gyro_run("rest", 3, duration=300.0, noise=noise, with_temperature=False).recording)
-    least = smallest(quiet)["bias_drift"]
+    least = smallest(quiet, "bias_drift")
     assert least is not None
     drift = ("bias_drift", np.array([sign * least.value]))
     loud = gyro_run("rest", 3, (drift,), duration=300.0, noise=noise, with_temperature=False)
@@ -93,9 +104,8 @@ def test_a_drift_at_rest_is_found_though_noise_could_be_a_walk(sign: float) -> N
 def test_two_ways_agree_where_many_modes_tell_the_noise() -> None:
     """One nu for all noise, and the noise fitted to the data that are to be expected."""
     track = traced(gyro_run("staircase", 5, duration=DURATION).recording)
-    hits = {hit.candidate.effect.key: hit for hit in (*track.last_physical, *(track.hits or ()))}
     sensitivity = Sensitivity(track.problem, track.fit)
-    one = sensitivity._seen(hits["timing_skew"].term)
+    one = sensitivity._seen(hits(track)["timing_skew"].term)
     assert one is not None and one.freedom > 200
     ratio = np.sqrt(sensitivity._held_out(one.term, one.direction, track.fit) / one.information)
     assert _least(sensitivity._answer(one), 4.0) == pytest.approx(_strength(4.0, 1, one.freedom, ratio), rel=0.1)

@@ -176,7 +176,7 @@ def deviates() -> dict[str, list[float]]:
     """Estimates less the truth, in their standard deviations, over runs of mixed profiles."""
     z: dict[str, list[float]] = {"scale_factor": [], **{key: [] for key in WIDEST}}
     for seed in range(SCATTERED):
-        run = gyro_run(("staircase", "reversal", "sine")[seed % 3], 5000 + seed, duration=900.0)
+        run = gyro_run(("staircase", "reversal", "sine")[seed % 3], 5000 + seed, duration=900.0, dt=0.2)
         problem, model = problem_of(run.recording, averaging=1.0, samples=False)
         value, sd = next(v for key, v in named(solve(problem, model)).items() if key.startswith("scale"))
         z["scale_factor"].append((value - run.own["scale_factor"]) / sd)
