@@ -27,6 +27,8 @@ from insenv.identify.findings import Findings
 from insenv.identify.loop import trace
 from insenv.identify.positions.findings import position_findings
 from insenv.identify.positions.trace import trace_positions
+from insenv.identify.positions.unit_findings import unit_findings
+from insenv.identify.positions.unit_trace import on_axes, trace_unit
 
 
 def close(
@@ -87,7 +89,10 @@ def close_on(
     """
     _check(alpha, seed)
     doubts = implausible(read, recordings)
-    if read.procedure == "multi-position":
+    if read.procedure == "multi-position" and on_axes(recordings):
+        unit = trace_unit(read, recordings, tried, alpha, progress)
+        found = unit_findings(read, recordings, unit, remarks(recordings), alpha, seed)
+    elif read.procedure == "multi-position":
         traced = trace_positions(read, recordings, tried, alpha, progress)
         found = position_findings(read, recordings, traced, remarks(recordings), alpha, seed)
     else:

@@ -17,6 +17,7 @@ from insenv.core.errors import InputError
 from insenv.core.files import WRITERS, Format, replacing, toml
 from insenv.core.recording import Recording
 from insenv.data.manifest import HeldOut, Model, RowRanges
+from insenv.data.manifest.gimbals import gimbals_table
 from insenv.data.manifest.spec import ACCELEROMETERS, BARE
 
 Noise = Mapping[str, Mapping[str, float]]
@@ -128,7 +129,7 @@ def _manifest_text(
     for recording, name in zip(recordings, names, strict=True):
         tables.append(("[[runs]]", {"file": name, "label": recording.label}))
         tables.append(("[runs.site]", _site(recording)))
-        tables.append(("[runs.mounting]", _mounting(recording)))
+        tables += nested("runs.mounting", _mounting(recording))
     tables.append(("[channels.time]", {"unit": "s"}))
     tables += [(f"[channels.{n}]", _channel(n, *layout)) for n, layout in _layout(recordings[0]).items()]
     if recordings[0].segments:
@@ -151,6 +152,8 @@ def _mounting(recording: Recording) -> dict[str, object]:
     turned: dict[str, object] = {"base_turned": _quantity(mounting.base_turned, "rad")} if mounting.base_turned else {}
     if mounting.table_axis:
         return {"axes": mounting.axes, "table_axis": mounting.table_axis} | turned
+    if mounting.gimbals is not None:
+        return {"axes": mounting.axes, "gimbals": gimbals_table(mounting.gimbals)} | turned
     return {"tilt": _quantity(mounting.tilt, "rad"), "axes": mounting.axes} | turned
 
 

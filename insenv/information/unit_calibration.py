@@ -313,6 +313,10 @@ class UnitModel:
         means, root = self._cells(blocks, row, c)
         return means[:, :-1], means[:, -1], root @ root.T
 
+    def edges(self, blocks: Blocks, row: int, c: int) -> NDArray[np.int64]:
+        """Edges of these cells in blocks, shape (m + 1,)."""
+        return _edges(blocks.turning[row], c < len(GYROS))
+
     def turns(self, blocks: Blocks, row: int, c: int) -> NDArray[np.bool_]:
         """Which of these cells are turns."""
         return blocks.turning[row][_edges(blocks.turning[row], c < len(GYROS))[:-1]]

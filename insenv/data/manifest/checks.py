@@ -19,6 +19,7 @@ from insenv.core.plugins import check_code
 from insenv.core.recording import Mounting, Site
 from insenv.core.units import quantity
 from insenv.data.manifest import schema
+from insenv.data.manifest.gimbals import gimbals
 from insenv.data.manifest.schema import shown
 from insenv.data.manifest.spec import (
     ACCELEROMETERS,
@@ -156,7 +157,14 @@ def _mounting(run: schema.MountingTable, shared: schema.MountingTable, where: st
         raise InputError(f"{where} has tilt and table_axis; wanted tilt of a single gyro, or table_axis of a triad")
     turned = run.base_turned or shared.base_turned
     base_turned = 0.0 if turned is None else quantity(turned, "angle", f"{where}.base_turned")
-    return Mounting(Mounting.tilt if tilt is None else elevation, axes, table_axis or Mounting.table_axis, base_turned)
+    table = run.gimbals or shared.gimbals
+    return Mounting(
+        Mounting.tilt if tilt is None else elevation,
+        axes,
+        table_axis or Mounting.table_axis,
+        base_turned,
+        None if table is None else gimbals(table, f"{where}.gimbals"),
+    )
 
 
 def _triple_product(a: tuple[int, ...], b: tuple[int, ...], c: tuple[int, ...]) -> int:

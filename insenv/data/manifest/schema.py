@@ -70,6 +70,19 @@ class SiteTable(Table):
     gravity: str | None = None
 
 
+class GimbalsTable(Table):
+    """``[mounting.gimbals]``: a table of two or three axes; see `insenv.data.manifest.gimbals`."""
+
+    order: str
+    heading: str | None = None
+    mounting: str | None = None
+    tilt: str | None = None
+    heading_error: str | None = None
+    non_orthogonality: str | None = None
+    eccentricity: str | None = None
+    encoder_noise: str | None = None
+
+
 class MountingTable(Table):
     """``[mounting]``."""
 
@@ -77,6 +90,7 @@ class MountingTable(Table):
     axes: str | None = None
     table_axis: Literal["U", "D"] | None = None
     base_turned: str | None = None
+    gimbals: GimbalsTable | None = None
 
 
 class RunTable(Table):

@@ -26,6 +26,7 @@ CHANNELS: Mapping[str, str] = {
     **dict.fromkeys(ACCELEROMETERS, "acceleration"),
     "table_angle": "angle",
     "table_rate": "rate",
+    **dict.fromkeys(("axis_1", "axis_2", "axis_3"), "angle"),
     "temperature": "temperature",
     "power": "number",
     "turning": "number",

@@ -343,11 +343,13 @@ def search(
     doubts: Sequence[Doubt] = (),
     untold: Sequence[Any] = (),
     told: Callable[[Sequence[Any]], bool] = lambda terms: True,
+    at_once: int = AT_ONCE,
 ) -> Outcome:
     """Add to the declared model, one after the other, what fitted and held-out units call for, whatever the doubts.
 
     ``untold`` are effects that these units cannot tell from noise: they are not added, and are rivals all the same.
-    ``told`` says of terms beside the declared ones whether these units tell them all together.
+    ``told`` says of terms beside the declared ones whether these units tell them all together. Terms of one key are
+    forms of one effect. ``at_once`` are the most that are tried together where none alone helps.
     """
     before = solve(problem, declared)
     testable, blind = _testable(problem, before, tried)
@@ -358,7 +360,7 @@ def search(
     while True:
         left = [term for term in testable if term not in now.terms]
         added = [step.term for step in steps]
-        sets = [terms for terms in _sets(left) if told([*added, *terms])]
+        sets = [terms for terms in _sets(left, at_once) if told([*added, *terms])]
         found = _round(problem, now, sets, looks, alpha, refused, doubts)
         alone = alone or dict(refused)
         if not found:
@@ -479,8 +481,8 @@ def _plain(refused: Rejected) -> Rejected:
     return replace(refused, reason="not significant") if insignificant else refused
 
 
-def _sets(left: Sequence[Any]) -> Iterator[tuple[Any, ...]]:
-    for count in range(1, min(AT_ONCE, len(left)) + 1):
+def _sets(left: Sequence[Any], at_once: int) -> Iterator[tuple[Any, ...]]:
+    for count in range(1, min(at_once, len(left)) + 1):
         yield from combinations(left, count)
 
 
@@ -555,7 +557,7 @@ def _rivals(
     base = solve(problem, others)
     found = []
     for rival in testable:
-        if rival in now.terms:
+        if rival in now.terms or rival.effect.key in {term.effect.key, *found}:
             continue
         without = solve(problem, [*others, rival])
         both = solve(problem, [*others, rival, term])

@@ -11,38 +11,27 @@ import numpy as np
 
 from insenv.core.errors import InputError
 from insenv.core.unit.gimbals import Gimbals
-from insenv.core.units import DEG
-from insenv.data.manifest.schema import Table, convert
+from insenv.data.manifest.gimbals import gimbals
+from insenv.data.manifest.schema import GimbalsTable, convert
 from insenv.scenario.draws import PLACE, generator
 from insenv.scenario.schema import ScenarioTable
-from insenv.scenario.values import given, not_negative, positive
+from insenv.scenario.values import positive
 from insenv.systems.system_calibration.plant import MultiAxisTable
 
 #: Name of the table in a scenario.
 NAME = "axes"
 #: Place of the draw of the table's errors.
 ERRORS = PLACE + 110
-#: Largest error of a table [rad]: small turns about three axes still add to a thousandth of themselves.
-MOST_ERROR = 1.0 * DEG
 
 
-class AxesTable(Table):
-    """``[axes]``: letters of its ``order`` from the outer to the inner axis, limits, and deviations of its errors.
+class AxesTable(GimbalsTable, kw_only=True):
+    """``[axes]``: the axes and deviations of their errors (`insenv.data.manifest.gimbals`), and their limits.
 
-    ``mounting`` of the unit, ``tilt`` and ``heading_error`` of the base, ``non_orthogonality`` of the axes and
-    ``eccentricity`` of the encoders are standard deviations about zero: drawn for every run, and told.
+    The errors are drawn for every run, and told.
     """
 
-    order: str
     max_rate: str
     max_acceleration: str
-    heading: str | None = None
-    mounting: str | None = None
-    tilt: str | None = None
-    heading_error: str | None = None
-    non_orthogonality: str | None = None
-    eccentricity: str | None = None
-    encoder_noise: str | None = None
     most: list[str] | None = None
     longest_dwell: str | None = None
 
@@ -104,35 +93,12 @@ def _entries(table: ScenarioTable, path: Path) -> AxesTable:
 
 
 def _gimbals(named: AxesTable, where: str) -> Gimbals:
-    order = named.order
-    apart = all(a != b for a, b in zip(order[:-1], order[1:], strict=True))
-    if len(order) not in (2, 3) or set(order) - set("xyz") or not apart:
-        raise InputError(
-            f"{where}.order = {order!r}; wanted two or three of the letters x, y and z, outer axis first, such as 'xz'"
-        )
-    k = len(order)
-
-    def error(name: str) -> float:
-        sd = not_negative(getattr(named, name), "angle", f"{where}.{name}", 0.0)
-        if sd > MOST_ERROR:
-            raise InputError(f"{where}.{name} = {getattr(named, name)!r}; wanted a small angle, 1 deg at most")
-        return sd
-
-    sd = (
-        *3 * (error("mounting"),),
-        *2 * (error("tilt"),),
-        error("heading_error"),
-        *(k - 1) * (error("non_orthogonality"),),
-        *2 * k * (error("eccentricity"),),
-    )
+    found, k = gimbals(named, where), len(named.order)
     most = named.most if named.most is not None else k * ["360 deg"]
     if len(most) != k:
         raise InputError(f"{where}.most has {len(most)} angles; wanted one for each of the {k} axes")
-    return Gimbals(
-        axes=order,
-        heading=given(named.heading, "angle", f"{where}.heading", 0.0),
-        sd=sd,
+    return replace(
+        found,
         most=tuple(positive(text, "angle", f"{where}.most[{m}]") for m, text in enumerate(most)),
-        noise=not_negative(named.encoder_noise, "angle", f"{where}.encoder_noise", 0.0),
         longest=positive(named.longest_dwell, "time", f"{where}.longest_dwell", 300.0),
     )

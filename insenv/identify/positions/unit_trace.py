@@ -1,0 +1,244 @@
+"""Closing the loop on a whole unit on a table whose axes are read: what its declared model lacks.
+
+All rests and turns of the six channels are one problem (`insenv.identify.positions.unit`), and what the table, the
+unit's seat and the instruments may do are candidates side by side (`insenv.identify.positions.unit_terms`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from insenv.core.errors import InputError
+from insenv.core.estimate import Datasheet
+from insenv.core.recording import Channel, Floats, Recording
+from insenv.core.unit.motion import GYROS, UNIT
+from insenv.data.manifest import Manifest
+from insenv.effects.base import Effect
+from insenv.effects.catalogue import by_key
+from insenv.identify.positions.accel import site_gravity
+from insenv.identify.positions.search import Fit, Outcome, search, solve
+from insenv.identify.positions.unit import Cells, OnAxes, as_noisy_as_read, foretold
+from insenv.identify.positions.unit_terms import (
+    OF_ACCELEROMETERS,
+    OF_GYROS,
+    Candidates,
+    Raw,
+    candidates,
+    changes,
+    excess,
+    whole_sheet,
+)
+from insenv.information.unit_calibration import Blocks, UnitModel, gathered, joined, nothing
+
+#: Where the manifest holds nothing out, every so-manieth rest is.
+EVERY = 4
+#: Angle by which an axis turns in a sample [rad], where no channel says so.
+_TURNS = 1e-5
+#: Probability, of a residual that is noise, below which something is left.
+_LEFT = 1e-3
+
+
+@dataclass(frozen=True)
+class UnitFound:
+    """What was found: the problem, the search's outcome, and why what is left is no noise."""
+
+    problem: OnAxes
+    outcome: Outcome
+    reasons: tuple[str, ...]
+    rests: int
+    remarks: tuple[str, ...] = ()
+
+
+def on_axes(recordings: Sequence[Recording]) -> bool:
+    """Whether recordings are of a unit on a table whose axes are read."""
+    return all(
+        r.mounting.gimbals is not None
+        and all(f"axis_{m}" in r.channels for m in range(1, len(r.mounting.gimbals.axes) + 1))
+        and all(name in r.channels for name in UNIT)
+        for r in recordings
+    )
+
+
+def trace_unit(
+    manifest: Manifest,
+    recordings: Sequence[Recording],
+    tried: Sequence[Effect] | None = None,
+    alpha: float = 0.01,
+    progress: Callable[[str], None] = lambda text: None,
+) -> UnitFound:
+    """Find what the declared model of a unit and its table lacks.
+
+    Raises
+    ------
+    InputError
+        If gravity is not known, runs are on other tables, a declared effect is none of a unit, or there are no turns.
+    """
+    _check(manifest, recordings)
+    warm = all("temperature" in r.channels and changes(r.channels["temperature"].values) for r in recordings)
+    progress("rests and turns")
+    sheets = [_sheet(manifest, recording) for recording in recordings]
+    models = [UnitModel(whole_sheet(sheet, warm)) for sheet in sheets]
+    runs = [_with_turning(recording) for recording in recordings]
+    blocks = [_blocks(manifest, model, run) for model, run in zip(models, runs, strict=True)]
+    starts = np.cumsum([0.0, *(float(r.t[-1] - r.t[0]) for r in recordings[:-1])])
+    numbers, rests = _numbered(blocks)
+    held = [_held_out(manifest, number, rests) for number in numbers]
+    size = models[0].size * models[0].sheet.dt
+    slips = [
+        float(start + size * t)
+        for start, block in zip(starts, blocks, strict=True)
+        for t in np.flatnonzero(np.diff(block.turning[0].astype(int)) == 1) + 1
+    ]
+    keys = None if tried is None else [effect.id for effect in tried]
+    terms = candidates(manifest.model.declared, models[0].gimbals, slips, keys, warm)
+    told = np.array(sheets[0].mounting.gimbals.sd if sheets[0].mounting.gimbals else ())
+    cells = [
+        cell
+        for row in range(len(runs))
+        for cell in _cells(models[row], blocks[row], _excess(models[row], runs[row], warm), terms, told > 0,
+                           (float(starts[row]), row), numbers[row], held[row])
+    ]  # fmt: skip
+    problem = OnAxes(tuple(cells), (1.0,) * len(cells), told[told > 0])
+    whole = [*terms.declared, *terms.tried]
+    problem = foretold(as_noisy_as_read(problem, whole), terms.declared)
+    progress("candidates")
+    outcome = search(problem, terms.declared, terms.tried, alpha, at_once=1)
+    reasons = _structure(problem, outcome.after)
+    return UnitFound(problem, outcome, reasons, rests, (_said(rests, held, numbers),))
+
+
+def _check(manifest: Manifest, recordings: Sequence[Recording]) -> None:
+    path = manifest.path
+    if any(site_gravity(r.site) is None for r in recordings):
+        raise InputError(f"{path}: neither site.gravity nor site.latitude; a unit on axes wants one of them")
+    if len({r.mounting.gimbals.axes for r in recordings if r.mounting.gimbals}) > 1:
+        raise InputError(f"{path}: runs on tables with other axes; wanted one table")
+    able = {*OF_GYROS, *OF_ACCELEROMETERS}
+    for key in manifest.model.declared:
+        if by_key(key).id not in able:
+            names = ", ".join(sorted(able))
+            raise InputError(f"{path}: model.declared has {key!r}; of a unit on axes wanted some of {names}")
+
+
+def _sheet(manifest: Manifest, recording: Recording) -> Datasheet:
+    """What is known of a run: noise as stated, or white as neighbouring samples differ."""
+    dt = recording.dt
+    noise = {}
+    for target in UNIT:
+        stated = {k: v for k, v in manifest.noise.get(target, {}).items() if v > 0}
+        steps = np.diff(recording.channels[target].values)
+        white = float(np.median(np.abs(steps))) / 0.6745 / np.sqrt(2) * np.sqrt(dt)
+        noise[target] = stated or {"angle_random_walk": max(white, 1e-12)}
+    gravity = site_gravity(recording.site)
+    return Datasheet(
+        sampling=1.0 / dt,
+        duration=len(recording) * dt,
+        site=replace(recording.site, gravity=gravity),
+        mounting=recording.mounting,
+        noise=noise,
+        reference_temperature=manifest.model.reference_temperature,
+    )
+
+
+def _with_turning(recording: Recording) -> Recording:
+    """The recording with a channel that says where an axis turns."""
+    if "turning" in recording.channels:
+        return recording
+    assert recording.mounting.gimbals is not None
+    noise, axes = recording.mounting.gimbals.noise, recording.mounting.gimbals.axes
+    angles = np.stack([recording.channels[f"axis_{m + 1}"].values for m in range(len(axes))])
+    steps = np.abs(np.diff(angles, axis=1, prepend=angles[:, :1])).max(axis=0)
+    flags = (steps > max(_TURNS, 6 * noise)).astype(float)
+    return replace(recording, channels={**recording.channels, "turning": Channel(flags, "1", "interval")})
+
+
+def _blocks(manifest: Manifest, model: UnitModel, run: Recording) -> Blocks:
+    one = replace(run, channels={n: replace(c, values=c.values[None]) for n, c in run.channels.items()})
+    blocks = joined(gathered(model, nothing(model, 1), one))
+    if blocks is None or not blocks.turning.any() or blocks.turning.all():
+        raise InputError(f"{manifest.path}: {run.label} has no rests or no turns; wanted a unit that is turned and rests")
+    return blocks
+
+
+def _numbered(blocks: Sequence[Blocks]) -> tuple[list[NDArray[np.int64]], int]:
+    """Number of the rest to which each block belongs, from 1 through all runs, and how many there are."""
+    found, last = [], 0
+    for block in blocks:
+        turning = block.turning[0].astype(int)
+        begun = np.concatenate([[1], np.diff(turning) == -1]).astype(int)
+        number = last + np.cumsum(begun)
+        found.append(number)
+        last = int(number[-1])
+    return found, last
+
+
+def _held_out(manifest: Manifest, number: NDArray[np.int64], rests: int) -> NDArray[np.bool_]:
+    named = manifest.held_out.positions
+    if named in ("even", "odd"):
+        return number % 2 == (named == "odd")
+    if isinstance(named, tuple):
+        if beyond := [n for n in named if n > rests]:
+            where = f"{manifest.path}: held_out.positions has {beyond[0]}"
+            raise InputError(f"{where}; there are {rests} rests, counted from 1")
+        return np.isin(number, named)
+    return number % EVERY == 0
+
+
+def _excess(model: UnitModel, run: Recording, warm: bool) -> Mapping[float, Floats]:
+    """Of `insenv.identify.positions.unit_terms.excess` by blocks."""
+    if not warm:
+        return {}
+    values, size = run.channels["temperature"].values, model.size
+    edges = np.concatenate([values[:1], values[size - 1 :: size]])[: len(values) // size + 1]
+    t = np.arange(len(edges)) * size * model.sheet.dt
+    return excess(t, edges, model.sheet.reference_temperature)
+
+
+def _cells(  # noqa: PLR0913 -- what a run is made of
+    model: UnitModel,
+    blocks: Blocks,
+    lagged: Mapping[float, Floats],
+    terms: Candidates,
+    stated: NDArray[np.bool_],
+    begun: tuple[float, int],
+    number: NDArray[np.int64],
+    held: NDArray[np.bool_],
+) -> list[Cells]:
+    names, table = [p.name for p in model.parameters], model.gimbals.names
+    found, (start, run) = [], begun
+    for c, target in enumerate(UNIT):
+        columns, means, covariance = model.cells(blocks, 0, c)
+        edges = model.edges(blocks, 0, c)
+        time = start + 0.5 * (edges[1:] + edges[:-1]) * model.size * model.sheet.dt
+        own = {names[j]: columns[:, i] for i, j in enumerate(model.places[c])}
+        late = {tau: np.add.reduceat(v, edges[:-1]) / np.diff(edges) for tau, v in lagged.items()}
+        raw = Raw(target, own, time, late)
+        design = np.column_stack([make(raw) for make in terms.made])
+        nuisance = np.column_stack([own[n] for n, yes in zip(table, stated, strict=True) if yes] or [np.zeros((len(time), 0))])
+        turning = blocks.turning[0][edges[:-1]]
+        found.append(Cells(c, design, nuisance, means, covariance, time, run, turning, held[edges[:-1]]))
+    return found
+
+
+def _structure(problem: OnAxes, fit: Fit) -> tuple[str, ...]:
+    """Whether the held-out cells scatter as the fitted ones foretell."""
+    held = problem.held_out
+    r = fit.residual[held].ravel()
+    slopes = fit.slopes[held].reshape(len(r), -1)
+    covariance = np.eye(len(r)) + slopes @ fit.told @ slopes.T
+    square = float(r @ np.linalg.solve(covariance, r)) / fit.variance
+    p = float(chi2.sf(square, len(r)))
+    if p >= _LEFT or not len(r):
+        return ()
+    ratio = np.sqrt(square / len(r))
+    return (f"held-out rests and turns scatter {ratio:.3g} times as much as the fitted ones foretell (p = {p:.1e})",)
+
+
+def _said(rests: int, held: Sequence[NDArray[np.bool_]], numbers: Sequence[NDArray[np.int64]]) -> str:
+    out = len({int(n) for h, number in zip(held, numbers, strict=True) for n in number[h]})
+    return f"{rests} rests on a table whose axes are read: {rests - out} fitted, {out} held out, each with the turn after it"
