@@ -100,7 +100,7 @@ def _needs(effect: Effect) -> str:
 
 def _reserved() -> str:
     names = ", ".join(f"`{name}`" for name in RESERVED) or "none"
-    return f"## Reserved\n\nNames of effects that this version does not have: {names}."
+    return f"## Names without a class\n\nOf effects that this version does not have, and of errors of a table: {names}."
 
 
 def constants() -> str:

@@ -51,6 +51,22 @@ class GreedyOrientation(Planned):
         super().__init__(datasheet, greedy(Planner(checked(datasheet)), datasheet.duration, dwell))
 
 
+class HorizonOrientation(Planned):
+    """As `GreedyOrientation`, by what several positions tell together: the first of the best way is taken.
+
+    Parameters
+    ----------
+    datasheet : Datasheet
+    dwell : float
+        Rest at each [s].
+    ahead : int
+        Positions that are looked at together.
+    """
+
+    def __init__(self, datasheet: Datasheet, dwell: float = 20.0, ahead: int = 2) -> None:
+        super().__init__(datasheet, greedy(Planner(checked(datasheet)), datasheet.duration, dwell, ahead))
+
+
 class DesignedSequence(Planned):
     """A sequence that was searched for: all parameters better than after the 19 published positions in the same time.
 

@@ -18,34 +18,11 @@ import numpy as np
 
 from insenv.core.compiled import jit
 from insenv.navigation.kernel import static_step, turn_of_navigation
+from insenv.navigation.matrices import add_crossed, add_matrix
 
 #: Places in the array of a row: quaternion, velocity, increments of the sample before, whether it was a turn's, values
 #: of the states.
 QUATERNION, VELOCITY, BEFORE, TURNED, STATE = 0, 4, 7, 13, 14
-
-
-@jit
-def _matrix(q, c):
-    """C_b^n of a quaternion, added to c with the weight of a half."""
-    w, x, y, z = q
-    c[0, 0] += 0.5 - (y * y + z * z)
-    c[0, 1] += x * y - w * z
-    c[0, 2] += x * z + w * y
-    c[1, 0] += x * y + w * z
-    c[1, 1] += 0.5 - (x * x + z * z)
-    c[1, 2] += y * z - w * x
-    c[2, 0] += x * z - w * y
-    c[2, 1] += y * z + w * x
-    c[2, 2] += 0.5 - (x * x + y * y)
-
-
-@jit
-def _crossed(v, rows, out):
-    """Add v x to three rows, of all columns."""
-    for k in range(rows.shape[1]):
-        out[0, k] += v[1] * rows[2, k] - v[2] * rows[1, k]
-        out[1, k] += v[2] * rows[0, k] - v[0] * rows[2, k]
-        out[2, k] += v[0] * rows[1, k] - v[1] * rows[0, k]
 
 
 @jit
@@ -66,8 +43,8 @@ def _onward(p, x, places, c, force, zeta, white, dt, scratch):  # noqa: C901, PL
         for i in range(3):
             t[i, k] -= dt * (c[i, 0] * sums[0, k] + c[i, 1] * sums[1, k] + c[i, 2] * sums[2, k])
             t[3 + i, k] += dt * (c[i, 0] * sums[3, k] + c[i, 1] * sums[4, k] + c[i, 2] * sums[5, k])
-    _crossed((-zeta[0], -zeta[1], -zeta[2]), p[0:3], t[0:3])
-    _crossed(force, p[0:3], t[3:6])
+    add_crossed((-zeta[0], -zeta[1], -zeta[2]), p[0:3], t[0:3])
+    add_crossed(force, p[0:3], t[3:6])
     for i in range(6):
         for ch in range(6):
             s = 0.0
@@ -151,10 +128,10 @@ def run(inputs, columns, resting, places, numbers, rows, cov):  # noqa: PLR0913,
                 u[ch] = s * dt
             a, f = (u[0], u[1], u[2]), (u[3], u[4], u[5])
             c[:, :] = 0.0
-            _matrix(q, c)
+            add_matrix(q, c)
             before = v
             q, v = static_step(q, v, a, f, (a0, f0), zeta, navigation, fall)
-            _matrix(q, c)
+            add_matrix(q, c)
             a0, f0 = a, f
             force = (v[0] - before[0], v[1] - before[1], v[2] - before[2] + fall)
             _onward(p, h, places, c, force, zeta, white, dt, scratch)

@@ -14,11 +14,11 @@ from insenv.core.errors import InputError
 from insenv.core.version import VERSION
 from insenv.data.manifest import Manifest
 from insenv.effects.base import Effect
-from insenv.effects.catalogue import by_key, plug_in_of
+from insenv.effects.catalogue import RESERVED, by_key, plug_in_of
 from insenv.identify.findings import Added, Covariance, Estimate, Findings, TargetFindings
 
-#: What was found and cannot be taken out of readings: beyond a rail nothing was read.
-LOST = ("saturation",)
+#: What cannot be taken out of readings: beyond a rail nothing was read, and a table's errors are not theirs.
+LOST = tuple(RESERVED)
 
 
 def calibration(found: Findings, manifest: Manifest) -> Calibration:

@@ -16,7 +16,7 @@ from insenv.core.plugins import EFFECTS, find, names
 from insenv.effects.base import Effect
 from insenv.effects.own import ALL, CATALOGUE, RESERVED, TRIAD
 
-__all__ = ["ALL", "CATALOGUE", "TRIAD", "by_key", "catalogue", "described", "plug_in_of"]
+__all__ = ["ALL", "CATALOGUE", "RESERVED", "TRIAD", "by_key", "catalogue", "described", "plug_in_of"]
 
 
 #: How a class that is no entry point is named.

@@ -106,5 +106,14 @@ ALL: tuple[Effect, ...] = (
     OutputBandwidth(),
 )
 
-#: Names of effects that this version does not have, with their words: title and meaning.
-RESERVED = {"saturation": ("saturation", "beyond a largest or smallest value nothing more is read")}
+#: Names that a report may have and no class: effects that this version does not have, and errors of a table of several
+#: axes (`insenv.core.unit.gimbals`) and of a unit's seat on it. With their words: title and meaning.
+RESERVED = {
+    "saturation": ("saturation", "beyond a largest or smallest value nothing more is read"),
+    "unit_mounting": ("mounting of the unit", "the unit is turned against the table by more than is stated"),
+    "mounting_shift": ("loose mounting", "the unit slipped on the table during a turn"),
+    "base_level": ("tilt of the table's base", "the base is not level by more than is stated"),
+    "base_heading": ("heading of the table's base", "the base points elsewhere than is stated, by more than is stated"),
+    "axis_non_orthogonality": ("table axes out of square", "axes of the table are not at right angles"),
+    "encoder_eccentricity": ("eccentricity of an encoder", "the reading of an axis of the table is off once a turn"),
+}

@@ -22,6 +22,7 @@ from insenv.envs.group import Blocks
 from insenv.envs.single import TaskEnv
 from insenv.envs.task import Task
 from insenv.envs.turns import Command, turn_angle
+from insenv.information.unit_calibration import is_by_eye
 from insenv.scenario.measured import sheet_table
 
 #: Share of a rest that is held out.
@@ -118,17 +119,21 @@ def save_runs(folder: Path | str, task: Task, runs: Sequence[Played]) -> Path:
     """
     kept, model = [], task.model
     unit = task.datasheet.mounting.gimbals is not None
+    by_eye = unit and is_by_eye(task.datasheet.mounting)
     vehicle = "turning" in runs[0].recording.channels and not unit
     turned = vehicle and any(turn for run in runs for _, turn in run.commands)
     for run in runs:
         known = {name: channel for name, channel in run.recording.channels.items() if name in CHANNELS}
         mounting = replace(run.recording.mounting, base_turned=run.base_turned)
+        if by_eye:
+            known = {name: channel for name, channel in known.items() if not name.startswith("axis_")}
+            mounting = replace(mounting, gimbals=None)
         one = replace(run.recording, channels=known, mounting=mounting)
         if turned:
             one, model = _turned(one, task, run.commands)
         kept.append(one)
     if unit:
-        model = _in_positions(model)
+        model = _in_positions(model, by_eye)
     title = f"{task.name}, {kept[0].label}" + (f" and {len(kept) - 1} more" if len(kept) > 1 else "")
     path = Path(folder) / "manifest.toml"
     sheet = sheet_table(task.datasheet)
@@ -147,28 +152,32 @@ def _turned(recording: Recording, task: Task, commands: Sequence[Command]) -> tu
     return replace(recording, channels=channels, mounting=mounting), replace(task.model, declared=declared)
 
 
-def _in_positions(model: Model) -> Model:
-    """The model of a unit that was turned from rest to rest: what rests in several positions can tell is declared.
+def _in_positions(model: Model, by_eye: bool) -> Model:
+    """The model of a unit that was turned from rest to rest: what rests and turns can tell is declared.
 
-    What shows in the turns alone (delays, lever arms), or what is not sought there, is left to the environment's own
-    estimators; the loop may name it by what it does to the rests.
+    ``by_eye``: nothing reads its attitude. What shows in the turns alone (delays, lever arms) is then left to the
+    environment's own estimators; the loop may name it by what it does to the rests.
     """
-    from insenv.identify.positions.trace import OF_ACCELEROMETERS, OF_RESTS, OF_ROTATIONS, WHOLE  # where it is used
+    from insenv.identify.positions import trace, unit_terms  # where they are used
 
-    able = {"bias", WHOLE, *OF_ACCELEROMETERS, *OF_ROTATIONS, *OF_RESTS}
+    able = {*unit_terms.OF_GYROS, *unit_terms.OF_ACCELEROMETERS}
+    if by_eye:
+        able = {"bias", trace.WHOLE, *trace.OF_ACCELEROMETERS, *trace.OF_ROTATIONS, *trace.OF_RESTS}
     declared = tuple(key for key in model.declared if by_key(key).id in able)
     return replace(model, procedure="multi-position", declared=declared)
 
 
 def _held_out(task: Task, recordings: Sequence[Recording]) -> HeldOut:
-    """What the scenario holds out; else every second rest of a unit on axes, and of a vehicle the middle of each rest.
+    """What the scenario holds out; else every second rest of a unit in the hand, of a vehicle the middle of each rest.
+
+    Of a unit on axes that are read nothing is said: the loop holds out some rests with the turns after them.
 
     That of a vehicle that turned is a share `HELD_OUT` of the rest.
 
     Each rest has a level of its own, which none of the others foretells, and its ends tell most of what drifts.
     """
     if task.held_out == HeldOut() and task.datasheet.mounting.gimbals is not None:
-        return HeldOut(positions="even")
+        return HeldOut(positions="even") if is_by_eye(task.datasheet.mounting) else HeldOut()
     if task.held_out != HeldOut() or not recordings[0].mounting.table_axis:
         return task.held_out
     rows: list[tuple[int, int]] = []

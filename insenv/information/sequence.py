@@ -4,8 +4,8 @@ r"""Sequences of positions for a whole unit: what they tell of every parameter, 
 
 is nearly additive, for noise that is white; with that a search tries thousands of sequences in seconds. What is stated
 of a sequence is of the full model (`told`): all motion planned, slow noise over all of it. As the model is linear and
-Gaussian no datum changes what the next one tells: the best sequence is known before the first measurement, and a policy
-that looks ahead on line has nothing to add.
+Gaussian no datum changes what the next one tells: the best sequence is known before the first measurement, and what looks
+ahead (`greedy`) can do so beforehand.
 """
 
 from __future__ import annotations
@@ -153,8 +153,19 @@ def neighbours(angles: Angles, able: Sequence[Angles]) -> list[Angles]:
     return [b for b in able if sum(abs(x - y) > 1e-9 for x, y in zip(angles, b, strict=True)) == 1]
 
 
-def greedy(planner: Planner, time: float, dwell: float = 20.0) -> tuple[Visit, ...]:
-    """At each position the neighbour whose turn and rest of ``dwell`` tell most by the second, until time is up."""
+def greedy(planner: Planner, time: float, dwell: float = 20.0, ahead: int = 1) -> tuple[Visit, ...]:
+    """At each position the neighbour that begins what tells most by the second, until time is up.
+
+    Parameters
+    ----------
+    planner : Planner
+    time : float
+        [s]
+    dwell : float
+        Rest at each position [s].
+    ahead : int
+        Positions, each a neighbour of the one before, whose turns and rests are looked at together.
+    """
     able = right_angles(planner.model.gimbals)
     q = sum(not parameter_of_table(p.name) for p in planner.model.parameters)
     now: Angles = (0.0,) * len(planner.model.gimbals.axes)
@@ -162,17 +173,37 @@ def greedy(planner: Planner, time: float, dwell: float = 20.0) -> tuple[Visit, .
     matrix = planner.quick(found)
     while planner.time(found) < time:
         known = np.log(deviations(matrix)[:q]).sum()
-        best: tuple[float, Visit, Floats] | None = None
-        for b in (now, *neighbours(now, able)):
-            told, turning = planner.turn(now, b)
-            after = matrix + told + dwell * planner.rest(b)
-            gain = (known - np.log(deviations(after)[:q]).sum()) / (turning + dwell)
-            if best is None or gain > best[0]:
-                best = (float(gain), Visit(b, dwell), after)
-        assert best is not None
-        found.append(best[1])
-        now, matrix = best[1].angles, best[2]
+
+        def gain(way: _Way, known: float = known) -> float:
+            return float(known - np.log(deviations(way.matrix)[:q]).sum()) / way.time
+
+        now = max(_ways(planner, _Way(now, (), matrix, 0.0), able, dwell, ahead), key=gain).path[0]
+        matrix = matrix + planner.turn(found[-1].angles, now)[0] + dwell * planner.rest(now)
+        found.append(Visit(now, dwell))
     return tuple(found)
+
+
+@dataclass(frozen=True)
+class _Way:
+    """Where a unit is, the positions that led there, what is told then, and the time that it took [s]."""
+
+    now: Angles
+    path: tuple[Angles, ...]
+    matrix: Floats
+    time: float
+
+
+def _ways(planner: Planner, begun: _Way, able: Sequence[Angles], dwell: float, ahead: int) -> list[_Way]:
+    """All ways on through so many positions."""
+    if not ahead:
+        return [begun]
+    found = []
+    for b in (begun.now, *neighbours(begun.now, able)):
+        told, turning = planner.turn(begun.now, b)
+        matrix = begun.matrix + told + dwell * planner.rest(b)
+        way = _Way(b, (*begun.path, b), matrix, begun.time + turning + dwell)
+        found += _ways(planner, way, able, dwell, ahead - 1)
+    return found
 
 
 def parameter_of_table(name: str) -> bool:

@@ -27,7 +27,7 @@ from scipy.linalg import cholesky, solve_triangular
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet
 from insenv.core.motion import Motion
-from insenv.core.recording import Floats, Recording
+from insenv.core.recording import Floats, Mounting, Recording
 from insenv.core.unit.gimbals import Gimbals, exposed
 from insenv.core.unit.motion import GYROS, UNIT, Course, motions
 from insenv.effects.base import CurveEffect, Effect, LinearEffect, MemoryEffect
@@ -47,6 +47,11 @@ _BY_EYE = np.radians(1.0)
 _TURNED = 1e-4
 #: Covariances that are kept: runs under one policy mostly have the same cells.
 _KEPT = 12
+
+
+def is_by_eye(mounting: Mounting) -> bool:
+    """Whether the axes of a table are read too badly to be a reference."""
+    return mounting.gimbals is not None and mounting.gimbals.noise >= _BY_EYE
 
 
 @dataclass(frozen=True)
@@ -116,6 +121,8 @@ class UnitModel:
     Attributes
     ----------
     sheet : Datasheet
+    in_turns : bool
+        Whether a gyro has a cell for each block of a turn as well: what an error of the table does within one shows.
 
     Raises
     ------
@@ -124,12 +131,13 @@ class UnitModel:
     """
 
     sheet: Datasheet
+    in_turns: bool = False
     _roots: dict[bytes, Floats] = field(default_factory=dict, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         if self.sheet.mounting.gimbals is None:
             raise InputError("the datasheet tells of no table with several axes; wanted mounting.gimbals")
-        if self.gimbals.noise >= _BY_EYE:
+        if is_by_eye(self.sheet.mounting):
             raise InputError(
                 f"the axes are read to {np.degrees(self.gimbals.noise):.3g} deg; wanted better than 1 deg, or an "
                 "estimator that needs no table, such as multi_position"
@@ -315,16 +323,16 @@ class UnitModel:
 
     def edges(self, blocks: Blocks, row: int, c: int) -> NDArray[np.int64]:
         """Edges of these cells in blocks, shape (m + 1,)."""
-        return _edges(blocks.turning[row], c < len(GYROS))
+        return _edges(blocks.turning[row], c < len(GYROS) and not self.in_turns)
 
     def turns(self, blocks: Blocks, row: int, c: int) -> NDArray[np.bool_]:
         """Which of these cells are turns."""
-        return blocks.turning[row][_edges(blocks.turning[row], c < len(GYROS))[:-1]]
+        return blocks.turning[row][self.edges(blocks, row, c)[:-1]]
 
     def _cells(self, blocks: Blocks, row: int, c: int) -> tuple[Floats, Floats]:
         """Columns and, last, the mean of each cell; the lower root of their covariance."""
         turning, place = blocks.turning[row], self.places[c]
-        edges = _edges(turning, c < len(GYROS))
+        edges = self.edges(blocks, row, c)
         sd = np.array([self.parameters[j].sd for j in place])
         data = np.concatenate([blocks.columns[row, c, : len(place)] * sd[:, None], blocks.left[row, c, None]])
         means = np.add.reduceat(data, edges[:-1], axis=-1) / np.diff(edges)
@@ -345,16 +353,18 @@ class UnitModel:
         time = np.diff(edges) * self.size * dt
         if c < len(GYROS):
             share = np.maximum.reduceat(along[c], cells) if len(cells) else np.zeros(0)
-            extra = 2 * (noise / time) ** 2 * np.round(share, 3) * turning[cells]
+            own = (noise / time) * np.sqrt(np.round(share, 3)) * turning[cells]
+            # Two cells of one turn have the reading between them in common.
+            extra = np.diag(2 * own**2) - sum(np.diag(own[1:] * own[:-1], k) for k in (-1, 1))
         else:
-            extra = (self._place[1] * noise) ** 2 * dt / time
+            extra = np.diag((self._place[1] * noise) ** 2 * dt / time)
         key = bytes([c]) + edges.tobytes() + extra.tobytes()
         if key not in self._roots:
             if len(self._roots) >= _KEPT:
                 self._roots.clear()
             noises = told_noises(self.sheet, UNIT[c])
             total = sum(n.coefficient**2 * n.effect.covariance(edges * self.size, dt) for n in noises)
-            self._roots[key] = np.asarray(cholesky(np.asarray(total) + np.diag(extra), lower=True))
+            self._roots[key] = np.asarray(cholesky(np.asarray(total) + extra, lower=True))
         return self._roots[key]
 
 

@@ -30,8 +30,17 @@ from insenv.evaluate.bounds import bounds
 from insenv.evaluate.check.estimator import check_estimator
 from insenv.evaluate.trials import trial
 from insenv.information.directions import sentence, untold
-from insenv.information.positions import attitude, from_level, nineteen, six, twenty_four, up
-from insenv.information.sequence import Planner, designed, even, greedy, parameter_of_table
+from insenv.information.positions import Angles, attitude, from_level, nineteen, right_angles, six, twenty_four, up
+from insenv.information.sequence import (
+    Planner,
+    Visit,
+    designed,
+    deviations,
+    even,
+    greedy,
+    neighbours,
+    parameter_of_table,
+)
 from insenv.information.sequence_bound import sequence_bound
 from insenv.information.unit_calibration import UnitModel, gathered, joined, nothing, sought
 from insenv.scenario import datasheet, load
@@ -295,9 +304,10 @@ def test_a_recording_of_a_unit_is_saved_for_the_loop(tmp_path: Path) -> None:
     for _ in range(20):
         env.step(np.array([0.25, 0.0, 0.0, 4 / 300, 0.0]))
     manifest = load_manifest(env.save(tmp_path))
-    assert manifest.procedure == "multi-position" and manifest.held_out.positions == "even"
-    assert "accel_scale_factor" in manifest.model.declared and "size_effect" not in manifest.model.declared
-    assert "table_angle" not in manifest.channels
+    assert manifest.procedure == "multi-position" and manifest.held_out.positions is None
+    assert {"accel_scale_factor", "size_effect"} <= set(manifest.model.declared)
+    assert "axis_2" in manifest.channels and "table_angle" not in manifest.channels
+    assert manifest.runs[0].mounting.gimbals is not None and manifest.runs[0].mounting.gimbals.axes == "yz"
 
 
 def test_a_sequence_is_designed_like_any_procedure() -> None:
@@ -418,6 +428,22 @@ def test_a_planned_sequence_tells_what_the_played_one_does() -> None:
     )
     share = played.deviations[0, -1] / [p.sd for p in planner.model.parameters[: len(played.names)]]
     np.testing.assert_allclose(planner.told(visits, 570.0)[: len(share)], share, rtol=0.05)
+
+
+def test_looking_ahead_begins_the_best_way_through_two_positions() -> None:
+    planner = plans()
+    begun = Visit(tuple(0.0 for _ in planner.model.gimbals.axes), 20.0)
+    units = [not parameter_of_table(p.name) for p in planner.model.parameters]
+
+    def rate(path: tuple[Angles, ...]) -> float:
+        visits = [begun, *(Visit(at, 20.0) for at in path)]
+        left = np.log(deviations(planner.quick(visits)) / deviations(planner.quick([begun])))[units]
+        return float(-left.sum() / (planner.time(visits) - planner.time([begun])))
+
+    able = right_angles(planner.model.gimbals)
+    ways = [(b, c) for b in (begun.angles, *neighbours(begun.angles, able)) for c in (b, *neighbours(b, able))]
+    assert greedy(planner, 30.0, 20.0, ahead=2)[1].angles == max(ways, key=rate)[0]
+    assert greedy(planner, 30.0, 20.0)[1].angles == max(((b,) for b, _ in ways), key=rate)[0]
 
 
 def test_a_designed_sequence_is_better_than_the_greedy_one_it_begins_with() -> None:

@@ -1,4 +1,4 @@
-"""The axes of a table that carries a unit: ``[mounting.gimbals]`` of a manifest, and what ``[axes]`` of a scenario shares.
+"""The axes of a table that carries a unit: ``[mounting.gimbals]`` of a manifest, and in ``[axes]`` of a scenario.
 
 ``order`` has the letters of the axes from the outer to the inner. ``mounting`` of the unit, ``tilt`` and
 ``heading_error`` of the base, ``non_orthogonality`` of the axes and ``eccentricity`` of the encoders are standard
@@ -57,7 +57,7 @@ def gimbals_table(axes: Gimbals) -> dict[str, object]:
         "eccentricity": axes.sd[5 + k],
         "encoder_noise": axes.noise,
     }
-    return {"order": axes.axes} | {name: f"{float(value)!r} rad" for name, value in values.items() if value}
+    return {"order": axes.axes, **{name: f"{float(value)!r} rad" for name, value in values.items() if value}}
 
 
 def _not_negative(table: GimbalsTable, name: str, where: str) -> float:

@@ -335,7 +335,7 @@ class Doubt:
     variance: float | None = None
 
 
-def search(
+def search(  # noqa: PLR0913 -- of three callers each names what it has
     problem: Problem,
     declared: Sequence[Any],
     tried: Sequence[Any],
@@ -555,7 +555,7 @@ def _rivals(
     """Effects with which in its place the added one is no longer significant, or no longer told."""
     others = [t for t in now.terms if t is not term]
     base = solve(problem, others)
-    found = []
+    found: list[str] = []
     for rival in testable:
         if rival in now.terms or rival.effect.key in {term.effect.key, *found}:
             continue

@@ -138,20 +138,14 @@ class OnAxes:
         return np.asarray(block_diag(*self._roots), float)
 
     def plain(self, residual: Floats) -> Floats:
-        """Residuals before they were whitened, shape (n, 1), in deviations of a cell's own noise."""
-        return self.raw(residual)[:, None] / self._deviation[:, None]
+        """The whitened residuals, shape (n, 1): of a held-out cell, what fitted ones do not foretell of its noise."""
+        return residual
 
     def raw(self, residual: Floats) -> Floats:
         """Residuals before they were whitened, shape (n,), each in the unit of its channel."""
         cut = np.cumsum([len(c.means) for c in self.cells])[:-1]
         parts = np.split(residual.reshape(-1), cut)
         return np.concatenate([root @ part for root, part in zip(self._roots, parts, strict=True)])
-
-    @cached_property
-    def _deviation(self) -> Floats:
-        return np.concatenate(
-            [size * np.sqrt(np.diag(c.covariance)) for c, size in zip(self.cells, self.sizes, strict=True)]
-        )
 
     @cached_property
     def _roots(self) -> tuple[Floats, ...]:
@@ -189,7 +183,7 @@ def as_noisy_as_read(problem: OnAxes, terms: Sequence[UnitTerm]) -> OnAxes:
     """The problem with the noise of each channel as its fitted cells show it beside ``terms``."""
     y, columns, nuisance = problem._white  # noqa: SLF001
     used = problem.fitted
-    places = sorted({j for term in terms for j in term.at})
+    places = np.array(sorted({j for term in terms for j in term.at}), int)
     rows = np.hstack([columns[np.ix_(used, places)], nuisance[used]])
     prior = np.hstack([np.zeros((len(problem.nuisance), len(places))), np.diag(1 / problem.nuisance)])
     design, right = np.vstack([rows, prior]), np.concatenate([y[used], np.zeros(len(prior))])

@@ -62,9 +62,7 @@ def unit_findings(
     )
 
 
-def _target(
-    manifest: Manifest, recordings: Sequence[Recording], found: UnitFound, target: str
-) -> TargetFindings:
+def _target(manifest: Manifest, recordings: Sequence[Recording], found: UnitFound, target: str) -> TargetFindings:
     kind, outcome = target.partition("_")[0], found.outcome
     steps = [step for step in outcome.steps if step.term.effect.kind in (kind, "table")]
     unit = "rad/s" if kind == "gyro" else "m/s^2"
@@ -133,7 +131,9 @@ def _of_term(fit: Fit, term: UnitTerm, target: str) -> list[Estimate]:
     for shares, value, sd in zip(term.shares, fit.theta[at], fit.sd()[at], strict=True):
         for s in shares:
             if s.channel in ("", target):
-                rows.append(Estimate(term.effect.id, s.name, float(s.factor * value), float(abs(s.factor) * sd), s.unit))
+                rows.append(
+                    Estimate(term.effect.id, s.name, float(s.factor * value), float(abs(s.factor) * sd), s.unit)
+                )
     return rows
 
 
@@ -174,7 +174,9 @@ def _noise(recordings: Sequence[Recording], target: str, unit: str) -> tuple[Est
     """White noise, from differences of neighbouring samples."""
     steps = [np.diff(r.channels[target].values) for r in recordings]
     rows = sum(map(len, steps))
-    white = float(np.median([np.median(np.abs(s)) / 0.6745 * np.sqrt(r.dt / 2) for s, r in zip(steps, recordings, strict=True)]))
+    white = float(
+        np.median([np.median(np.abs(s)) / 0.6745 * np.sqrt(r.dt / 2) for s, r in zip(steps, recordings, strict=True)])
+    )
     key = "angle_random_walk"
     return (Estimate(key, "N", white, white / np.sqrt(2 * max(rows, 1)), NOISE_UNITS[unit][key]),)
 

@@ -31,6 +31,7 @@ OF_GYROS = (
     "scale_factor_asymmetry",
     "misalignment",
     "non_orthogonality",
+    "cross_axis",
     "g_sensitivity",
     "bias_drift",
     "bias_temperature",
@@ -48,6 +49,8 @@ OF_ACCELEROMETERS = (
     "bias_temperature",
     "bias_temperature_rate",
 )
+#: All that a gyro sees of the other axes, and its parts: where none is declared the whole is tried, else the parts.
+_WHOLE, _PARTS = "cross_axis", {"misalignment", "non_orthogonality"}
 #: Those that want a temperature that changes.
 _WARM = ("bias_temperature", "bias_temperature_rate", "bias_thermal_lag")
 #: Time constants of a thermal lag that are tried [s], and the least change of temperature by which one is told [K].
@@ -129,10 +132,14 @@ def candidates(
     there = {by_key(key).id for key in declared}
     if "bias" in there and "accel_bias" not in there:
         there.add("accel_bias")
+    without = {_WHOLE} if there & _PARTS else _PARTS
+    without = without | _PARTS if _WHOLE in there else without
     made: list[Callable[[Raw], Floats]] = []
     stated, tried = list[UnitTerm](), list[UnitTerm]()
     for term, columns in [*_of_instruments(warm), *_of_table(gimbals), *_slips(slips), *_lags(warm)]:
         own = term.effect.kind != "table" and term.effect.id in there
+        if term.effect.kind == "gyro" and not own and term.effect.id in without:
+            continue
         if not own and keys is not None and term.effect.id not in keys:
             continue
         at = tuple(range(len(made), len(made) + len(columns)))

@@ -16,12 +16,12 @@ from scipy.stats import chi2
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet
 from insenv.core.recording import Channel, Floats, Recording
-from insenv.core.unit.motion import GYROS, UNIT
+from insenv.core.unit.motion import UNIT
 from insenv.data.manifest import Manifest
 from insenv.effects.base import Effect
 from insenv.effects.catalogue import by_key
 from insenv.identify.positions.accel import site_gravity
-from insenv.identify.positions.search import Fit, Outcome, search, solve
+from insenv.identify.positions.search import Fit, Outcome, search
 from insenv.identify.positions.unit import Cells, OnAxes, as_noisy_as_read, foretold
 from insenv.identify.positions.unit_terms import (
     OF_ACCELEROMETERS,
@@ -82,7 +82,7 @@ def trace_unit(
     warm = all("temperature" in r.channels and changes(r.channels["temperature"].values) for r in recordings)
     progress("rests and turns")
     sheets = [_sheet(manifest, recording) for recording in recordings]
-    models = [UnitModel(whole_sheet(sheet, warm)) for sheet in sheets]
+    models = [UnitModel(whole_sheet(sheet, warm), in_turns=True) for sheet in sheets]
     runs = [_with_turning(recording) for recording in recordings]
     blocks = [_blocks(manifest, model, run) for model, run in zip(models, runs, strict=True)]
     starts = np.cumsum([0.0, *(float(r.t[-1] - r.t[0]) for r in recordings[:-1])])
@@ -104,7 +104,8 @@ def trace_unit(
                            (float(starts[row]), row), numbers[row], held[row])
     ]  # fmt: skip
     problem = OnAxes(tuple(cells), (1.0,) * len(cells), told[told > 0])
-    whole = [*terms.declared, *terms.tried]
+    # A slip at any turn takes up all that one rest is off by: the noise is looked at without.
+    whole = [*terms.declared, *(term for term in terms.tried if term.shape is None)]
     problem = foretold(as_noisy_as_read(problem, whole), terms.declared)
     progress("candidates")
     outcome = search(problem, terms.declared, terms.tried, alpha, at_once=1)
@@ -161,7 +162,9 @@ def _blocks(manifest: Manifest, model: UnitModel, run: Recording) -> Blocks:
     one = replace(run, channels={n: replace(c, values=c.values[None]) for n, c in run.channels.items()})
     blocks = joined(gathered(model, nothing(model, 1), one))
     if blocks is None or not blocks.turning.any() or blocks.turning.all():
-        raise InputError(f"{manifest.path}: {run.label} has no rests or no turns; wanted a unit that is turned and rests")
+        raise InputError(
+            f"{manifest.path}: {run.label} has no rests or no turns; wanted a unit that is turned and rests"
+        )
     return blocks
 
 
@@ -195,7 +198,7 @@ def _excess(model: UnitModel, run: Recording, warm: bool) -> Mapping[float, Floa
         return {}
     values, size = run.channels["temperature"].values, model.size
     edges = np.concatenate([values[:1], values[size - 1 :: size]])[: len(values) // size + 1]
-    t = np.arange(len(edges)) * size * model.sheet.dt
+    t = np.arange(len(edges), dtype=np.float64) * float(size * model.sheet.dt)
     return excess(t, edges, model.sheet.reference_temperature)
 
 
@@ -214,12 +217,15 @@ def _cells(  # noqa: PLR0913 -- what a run is made of
     for c, target in enumerate(UNIT):
         columns, means, covariance = model.cells(blocks, 0, c)
         edges = model.edges(blocks, 0, c)
-        time = start + 0.5 * (edges[1:] + edges[:-1]) * model.size * model.sheet.dt
+        middle = np.asarray(0.5 * (edges[1:] + edges[:-1]), np.float64)
+        time = start + middle * float(model.size * model.sheet.dt)
         own = {names[j]: columns[:, i] for i, j in enumerate(model.places[c])}
-        late = {tau: np.add.reduceat(v, edges[:-1]) / np.diff(edges) for tau, v in lagged.items()}
+        late: dict[float, Floats] = {tau: np.add.reduceat(v, edges[:-1]) / np.diff(edges) for tau, v in lagged.items()}
         raw = Raw(target, own, time, late)
         design = np.column_stack([make(raw) for make in terms.made])
-        nuisance = np.column_stack([own[n] for n, yes in zip(table, stated, strict=True) if yes] or [np.zeros((len(time), 0))])
+        nuisance = np.column_stack(
+            [own[n] for n, yes in zip(table, stated, strict=True) if yes] or [np.zeros((len(time), 0))]
+        )
         turning = blocks.turning[0][edges[:-1]]
         found.append(Cells(c, design, nuisance, means, covariance, time, run, turning, held[edges[:-1]]))
     return found
@@ -241,4 +247,5 @@ def _structure(problem: OnAxes, fit: Fit) -> tuple[str, ...]:
 
 def _said(rests: int, held: Sequence[NDArray[np.bool_]], numbers: Sequence[NDArray[np.int64]]) -> str:
     out = len({int(n) for h, number in zip(held, numbers, strict=True) for n in number[h]})
-    return f"{rests} rests on a table whose axes are read: {rests - out} fitted, {out} held out, each with the turn after it"
+    used = f"{rests - out} fitted, {out} held out, each with the turn after it"
+    return f"{rests} rests on a table whose axes are read: {used}"

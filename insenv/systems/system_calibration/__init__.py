@@ -18,6 +18,7 @@ SYSTEM = System(
                 "nineteen_positions",
                 "designed_sequence",
                 "greedy_orientation",
+                "horizon_orientation",
                 "twenty_four_positions",
                 "six_positions",
             ),

@@ -18,7 +18,8 @@ from __future__ import annotations
 
 import argparse
 import json
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -30,20 +31,6 @@ G, EARTH = 9.8017, 7.292115e-5
 DEG, ARCSEC, PPM = np.pi / 180, np.pi / 180 / 3600, 1e-6
 SAMPLING, SUB = 20.0, 4
 BLOCK = int(SAMPLING)  # samples of a block of one second
-#: Cause -> effects that name it.
-CAUSES: dict[str, tuple[str, ...]] = {
-    "axis_angle": ("axis_non_orthogonality",),
-    "axis_tilt": ("base_level",),
-    "encoder": ("encoder_eccentricity",),
-    "g_sensitivity": ("g_sensitivity",),
-    "lever_arms": ("size_effect",),
-    "asynchrony": ("force_delay",),
-    "thermal_lag": ("bias_thermal_lag", "bias_temperature_rate"),
-    "loose_mounting": ("mounting_shift",),
-    "asymmetry": ("scale_factor_asymmetry", "accel_asymmetry"),
-    "misalignment": ("misalignment", "non_orthogonality"),
-    "second_order": ("accel_second_order",),
-}
 #: Gauss and Markov times of the flicker [s], by factors of 4.
 FLICKER = 4.0 ** np.arange(0, 7)
 
@@ -64,12 +51,18 @@ class Set:
 
 
 SETS = {
-    "fog": Set((2.9e-6, 3.9e-4), (9.7e-8, 4.9e-5), (1e-5, 1e-2), 3e-4, 3e-4, 60 * ARCSEC, 10 * ARCSEC, 60 * ARCSEC, 0.05 * ARCSEC),
-    "mems": Set((8.7e-5, 2e-3), (2.4e-5, 4e-4), (8.7e-3, 0.3), 1e-2, 5e-3, 600 * ARCSEC, 60 * ARCSEC, 3600 * ARCSEC, 2 * ARCSEC),
+    "fog": Set(
+        (2.9e-6, 3.9e-4), (9.7e-8, 4.9e-5), (1e-5, 1e-2), 3e-4, 3e-4,
+        60 * ARCSEC, 10 * ARCSEC, 60 * ARCSEC, 0.05 * ARCSEC,
+    ),
+    "mems": Set(
+        (8.7e-5, 2e-3), (2.4e-5, 4e-4), (8.7e-3, 0.3), 1e-2, 5e-3,
+        600 * ARCSEC, 60 * ARCSEC, 3600 * ARCSEC, 2 * ARCSEC,
+    ),
 }  # fmt: skip
 
 
-def rotation(axis: str, angle: Floats) -> Floats:
+def rotation(axis: str, angle: Floats | float) -> Floats:
     """Matrices that take components into axes turned by ``angle``, shape (n, 3, 3)."""
     i = "xyz".index(axis)
     j, k = (i + 1) % 3, (i + 2) % 3
@@ -82,11 +75,12 @@ def rotation(axis: str, angle: Floats) -> Floats:
 
 def small(vector: Floats) -> Floats:
     """Matrix of a small rotation."""
-    return rotation("z", vector[2]) @ rotation("y", vector[1]) @ rotation("x", vector[0])
+    found: Floats = rotation("z", vector[2]) @ rotation("y", vector[1]) @ rotation("x", vector[0])
+    return found
 
 
 @dataclass(frozen=True)
-class Path_:
+class Course:
     """Angles of the axes at the sub-steps, (k, n sub + 1), where they turn, (n,), and begins of the turns [s]."""
 
     axes: str
@@ -95,7 +89,7 @@ class Path_:
     begins: Floats
 
 
-def path(axes: str, positions: Floats, dwell: float, rate: float, acceleration: float) -> Path_:
+def course_of(axes: str, positions: Floats, dwell: float, rate: float, acceleration: float = 30 * DEG) -> Course:
     """From position to position, one axis after the other."""
     h = 1 / SAMPLING / SUB
     now, angles, flags, begins = np.zeros(len(axes)), [np.zeros((len(axes), 1))], [], []
@@ -113,14 +107,16 @@ def path(axes: str, positions: Floats, dwell: float, rate: float, acceleration: 
             whole = np.ceil(time * SAMPLING - 1e-9) / SAMPLING
             s = np.arange(1, int(round(whole / h)) + 1) * h / whole
             r = min(ramp / time, 0.5)
-            shape = np.where(s < r, s * s / (2 * r), np.where(s > 1 - r, (1 - r) - (1 - s) ** 2 / (2 * r), s - r / 2)) / (1 - r)
+            shape = np.where(
+                s < r, s * s / (2 * r), np.where(s > 1 - r, (1 - r) - (1 - s) ** 2 / (2 * r), s - r / 2)
+            ) / (1 - r)
             part = np.repeat(now[:, None], len(s), axis=1)
             part[m] = now[m] + move * shape
             angles.append(part)
             flags.append(np.ones(len(s) // SUB))
             now = now.copy()
             now[m] = target[m]
-    return Path_(axes, np.concatenate(angles, axis=1), np.concatenate(flags), np.array(begins))
+    return Course(axes, np.concatenate(angles, axis=1), np.concatenate(flags), np.array(begins))
 
 
 @dataclass(frozen=True)
@@ -135,14 +131,15 @@ class Table:
     slip: tuple[float, Floats] = (np.inf, np.zeros(3))
 
 
-def attitudes(p: Path_, table: Table, latitude: float) -> tuple[Floats, Floats]:
+def attitudes(p: Course, table: Table, latitude: float) -> tuple[Floats, Floats]:
     """C at the sub-steps from the local level (east, north, up), and rotation vectors between them."""
     true = p.angles.copy()  # readings; true angles are off by the encoders' eccentricity
     for m in range(len(p.axes)):
         c, s = table.eccentric[2 * m : 2 * m + 2]
         true[m] -= c * np.cos(p.angles[m]) + s * np.sin(p.angles[m])
     matrix = np.broadcast_to(
-        rotation("y", table.tilt[1]) @ rotation("x", table.tilt[0]) @ rotation("z", -table.heading), (true.shape[1], 3, 3)
+        rotation("y", table.tilt[1]) @ rotation("x", table.tilt[0]) @ rotation("z", -table.heading),
+        (true.shape[1], 3, 3),
     )
     for m, letter in enumerate(p.axes):
         matrix = rotation(letter, true[m]) @ matrix
@@ -155,11 +152,11 @@ def attitudes(p: Path_, table: Table, latitude: float) -> tuple[Floats, Floats]:
         late = np.arange(true.shape[1]) * h >= table.slip[0]
         matrix = np.where(late[:, None, None], small(table.slip[1]) @ matrix, matrix)
     step = matrix[1:] @ np.swapaxes(matrix[:-1], 1, 2)
-    vector = 0.5 * np.stack([step[:, 1, 2] - step[:, 2, 1], step[:, 2, 0] - step[:, 0, 2], step[:, 0, 1] - step[:, 1, 0]], 1)
+    vector = 0.5 * np.stack(
+        [step[:, 1, 2] - step[:, 2, 1], step[:, 2, 0] - step[:, 0, 2], step[:, 0, 1] - step[:, 1, 0]], 1
+    )
     size = np.linalg.norm(vector, axis=1)
     vector *= np.where(size > 1e-9, np.arcsin(np.minimum(size, 1)) / np.maximum(size, 1e-12), 1.0)[:, None]
-    if np.isfinite(table.slip[0]):  # a slip within a sub-step is felt as the turn that it is
-        pass
     earth = EARTH * np.array([0.0, np.cos(latitude), np.sin(latitude)])
     felt = 0.5 * (matrix[1:] + matrix[:-1]) @ earth
     return matrix, vector + felt * h
@@ -171,7 +168,9 @@ def means(values: Floats, per: int) -> Floats:
     return values[: n * per].reshape(n, per, *values.shape[1:]).mean(axis=1)
 
 
-def felt(p: Path_, table: Table, latitude: float, arms: Floats | None = None, late: float = 0.0) -> tuple[Floats, Floats]:
+def felt(
+    p: Course, table: Table, latitude: float, arms: Floats | None = None, late: float = 0.0
+) -> tuple[Floats, Floats]:
     """Mean rates and specific forces of the samples, each (n, 3)."""
     h = 1 / SAMPLING / SUB
     matrix, turned = attitudes(p, table, latitude)
@@ -221,148 +220,204 @@ def _first_order(z: Floats, decay: float) -> Floats:
     return out
 
 
-def case(number: int, cause: str | None, strength: float, positions: str = "random") -> tuple[dict[str, Any], dict[str, Any]]:
+def case(
+    number: int, cause: str | None, strength: float, positions: str = "random"
+) -> tuple[dict[str, Any], dict[str, Any]]:
     """Channels, and the truth with what the manifest says."""
     rng = np.random.default_rng([20261123, number])
     kind = "fog" if rng.random() < 0.6 else "mems"
     one, latitude = SETS[kind], float(rng.uniform(20, 60)) * DEG
-    axes = str(rng.choice(["zxy", "xyz", "yxz", "yz"] if positions == "random" else ["zxy"]))
-    k = len(axes)
-    p = path(axes, _positions(axes, rng, positions), float(rng.uniform(25, 45)), 20 * DEG if kind == "fog" else 60 * DEG, 30 * DEG)
+    axes = str(rng.choice(["zxy", "xyz", "yxz", "yz"])) if positions == "random" else "zxy"
+    rate = (20 if kind == "fog" else 60) * DEG
+    course = course_of(axes, _positions(len(axes), rng, positions), float(rng.uniform(25, 45)), rate)
     warm = cause == "thermal_lag" or rng.random() < 0.3
-    stated = {"seat": one.seat, "tilt": one.tilt, "heading": one.heading}
-    if cause == "axis_tilt":
-        stated["tilt"] = 0.0
+    stated = {"seat": one.seat, "tilt": 0.0 if cause == "axis_tilt" else one.tilt, "heading": one.heading}
     table = Table(
-        stated["seat"] * rng.standard_normal(3), stated["tilt"] * rng.standard_normal(2),
-        stated["heading"] * rng.standard_normal(), np.zeros(k - 1), np.zeros(2 * k),
-    )  # fmt: skip
-    w, f = felt(p, table, latitude)
-    n = len(w) // BLOCK * BLOCK
-    w, f = w[:n], f[:n]
-    minutes = np.arange(n) / SAMPLING / 60
-    rise, period = rng.uniform(5, 15), rng.uniform(15, 40)
-    temperature = 25 + (rise * (1 - np.exp(-minutes / rng.uniform(4, 10))) + 3 * np.sin(2 * np.pi * minutes / period) if warm else 0 * minutes)
-    out = np.concatenate([w, f], axis=1)
-    own = _declared_errors(w, f, one, cause, temperature if warm else None, rng)
-    out = out + own
-    size = 1.0
+        stated["seat"] * rng.standard_normal(3),
+        stated["tilt"] * rng.standard_normal(2),
+        stated["heading"] * rng.standard_normal(),
+        np.zeros(len(axes) - 1),
+        np.zeros(2 * len(axes)),
+    )
+    rates, forces = felt(course, table, latitude)
+    n = len(rates) // BLOCK * BLOCK
+    temperature = 25 + _warming(np.arange(n) / SAMPLING / 60, rng) * warm
+    unit = Played(course, table, latitude, rates[:n], forces[:n], temperature)
+    out, size = unit.both + _declared_errors(unit, one, cause != "misalignment", warm, rng), 1.0
     if cause is not None:
-        add = _cause(cause, p, table, latitude, (w, f), temperature, one, rng)
-        added = add(1.0)[:n]
-        reached = _strength(added, p, table, latitude, (w, f), temperature if warm else None, one, stated, cause)
-        size = strength / reached
-        out = out + (add(size)[:n] if cause in ("asynchrony", "loose_mounting", "axis_angle", "encoder", "axis_tilt") else size * added)
+        add = CAUSES[cause][0](unit, rng)
+        size = strength / strength_of(add(1.0), unit, one, stated, warm, cause != "misalignment")
+        out += add(size)
     for c in range(6):
         out[:, c] += noise(one.white[c // 3], one.flicker[c // 3], n, rng)
-    readings = p.angles[:, SUB::SUB][:, :n] + one.encoder * rng.standard_normal((k, n))
+    readings = course.angles[:, SUB::SUB][:, :n] + one.encoder * rng.standard_normal((len(axes), n))
     channels: dict[str, Any] = {"time": (np.arange(n) + 1) / SAMPLING}
     channels |= {f"{t}_{a}": out[:, 3 * i + j] for i, t in enumerate(("gyro", "accel")) for j, a in enumerate("xyz")}
-    channels |= {f"axis_{m + 1}": readings[m] for m in range(k)}
-    channels |= {"turning": p.turning[:n], "temperature": temperature + 273.15}
-    said = {"axes": axes, "latitude": latitude, "stated": stated, "kind": kind, "warm": warm}
-    return channels, {"cause": cause, "names": list(CAUSES[cause]) if cause else [], "size": size, **said}
+    channels |= {f"axis_{m + 1}": reading for m, reading in enumerate(readings)}
+    channels |= {"turning": course.turning[:n], "temperature": temperature + 273.15}
+    names = list(CAUSES[cause][1]) if cause else []
+    said = {"axes": axes, "latitude": latitude, "stated": stated, "kind": kind, "warm": bool(warm)}
+    return channels, {"cause": cause, "names": names, "size": size, **said}
 
 
-def _positions(axes: str, rng: np.random.Generator, named: str) -> Floats:
-    k = len(axes)
+def _warming(minutes: Floats, rng: np.random.Generator) -> Floats:
+    rise, period, settling = rng.uniform(5, 15), rng.uniform(15, 40), rng.uniform(4, 10)
+    return rise * (1 - np.exp(-minutes / settling)) + 3 * np.sin(2 * np.pi * minutes / period)
+
+
+def _positions(k: int, rng: np.random.Generator, named: str) -> Floats:
     if named == "six":
         q = 90 * DEG
         return np.array([[0, 0, 0], [0, q, 0], [0, -q, 0], [0, 0, q], [0, 0, -q], [0, 2 * q, 0]])
-    now, found = np.zeros(k), []
-    last = -1
+    now, found, last = np.zeros(k), [], -1
     for _ in range(int(rng.integers(22, 30))):
-        m = int(rng.choice([i for i in range(k) if i != last]))
+        last = int(rng.choice([i for i in range(k) if i != last]))
         step = rng.choice([-180, -90, -90, 90, 90, 180, 45, -45]) * DEG
         now = now.copy()
-        now[m] = now[m] + step if abs(now[m] + step) <= 360 * DEG else now[m] - step
+        now[last] += step if abs(now[last] + step) <= 360 * DEG else -step
         found.append(now)
-        last = m
     return np.array(found)
 
 
-def _declared_errors(w: Floats, f: Floats, one: Set, cause: str | None, temperature: Floats | None, rng: np.random.Generator) -> Floats:
-    skew = 0.0 if cause == "misalignment" else one.skew
-    gyro = np.diag(one.scale * rng.standard_normal(3)) + skew * rng.standard_normal((3, 3)) * (1 - np.eye(3))
-    lower = np.diag(one.scale * rng.standard_normal(3)) + skew * np.tril(rng.standard_normal((3, 3)), -1)
-    bias = np.repeat(one.bias, 3) * rng.standard_normal(6)
-    out = np.concatenate([w @ gyro.T, f @ lower.T], axis=1) + bias
-    if temperature is not None:
-        out += (temperature - 25)[:, None] * 0.02 * np.repeat(one.bias, 3) * rng.standard_normal(6)
-    return out
+def _declared_errors(u: Played, noises: Set, skewed: bool, warm: bool, rng: np.random.Generator) -> Floats:
+    skew = noises.skew * skewed
+    gyro = np.diag(noises.scale * rng.standard_normal(3)) + skew * rng.standard_normal((3, 3)) * (1 - np.eye(3))
+    lower = np.diag(noises.scale * rng.standard_normal(3)) + skew * np.tril(rng.standard_normal((3, 3)), -1)
+    bias = np.repeat(noises.bias, 3)
+    out = np.concatenate([u.rates @ gyro.T, u.forces @ lower.T], axis=1) + bias * rng.standard_normal(6)
+    return out + warm * (u.temperature - 25)[:, None] * 0.02 * bias * rng.standard_normal(6)
 
 
-def _cause(cause: str, p: Path_, table: Table, latitude: float, true: tuple[Floats, Floats], temperature: Floats, one: Set, rng: np.random.Generator):  # noqa: ANN202, C901, PLR0911, PLR0912, PLR0913
-    """What the cause adds for a size, as a function of it, shape (n, 6)."""
-    from dataclasses import replace
+@dataclass(frozen=True)
+class Played:
+    """A unit without errors of its own on its table: what the samples sense, (n, 3) each, and the temperature."""
 
-    w, f = true
-    base = np.concatenate([w, f], axis=1)
-    k, zero = len(p.axes), np.zeros_like(w)
+    course: Course
+    table: Table
+    latitude: float
+    rates: Floats
+    forces: Floats
+    temperature: Floats
 
-    def of_table(changed):  # noqa: ANN001, ANN202
-        def add(size: float) -> Floats:
-            return np.concatenate(felt(p, changed(size), latitude), axis=1)[: len(base)] - base
+    @property
+    def both(self) -> Floats:
+        """Rates and forces, shape (n, 6)."""
+        return np.concatenate([self.rates, self.forces], axis=1)
 
-        return add
+    def on(self, table: Table) -> Floats:
+        """What another table adds, shape (n, 6)."""
+        return np.concatenate(felt(self.course, table, self.latitude), axis=1)[: len(self.rates)] - self.both
 
-    if cause == "axis_angle":
-        direction = rng.standard_normal(k - 1) * 1e-4
-        return of_table(lambda s: replace(table, square=s * direction))
-    if cause == "axis_tilt":
-        direction = rng.standard_normal(2) * 1e-4
-        return of_table(lambda s: replace(table, tilt=s * direction))
-    if cause == "encoder":
-        direction = np.zeros(2 * k)
-        m = int(rng.integers(k))
-        direction[2 * m : 2 * m + 2] = rng.standard_normal(2) * 1e-4
-        return of_table(lambda s: replace(table, eccentric=s * direction))
-    if cause == "loose_mounting":
-        direction, moves = rng.standard_normal(3) * 1e-4, p.begins[len(p.begins) // 4 : -len(p.begins) // 4]
-        at = float(rng.choice(moves)) + 1.0
-        return of_table(lambda s: replace(table, slip=(at, s * direction)))
-    if cause == "asynchrony":
-        return lambda s: np.concatenate([zero, felt(p, table, latitude, late=2e-3 * s)[1][: len(f)] - f], axis=1)
-    if cause == "lever_arms":
-        arms = rng.standard_normal((3, 3)) * 0.03
-        d = felt(p, table, latitude, arms)[1][: len(f)] - f
-        return lambda s: s * np.concatenate([zero, d], axis=1)
-    if cause == "g_sensitivity":
-        matrix = rng.standard_normal((3, 3)) * 1e-7
-        if rng.random() < 0.5:
-            matrix = np.diag(rng.standard_normal(3)) * 1e-7
-        d = np.concatenate([f @ matrix.T, zero], axis=1)
-    elif cause == "thermal_lag":
-        c, tau, d = int(rng.integers(6)), float(np.exp(rng.uniform(np.log(60), np.log(600)))), np.zeros_like(base)
-        decay = np.exp(-1 / SAMPLING / tau)
-        start = temperature - temperature[0]
-        late = _first_order((1 - decay) * start, decay) + temperature[0]
-        d[:, c] = temperature - late
-        d *= 1e-7
-    elif cause == "asymmetry":
-        d = np.zeros_like(base)
-        c = int(rng.integers(6))
-        d[:, c] = 1e-5 * np.abs(base[:, c])
-    elif cause == "misalignment":
-        matrix = rng.standard_normal((3, 3)) * (1 - np.eye(3)) * 1e-4
-        keep = rng.random((3, 3)) < 0.5
-        keep[0, 1] = True
-        d = np.concatenate([w @ (matrix * keep).T, zero], axis=1)
-    elif cause == "second_order":
-        d = np.concatenate([zero, 1e-6 * f * f * rng.standard_normal(3)], axis=1)
-    else:
-        raise ValueError(cause)
+    def forced(self, forces: Floats) -> Floats:
+        """What other forces add, shape (n, 6)."""
+        return np.concatenate([np.zeros_like(self.rates), forces[: len(self.forces)] - self.forces], axis=1)
+
+    def alone(self, channel: int, values: Floats) -> Floats:
+        """An addition to one channel, shape (n, 6)."""
+        found = np.zeros((len(values), 6))
+        found[:, channel] = values
+        return found
+
+
+Adding = Callable[[float], Floats]
+
+
+def axis_angle(u: Played, rng: np.random.Generator) -> Adding:
+    """Axes of the table that are not square."""
+    direction = rng.standard_normal(len(u.course.axes) - 1) * 1e-4
+    return lambda s: u.on(replace(u.table, square=s * direction))
+
+
+def axis_tilt(u: Played, rng: np.random.Generator) -> Adding:
+    """A base that is not level."""
+    direction = rng.standard_normal(2) * 1e-4
+    return lambda s: u.on(replace(u.table, tilt=s * direction))
+
+
+def encoder(u: Played, rng: np.random.Generator) -> Adding:
+    """An encoder that is not centred."""
+    direction, m = np.zeros(2 * len(u.course.axes)), int(rng.integers(len(u.course.axes)))
+    direction[2 * m : 2 * m + 2] = rng.standard_normal(2) * 1e-4
+    return lambda s: u.on(replace(u.table, eccentric=s * direction))
+
+
+def loose_mounting(u: Played, rng: np.random.Generator) -> Adding:
+    """A unit that slips in one turn."""
+    quarter = len(u.course.begins) // 4
+    direction = rng.standard_normal(3) * 1e-4
+    at = float(rng.choice(u.course.begins[quarter:-quarter])) + 1.0
+    return lambda s: u.on(replace(u.table, slip=(at, s * direction)))
+
+
+def asynchrony(u: Played, rng: np.random.Generator) -> Adding:
+    """Accelerometers that are late."""
+    late = 2e-3 * float(rng.choice([-1, 1]))
+    return lambda s: u.forced(felt(u.course, u.table, u.latitude, late=late * s)[1])
+
+
+def lever_arms(u: Played, rng: np.random.Generator) -> Adding:
+    """Accelerometers that are not where the axes meet."""
+    d = u.forced(felt(u.course, u.table, u.latitude, rng.standard_normal((3, 3)) * 0.03)[1])
     return lambda s: s * d
 
 
-def _strength(d: Floats, p: Path_, table: Table, latitude: float, true: tuple[Floats, Floats], temperature: Floats | None, one: Set, stated: dict[str, float], cause: str) -> float:  # noqa: PLR0913
-    """Whitened norm of what is added, beside the declared model with its prior of the table."""
-    from dataclasses import replace
+def g_sensitivity(u: Played, rng: np.random.Generator) -> Adding:
+    """Gyros that feel forces: along their own axes, or along all."""
+    matrix = rng.standard_normal((3, 3)) * 1e-7 * (np.eye(3) if rng.random() < 0.5 else 1.0)
+    d = np.concatenate([u.forces @ matrix.T, np.zeros_like(u.forces)], axis=1)
+    return lambda s: s * d
 
-    w, f = true
-    n = len(w) // BLOCK
-    roots = [np.linalg.inv(np.linalg.cholesky(covariance(one.white[i], one.flicker[i], n))) for i in range(2)]
-    base = np.concatenate([w, f], axis=1)
+
+def thermal_lag(u: Played, rng: np.random.Generator) -> Adding:
+    """A bias of one channel that follows the temperature late."""
+    channel, tau = int(rng.integers(6)), float(np.exp(rng.uniform(np.log(60), np.log(600))))
+    decay = np.exp(-1 / SAMPLING / tau)
+    late = _first_order((1 - decay) * (u.temperature - u.temperature[0]), decay) + u.temperature[0]
+    d = u.alone(channel, 1e-7 * (u.temperature - late))
+    return lambda s: s * d
+
+
+def asymmetry(u: Played, rng: np.random.Generator) -> Adding:
+    """A channel whose scale differs between the two senses."""
+    channel = int(rng.integers(6))
+    d = u.alone(channel, 1e-5 * np.abs(u.both[:, channel]))
+    return lambda s: s * d
+
+
+def misalignment(u: Played, rng: np.random.Generator) -> Adding:
+    """Gyros that see the other axes."""
+    matrix, keep = rng.standard_normal((3, 3)) * (1 - np.eye(3)) * 1e-4, rng.random((3, 3)) < 0.5
+    keep[0, 1] = True
+    d = np.concatenate([u.rates @ (matrix * keep).T, np.zeros_like(u.rates)], axis=1)
+    return lambda s: s * d
+
+
+def second_order(u: Played, rng: np.random.Generator) -> Adding:
+    """Accelerometers that follow the square of the force."""
+    d = np.concatenate([np.zeros_like(u.forces), 1e-6 * u.forces**2 * rng.standard_normal(3)], axis=1)
+    return lambda s: s * d
+
+
+#: Cause -> how it adds, and effects that name it.
+CAUSES: dict[str, tuple[Callable[[Played, np.random.Generator], Adding], tuple[str, ...]]] = {
+    "axis_angle": (axis_angle, ("axis_non_orthogonality",)),
+    "axis_tilt": (axis_tilt, ("base_level",)),
+    "encoder": (encoder, ("encoder_eccentricity",)),
+    "g_sensitivity": (g_sensitivity, ("g_sensitivity",)),
+    "lever_arms": (lever_arms, ("size_effect",)),
+    "asynchrony": (asynchrony, ("force_delay",)),
+    "thermal_lag": (thermal_lag, ("bias_thermal_lag", "bias_temperature_rate")),
+    "loose_mounting": (loose_mounting, ("mounting_shift",)),
+    "asymmetry": (asymmetry, ("scale_factor_asymmetry", "accel_asymmetry")),
+    "misalignment": (misalignment, ("misalignment", "non_orthogonality", "cross_axis")),
+    "second_order": (second_order, ("accel_second_order",)),
+}
+
+
+def strength_of(d: Floats, u: Played, noises: Set, stated: dict[str, float], warm: bool, skewed: bool) -> float:
+    """Whitened norm of an addition beside the declared model with the table's priors."""
+    n = len(u.rates) // BLOCK
+    roots = [np.linalg.inv(np.linalg.cholesky(covariance(noises.white[i], noises.flicker[i], n))) for i in range(2)]
 
     def white(values: Floats) -> Floats:
         cells = means(values, BLOCK)
@@ -370,31 +425,24 @@ def _strength(d: Floats, p: Path_, table: Table, latitude: float, true: tuple[Fl
 
     columns = []
     for c in range(6):
-        own = [np.ones(len(w)), *(base[:, 3 * (c // 3) + j] for j in range(3) if c < 3 or j <= c - 3)]
-        if cause == "misalignment":
-            own = [np.ones(len(w)), base[:, c]]
-        if temperature is not None:
-            own.append(temperature - 25)
-        for values in own:
-            column = np.zeros_like(base)
-            column[:, c] = values
-            columns.append(white(column))
-    prior = []
-    for name, sd in (("seat", stated["seat"]), ("tilt", stated["tilt"]), ("heading", stated["heading"])):
-        for j in range(1 if name == "heading" else 2 if name == "tilt" else 3):
-            if not sd > 0:
-                continue
-            value = getattr(table, name)
-            step = 1e-5
-            moved = value + step if name == "heading" else value + step * np.eye(len(value))[j]
-            columns.append(white((np.concatenate(felt(p, replace(table, **{name: moved}), latitude), axis=1)[: len(base)] - base) / step))
-            prior.append((len(columns) - 1, 1 / sd))
+        others = [j for j in range(3) if j == c % 3 or (skewed and (c < 3 or j < c - 3))]
+        own = [np.ones(len(u.rates)), *(u.both[:, 3 * (c // 3) + j] for j in others)]
+        own += [u.temperature - 25] if warm else []
+        columns += [white(u.alone(c, values)) for values in own]
+    prior, step = [], 1e-5
+    for name in ("seat", "tilt", "heading"):
+        value = np.atleast_1d(getattr(u.table, name))
+        for j in range(len(value) if stated[name] > 0 else 0):
+            moved = value + step * np.eye(len(value))[j]
+            changed: dict[str, Any] = {name: float(moved[0]) if name == "heading" else moved}
+            table = replace(u.table, **changed)
+            columns.append(white((u.on(table) - u.on(u.table)) / step))
+            prior.append((len(columns) - 1, 1 / stated[name]))
     design = np.column_stack(columns)
     rows = np.zeros((len(prior), design.shape[1]))
     for i, (j, weight) in enumerate(prior):
         rows[i, j] = weight
-    whole = np.vstack([design, rows])
-    right = np.concatenate([white(d), np.zeros(len(rows))])
+    whole, right = np.vstack([design, rows]), np.concatenate([white(d), np.zeros(len(rows))])
     q, _ = np.linalg.qr(whole / np.linalg.norm(whole, axis=0))
     return float(np.linalg.norm(right - q @ (q.T @ right)))
 
@@ -404,19 +452,39 @@ def write(folder: Path, channels: dict[str, Any], truth: dict[str, Any]) -> None
     folder.mkdir(parents=True, exist_ok=True)
     np.savez(folder / "manifest_1.npz", **channels)
     one, stated = SETS[truth["kind"]], truth["stated"]
-    lines = [f'title = "{folder.name}"', "", "[[runs]]", 'file = "manifest_1.npz"', 'label = "run"', "[runs.site]",
-             f'latitude = "{truth["latitude"]!r} rad"', f'gravity = "{G} m/s^2"', "[runs.mounting]", 'axes = "RFU"',
-             "[runs.mounting.gimbals]", f'order = "{truth["axes"]}"', f'encoder_noise = "{one.encoder!r} rad"']  # fmt: skip
+    lines = [
+        f'title = "{folder.name}"',
+        "",
+        "[[runs]]",
+        'file = "manifest_1.npz"',
+        'label = "run"',
+        "[runs.site]",
+        f'latitude = "{truth["latitude"]!r} rad"',
+        f'gravity = "{G} m/s^2"',
+        "[runs.mounting]",
+        'axes = "RFU"',
+        "[runs.mounting.gimbals]",
+        f'order = "{truth["axes"]}"',
+        f'encoder_noise = "{one.encoder!r} rad"',
+    ]
     for key, name in (("seat", "mounting"), ("tilt", "tilt"), ("heading", "heading_error")):
         if stated[key]:
             lines.append(f'{name} = "{stated[key]!r} rad"')
     lines += ["", "[channels.time]", 'unit = "s"']
     for name in channels:
         if name.startswith(("gyro", "accel")):
-            lines += [f"[channels.{name}]", f'unit = "{"rad/s" if name[0] == "g" else "m/s^2"}"', 'covers = "interval"']
+            unit = "rad/s" if name.startswith("gyro") else "m/s^2"
+            lines += [f"[channels.{name}]", f'unit = "{unit}"', 'covers = "interval"']
         elif name.startswith("axis"):
             lines += [f"[channels.{name}]", 'unit = "rad"']
-    lines += ["[channels.turning]", 'column = "turning"', 'covers = "interval"', "[channels.temperature]", 'unit = "K"', ""]
+    lines += [
+        "[channels.turning]",
+        'column = "turning"',
+        'covers = "interval"',
+        "[channels.temperature]",
+        'unit = "K"',
+        "",
+    ]
     declared = ["bias", "scale_factor", "accel_bias", "accel_scale_factor"]
     declared += [] if truth["cause"] == "misalignment" else ["misalignment", "non_orthogonality"]
     declared += ["bias_temperature"] if truth["warm"] else []
@@ -426,7 +494,11 @@ def write(folder: Path, channels: dict[str, Any], truth: dict[str, Any]) -> None
     for target in targets:
         i = int(target[0] == "a")
         walk, level = ("rad/sqrt(s)", "rad/s") if not i else ("m/s/sqrt(s)", "m/s^2")
-        lines += [f"[noise.{target}]", f'angle_random_walk = "{one.white[i]!r} {walk}"', f'bias_instability = "{one.flicker[i]!r} {level}"']
+        lines += [
+            f"[noise.{target}]",
+            f'angle_random_walk = "{one.white[i]!r} {walk}"',
+            f'bias_instability = "{one.flicker[i]!r} {level}"',
+        ]
     (folder / "manifest.toml").write_text("\n".join(lines) + "\n")
 
 
@@ -441,7 +513,7 @@ def main() -> None:
     asked = parser.parse_args()
     truths = {}
     names = list(CAUSES)
-    wanted = [(i, names[i % len(names)]) for i in range(asked.first, asked.first + asked.cases)]
+    wanted: list[tuple[int, str | None]] = [(i, names[i % len(names)]) for i in range(asked.first, asked.first + asked.cases)]
     wanted += [(100000 + i, None) for i in range(asked.first, asked.first + asked.nulls)]
     for number, cause in wanted:
         channels, truth = case(number, cause, asked.strength)
