@@ -108,6 +108,7 @@ class SizeEffect(LinearEffect):
     linear = tuple(Param(f"c_{axis}", "m", sd=0.1, bound=5.0) for axis in "xyz")
     needs = ("body_rate",)
     source = "Titterton and Weston, section 9.6: size effect; kinematics of a rotating frame"
+    on_axes = ("accelerometer",)
     instruments = ("accelerometer",)
 
     def basis(self, u: Floats, motion: Motion) -> Floats:

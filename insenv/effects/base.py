@@ -138,6 +138,8 @@ class Effect(ABC):
         Whether it is one physical cause on several targets of a unit.
     hides : str
         Family of effects that hide each other where a recording tells too little; empty for none.
+    on_axes : tuple of str
+        Instruments of a unit, on a table of several axes that are read, on which it is sought.
     """
 
     id: ClassVar[str] = ""
@@ -166,6 +168,7 @@ class Effect(ABC):
     of_response: ClassVar[bool] = False
     of_base: ClassVar[bool] = False
     hides: ClassVar[str] = ""
+    on_axes: ClassVar[tuple[Instrument, ...]] = ()
 
     @property
     @abstractmethod

@@ -38,6 +38,7 @@ class Bias(LinearEffect):
     meaning = "a constant error"
     linear = (Param("c", OUTPUT, sd=0.1, bound=10.0),)
     source = "IEEE Std 952-1997 and 647-2006: bias"
+    on_axes = ("gyro",)
     hides = "bias"
 
     def basis(self, u: Floats, motion: Motion) -> Floats:
@@ -55,6 +56,7 @@ class BiasDrift(LinearEffect):
     meaning = "the bias moves in proportion to time"
     linear = (Param("c", OUTPUT + "/s", sd=3e-5, bound=1e-4),)
     source = "IEEE Std 952-1997: rate ramp"
+    on_axes = ("gyro", "accelerometer")
     of_time = True
 
     def basis(self, u: Floats, motion: Motion) -> Floats:

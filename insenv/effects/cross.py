@@ -28,6 +28,7 @@ class GSensitivity(LinearEffect):
     linear = tuple(Param(f"c_{axis}", OUTPUT + "/(m/s^2)", sd=1e-4, bound=1e-3) for axis in "xyz")
     needs = ("force",)
     source = "IEEE Std 1431-2004: acceleration sensitivity; Titterton and Weston, section 4"
+    on_axes = ("gyro",)
     instruments = ("gyro",)
 
     def basis(self, u: Floats, motion: Motion) -> Floats:
@@ -46,6 +47,7 @@ class CrossAxis(LinearEffect):
     linear = tuple(Param(f"c_{axis}", "1", sd=0.01, bound=0.2) for axis in "xyz")
     needs = ("cross_rate",)
     source = "IEEE Std 952-1997: input axis misalignment"
+    on_axes = ("gyro",)
     instruments = ("gyro",)
 
     def basis(self, u: Floats, motion: Motion) -> Floats:

@@ -41,6 +41,7 @@ class BiasTemperature(LinearEffect):
     meaning = "the bias follows the temperature"
     needs = ("temperature",)
     source = "IEEE Std 952-1997 and 647-2006: bias temperature sensitivity"
+    on_axes = ("gyro", "accelerometer")
 
     def __post_init__(self) -> None:
         checked_order(self.id, self.order, len(_COEFFICIENTS))
@@ -73,6 +74,7 @@ class BiasTemperatureRate(LinearEffect):
     linear = (Param("c", OUTPUT + " s/K", sd=1.0, bound=100.0),)
     needs = ("temperature",)
     source = "D. M. Shupe, Appl. Opt. 19 (1980) 654"
+    on_axes = ("gyro", "accelerometer")
 
     def basis(self, u: Floats, motion: Motion) -> Floats:
         """Mean slope of the temperature, shape (..., n, 1)."""
@@ -92,6 +94,7 @@ class BiasThermalLag(MemoryEffect):
     needs = ("temperature",)
     becomes = ("bias_temperature_rate", "bias_temperature")
     source = "First-order thermal response; IEEE Std 952-1997: bias temperature gradient sensitivity"
+    on_axes = ("gyro", "accelerometer")
     of_base = True
 
     def begin(self, motion: Motion, theta: Floats) -> Floats:

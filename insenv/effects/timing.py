@@ -152,6 +152,7 @@ class ForceDelay(LinearEffect):
     linear = (Param("c", "s", sd=0.01, bound=1.0),)
     needs = ("body_rate", "force")
     source = "First-order Taylor expansion of f(t - c); df/dt in a rotating frame"
+    on_axes = ("accelerometer",)
     instruments = ("accelerometer",)
 
     def basis(self, u: Floats, motion: Motion) -> Floats:

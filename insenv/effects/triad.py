@@ -41,6 +41,7 @@ class AccelBias(LinearEffect):
     meaning = "a constant error of an accelerometer"
     linear = (Param("c", OUTPUT, sd=0.1, bound=10.0),)
     source = "IEEE Std 1293-1998: bias"
+    on_axes = ("accelerometer",)
     instruments = ("accelerometer",)
 
     def basis(self, u: Floats, motion: Motion) -> Floats:
@@ -58,6 +59,7 @@ class AccelScaleFactor(LinearEffect):
     meaning = "the output is wrong in proportion to the specific force"
     linear = (Param("c", "1", sd=0.05, bound=1.0),)
     source = "IEEE Std 1293-1998: scale factor"
+    on_axes = ("accelerometer",)
     instruments = ("accelerometer",)
     of_rate = True
 
@@ -76,6 +78,7 @@ class AccelAsymmetry(LinearEffect):
     meaning = "the scale of an accelerometer differs between its two senses"
     linear = (Param("c", "1", sd=0.01, bound=0.2),)
     source = "IEEE Std 1293-1998: scale factor asymmetry"
+    on_axes = ("accelerometer",)
     instruments = ("accelerometer",)
     of_rate = True
 
@@ -94,6 +97,7 @@ class AccelSecondOrder(LinearEffect):
     meaning = "the output follows the square of the force"
     linear = (Param("c", "1/({y})", sd=1e-4, bound=1e-2),)
     source = "IEEE Std 1293-1998: second-order coefficient K2"
+    on_axes = ("accelerometer",)
     instruments = ("accelerometer",)
     of_rate = True
 
@@ -124,6 +128,7 @@ class NonOrthogonality(_OfOtherAxes):
     needs = ("cross_rate",)
     symmetry = 1
     source = "IEEE Std 1293-1998: misalignment; Tedaldi, Pretto and Menegatti, ICRA 2014"
+    on_axes = ("gyro", "accelerometer")
 
 
 @final
@@ -137,4 +142,5 @@ class Misalignment(_OfOtherAxes):
     needs = ("cross_rate",)
     symmetry = -1
     source = "Tedaldi, Pretto and Menegatti, ICRA 2014: alignment of the gyros to the accelerometers"
+    on_axes = ("gyro",)
     instruments = ("gyro",)

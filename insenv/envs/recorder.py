@@ -160,7 +160,7 @@ def _in_positions(model: Model, by_eye: bool) -> Model:
     """
     from insenv.identify.positions import trace, unit_terms  # where they are used
 
-    able = {*unit_terms.OF_GYROS, *unit_terms.OF_ACCELEROMETERS}
+    able = unit_terms.able()
     if by_eye:
         able = {"bias", trace.WHOLE, *trace.OF_ACCELEROMETERS, *trace.OF_ROTATIONS, *trace.OF_RESTS}
     declared = tuple(key for key in model.declared if by_key(key).id in able)

@@ -4,8 +4,8 @@ r"""Sequences of positions for a whole unit: what they tell of every parameter, 
 
 is nearly additive, for noise that is white; with that a search tries thousands of sequences in seconds. What is stated
 of a sequence is of the full model (`told`): all motion planned, slow noise over all of it. As the model is linear and
-Gaussian no datum changes what the next one tells: the best sequence is known before the first measurement, and what looks
-ahead (`greedy`) can do so beforehand.
+Gaussian no datum changes what the next one tells: the best sequence is known before the first measurement, and what
+looks ahead (`greedy`) does so beforehand.
 """
 
 from __future__ import annotations

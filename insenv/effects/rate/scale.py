@@ -44,6 +44,7 @@ class ScaleFactor(LinearEffect):
     meaning = "the output is wrong in proportion to the input"
     linear = (Param("c", "1", sd=0.05, bound=0.5),)
     source = "IEEE Std 952-1997 and 647-2006: scale factor"
+    on_axes = ("gyro",)
     of_response = True
     hides = "rate"
     instruments = ("gyro",)
@@ -127,6 +128,7 @@ class ScaleFactorAsymmetry(LinearEffect):
     meaning = "clockwise and anticlockwise have different scale factors"
     linear = (Param("c", "1", sd=0.05, bound=0.5),)
     source = "IEEE Std 952-1997 and 647-2006: scale factor asymmetry"
+    on_axes = ("gyro",)
     hides = "rate"
     instruments = ("gyro",)
     of_rate = True

@@ -10,6 +10,8 @@ from insenv.core.recording import Floats, Recording
 from insenv.core.unit.motion import UNIT
 from insenv.data.fingerprint import fingerprint
 from insenv.data.manifest import Manifest
+from insenv.effects.bias import Bias
+from insenv.effects.noise import AngleRandomWalk
 from insenv.identify.findings import (
     VERDICTS,
     Added,
@@ -74,7 +76,7 @@ def _target(manifest: Manifest, recordings: Sequence[Recording], found: UnitFoun
         unit=unit,
         verdict=_verdict(found, steps),
         reasons=found.reasons,
-        declared=tuple(key for key in manifest.model.declared if key.partition(":")[0] in own | {"bias"}),
+        declared=tuple(key for key in manifest.model.declared if key.partition(":")[0] in own | {Bias.id}),
         added=added,
         rejected=_rejected(outcome.rejected, kind),
         not_testable=_not_testable(outcome.not_testable, kind),
@@ -177,7 +179,7 @@ def _noise(recordings: Sequence[Recording], target: str, unit: str) -> tuple[Est
     white = float(
         np.median([np.median(np.abs(s)) / 0.6745 * np.sqrt(r.dt / 2) for s, r in zip(steps, recordings, strict=True)])
     )
-    key = "angle_random_walk"
+    key = AngleRandomWalk.id
     return (Estimate(key, "N", white, white / np.sqrt(2 * max(rows, 1)), NOISE_UNITS[unit][key]),)
 
 

@@ -18,41 +18,36 @@ from insenv.core.motion import Motion
 from insenv.core.recording import Floats
 from insenv.core.unit.gimbals import Gimbals
 from insenv.core.unit.motion import ACCELEROMETERS, GYROS, UNIT
-from insenv.effects.base import LinearEffect, Param
-from insenv.effects.catalogue import by_key
+from insenv.effects.base import Instrument, LinearEffect, Param
+from insenv.effects.bias import Bias
+from insenv.effects.catalogue import ALL, by_key
+from insenv.effects.cross import CrossAxis
 from insenv.effects.thermal import BiasThermalLag
+from insenv.effects.triad import AccelBias, Misalignment, NonOrthogonality
 from insenv.identify.positions.model import triad_term
 from insenv.identify.positions.unit import Cause, Share, UnitTerm
 
-#: Effects of the instruments that rests and turns tell, by triad.
-OF_GYROS = (
-    "bias",
-    "scale_factor",
-    "scale_factor_asymmetry",
-    "misalignment",
-    "non_orthogonality",
-    "cross_axis",
-    "g_sensitivity",
-    "bias_drift",
-    "bias_temperature",
-    "bias_temperature_rate",
-)
-OF_ACCELEROMETERS = (
-    "accel_bias",
-    "accel_scale_factor",
-    "accel_asymmetry",
-    "accel_second_order",
-    "non_orthogonality",
-    "size_effect",
-    "force_delay",
-    "bias_drift",
-    "bias_temperature",
-    "bias_temperature_rate",
-)
-#: All that a gyro sees of the other axes, and its parts: where none is declared the whole is tried, else the parts.
-_WHOLE, _PARTS = "cross_axis", {"misalignment", "non_orthogonality"}
-#: Those that want a temperature that changes.
-_WARM = ("bias_temperature", "bias_temperature_rate", "bias_thermal_lag")
+#: Instruments by the kind of their channels.
+INSTRUMENTS: Mapping[str, Instrument] = {"gyro": "gyro", "accel": "accelerometer"}
+
+
+def effects_of(kind: str, warm: bool = True) -> tuple[LinearEffect, ...]:
+    """Effects of a kind of channel that rests and turns tell; of the temperature those alone that are ``warm``."""
+    return tuple(
+        effect
+        for effect in ALL
+        if isinstance(effect, LinearEffect)
+        and INSTRUMENTS[kind] in effect.on_axes
+        and getattr(effect, "order", 1) == 1
+        and (warm or "temperature" not in effect.needs)
+    )
+
+
+def able() -> set[str]:
+    """Ids of all that may be declared."""
+    return {effect.id for kind in INSTRUMENTS for effect in effects_of(kind)}
+
+
 #: Time constants of a thermal lag that are tried [s], and the least change of temperature by which one is told [K].
 LAGS, _CHANGES = (30.0, 100.0, 300.0, 1000.0), 0.1
 #: Errors of a table by name: what their names in `Gimbals.names` begin with.
@@ -112,11 +107,7 @@ def whole_sheet(sheet: Datasheet, warm: bool) -> Datasheet:
     """The datasheet with everything that may be found declared, each coefficient with a deviation of one."""
     declared = []
     for target in UNIT:
-        for key in OF_GYROS if target in GYROS else OF_ACCELEROMETERS:
-            effect = by_key(key)
-            if key in _WARM and not warm:
-                continue
-            assert isinstance(effect, LinearEffect)
+        for effect in effects_of(target.partition("_")[0], warm):
             p = len(effect.linear)
             declared.append(Declared(effect.key, target, (0.0,) * p, (1.0,) * p))
     gimbals = sheet.mounting.gimbals
@@ -130,10 +121,12 @@ def candidates(
 ) -> Candidates:
     """Terms of effects that are ``declared``, and of all others (of ``keys``, if given); ``slips`` are times [s]."""
     there = {by_key(key).id for key in declared}
-    if "bias" in there and "accel_bias" not in there:
-        there.add("accel_bias")
-    without = {_WHOLE} if there & _PARTS else _PARTS
-    without = without | _PARTS if _WHOLE in there else without
+    if Bias.id in there:
+        there.add(AccelBias.id)
+    parts, whole = {NonOrthogonality.id, Misalignment.id}, CrossAxis.id
+    # All that a gyro sees of the other axes, or its parts: where neither is declared the whole is tried.
+    without = {whole} if there & parts else parts
+    without = without | parts if whole in there else without
     made: list[Callable[[Raw], Floats]] = []
     stated, tried = list[UnitTerm](), list[UnitTerm]()
     for term, columns in [*_of_instruments(warm), *_of_table(gimbals), *_slips(slips), *_lags(warm)]:
@@ -152,15 +145,11 @@ _Made = tuple[UnitTerm, list[Callable[[Raw], Floats]]]
 
 
 def _of_instruments(warm: bool) -> Iterator[_Made]:
-    for kind, targets, ids in (("gyro", GYROS, OF_GYROS), ("accel", ACCELEROMETERS, OF_ACCELEROMETERS)):
+    for kind, targets in (("gyro", GYROS), ("accel", ACCELEROMETERS)):
         unit = "rad/s" if kind == "gyro" else "m/s^2"
-        for key in ids:
-            if key in _WARM and not warm:
-                continue
-            effect = by_key(key)
-            term = triad_term(effect)
+        for effect in effects_of(kind, warm):
             shares, columns = [], []
-            for coefficient in term.coefficients:
+            for coefficient in triad_term(effect).coefficients:
                 places = [(targets[axis], effect.linear[k], factor) for axis, k, factor in coefficient.shares]
                 shares.append(tuple(Share(c, p.name, p.unit_on(unit), factor) for c, p, factor in places))
                 columns.append(_sum([(f"{c}.{effect.key}.{p.name}", factor) for c, p, factor in places]))

@@ -20,14 +20,14 @@ from insenv.core.unit.motion import UNIT
 from insenv.data.manifest import Manifest
 from insenv.effects.base import Effect
 from insenv.effects.catalogue import by_key
+from insenv.effects.noise import AngleRandomWalk
 from insenv.identify.positions.accel import site_gravity
 from insenv.identify.positions.search import Fit, Outcome, search
 from insenv.identify.positions.unit import Cells, OnAxes, as_noisy_as_read, foretold
 from insenv.identify.positions.unit_terms import (
-    OF_ACCELEROMETERS,
-    OF_GYROS,
     Candidates,
     Raw,
+    able,
     candidates,
     changes,
     excess,
@@ -119,10 +119,9 @@ def _check(manifest: Manifest, recordings: Sequence[Recording]) -> None:
         raise InputError(f"{path}: neither site.gravity nor site.latitude; a unit on axes wants one of them")
     if len({r.mounting.gimbals.axes for r in recordings if r.mounting.gimbals}) > 1:
         raise InputError(f"{path}: runs on tables with other axes; wanted one table")
-    able = {*OF_GYROS, *OF_ACCELEROMETERS}
     for key in manifest.model.declared:
-        if by_key(key).id not in able:
-            names = ", ".join(sorted(able))
+        if by_key(key).id not in able():
+            names = ", ".join(sorted(able()))
             raise InputError(f"{path}: model.declared has {key!r}; of a unit on axes wanted some of {names}")
 
 
@@ -134,7 +133,7 @@ def _sheet(manifest: Manifest, recording: Recording) -> Datasheet:
         stated = {k: v for k, v in manifest.noise.get(target, {}).items() if v > 0}
         steps = np.diff(recording.channels[target].values)
         white = float(np.median(np.abs(steps))) / 0.6745 / np.sqrt(2) * np.sqrt(dt)
-        noise[target] = stated or {"angle_random_walk": max(white, 1e-12)}
+        noise[target] = stated or {AngleRandomWalk.id: max(white, 1e-12)}
     gravity = site_gravity(recording.site)
     return Datasheet(
         sampling=1.0 / dt,
