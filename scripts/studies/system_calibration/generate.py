@@ -513,7 +513,9 @@ def main() -> None:
     asked = parser.parse_args()
     truths = {}
     names = list(CAUSES)
-    wanted: list[tuple[int, str | None]] = [(i, names[i % len(names)]) for i in range(asked.first, asked.first + asked.cases)]
+    wanted: list[tuple[int, str | None]] = [
+        (i, names[i % len(names)]) for i in range(asked.first, asked.first + asked.cases)
+    ]
     wanted += [(100000 + i, None) for i in range(asked.first, asked.first + asked.nulls)]
     for number, cause in wanted:
         channels, truth = case(number, cause, asked.strength)
