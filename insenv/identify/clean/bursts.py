@@ -10,6 +10,8 @@ is what comes and goes; a step or a drift moves one side along, so that d has it
 where d is beyond `FAR` robust deviations on one channel of the triad, and then on each other one where it is beyond
 `BESIDE`. At the very start, where there is no before, what has ended within `START` of the run is settling.
 
+Of a reading that hardly ever changes, rounded to a step far above its noise, less than half that step is no departure.
+
 A base that tilts, as the gyros show, moves an accelerometer in bursts too: that has a cause, and is searched for.
 """
 
@@ -23,6 +25,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, median_filter
 
 from insenv.core.recording import Floats, Recording
+from insenv.core.series.rounding import rounding
 from insenv.core.series.stretches import stretches
 from insenv.data.exposure import expose
 from insenv.identify.clean.outliers import leaving_out
@@ -45,6 +48,8 @@ GROWN, TAIL, REACH = 12, 0.25, 20
 EXPLAINED = 0.5
 #: Range of the temperature from which it is driven [K].
 KELVINS = 5.0
+#: Share of rows that repeat the one before, from which noise no longer carries means beyond the rounding.
+STANDING = 0.8
 #: Fewest means of a run.
 FEWEST = 120
 
@@ -89,7 +94,8 @@ def bursts(recording: Recording, target: str, run: int = 0) -> tuple[Burst, ...]
         return ()
     family = [n for n in recording.channels if n == target or _alike(n, target)]
     series = {name: _series(recording, name, per_mean) for name in family}
-    away = {name: _away(values, known) for name, (values, known) in series.items()}
+    least = {name: _least(recording.channels[name].values) for name in family}
+    away = {name: _away(values, known, least[name]) for name, (values, known) in series.items()}
     hit = np.zeros(len(series[target][0]), bool)
     clear = [(far, start, stop, name) for name in family for start, stop, far in away[name] if far >= FAR]
     # The stretch that shows it best is the burst; longer ones around it show it too.
@@ -99,7 +105,8 @@ def bursts(recording: Recording, target: str, run: int = 0) -> tuple[Burst, ...]
     values = median_filter(series[target][0], size=3, mode="nearest")
     for a, b in stretches(hit):
         hit[slice(*_grown(values, a, b))] = True
-    found = tuple(_burst(values, a, b, run, per_mean, len(recording)) for a, b in stretches(hit))
+    seen = [_burst(values, a, b, run, per_mean, len(recording)) for a, b in stretches(hit)]
+    found = tuple(one for one in seen if one.size)  # a few means off a level without scatter are none
     return found if sum(one.stop - one.start for one in found) <= MOST * len(recording) else ()
 
 
@@ -163,8 +170,8 @@ def _tilts(values: Floats, tilt: Floats) -> bool:
     return bool(without @ without < EXPLAINED * (rest @ rest))
 
 
-def _away(values: Floats, known: Mask) -> list[tuple[int, int, float]]:
-    """Stretches in which the values leave their level and come back: start, stop, robust deviations."""
+def _away(values: Floats, known: Mask, least: float) -> list[tuple[int, int, float]]:
+    """Stretches in which the values leave their level by more than ``least`` and come back: start, stop, deviations."""
     n = len(values)
     total = np.concatenate([[0.0], np.cumsum(values)])
     found: list[tuple[int, int, float]] = []
@@ -177,9 +184,15 @@ def _away(values: Floats, known: Mask) -> list[tuple[int, int, float]]:
         d = np.where(np.sign(a) == np.sign(b), np.sign(a) * np.minimum(np.abs(a), np.abs(b)), 0.0)
         noise = 1.4826 * float(np.median(np.abs(0.5 * (a + b))))
         if noise > 0:
-            found += [(int(at[i]), int(at[i]) + length, float(abs(d[i]) / noise)) for i in _tops(np.abs(d), length)]
-            found += _settling(total, length, side, noise)
+            tops = [i for i in _tops(np.abs(d), length) if abs(d[i]) > least]
+            found += [(int(at[i]), int(at[i]) + length, float(abs(d[i]) / noise)) for i in tops]
+            found += _settling(total, length, side, max(noise, least / FAR))
     return [one for one in found if known[one[0] : one[1]].any()]
+
+
+def _least(values: Floats) -> float:
+    """Half of the step to which values were rounded, if most of them are as the one before."""
+    return 0.5 * rounding(values) if np.mean(np.diff(values) == 0) > STANDING else 0.0
 
 
 def _lengths(n: int) -> Iterator[tuple[int, int]]:

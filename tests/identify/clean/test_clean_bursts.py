@@ -89,3 +89,17 @@ def test_what_settles_at_the_start_is_no_warm_up() -> None:
     found = closed(replace(quiet, channels={**quiet.channels, "gyro": jumped}))
     assert not SLOW & {a.effect for a in found.targets[0].added}
     assert [(r.start, r.cause) for r in found.rows_rejected] == [(0, "burst")]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_stays_within_half_a_rounding_step_is_no_burst(seed: int) -> None:
+    """A reading that shows one step in a few rows of some seconds and else nothing: its level has no scatter."""
+    random = np.random.default_rng(seed)
+    recording = bench(QUIET, seed)
+    values = np.zeros(len(recording))
+    for start in (200, 420, 700):
+        some = start * 100 + random.integers(0, 500, 60)
+        values[some] = 0.001
+    channel = replace(recording.channels["gyro_z"], values=values)
+    changed = replace(recording, channels={**recording.channels, "gyro_z": channel})
+    assert bursts(changed, "gyro_z") == ()
