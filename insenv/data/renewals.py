@@ -32,6 +32,9 @@ FEWEST, STRAIGHT_ROWS = 40, 4
 #: A change of the slope is none below this share of the largest one within so many rows, or so many times that of the
 #: straightest rows, this share of all: there it is rounding.
 STRAIGHT, NEARBY, ROUNDING, STRAIGHTEST = 0.02, 8, 20.0, 0.3
+#: Rows around one, the percentage of them that surely lie inside lines, and so many times what those bend by rounding
+#: there is no corner; nor is this share of the range from row to row, for no file has as many digits.
+AROUND, INSIDE, LIKE_INSIDE, DIGITS = 33, 35, 3.0, 1e-12
 #: Share of a step by which stamps of an even clock are off by rounding.
 ROUNDED = 0.02
 #: Share of the readings after less than three times the usual number of rows; of these 90 % lie within as many rows as
@@ -39,10 +42,12 @@ ROUNDED = 0.02
 REGULAR, EARLIEST = 0.75, 0.4
 #: Rows between the 5 and 95 % quantiles of their distances up to which readings are even.
 EVEN = 2.0
+#: Share of the distances that are the usual one, to a row or this share of it, from which on others do not matter.
+ALIKE, WITHIN = 0.6, 0.15
 #: Share of the jumps of a held value that are hardly larger than the smallest, up to which it is no coarse encoder's.
 SMALLEST = 0.5
-#: Share of the corners of straight lines that one row or two have.
-SHARP = 0.75
+#: Share of the corners of straight lines that one row or two have, and of all rows that are beside corners at most.
+SHARP, MOST_BENT = 0.75, 0.7
 
 
 @dataclass(frozen=True)
@@ -130,8 +135,10 @@ def _usual(at: Indices, t: Floats) -> tuple[int, bool]:
     usual = float(np.median(gaps))
     own = gaps[gaps <= 3 * usual]
     low, high = np.quantile(own, (0.05, 0.95))
-    regular = len(own) >= REGULAR * len(gaps) and high - low <= max(1.0, usual) and low >= max(EARLIEST * usual, 2.0)
-    if not regular or usual > MOST_ROWS or _period(t, round(usual)) > LONGEST:
+    regular = high - low <= max(1.0, usual) and low >= max(EARLIEST * usual, 2.0)
+    # A link that lost some, and corners that its noise makes: most distances are the same all the same.
+    regular |= usual >= STRAIGHT_ROWS and np.mean(np.abs(gaps - usual) <= max(1.0, WITHIN * usual)) >= ALIKE
+    if len(own) < REGULAR * len(gaps) or not regular or usual > MOST_ROWS or _period(t, round(usual)) > LONGEST:
         return 0, False
     return round(usual), bool(high - low <= EVEN)
 
@@ -143,12 +150,15 @@ def _coarse(jumps: Floats) -> bool:
 
 def _corners(x: Floats, values: Floats) -> tuple[Indices, Floats, Floats]:
     """Rows at which straight lines meet, and where over ``x`` and how high they do."""
-    from scipy.ndimage import maximum_filter1d  # slow to import
+    from scipy.ndimage import maximum_filter1d, percentile_filter  # slow to import
 
     slope = np.diff(values) / np.diff(x)
     bend = np.abs(np.diff(slope))
+    bend[bend < DIGITS * np.ptp(values) / np.median(np.diff(x))] = 0.0
     near = maximum_filter1d(bend, 2 * NEARBY + 1, mode="nearest")
     bent = (bend > STRAIGHT * near) & (bend > ROUNDING * float(np.quantile(bend, STRAIGHTEST)))
+    if np.mean(bent) <= MOST_BENT:
+        bent &= bend > LIKE_INSIDE * percentile_filter(bend, INSIDE, AROUND)
     groups = stretches(bent)
     if not groups or np.mean([b - a <= 2 for a, b in groups]) < SHARP:
         return np.empty(0, np.int64), np.empty(0), np.empty(0)

@@ -98,3 +98,21 @@ def test_a_command_holds_for_it_was_told_so() -> None:
         seen = with_renewals(Recording(T, {"table_rate": channel}))
         assert bool(seen.notes) == (source == "encoder")
         assert np.array_equal(seen.channels["table_rate"].values, values) == (source == "command")
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_readings_that_a_link_lost_and_a_table_that_stands_do_not_hide_them(seed: int) -> None:
+    """A tenth of the telegrams is missing, and while the table stands the lines bend by rounding alone."""
+    rng = np.random.default_rng(seed)
+    swings = hand(seed)
+
+    def angle(t: Floats) -> Floats:
+        return swings(np.interp(t, [-2, 8, 14, 44], [-2, 8, 8, 38]))
+
+    knots = np.arange(-1.013, 42.0, 1 / 14)
+    knots = knots[rng.random(len(knots)) > 0.1]
+    values = np.round(np.interp(T, knots, angle(knots)), 5)
+    found = renewals(T, values)
+    assert found is not None and not found.held
+    assert found.period == pytest.approx(1 / 14, abs=ROW)
+    assert np.std(found.values - angle(T)) < np.std(values - angle(T))

@@ -223,6 +223,18 @@ def _phase(view: _View, hold: float) -> float:
     return (best % ratio) * dt
 
 
+def agrees(hold: Hold, share: float, sd: float) -> bool:
+    """Whether the readings themselves tell a share, and the one that their differences from row to row do.
+
+    A hold is one in slow motion as in fast. What a reference that was read now and then leaves from row to row is as
+    large as it happens to be, and in the readings a hold of the right length is the lag of the reference.
+    """
+    if hold.whole:
+        return True
+    apart = abs(share - hold.share)
+    return sd <= LARGEST_SD and apart <= max(HALF * hold.share, TELLS * float(np.hypot(sd, hold.share_sd)))
+
+
 def without_hold(recording: Recording, problem: Problem, run: int, hold: Hold) -> Recording:
     """The recording with what the hold adds taken out of the target.
 

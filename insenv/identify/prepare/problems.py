@@ -20,7 +20,7 @@ from insenv.effects.rate.scale import ScaleFactor
 from insenv.effects.timing import TimingSkew
 from insenv.identify.clean.bursts import without_bursts
 from insenv.identify.clean.doubtful import Settled, agreeing, doubted, rows_told, settled
-from insenv.identify.clean.holds import LEAST_SHARE, MOST_SHARE, WHOLE, Hold, Look, find_hold, without_hold
+from insenv.identify.clean.holds import LEAST_SHARE, MOST_SHARE, WHOLE, Hold, Look, agrees, find_hold, without_hold
 from insenv.identify.clean.lost import lost_rows
 from insenv.identify.clean.motion import at_rest
 from insenv.identify.clean.outliers import leaving_out, outliers, without_outliers
@@ -246,19 +246,18 @@ def _held(
     spans, target = _spans(recordings, uses), plain.target
     look = find_hold(recordings, spans, plain, model)
     if look.hold is None:
-        if any(r.responses.get(target, Response()).lag for r in recordings):  # whose form nobody looked for so far
-            others = [{name: one for name, one in r.responses.items() if name != target} for r in recordings]
-            bare = tuple(replace(r, responses=own) for r, own in zip(recordings, others, strict=True))
-            recordings = responding(bare, spans, target, model, tuple(use.fit for use in uses))
-        return look, recordings, recordings
+        unheld = _unheld(recordings, uses, target, model)
+        return look, unheld, unheld
     hold = look.hold
-    recordings, beside = with_held(recordings, spans, target, hold.hold, hold.phases, hold.whole)
+    with_lags, beside = with_held(recordings, spans, target, hold.hold, hold.phases, hold.whole)
     if beside is not None:
         whole = hold.whole or abs(beside.share - 1.0) <= WHOLE * beside.share_sd
         share, sd = 1.0 if whole else beside.share, hold.share_sd if hold.whole else beside.share_sd
+        if not LEAST_SHARE <= share <= MOST_SHARE or not agrees(hold, beside.share, beside.share_sd):
+            unheld = _unheld(recordings, uses, target, model)
+            return Look(), unheld, unheld
         hold = replace(hold, share=share, share_sd=sd, phases=beside.phases)
-        if not LEAST_SHARE <= share <= MOST_SHARE:
-            return Look(), recordings, recordings
+    recordings = with_lags
     freed = tuple(without_hold(r, plain, run, hold) for run, r in enumerate(recordings))
     if not _whole_rows(hold, recordings[0].dt):
         return Look(hold), recordings, freed
@@ -269,6 +268,17 @@ def _held(
         return tuple(replace(r, responses={**r.responses, target: one}) for r, one in zip(runs, own, strict=True))
 
     return Look(hold), begun(recordings), begun(freed)
+
+
+def _unheld(
+    recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], target: str, model: Model
+) -> tuple[Recording, ...]:
+    """The recordings of an output that is not held, with the form of a lag, for which nobody looked so far."""
+    if not any(r.responses.get(target, Response()).lag for r in recordings):
+        return recordings
+    others = [{name: one for name, one in r.responses.items() if name != target} for r in recordings]
+    bare = tuple(replace(r, responses=own) for r, own in zip(recordings, others, strict=True))
+    return responding(bare, _spans(recordings, uses), target, model, tuple(use.fit for use in uses))
 
 
 def _told(manifest: Manifest, uses: tuple[RowUse, ...], told: int, rows: int) -> int:

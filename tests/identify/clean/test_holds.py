@@ -13,7 +13,7 @@ from simulated_runs import DEG_PER_HOUR, Simulated, closed, gyro_run, manifest, 
 
 from insenv.core.recording import Recording
 from insenv.effects.catalogue import CATALOGUE, by_key
-from insenv.identify.clean.holds import Look, held_addition
+from insenv.identify.clean.holds import Hold, Look, agrees, held_addition
 from insenv.identify.prepare.problems import Prepared, prepare
 from insenv.identify.search.candidates import candidates
 
@@ -127,3 +127,12 @@ def test_a_warm_up_of_a_few_rows_is_not_tried() -> None:
     for candidate in found:
         lows = np.array([p.low for p in candidate.effect.shapes])
         assert all(np.all(np.array(term.shape) >= lows) for term in candidate.terms), candidate.effect.key
+
+
+def test_a_hold_is_one_in_slow_motion_as_in_fast() -> None:
+    """From row to row 0.34 of the output is held, by the readings 1.0: the lag of a reference in its dress."""
+    found = Hold(0.34, 0.024, 0.187, 1e-4, (0.0,), 1e-6)
+    assert agrees(found, 0.4, 0.05)
+    assert not agrees(found, 1.0, 0.08)
+    assert not agrees(found, 0.5, 0.15)  # the readings tell none
+    assert agrees(replace(found, whole=True), 1.0, 0.15)  # rows that repeat show it by themselves
