@@ -40,6 +40,7 @@ from insenv.identify.search.one_box import (
     DOUBT,
     DRIFTS,
     LEAST,
+    STEPS,
     in_common,
     is_thermal,
     log_p_by_itself,
@@ -263,7 +264,7 @@ def _grow(tracks: list[Track], alpha: float, progress: Progress) -> tuple[list[T
     while True:
         proposals = _proposals(tracks, alpha)
         if not proposals:
-            return _failed_together(tracks, alpha), False
+            return _jumped_together(_failed_together(tracks, alpha), alpha), False
         best = max(proposals, key=lambda p: p.rank)
         names = tuple(tracks[i].problem.target for i in best.where)
         changed = list(tracks)
@@ -315,6 +316,20 @@ def _failed_together(tracks: list[Track], alpha: float) -> list[Track]:
             if hit.deviate >= LEAST:
                 others = tuple(r for r in tracks[i].refusals if not _is_of(r.hit, key))
                 out[i] = replace(out[i], refusals=(*others, Refusal(hit, reason, of_box=True)))
+    return out
+
+
+def _jumped_together(tracks: list[Track], alpha: float) -> list[Track]:
+    """The tracks with a doubt on each axis that changes its level at one instant with others: a knock, or a jump."""
+    out = list(tracks)
+    for one in _drifts_of_one_box(tracks, alpha, STEPS):
+        names = ", ".join(tracks[i].problem.target for i in one.where)
+        for i, hit in zip(one.where, one.hits, strict=True):
+            reason = (
+                f"{hit.candidate.effect.key} at {hit.term.shape[0]:.4g} s (p = {one.p_value:.1g} on {names}): not "
+                "decided between a base that was moved, a supply, and a jump of the noise"
+            )
+            out[i] = replace(out[i], refusals=(*out[i].refusals, Refusal(hit, reason, of_box=True)))
     return out
 
 
@@ -388,10 +403,10 @@ def _warmed_too(tracks: list[Track], index: int, alpha: float) -> _Proposal | No
     return _Proposal((index,), (best,), math.exp(log_p))
 
 
-def _drifts_of_one_box(tracks: list[Track], alpha: float) -> list[_Proposal]:
+def _drifts_of_one_box(tracks: list[Track], alpha: float, keys: tuple[str, ...] = DRIFTS) -> list[_Proposal]:
     """Drifts that are significant on several axes of a unit at rest together, at one shape."""
     found: list[_Proposal] = []
-    for key in DRIFTS:
+    for key in keys:
         able = [i for i, t in enumerate(tracks) if may_drift(t) and _has(t, key) and not _full(t)]
         where = [i for i in able if _hit(tracks[i], key).deviate >= LEAST]
         if len(where) < 2:

@@ -114,3 +114,14 @@ def test_what_has_settled_before_the_held_out_part_all_rows_tell(tmp_path: Path)
     (target,) = close(path).targets
     assert (target.added, target.verdict) == ((), "unexplained-structure")
     assert any("explains all rows" in reason for reason in target.reasons)
+
+
+def test_a_level_that_several_axes_change_at_one_instant_is_no_silence(tmp_path: Path) -> None:
+    """On one axis noise that jumps would do; none has it named, for nothing says that it was no jump."""
+    path = bench(tmp_path, (0, 0, 0), seed=1)
+    later = np.arange(1500) > 450
+    read = {axis: values + 0.4e-4 * later for axis, values in np.load(tmp_path / "bench.npz").items()}
+    np.savez(tmp_path / "bench.npz", **read)
+    for target in close(path).targets:
+        assert (target.added, target.verdict) == ((), "unexplained-structure")
+        assert any("bias_step at 9" in reason for reason in target.reasons)

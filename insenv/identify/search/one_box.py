@@ -37,6 +37,8 @@ from insenv.identify.search.tracks import Track
 
 #: What a box does as a whole; each axis by its own amount.
 DRIFTS = ("bias_drift", "bias_warm_up")
+#: What a knock or a supply does to several axes at once: it is said, and not named, for a jump of noise looks the same.
+STEPS = ("bias_step",)
 #: Axes that must have what the temperature of their box does for it to be known.
 KNOWN = 2
 #: Deviate of an axis' own evidence without which it has no part in it: one in twenty by chance.

@@ -93,7 +93,7 @@ def _of_the_box(track: Track) -> tuple[str, ...]:
     if any(step.hit.candidate.effect.key in DRIFTS for step in track.steps):
         return ()
     found = next((r for r in track.refusals if r.of_box), None)
-    return (f"axes of the unit drift together, and this one may as well: {found.reason}",) if found else ()
+    return (f"axes of the unit change together, and this one may as well: {found.reason}",) if found else ()
 
 
 def _leaning(track: Track, alpha: float) -> tuple[str, ...]:
