@@ -12,8 +12,9 @@ blocks of length d with the middles t_i and t_j, a the smaller of them and b the
     C_ij = R^2 [i = j] + A^2 (a - [i = j] d / 6) + (g N)^2 a^2 (3 b - a) / 6
 
 R and A, which no datasheet tells of a vehicle, are fitted to each rest and axis by restricted maximum likelihood: it
-sees only what the regressors leave. N is told; a few minutes hardly determine it, several rests do
-(`fitted_angle_walk`). Products of the base's tilt and its rate of turn are left out: a few thousandths of a degree.
+sees only what the regressors leave. As those are a quadratic of the time, that is the likelihood of the third
+differences of V, of which only neighbours are correlated. N is told; a few minutes hardly determine it, several rests
+do (`fitted_angle_walk`). Products of the base's tilt and its rate of turn are left out: a few thousandths of a degree.
 Source: Titterton and Weston, Strapdown Inertial Navigation Technology, 2nd ed. (2004), section 10.3, for the tilt;
 Harville, J. Am. Stat. Assoc. 72 (1977) 320, for the restricted likelihood.
 """
@@ -22,10 +23,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.linalg import solve_triangular
+from scipy.linalg import cho_solve_banded, cholesky_banded, solve_triangular
 from scipy.optimize import minimize, minimize_scalar
 
 from insenv.core.errors import InputError
@@ -41,6 +43,8 @@ BLOCK, MOST = 1.0, 300
 FEWEST = 20
 #: Range in which `fitted_angle_walk` looks, and how finely [rad/sqrt(s), and a factor].
 LEAST_WALK, LARGEST_WALK, FINELY = 1e-5 * DEG_PER_SQRT_HOUR, 1.0 * DEG_PER_SQRT_HOUR, 1.05
+#: Differences that leave nothing of the regressors.
+_ORDER = 3
 #: What is added to the diagonal, as a share of it: keeps the matrix definite.
 _JITTER = 1e-12
 
@@ -88,6 +92,44 @@ class Blocks:
     X: Floats
     gravity: float
     span: float
+
+    @cached_property
+    def differences(self) -> Differences:
+        """Third differences of the velocities, and what they are made of."""
+        a, b = np.minimum.outer(self.t, self.t), np.maximum.outer(self.t, self.t)
+        one = np.eye(len(a))
+        to = np.diff(one, n=_ORDER, axis=0)
+        parts = (one, _walk(self.t, a), self.gravity**2 * _tilt(a, b))
+        return Differences(to @ self.v, np.stack([_bands(to @ part @ to.T) for part in parts]))
+
+
+@dataclass(frozen=True)
+class Differences:
+    """Third differences of block velocities.
+
+    Attributes
+    ----------
+    v : ndarray, shape (m - 3, 2)
+    bands : ndarray, shape (3, 4, m - 3)
+        Their covariance for R = 1, A = 1 and N = 1: the diagonal and those below it.
+    """
+
+    v: Floats
+    bands: Floats
+
+
+def _bands(square: Floats) -> Floats:
+    return np.stack([np.pad(np.diagonal(square, -k), (0, k)) for k in range(_ORDER + 1)])
+
+
+def _walk(t: Floats, a: Floats) -> Floats:
+    """Covariance of block means of a walk; one has a sixth of its length less variance than the walk at its middle."""
+    return a - (t[1] - t[0]) / 6 * np.eye(len(a))
+
+
+def _tilt(a: Floats, b: Floats) -> Floats:
+    """Covariance of the integral of a walk."""
+    return a * a * (3 * b - a) / 6
 
 
 @dataclass(frozen=True)
@@ -216,21 +258,18 @@ def _unrest(logs: Floats, angle_walk: float) -> Unrest:
 def covariance(seen: Blocks, unrest: Unrest) -> Floats:
     """Covariance of the block velocities along one level axis, shape (m, m)."""
     a, b = np.minimum.outer(seen.t, seen.t), np.maximum.outer(seen.t, seen.t)
-    tilt = (seen.gravity * unrest.angle_walk) ** 2 * a * a * (3 * b - a) / 6
-    # The mean of a walk over a block has a sixth of the block's length less variance than the walk at its middle.
-    within = (seen.t[1] - seen.t[0]) / 6 * np.eye(len(a))
-    C: Floats = unrest.velocity_walk**2 * (a - within) + tilt + unrest.velocity**2 * np.eye(len(a))
+    tilt = (seen.gravity * unrest.angle_walk) ** 2 * _tilt(a, b)
+    C: Floats = unrest.velocity_walk**2 * _walk(seen.t, a) + tilt + unrest.velocity**2 * np.eye(len(a))
     return C + _JITTER * np.diag(np.diag(C))
 
 
 def _cost(seen: Blocks, axis: int, unrest: Unrest) -> float:
     """Restricted log-likelihood, negative, up to a constant."""
-    half: Any = np.linalg.cholesky(covariance(seen, unrest))
-    white = solve_triangular(half, np.column_stack([seen.X, seen.v[:, axis]]), lower=True, check_finite=False)
-    A, y = white[:, :-1], white[:, -1]
-    normal = A.T @ A
-    r = y - A @ np.linalg.solve(normal, A.T @ y)
-    return float(np.log(np.diag(half)).sum() + 0.5 * np.linalg.slogdet(normal)[1] + 0.5 * r @ r)
+    squares = np.array([unrest.velocity, unrest.velocity_walk, unrest.angle_walk]) ** 2
+    bands = np.tensordot(squares, seen.differences.bands, 1)
+    half, v = cholesky_banded(bands, lower=True, check_finite=False), seen.differences.v[:, axis]
+    weighed = cho_solve_banded((half, True), v, check_finite=False)
+    return float(np.log(half[0]).sum() + 0.5 * v @ weighed)
 
 
 def least_squares(seen: Blocks, axis: int, unrest: Unrest) -> tuple[Floats, Floats]:

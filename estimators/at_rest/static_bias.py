@@ -19,7 +19,7 @@ import numpy as np
 
 from estimators.at_rest import static_bias_kernel as kernel
 from estimators.at_rest import static_bias_result
-from estimators.common.allan_terms import Fit, fitted, plain
+from estimators.common.allan_terms import TERMS, Fit, fitted, plain
 from insenv.core.earth import EARTH_RATE
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Estimate
@@ -35,7 +35,7 @@ AVERAGING = (0.01, 1.0, 10.0, 100.0)
 MOVES = 10 * ARCSEC
 #: Standard deviations where nothing is known: of a bias [rad/s]; of a noise coefficient, in its SI unit.
 ANY_BIAS, ANY_NOISE = 0.1 * DEG, 1e-3
-NOISES = ("quantization", "angle_random_walk", "bias_instability", "rate_random_walk")
+NOISES = TERMS[:4]
 _UNITS = ("rad", "rad/sqrt(s)", "rad/s", "rad/s/sqrt(s)")
 _RESTS = ("zero", "static", "rest")
 _Five = tuple[Floats, Floats, Floats, Floats, Floats]

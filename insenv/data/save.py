@@ -17,17 +17,11 @@ from insenv.core.errors import InputError
 from insenv.core.files import WRITERS, Format, replacing, toml
 from insenv.core.recording import Recording
 from insenv.data.manifest import HeldOut, Model, RowRanges
+from insenv.data.manifest.checks import NOISE_UNITS
 from insenv.data.manifest.gimbals import gimbals_table
 from insenv.data.manifest.spec import ACCELEROMETERS, BARE
 
 Noise = Mapping[str, Mapping[str, float]]
-
-_NOISE_UNITS: Mapping[str, tuple[str, str]] = {
-    "angle_random_walk": ("rad/sqrt(s)", "m/s/sqrt(s)"),
-    "bias_instability": ("rad/s", "m/s^2"),
-    "rate_random_walk": ("rad/s/sqrt(s)", "m/s^2/sqrt(s)"),
-    "quantization": ("rad", "m/s"),
-}
 
 
 def save(  # noqa: PLR0913 - what a manifest says, entry by entry
@@ -178,7 +172,7 @@ def _model(model: Model) -> dict[str, object]:
 
 def _noise(target: str, given: Mapping[str, float]) -> dict[str, object]:
     is_accelerometer = target in ACCELEROMETERS
-    return {name: _quantity(value, _NOISE_UNITS[name][is_accelerometer]) for name, value in given.items()}
+    return {name: _quantity(value, NOISE_UNITS[name][is_accelerometer]) for name, value in given.items()}
 
 
 def _held_out(held_out: HeldOut) -> dict[str, object]:

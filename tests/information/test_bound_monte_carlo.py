@@ -17,8 +17,8 @@ FAR = 4.1
 GLS = "estimators.rate_table.rate_gls:RateGls"
 DECLARED = {"undeclared": {}, "instrument.sampling": "20 Hz", "duration": "300 s"}
 #: A sighting after each turn: of the tracking error, the mean of all counts.
-SIGHTINGS = {"sight.readings": "turns", "instrument.sampling": "20 Hz"}
-SIGHTLESS = {"sight.tracking": "0 arcsec", "sight.position_error": "0 m", "instrument.sampling": "20 Hz"}
+SIGHTINGS = {"sight.readings": "turns", "instrument.sampling": "10 Hz"}
+SIGHTLESS = {"sight.tracking": "0 arcsec", "sight.position_error": "0 m", "instrument.sampling": "10 Hz"}
 
 #: Scenario, policy, estimator, changes, and what the estimator leaves unused by choice, at most.
 CASES: dict[str, tuple[str, str, str, dict[str, Any], float]] = {

@@ -44,6 +44,19 @@ NOISE: Mapping[str, tuple[str, str]] = {
     "rate_random_walk": ("rate random walk", "acceleration random walk"),
     "quantization": ("quantization", "velocity"),
 }
+#: The SI units of the same, as the field writes them.
+NOISE_UNITS: Mapping[str, tuple[str, str]] = dict(
+    zip(
+        NOISE,
+        (
+            ("rad/sqrt(s)", "m/s/sqrt(s)"),
+            ("rad/s", "m/s^2"),
+            ("rad/s/sqrt(s)", "m/s^2/sqrt(s)"),
+            ("rad", "m/s"),
+        ),
+        strict=True,
+    )
+)
 #: What the field calls an accelerometer's angle random walk.
 VELOCITY_RANDOM_WALK = "velocity_random_walk"
 #: Format of a data file whose manifest names none.

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from insenv.core.recording import Floats
+from insenv.data.manifest import checks
 from insenv.effects.base import CurveEffect
 from insenv.identify.findings import Covariance, Estimate
 from insenv.identify.fit import discrepancy, other_forms
@@ -30,18 +31,7 @@ SCALE = "scale_factor"
 LEAST_FREEDOM = 4.0
 #: SI units of the noise coefficients as the field writes them, by the unit of the output.
 NOISE_UNITS = {
-    "rad/s": {
-        "angle_random_walk": "rad/sqrt(s)",
-        "bias_instability": "rad/s",
-        "rate_random_walk": "rad/s/sqrt(s)",
-        "quantization": "rad",
-    },
-    "m/s^2": {
-        "angle_random_walk": "m/s/sqrt(s)",
-        "bias_instability": "m/s^2",
-        "rate_random_walk": "m/s^2/sqrt(s)",
-        "quantization": "m/s",
-    },
+    output: {key: units[j] for key, units in checks.NOISE_UNITS.items()} for j, output in enumerate(("rad/s", "m/s^2"))
 }
 
 
