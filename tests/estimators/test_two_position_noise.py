@@ -38,7 +38,7 @@ def scored(found: Estimate, true: dict[str, Floats]) -> dict[str, Floats]:
 @cache
 def published(noise: tuple[float, float]) -> dict[str, dict[str, Floats]]:
     """Errors of all estimators with the errors of Table 1, and the sight's, over `SEEDS` runs of the procedure."""
-    case = Case(noise=noise)
+    case = Case(noise=noise, sampling=50.0)
     parts: dict[str, list[dict[str, Floats]]] = {name: [] for name in KINDS}
     for seed in range(0, SEEDS, AT_ONCE):
         fixed = table_1(AT_ONCE)

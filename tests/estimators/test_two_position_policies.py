@@ -158,7 +158,7 @@ def test_the_names_are_installed() -> None:
 def test_the_demanded_deviation_is_reached_in_time(
     policy: type[CovarianceTriggered] | type[ThreeRests], kind: type[Alignment], longest: float
 ) -> None:
-    case = Case(noise=A2, sampling=50.0)
+    case = Case(noise=A2, sampling=20.0)
     errors = drawn(case, 300, 3)
     errors = replace(errors, sight=0 * errors.sight)
     told = replace(sheet(), sampling=case.sampling)
