@@ -11,6 +11,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from scipy.fft import dct
 from simulated_runs import manifest, use
 from studies.hand_turned import Law, case
 
@@ -22,7 +23,7 @@ from insenv.identify.fit.bands import in_bands, response
 from insenv.identify.fit.gls import Fit, solve, whitened
 from insenv.identify.fit.problem import Problem, Term
 from insenv.identify.fit.reference_variance import beside_response
-from insenv.identify.fit.swings import by_swings
+from insenv.identify.fit.swings import _pieces, by_swings, in_few_swings
 from insenv.identify.prepare.problems import prepare
 from insenv.identify.search.candidates import candidates
 from insenv.identify.search.reference_errors import log_p_alone
@@ -106,15 +107,33 @@ def test_noise_that_goes_with_the_motion_is_told_by_swings_and_white_noise_is_no
     curve = problem.transformed(one.fit.model[1])[:, 0]
     factors = [by_swings(problem, curve, rng.standard_normal(n))[0] for _ in range(100)]
     assert np.mean(np.array(factors) > 1) < 0.2
-    from scipy.fft import dct
-
     loud = np.abs(u[rows]) / np.sqrt(np.mean(u[rows] ** 2))
-    ends = np.cumsum([b.n for b in problem.fitted])[:-1]
-    told = []
-    for _ in range(20):
-        parts = np.split(loud * rng.standard_normal(n), ends)
-        told.append(by_swings(problem, curve, np.concatenate([dct(p, norm="ortho") for p in parts]))[0])
+    told = [by_swings(problem, curve, in_modes(problem, loud * rng.standard_normal(n)))[0] for _ in range(20)]
     assert np.median(told) > 1.5
+
+
+def test_the_last_digit_of_a_curve_does_not_decide_what_pieces_tell() -> None:
+    """A curve that lies in three pieces alike, and a little more in one: by three and a bit nothing is told yet."""
+    one = read(0, "clean", "hand")
+    problem, rng = one.problem, np.random.default_rng(9)
+    n, label = len(problem.data()), _pieces(one.problem)[0]
+    left = rng.standard_normal(n)
+    factors = []
+    for more in (-1e-9, 1e-9):
+        shape = np.zeros(n)
+        for k, size in ((2, 1.0), (4, 1.0), (6, 1.0 + more), (8, max(more, 0.0))):
+            own = np.flatnonzero(label == k)
+            shape[own] = size / np.sqrt(len(own))
+        curve, loud = (in_modes(problem, v) for v in (shape, left * (1 + 3 * (shape > 0))))
+        factors.append(by_swings(problem, curve, loud)[0])
+        assert 0.99 < in_few_swings(problem, curve) <= 1.0
+    assert factors[0] == pytest.approx(factors[1], abs=1e-6)
+
+
+def in_modes(problem: Problem, values: Floats) -> Floats:
+    """Values of the fitted bins in time, shape (modes,), as whitened modes."""
+    ends = np.cumsum([b.n for b in problem.fitted])[:-1]
+    return np.concatenate([dct(part, norm="ortho") for part in np.split(values, ends)])
 
 
 def test_a_response_is_told_where_there_is_one_and_parameters_are_less_certain_for_it() -> None:

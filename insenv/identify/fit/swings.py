@@ -5,7 +5,8 @@ curve, or the weights of a coefficient, and e what is left, both whitened and in
 
     f = sum_k (sum_{t in k} phi e)^2 / sum phi^2 * K / (K - 1),      K = (sum w)^2 / sum w^2,   w_k = sum_{t in k} phi^2
 
-over pieces k: swings, four swings, tenths of the time, runs. f counts where it is more than chance.
+over pieces k: swings, four swings, tenths of the time, runs. f counts where it is more than chance, and where K tells
+it: both by weights that grow smoothly, for where pieces are alike K is a whole number, and its last digit is chance.
 
 Source: A. C. Cameron and D. L. Miller, A practitioner's guide to cluster-robust inference, J. Human Resources 50 (2015)
 317.
@@ -23,8 +24,10 @@ from scipy.special import chdtrc, chdtri
 from insenv.core.recording import Floats
 from insenv.identify.fit.problem import Problem
 
-#: Fewest pieces by which variances are judged, chance of a factor on them, and parts of the time of the longest pieces.
-FEWEST, CHANCE, PARTS = 3.0, 0.05, 10
+#: Pieces up to which they tell no variance, and from which on they do; parts of the time of the longest pieces.
+FEWEST, ENOUGH, PARTS = 3.0, 4.0, 10
+#: Chance of a factor from which on it counts in part, and below which it counts in full.
+CHANCE, NO_CHANCE = 0.1, 0.025
 #: Swings of which one is one of many, and the share of a usual swing's weight that tells nothing.
 MANY, UNTOLD = 8, 1e-3
 #: Departure from the middle of the input, in its root mean square, by which a side of it is told.
@@ -49,16 +52,34 @@ def by_swings(problem: Problem, curve: Floats, left: Floats) -> tuple[float, flo
         if count <= FEWEST:
             continue
         factor = float(np.sum(np.bincount(label, phi * e) ** 2) / weight.sum()) * count / (count - 1)
-        if factor > worst and chdtrc(count - 1, factor * (count - 1)) < CHANCE:
-            worst, freedom = factor, count - 1
+        share = _enough(count) * _beyond_chance(float(chdtrc(count - 1, factor * (count - 1))))
+        if share * (factor - 1) > worst - 1:
+            worst, freedom = 1 + share * (factor - 1), (count - 1) / share
     return worst, freedom
 
 
-def of_one_swing(problem: Problem, curve: Floats) -> bool:
-    """Whether a curve lies in so few of many swings that nothing tells how it repeats."""
+def _enough(count: float) -> float:
+    """Weight, from 0 to 1, of what so many pieces tell of a variance."""
+    return _smooth((count - FEWEST) / (ENOUGH - FEWEST))
+
+
+def _beyond_chance(p: float) -> float:
+    return _smooth(float(np.log(CHANCE / max(p, 1e-300)) / np.log(CHANCE / NO_CHANCE)))
+
+
+def _smooth(x: float) -> float:
+    """From 0 to 1 as x does, level at both ends."""
+    x = min(max(x, 0.0), 1.0)
+    return x * x * (3 - 2 * x)
+
+
+def in_few_swings(problem: Problem, curve: Floats) -> float:
+    """Weight, from 0 to 1, with which a curve lies in so few of many swings that nothing tells how it repeats."""
     phi, label = in_time(problem, curve), _pieces(problem)[0]
     weight = np.bincount(label, phi * phi)
-    return len(weight) >= MANY and float(weight.sum() ** 2) <= FEWEST * float(np.sum(weight**2))
+    if len(weight) < MANY:
+        return 0.0
+    return 1.0 - _enough(float(weight.sum() ** 2) / max(float(np.sum(weight**2)), 1e-300))
 
 
 def in_the_loudest(problem: Problem, curve: Floats, left: Floats) -> float:
@@ -70,8 +91,8 @@ def in_the_loudest(problem: Problem, curve: Floats, left: Floats) -> float:
     worst = 1.0
     for label in _pieces(problem)[:2]:
         weight = np.bincount(label, phi * phi)
-        told = weight > UNTOLD * weight.mean()
-        square = np.bincount(label, phi * e)[told] ** 2 / weight[told]
+        some = weight > UNTOLD * weight.mean()
+        square = np.bincount(label, phi * e)[some] ** 2 / weight[some]
         worst = max(worst, float(square.max(initial=0.0)) / float(chdtri(1, 1 - 0.5 ** (1 / max(len(square), 1)))))
     return worst
 

@@ -37,7 +37,7 @@ from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.noise import transform
 from insenv.identify.fit.problem import Problem, Term
-from insenv.identify.fit.swings import by_swings, in_the_loudest, of_one_swing
+from insenv.identify.fit.swings import by_swings, in_few_swings, in_the_loudest
 from insenv.identify.search.scan import Hit, Reference
 
 #: Largest p-value at which an effect is worth the test.
@@ -126,10 +126,12 @@ def _evidence(problem: Problem, fit: Fit, base: Reference, term: Term) -> _Evide
     # As the response sees them: what it would take of the curve, it takes of it here too.
     left, curve_left = data - curve - seen @ own.left, curve - seen @ own.curve
     factor, freedom = by_swings(problem, curve_left, left)
-    if of_one_swing(problem, curve_left):
-        factor = max(factor, *(in_the_loudest(problem, one, left) for one in _of_motion(problem, base)))
-    elif term.effect.of_rate or "angle" in term.effect.needs:
-        factor = max(factor, *(by_swings(problem, one, left)[0] for one in _of_motion(problem, base)))
+    few, moves = in_few_swings(problem, curve_left), term.effect.of_rate or "angle" in term.effect.needs
+    for one in _of_motion(problem, base) if few or moves else ():
+        if few:
+            factor = max(factor, 1 + few * (in_the_loudest(problem, one, left) - 1))
+        if moves and few < 1:
+            factor = max(factor, 1 + (1 - few) * (by_swings(problem, one, left)[0] - 1))
     share = max(min(held, information, alone), 0.0) / alone
     return _Evidence(share, factor, freedom)
 
