@@ -225,16 +225,16 @@ class _Cells:
         full = _table_rate(recording, self.edges, names)
         assert full is not None
         if self._read_beside(names):
-            # Read at the very times of the target: a mean with its neighbours would mix their noise.
+            # Read at the very times of the target: a mean with its neighbours would mix their noise, and where a ramp
+            # begins it is no reading at an instant.
             count, mean = _gather(channel.values, self.cell_of_row, len(self.count))
             return np.where(count > 0, mean, full)
         return _of_rows(recording, self.target, self.cell_of_row, self.count, full, names)
 
     def _read_beside(self, names: tuple[str, ...]) -> bool:
-        """Whether the reference is the reading of a rate at the very times of the target."""
+        """Whether the reference is a rate at the very times of the target."""
         channel, own = self.recording.channels[names[0]], self.recording.channels[self.target]
-        measured = names[0] == "table_rate" and channel.source == "encoder"
-        return measured and channel.covers == own.covers == "instant" and channel.delay == own.delay
+        return names[0] == "table_rate" and channel.covers == own.covers == "instant" and channel.delay == own.delay
 
     def _followed(
         self, names: tuple[str, ...], reference: Floats, share: float, reading: Floats

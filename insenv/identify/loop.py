@@ -219,7 +219,8 @@ def _strict(track: Track, declared: dict[str, float], alpha: float, seed: int, p
     instead = more or ("rate_random_walk",)
     start = replace(track, prepared=held, fit=fit, score=score, hits=None, refusals=(), instead=instead)
     (found,) = _exhausted([start], False, alpha, seed, progress)
-    if not found.steps or structure(problem, found.fit, declared, alpha).reasons:
+    # Rows may have been left out since, as settling at the start: the fit is that of what is left.
+    if not found.steps or structure(found.problem, found.fit, declared, alpha).reasons:
         return track
     return found
 

@@ -130,6 +130,19 @@ def test_a_cell_is_the_mean_of_its_rows() -> None:
     assert coarse.motion.dt == pytest.approx(7 * DT)
 
 
+@pytest.mark.parametrize("rows", [1, 5])
+def test_readings_at_instants_are_compared_with_the_rate_at_these_instants(rows: int) -> None:
+    """Where a ramp begins a mean with the neighbours is a quarter of a step off: a curve of the rate near rest."""
+    t = edges(N - 1, DT)
+    rate = np.interp(t, [0, 5, 8, 20, 23, 30, 31, 40], [0, 0, 1, 1, -1, -1, 0, 0])
+    recording = Recording(
+        t, {"gyro": Channel(rate, "rad/s", "instant"), "table_rate": Channel(rate, "rad/s", "instant")}
+    )
+    e = expose(recording, "gyro", rows_per_cell=rows)
+    assert_allclose(e.y, e.motion.rate, rtol=0, atol=1e-15)
+    assert_allclose(e.u, e.motion.rate, rtol=0, atol=1e-15)
+
+
 def test_a_rate_goes_on_at_the_ends() -> None:
     """A reference that begins later or ends earlier than the target goes on with the slope of its end."""
     t = edges(49, DT)
