@@ -99,10 +99,10 @@ class Planner:
         return deviations(matrix)
 
     def _information(self, start: Angles, visits: Sequence[Visit], time: float) -> Floats:
-        matrix, _ = self.model.information(self._planned(start, visits, time))
+        matrix, _ = self.model.information(self.planned(start, visits, time))
         return matrix[0]
 
-    def _planned(self, start: Angles, visits: Sequence[Visit], time: float) -> Blocks:
+    def planned(self, start: Angles, visits: Sequence[Visit], time: float) -> Blocks:
         """Blocks of planned motion, of ``time`` seconds from rest at ``start``; outputs are zero."""
         dt, limits = 1 / _SAMPLING, self.datasheet.limits
         state, now, parts = at_rest(np.array(start)[None]), 0, []

@@ -26,6 +26,7 @@ import bench_close
 import bench_environments
 import bench_rate_table
 import bench_sweep
+import bench_unit
 import bench_vehicle
 import numpy as np
 from bench_line import Line, cpu
@@ -56,6 +57,7 @@ def main() -> None:
         *bench_environments.ALL,
         *bench_vehicle.ALL,
         *bench_rate_table.ALL,
+        *bench_unit.ALL,
         *bench_sweep.ALL,
     ):
         for line in lines():

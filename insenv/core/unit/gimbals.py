@@ -28,6 +28,8 @@ from insenv.core.earth import EARTH_RATE
 Floats = NDArray[np.float64]
 #: A vector along a time axis: its three components, each of shape (..., n).
 Vector = tuple[Floats, Floats, Floats]
+#: Angles of which all cosines are taken at once.
+_FEW = 200
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,8 @@ class Gimbals:
         White noise of an encoder's reading [rad].
     longest : float
         Longest dwell that can be commanded [s].
+    mounted : float
+        Angle by which the unit was put on the innermost axis turned about its z [rad].
     """
 
     axes: str
@@ -56,6 +60,7 @@ class Gimbals:
     most: tuple[float, ...] = ()
     noise: float = 0.0
     longest: float = 300.0
+    mounted: float = 0.0
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -68,7 +73,8 @@ class Gimbals:
         """Angles of readings without noise, both of shape (..., k, n), for errors of shape (..., q)."""
         at = 5 + len(self.axes)
         e = errors[..., at:].reshape(*errors.shape[:-1], len(self.axes), 2)[..., None]
-        angles: Floats = readings - e[..., 0, :] * np.cos(readings) - e[..., 1, :] * np.sin(readings)
+        cosine, sine = _cos_sin(readings)
+        angles: Floats = readings - e[..., 0, :] * cosine - e[..., 1, :] * sine
         return angles
 
     def level(self, errors: Floats, latitude: float | None) -> tuple[Vector, Vector]:
@@ -120,7 +126,10 @@ class Gimbals:
         yield "y", errors[..., 4, None]
 
     def _mounted(self, errors: Floats) -> Iterator[tuple[str, Floats]]:
-        return ((letter, errors[..., i, None]) for i, letter in enumerate("xyz"))
+        if self.mounted:
+            yield "z", np.array([self.mounted])
+        for i, letter in enumerate("xyz"):
+            yield letter, errors[..., i, None]
 
 
 def _turned(vector: Vector, turns: Iterator[tuple[str, Floats]]) -> Vector:
@@ -129,11 +138,27 @@ def _turned(vector: Vector, turns: Iterator[tuple[str, Floats]]) -> Vector:
     return vector
 
 
+def _cos_sin(angle: Floats) -> tuple[Floats, Floats]:
+    """Cosine and sine, where many neighbours are the same (a table rests, or another axis turns) of one of them."""
+    flat = np.ascontiguousarray(angle).reshape(-1)
+    if len(flat) < _FEW:
+        return np.cos(angle), np.sin(angle)
+    new = np.empty(len(flat), bool)
+    new[0] = True
+    np.not_equal(flat[1:], flat[:-1], out=new[1:])
+    at = np.cumsum(new)
+    if at[-1] > 0.5 * len(flat):
+        return np.cos(angle), np.sin(angle)
+    values = flat[new]
+    at -= 1
+    return np.cos(values)[at].reshape(angle.shape), np.sin(values)[at].reshape(angle.shape)
+
+
 def _turn(vector: Vector, letter: str, angle: Floats) -> Vector:
     """Components in axes that are turned by ``angle`` about one of them."""
     i = "xyz".index(letter)
     j, k = (i + 1) % 3, (i + 2) % 3
-    c, s = np.cos(angle), np.sin(angle)
+    c, s = _cos_sin(angle)
     found = list(vector)
     found[j], found[k] = c * vector[j] + s * vector[k], c * vector[k] - s * vector[j]
     return found[0], found[1], found[2]

@@ -2,7 +2,8 @@
 
 ``order`` has the letters of the axes from the outer to the inner. ``mounting`` of the unit, ``tilt`` and
 ``heading_error`` of the base, ``non_orthogonality`` of the axes and ``eccentricity`` of the encoders are standard
-deviations about zero: what is left out is taken to be without error.
+deviations about zero: what is left out is taken to be without error. ``mounted`` is the angle by which the unit was put
+on the innermost axis turned about its z.
 """
 
 from __future__ import annotations
@@ -41,8 +42,11 @@ def gimbals(table: GimbalsTable, where: str) -> Gimbals:
         *(k - 1) * (_error(table, "non_orthogonality", where),),
         *2 * k * (_error(table, "eccentricity", where),),
     )
-    heading = 0.0 if table.heading is None else quantity(table.heading, "angle", f"{where}.heading")
-    return Gimbals(order, heading, sd, (2 * np.pi,) * k, noise)
+    heading, mounted = (
+        0.0 if text is None else quantity(text, "angle", f"{where}.{name}")
+        for name, text in (("heading", table.heading), ("mounted", table.mounted))
+    )
+    return Gimbals(order, heading, sd, (2 * np.pi,) * k, noise, mounted=mounted)
 
 
 def gimbals_table(axes: Gimbals) -> dict[str, object]:
@@ -50,6 +54,7 @@ def gimbals_table(axes: Gimbals) -> dict[str, object]:
     k = len(axes.axes)
     values = {
         "heading": axes.heading,
+        "mounted": axes.mounted,
         "mounting": axes.sd[0],
         "tilt": axes.sd[3],
         "heading_error": axes.sd[5],

@@ -75,6 +75,7 @@ class GimbalsTable(Table):
 
     order: str
     heading: str | None = None
+    mounted: str | None = None
     mounting: str | None = None
     tilt: str | None = None
     heading_error: str | None = None

@@ -33,7 +33,6 @@ from insenv.identify.positions.unit_trace import UnitFound
 
 _NONE = np.zeros(0)
 _NO_SPECTRA = Spectra(_NONE, _NONE, _NONE, _NONE, None, _NONE, _NONE, _NONE, _NONE, _NONE, _NONE, None)
-_MORE = "turn the unit through other attitudes, each axis of the table by right angles and half-way, and back"
 
 
 def unit_findings(
@@ -84,7 +83,7 @@ def _target(manifest: Manifest, recordings: Sequence[Recording], found: UnitFoun
         estimates_before=_estimates(outcome.before, outcome.before.terms, target),
         estimates_after=_estimates(outcome.after, outcome.before.terms, target),
         noise=_noise(recordings, target, unit),
-        next_experiment=_next(added),
+        next_experiment=_next(found, added),
         spectra=_NO_SPECTRA,
         traces=_traces(found, target),
     )
@@ -197,6 +196,6 @@ def _traces(found: UnitFound, target: str) -> Traces:
     )
 
 
-def _next(added: Sequence[Added]) -> tuple[NextExperiment, ...]:
-    sets = dict.fromkeys((a.effect, *a.confounded_with) for a in added if a.confounded_with)
-    return tuple(NextExperiment(keys, _MORE, None) for keys in sets)
+def _next(found: UnitFound, added: Sequence[Added]) -> tuple[NextExperiment, ...]:
+    sets = {(a.effect, *a.confounded_with) for a in added if a.confounded_with}
+    return tuple(one for one in found.next_runs if any(set(one.separates) == set(keys) for keys in sets))

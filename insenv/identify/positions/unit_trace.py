@@ -14,16 +14,19 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from insenv.core.errors import InputError
-from insenv.core.estimate import Datasheet
+from insenv.core.estimate import Datasheet, Limits
 from insenv.core.recording import Channel, Floats, Recording
+from insenv.core.unit.gimbals import Gimbals
 from insenv.core.unit.motion import UNIT
 from insenv.data.manifest import Manifest
 from insenv.effects.base import Effect
 from insenv.effects.catalogue import by_key
 from insenv.effects.noise import AngleRandomWalk
+from insenv.identify.findings import NextExperiment
 from insenv.identify.positions.accel import site_gravity
 from insenv.identify.positions.search import Fit, Outcome, search
-from insenv.identify.positions.unit import Cells, OnAxes, as_noisy_as_read, foretold
+from insenv.identify.positions.unit import Cells, OnAxes, UnitTerm, as_noisy_as_read, foretold
+from insenv.identify.positions.unit_next import limits_of, next_runs, plans
 from insenv.identify.positions.unit_terms import (
     Candidates,
     Raw,
@@ -33,6 +36,7 @@ from insenv.identify.positions.unit_terms import (
     excess,
     whole_sheet,
 )
+from insenv.information.positions import QUARTER
 from insenv.information.unit_calibration import Blocks, UnitModel, gathered, joined, nothing
 
 #: Where the manifest holds nothing out, every so-manieth rest is.
@@ -52,6 +56,7 @@ class UnitFound:
     reasons: tuple[str, ...]
     rests: int
     remarks: tuple[str, ...] = ()
+    next_runs: tuple[NextExperiment, ...] = ()
 
 
 def on_axes(recordings: Sequence[Recording]) -> bool:
@@ -96,21 +101,74 @@ def trace_unit(
     ]
     keys = None if tried is None else [effect.id for effect in tried]
     terms = candidates(manifest.model.declared, models[0].gimbals, slips, keys, warm)
-    told = np.array(sheets[0].mounting.gimbals.sd if sheets[0].mounting.gimbals else ())
+    layout = _layout([model.gimbals for model in models], sheets[0])
     cells = [
         cell
-        for row in range(len(runs))
-        for cell in _cells(models[row], blocks[row], _excess(models[row], runs[row], warm), terms, told > 0,
-                           (float(starts[row]), row), numbers[row], held[row])
+        for row, model in enumerate(models)
+        for cell in _cells(model, blocks[row], _excess(model, runs[row], warm), terms, layout,
+                           (float(starts[row]), row), held[row])
     ]  # fmt: skip
-    problem = OnAxes(tuple(cells), (1.0,) * len(cells), told[told > 0])
+    problem = OnAxes(tuple(cells), (1.0,) * len(cells), np.array([sd for _, _, sd in layout]))
     # A slip at any turn takes up all that one rest is off by: the noise is looked at without.
     whole = [*terms.declared, *(term for term in terms.tried if term.shape is None)]
     problem = foretold(as_noisy_as_read(problem, whole), terms.declared)
     progress("candidates")
     outcome = search(problem, terms.declared, terms.tried, alpha, at_once=1)
     reasons = _structure(problem, outcome.after)
-    return UnitFound(problem, outcome, reasons, rests, (_said(rests, held, numbers),))
+    further: tuple[NextExperiment, ...] = ()
+    if any(outcome.rivals.values()):
+        progress("what to measure next")
+        end = float(starts[-1] + recordings[-1].t[-1] - recordings[-1].t[0])
+        further = _next(models[0], limits_of(recordings), (problem, outcome), terms, layout, (end, len(runs)))
+    return UnitFound(problem, outcome, reasons, rests, (_said(rests, held, numbers),), further)
+
+
+#: Columns of the table's errors of which a deviation is stated: name, angle of mounting (None: of all runs), deviation.
+Layout = tuple[tuple[str, float | None, float], ...]
+
+
+def _layout(tables: Sequence[Gimbals], sheet: Datasheet) -> Layout:
+    """One seat for each angle at which the unit was mounted, and for one that may be proposed."""
+    assert sheet.mounting.gimbals is not None
+    mounts = dict.fromkeys([*(table.mounted for table in tables), tables[0].mounted + QUARTER])
+    found: list[tuple[str, float | None, float]] = []
+    for name, sd in zip(sheet.mounting.gimbals.names, sheet.mounting.gimbals.sd, strict=True):
+        if sd > 0:
+            found += [(name, mount, sd) for mount in (mounts if name.startswith("mounting") else [None])]
+    return tuple(found)
+
+
+def _next(
+    model: UnitModel,
+    limits: Limits,
+    found: tuple[OnAxes, Outcome],
+    terms: Candidates,
+    layout: Layout,
+    begun: tuple[float, int],
+) -> tuple[NextExperiment, ...]:
+    """What would tell what was added from its rivals."""
+    problem, outcome = found
+    made = []
+    for plan in plans(model, limits):
+        blocks = plan.blocks()
+        count = blocks.turning.shape[-1]
+        still = excess(np.arange(count + 1.0), np.full(count + 1, 298.15), 298.15)
+        made.append((plan, _cells(plan.model, blocks, still, terms, layout, begun, np.zeros(count, bool))))
+    sets = {
+        step.term.effect.key: (step.term, [t for t in _shaped(terms.tried, outcome.rivals[step.term.effect.key])])
+        for step in outcome.steps
+        if outcome.rivals.get(step.term.effect.key)
+    }
+    return next_runs(problem, outcome.after, list(sets.values()), made)
+
+
+def _shaped(tried: Sequence[UnitTerm], keys: Sequence[str]) -> list[UnitTerm]:
+    """A term of each of the keys: of those with shapes the one in the middle."""
+    found = []
+    for key in keys:
+        own = [term for term in tried if term.effect.key == key]
+        found.append(own[len(own) // 2])
+    return found
 
 
 def _check(manifest: Manifest, recordings: Sequence[Recording]) -> None:
@@ -206,12 +264,11 @@ def _cells(  # noqa: PLR0913 -- what a run is made of
     blocks: Blocks,
     lagged: Mapping[float, Floats],
     terms: Candidates,
-    stated: NDArray[np.bool_],
+    layout: Layout,
     begun: tuple[float, int],
-    number: NDArray[np.int64],
     held: NDArray[np.bool_],
 ) -> list[Cells]:
-    names, table = [p.name for p in model.parameters], model.gimbals.names
+    names, mounted = [p.name for p in model.parameters], model.gimbals.mounted
     found, (start, run) = [], begun
     for c, target in enumerate(UNIT):
         columns, means, covariance = model.cells(blocks, 0, c)
@@ -222,9 +279,10 @@ def _cells(  # noqa: PLR0913 -- what a run is made of
         late: dict[float, Floats] = {tau: np.add.reduceat(v, edges[:-1]) / np.diff(edges) for tau, v in lagged.items()}
         raw = Raw(target, own, time, late)
         design = np.column_stack([make(raw) for make in terms.made])
-        nuisance = np.column_stack(
-            [own[n] for n, yes in zip(table, stated, strict=True) if yes] or [np.zeros((len(time), 0))]
-        )
+        nuisance = np.zeros((len(time), len(layout)))
+        for j, (name, mount, _) in enumerate(layout):
+            if mount is None or mount == mounted:
+                nuisance[:, j] = own[name]
         turning = blocks.turning[0][edges[:-1]]
         found.append(Cells(c, design, nuisance, means, covariance, time, run, turning, held[edges[:-1]]))
     return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -30,25 +31,37 @@ DECLARED = ("bias", "scale_factor", "misalignment", "accel_bias", "accel_scale_f
 TARGETS = {name: "gyro" if name in GYROS else "accel" for name in UNIT}
 
 
-def angles() -> tuple[Floats, Floats]:
-    """Angles of the axes at edges and middles, shape (3, 2 n + 1), by turns of five seconds; which samples move."""
-    path, now, grid = [], np.zeros(3), np.linspace(0, 1, 10 * RATE + 1)[1:]
-    smooth = grid - np.sin(2 * np.pi * grid) / (2 * np.pi)
+#: Positions of the axes [quarters of a turn]: right angles but for every seventh step.
+Path3 = list[tuple[float, ...]]
+
+
+def usual(eighths: bool = True) -> Path3:
+    now, found = np.zeros(3), [(0.0, 0.0, 0.0)]
     for k in range(26):
-        axis, step = (k * 2 + k // 5) % 3, (0.5 if k % 7 else 0.25) * np.pi * (1 if k % 4 < 2 else -1)
-        path.append(np.repeat(now[:, None], 2 * DWELL * RATE, axis=1))
-        turn = np.repeat(now[:, None], len(grid), axis=1)
-        turn[axis] += step * smooth
-        path.append(turn)
-        now = turn[:, -1]
-    whole = np.concatenate([np.zeros((3, 1)), *path], axis=1)
-    moving = np.tile(np.repeat([0.0, 1.0], [DWELL * RATE, 5 * RATE]), 26)
-    return whole, moving
+        now[(k * 2 + k // 5) % 3] += (0.5 if eighths and k % 7 == 0 else 1.0) * (1 if k % 4 < 2 else -1)
+        found.append((float(now[0]), float(now[1]), float(now[2])))
+    return found
 
 
-def outputs(errors: dict[str, float], effects: dict[str, dict[str, tuple[float, ...]]]) -> dict[str, Floats]:
+def angles(path: Path3) -> tuple[Floats, Floats]:
+    """Angles of the axes at edges and middles, shape (3, 2 n + 1), by turns of five seconds; which samples move."""
+    grid, quarter = np.linspace(0, 1, 10 * RATE + 1)[1:], 0.5 * np.pi
+    smooth = grid - np.sin(2 * np.pi * grid) / (2 * np.pi)
+    parts, begun = [], np.array(path[0]) * quarter
+    for before, after in pairwise(np.array(path) * quarter):
+        parts += [
+            np.repeat(before[:, None], 2 * DWELL * RATE, axis=1),
+            before[:, None] + np.outer(after - before, smooth),
+        ]
+    moving = np.tile(np.repeat([0.0, 1.0], [DWELL * RATE, 5 * RATE]), len(path) - 1)
+    return np.concatenate([begun[:, None], *parts], axis=1), moving
+
+
+def outputs(
+    errors: dict[str, float], effects: dict[str, dict[str, tuple[float, ...]]], path: Path3 | None = None
+) -> dict[str, Floats]:
     """Of the six channels without noise; ``effects`` by channel and key."""
-    at, _ = angles()
+    at, _ = angles(path or usual())
     n = (at.shape[1] - 1) // 2
     t = np.arange(n + 1) / RATE
     wrong = np.array([errors.get(name, 0.0) for name in TABLE.names])
@@ -64,8 +77,8 @@ def outputs(errors: dict[str, float], effects: dict[str, dict[str, tuple[float, 
     return found
 
 
-def recording(out: dict[str, Floats], seed: int, **changes: Any) -> Recording:
-    rng, (at, moving) = np.random.default_rng(seed), angles()
+def recording(out: dict[str, Floats], seed: int, path: Path3 | None = None, **changes: Any) -> Recording:
+    rng, (at, moving) = np.random.default_rng(seed), angles(path or usual())
     n = len(moving)
     channels = {
         name: Channel(
@@ -80,10 +93,10 @@ def recording(out: dict[str, Floats], seed: int, **changes: Any) -> Recording:
     return replace(Recording(t, channels, (), SITE, Mounting(gimbals=TABLE), "run"), **changes)
 
 
-def found(tmp_path: Path, run: Recording, declared: tuple[str, ...] = DECLARED, **more: Any) -> Findings:
+def found(tmp_path: Path, *runs: Recording, declared: tuple[str, ...] = DECLARED, **more: Any) -> Findings:
     path = tmp_path / "unit.toml"
     noise = {name: {"angle_random_walk": WHITE[name in GYROS] / np.sqrt(RATE)} for name in UNIT}
-    save(path, [run], Model(UNIT, declared, procedure="multi-position"), noise=noise, **more)
+    save(path, runs, Model(UNIT, declared, procedure="multi-position"), noise=noise, **more)
     return close(path)
 
 
@@ -120,6 +133,32 @@ def test_a_unit_that_slips_is_told_with_the_time(tmp_path: Path) -> None:
     assert one.parameters[0].value == pytest.approx(2e-4, abs=5 * one.parameters[0].sd)
 
 
+def test_what_is_confounded_is_settled_by_the_run_that_is_proposed(tmp_path: Path) -> None:
+    """At right angles a force is 0 or g: its square and its magnitude are the same."""
+    bent: dict[str, dict[str, tuple[float, ...]]] = {"accel_y": {"accel_second_order": (9e-6,)}}
+    first = recording(outputs({}, bent, usual(False)), 5, usual(False))
+    one = found(tmp_path, first).targets[4]
+    assert one.verdict == "confounded"
+    assert {one.added[0].effect, *one.added[0].confounded_with} == {"accel_second_order", "accel_asymmetry"}
+    best = one.next_experiment[0]
+    assert best.procedure.startswith("half-way") and (best.expected_separation_sigma or 0) > 5
+    degrees = best.procedure.partition(": ")[2].removesuffix(" deg").split("; ")
+    path = [tuple(float(a) / 90 for a in text.split()) for text in degrees]
+    second = recording(outputs({}, bent, path), 6, path, label="half-way")
+    both = found(tmp_path, first, second).targets[4]
+    assert both.verdict == "effects-found"
+    assert [(a.effect, a.confounded_with) for a in both.added] == [("accel_second_order", ())]
+
+
+def test_a_unit_that_is_remounted_is_turned_about_its_z() -> None:
+    turned, errors = replace(TABLE, mounted=np.pi / 2), np.zeros(len(TABLE.names))
+    errors[0] = 1e-3
+    vector = (np.array([1.0]), np.array([2.0]), np.array([3.0]))
+    x, y, z = TABLE.inside(vector, np.zeros((3, 1)), np.zeros(len(TABLE.names)))
+    again = turned.inside(vector, np.zeros((3, 1)), errors)
+    np.testing.assert_allclose(np.ravel(again), np.ravel([y, -x + 1e-3 * z, z + 1e-3 * x]), atol=1e-5)
+
+
 def test_a_whole_model_lacks_nothing(tmp_path: Path) -> None:
     """False alarm: 1 %."""
     whole: dict[str, dict[str, tuple[float, ...]]] = {
@@ -137,6 +176,9 @@ def test_the_axes_are_read_back_as_they_were_written(tmp_path: Path) -> None:
     save(tmp_path / "unit.toml", [run], Model(UNIT, DECLARED, procedure="multi-position"))
     read = load_manifest(tmp_path / "unit.toml").runs[0].mounting.gimbals
     assert read == TABLE
+    run = replace(run, mounting=Mounting(gimbals=replace(TABLE, mounted=0.5)))
+    save(tmp_path / "unit.toml", [run], Model(UNIT, DECLARED, procedure="multi-position"))
+    assert load_manifest(tmp_path / "unit.toml").runs[0].mounting == run.mounting
 
 
 def test_what_the_axes_cannot_do_is_said(tmp_path: Path) -> None:
@@ -144,7 +186,7 @@ def test_what_the_axes_cannot_do_is_said(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="gravity"):
         found(tmp_path, replace(run, site=Site()))
     with pytest.raises(InputError, match="timing_skew"):
-        found(tmp_path, run, (*DECLARED, "timing_skew"))
+        found(tmp_path, run, declared=(*DECLARED, "timing_skew"))
     with pytest.raises(InputError, match="there are 27 rests|there are 26 rests"):
         found(tmp_path, run, held_out=HeldOut(positions=(40,)))
 
