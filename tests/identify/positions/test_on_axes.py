@@ -36,7 +36,7 @@ Path3 = list[tuple[float, ...]]
 
 
 def usual(eighths: bool = True) -> Path3:
-    now, found = np.zeros(3), [(0.0, 0.0, 0.0)]
+    now, found = np.zeros(3), list[tuple[float, ...]]([(0.0, 0.0, 0.0)])
     for k in range(26):
         now[(k * 2 + k // 5) % 3] += (0.5 if eighths and k % 7 == 0 else 1.0) * (1 if k % 4 < 2 else -1)
         found.append((float(now[0]), float(now[1]), float(now[2])))
