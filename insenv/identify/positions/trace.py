@@ -53,6 +53,8 @@ OUTLIER_FREEDOM = 6
 #: What an accelerometer repeats from rest to rest within minutes [m/s^2]: an ordinary one, as a standard deviation, and
 #: the worst that is sound. The noise of the means of rests counts so many times.
 REPEATS, WORST, NOISY = 1e-3, 3e-3, 5.0
+#: What is wanted where rests do not tell an effect: there are too few, or an axis points one way in all of them.
+UNTOLD = (("more positions",), ("other attitudes",))
 
 
 @dataclass(frozen=True)
@@ -302,7 +304,7 @@ def _too_few(
     Six faces have six magnitudes: biases and scale factors fit them whatever they are, and nothing would confirm it.
     """
     key, left = "accel_scale_factor", _left(problem, outcome.after, rests)
-    blind = any(n.effect == key and n.needs == ("more positions",) for n in outcome.not_testable)
+    blind = any(n.effect == key and n.needs in UNTOLD for n in outcome.not_testable)
     if not blind or left < max(WORST, NOISY * noise_of_means(recordings, rests)):
         return ()
     return (

@@ -25,14 +25,18 @@ def six_faces(
     stated: str = "",
     shaken: int = -1,
     lean: float = 1e-3,
+    again: int | None = None,
 ) -> Findings:
     """Rests of 60 s, each placed to ``lean`` [rad], of a unit with biases of 30 mm/s^2 and these scale factors.
+
+    The last one is face ``again`` once more, if that is given.
 
     The file ``shaken`` has no rest of 2 s.
     """
     rng, names = np.random.default_rng(seed), []
     bias = 30e-3 * rng.standard_normal(3)
-    for number, (axis, sign) in enumerate(FACES[:faces]):
+    order = FACES[:faces] if again is None else [*FACES[: faces - 1], FACES[again]]
+    for number, (axis, sign) in enumerate(order):
         force = lean * STANDARD_GRAVITY * rng.standard_normal(3)
         force[axis] = sign * STANDARD_GRAVITY
         force *= STANDARD_GRAVITY / np.linalg.norm(force)
@@ -83,6 +87,13 @@ def test_a_stated_repeatability_takes_the_place_of_the_usual_one(tmp_path: Path)
 
 def test_five_faces_do_not_tell_scale_factors_and_say_so(tmp_path: Path) -> None:
     verdict, reasons, added = said(six_faces(tmp_path, (-1.4e-3, -1.3e-3, 0.1e-3), 0, faces=5))
+    assert verdict == "unexplained-structure" and not added
+    assert any("accel_scale_factor would explain it, and more attitudes would tell" in r for r in reasons)
+
+
+def test_one_face_twice_does_not_tell_them_either(tmp_path: Path) -> None:
+    """Six rests, but the z axis points up in both of its own: its bias and its scale factor are one figure."""
+    verdict, reasons, added = said(six_faces(tmp_path, (-1.4e-3, 1.3e-3, 0.1e-3), 0, again=4))
     assert verdict == "unexplained-structure" and not added
     assert any("accel_scale_factor would explain it, and more attitudes would tell" in r for r in reasons)
 
