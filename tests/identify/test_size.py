@@ -105,3 +105,15 @@ def test_the_deviate_is_that_of_all_coefficients_together() -> None:
     units = np.diag([1e-9, 1e6])
     assert deviate(units @ theta, units @ cov @ units) == pytest.approx(deviate(theta, cov))
     assert deviate(1e3 * theta, cov) > 1e3 > LEAST
+
+
+@pytest.mark.parametrize(("wider", "named"), [(1.0, True), (20.0, False)])
+def test_a_curve_of_which_no_shape_is_told_is_any_curve(problem: Problem, wider: float, named: bool) -> None:
+    """A ripple over twenty times the range of the rates bends once in it, as what a filter of the reference leaves."""
+    (ripple,) = (term for term in terms(problem) if term.effect.id == "compensation_ripple")
+    ripple = replace(ripple, shape=(ripple.shape[0], wider * ripple.shape[1]))
+    sized = with_size(problem, ripple, 6.0)
+    model = (Term(by_key("bias")), Term(by_key("scale_factor")), Term(by_key("timing_skew")), ripple)
+    why = unsized(sized, solve(sized, model), ripple)
+    assert (why == "") is named
+    assert named or "is not told beside a reference that is late" in why

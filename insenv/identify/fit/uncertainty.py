@@ -85,10 +85,13 @@ def estimates(problem: Problem, fit: Fit, inexact: tuple[Term, ...] = ()) -> dic
 def coefficients_of(problem: Problem, fit: Fit, term: Term, inexact: tuple[Term, ...] = ()) -> tuple[Floats, Floats]:
     """Linear coefficients (SI) of one term, shape (k,), and their covariance with that of the shapes, (k, k).
 
-    The shapes of ``inexact`` are taken to be right only nearly, as in `estimates`.
+    The shapes of ``inexact`` are taken to be right only nearly, as in `estimates`. What errors of a reference that go
+    with the frequency add is in it but for responses, which tell them.
     """
-    own = np.flatnonzero(fit.design.term == fit.model.index(term))
-    cov = _joint(problem, fit, _all_slopes(problem, fit), beside_response(problem, fit))[np.ix_(own, own)]
+    own, beside = np.flatnonzero(fit.design.term == fit.model.index(term)), beside_response(problem, fit)
+    cov = _joint(problem, fit, _all_slopes(problem, fit), beside)[np.ix_(own, own)]
+    if beside and not term.effect.of_response:
+        cov = cov + np.diag((beside.added / fit.design.scale**2)[own])
     if inexact:
         added = discrepancy.added_variance(problem, fit, inexact) / fit.design.scale**2
         added = added + other_forms.added_variance(problem, fit, inexact)

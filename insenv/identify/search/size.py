@@ -7,7 +7,9 @@ covariance, shapes fitted beside them, and what shapes that are right only nearl
     m = theta' C^-1 theta,        z = the normal deviate that is as rare as m for chi-square on k degrees,
 
 and an effect of which z is below `LEAST`, or a coefficient of which is less certain than the largest credible one is
-large, is not named. The same holds for every effect of the catalogue.
+large, is not named. The same holds for every effect of the catalogue. Nor is a curve of the rate beside a reference
+that is late (a lag, or a skew in the model), if it has two shapes and more and the data tell none of them: then it is
+any curve.
 """
 
 from __future__ import annotations
@@ -22,11 +24,13 @@ from scipy.special import chdtrc, ndtri_exp
 from insenv.core.recording import Floats
 from insenv.identify.fit.gls import Fit
 from insenv.identify.fit.problem import Model, Problem, Term
-from insenv.identify.fit.uncertainty import coefficients_of
+from insenv.identify.fit.uncertainty import coefficients_of, estimates
 
 #: Deviations by which an effect must differ from zero; a curve of the rate beside a reference that is late, whose
 #: filter nobody knows exactly: what its skew leaves follows the rate too.
 LEAST, BESIDE_LAG = 2.5, 3.0
+#: Deviations from which on a shape is told, and how many shapes make any curve.
+TOLD, SEVERAL = 2.0, 2
 
 
 def unsized(problem: Problem, fit: Fit, term: Term, inexact: Model = ()) -> str:
@@ -42,7 +46,8 @@ def unsized(problem: Problem, fit: Fit, term: Term, inexact: Model = ()) -> str:
     """
     if term.effect.generic:
         return ""
-    late = _curve_of_rate(term) and any(e.motion.lag for e in problem.exposures)
+    lags = any(e.motion.lag for e in problem.exposures)
+    late = _curve_of_rate(term) and (lags or (_comes_late(fit) and not term.effect.of_response))
     # A smooth discrepancy of its own could be all of a drift: what is told is the drift of the two together. Beside a
     # late reference that is just the question.
     others = inexact if late else tuple(one for one in inexact if one is not term)
@@ -53,6 +58,8 @@ def unsized(problem: Problem, fit: Fit, term: Term, inexact: Model = ()) -> str:
     if (z := deviate(theta, cov)) < (BESIDE_LAG if late else LEAST):
         where = " beside a reference that is late" if late else ""
         return f"its size is not told{where}: {_listed(theta, sd)}, {z:.2g} standard deviations from nothing"
+    if late and (shapes := _shapes_untold(problem, fit, term)):
+        return f"its shape is not told beside a reference that is late: {shapes}"
     own = fit.design.term == fit.model.index(term)
     names = [label[1].partition("[")[0] for label, mine in zip(fit.design.labels, own, strict=True) if mine]
     most = {p.name: problem.limits(p)[1] for p in term.effect.linear}
@@ -89,6 +96,22 @@ def deviate(theta: Floats, cov: Floats) -> float:
 def _curve_of_rate(term: Term) -> bool:
     effect = term.effect
     return effect.of_rate and effect.belongs == "instrument" and not effect.of_time
+
+
+def _shapes_untold(problem: Problem, fit: Fit, term: Term) -> str:
+    """The shapes of a term of several, if none of them differs from nothing: then it is any curve; else empty."""
+    names = [param.name for param in term.effect.shapes]
+    if len(names) < SEVERAL:
+        return ""
+    rows = [row for row in estimates(problem, fit)[term] if row.parameter in names]
+    if any(abs(row.value) >= TOLD * row.sd for row in rows):
+        return ""
+    return ", ".join(f"{row.parameter} = {row.value:.2g} ± {row.sd:.2g}" for row in rows)
+
+
+def _comes_late(fit: Fit) -> bool:
+    """Whether a skew was fitted: beside a reference that is late by less, nobody took its lag before."""
+    return any(one.effect.id == "timing_skew" for one in fit.model)
 
 
 def _listed(theta: Floats, sd: Floats) -> str:
