@@ -11,7 +11,7 @@ noise (white, and a flicker that is a sum of Gauss and Markov processes):
     strength^2 = min over beta of (d - J beta)' V^-1 (d - J beta) + beta' P^-1 beta
 
 python scripts/studies/system_calibration/generate.py FOLDER [--cases 110] [--nulls 0] [--first 0] [--strength 10]
-writes FOLDER/case_0000/manifest.toml ... and FOLDER/truth.json.
+writes FOLDER/case_0000/manifest.toml ... and FOLDER/truth_0.json, which grows case by case.
 """
 
 from __future__ import annotations
@@ -522,7 +522,7 @@ def main() -> None:
         name = f"case_{number:04d}"
         write(asked.folder / name, channels, truth)
         truths[name] = truth
-    (asked.folder / f"truth_{asked.first}.json").write_text(json.dumps(truths, indent=1))
+        (asked.folder / f"truth_{asked.first}.json").write_text(json.dumps(truths, indent=1))
 
 
 if __name__ == "__main__":
