@@ -3,8 +3,9 @@
 A rival of an added effect is another effect with which in its place the added one is no longer significant. A rival
 with more parameters must also explain better, beyond what a further parameter gains by itself, unless on this recording
 it is the very same curve, or the same to the noise: an anomaly at two rates is a cubic. What has another effect as its
-limit is no rival of it. Of a rival that is rarer by far (`Effect.unusual`) the evidence must pay for that: one that
-explains no better than a common effect is told beside it (`same_curve`), and makes no doubt of it.
+limit is no rival of it, but for what time drives: a drift is how a warm-up starts, and one with a time constant within
+the record that explains any better is a rival. Of a rival that is rarer by far (`Effect.unusual`) the evidence must pay
+for that: one that explains no better than a common effect is told beside it (`same_curve`), and makes no doubt of it.
 """
 
 from __future__ import annotations
@@ -32,6 +33,8 @@ from insenv.identify.search.scan import (
 
 #: Gain in likelihood ratio per further parameter from which a richer effect counts as a rival.
 RICHER_GAIN = 2.0
+#: The same of a warm-up beside a drift, in likelihood ratio.
+BENT_GAIN = 0.5
 #: Likelihood ratio by which a rival may fall behind before its refit is worth nothing.
 NEAR = 60.0
 #: Likelihood ratio by which an unusual effect may fall behind a common one and be told beside it still.
@@ -75,7 +78,9 @@ def rivalry(
         if own - hit.likelihood_ratio < NEAR and not hit.term.effect.line:
             hit = refined(problem, base, hit)  # the search refines the best few alone
         richer = extra > 0 and not _same_curve(problem, base, hit.term, term)
-        if richer and hit.likelihood_ratio < own + _gain_by_itself(hit.term, extra, alpha, gain):
+        bent = hit.term.effect.of_time and term.effect.of_time and term.effect.id in hit.term.effect.becomes
+        needed = min(gain, BENT_GAIN) if bent else gain
+        if richer and hit.likelihood_ratio < own + _gain_by_itself(hit.term, extra, alpha, needed):
             continue
         odds = _odds(hit.term) - _odds(term)
         if odds < 0 and plug_in_of(term.effect) and _same_curve(problem, base, hit.term, term):
