@@ -33,8 +33,8 @@ FEWEST, STRAIGHT_ROWS = 40, 4
 #: straightest rows, this share of all: there it is rounding.
 STRAIGHT, NEARBY, ROUNDING, STRAIGHTEST = 0.02, 8, 20.0, 0.3
 #: Rows around one, the percentage of them that surely lie inside lines, and so many times what those bend by rounding
-#: there is no corner; nor is this share of the range from row to row, for no file has as many digits.
-AROUND, INSIDE, LIKE_INSIDE, DIGITS = 33, 35, 3.0, 1e-12
+#: there is no corner; nor is this share of the range from row to row, for files have ten digits or so.
+AROUND, INSIDE, LIKE_INSIDE, DIGITS = 33, 35, 3.0, 1e-8
 #: Share of a step by which stamps of an even clock are off by rounding.
 ROUNDED = 0.02
 #: Share of the readings after less than three times the usual number of rows; of these 90 % lie within as many rows as
