@@ -194,12 +194,12 @@ def apply_calibration(calibration: Path, manifest: str, out: Path) -> None:
     CALIBRATION is a file of insenv close-loop --calibration, MANIFEST as there.
     """
     from insenv.calibration import correct, load_calibration
-    from insenv.calibration.write import told
+    from insenv.calibration.write import summary
     from insenv.close import opened
 
     found = load_calibration(calibration)
     path, applied = correct(found, opened(manifest, Progress()), out)
-    click.echo(told(found, applied))
+    click.echo(summary(found, applied))
     click.echo(path)
 
 

@@ -134,10 +134,10 @@ def settle(
         raise InputError(f"a budget of {most:g} s given; the first run of {first.path} takes {first.duration:g} s")
     table = first.table.profile
     profile = {} if table is None else {n: v for n in table.__struct_fields__ if (v := getattr(table, n)) is not None}
-    return _told(stage, Experiment("the scenario's own procedure", profile or None), name, (most, alpha), progress)
+    return _played(stage, Experiment("the scenario's own procedure", profile or None), name, (most, alpha), progress)
 
 
-def _told(stage: Stage, experiment: Experiment, estimator: str, limits: tuple[float, float], say: Progress) -> Story:
+def _played(stage: Stage, experiment: Experiment, estimator: str, limits: tuple[float, float], say: Progress) -> Story:
     """Experiment after experiment."""
     budget, alpha = limits
     runs: list[Played] = []

@@ -21,7 +21,7 @@ from insenv.core.plugins import ESTIMATORS, find
 from insenv.core.recording import Floats
 from insenv.envs.rollout import RollOut, roll_out
 from insenv.evaluate.bounds import bounds
-from insenv.information.directions import sentence, spoken, untold
+from insenv.information.directions import parameter_words, sentence, weak_directions
 from insenv.information.positions import nineteen, six, twenty_four
 from insenv.information.sequence import Planner, designed, even, parameter_of_table
 from insenv.information.sequence_bound import sequence_bound
@@ -144,18 +144,18 @@ def _sequences(planner: Planner, runs: int) -> Section:
     units = sum(not parameter_of_table(q.name) for q in planner.model.parameters)
     names = [q.name for q in planner.model.parameters[:units]]
     gimbals = planner.model.gimbals
-    wanted = planner.told(even(planner, nineteen(gimbals), duration), duration)[:units]
+    wanted = planner.deviations(even(planner, nineteen(gimbals), duration), duration)[:units]
     bound = sequence_bound(planner.datasheet)
     rows, half = [], 0.0
     for share in (0.5, 0.7, 0.85, 1.0):
         length = share * duration
         visits = designed(planner, length, wanted, tries=400)
-        ratio = planner.told(visits, length)[:units] / wanted
+        ratio = planner.deviations(visits, length)[:units] / wanted
         low = bound.ratio(length, wanted).bound
         half = low if share == 0.5 else half
         rows.append(
             (f"{length:.0f}", len(visits), f"{ratio.max():.3f}", f"{np.median(ratio):.3f}", f"{low:.3f}",
-             spoken(names[int(np.argmax(ratio))], gimbals))
+             parameter_words(names[int(np.argmax(ratio))], gimbals))
         )  # fmt: skip
     header = ("time [s]", "visits", "worst", "median", "bound of the worst", "which is the worst")
     least = bound.time(wanted, duration)
@@ -184,7 +184,7 @@ def _not_told(planner: Planner) -> Section:
         ("six", six(gimbals)), ("nineteen", nineteen(gimbals)), ("twenty-four", twenty_four(gimbals)),
     ):  # fmt: skip
         matrix = planner.quick(even(planner, path, planner.datasheet.duration))
-        said = [sentence(one, gimbals) for one in untold(matrix, names)]
+        said = [sentence(one, gimbals) for one in weak_directions(matrix, names)]
         rows += [(title, one) for one in said or ["all is told better than it was known"]]
     return Section(
         "What positions do not tell",

@@ -111,7 +111,7 @@ def _judged(environment: str, board: Board, scenario: str, count: int, jobs: int
 
 
 def _section(environment: str, scenario: str, found: Evaluation) -> Section:
-    (quantity, unit), *_ = words.asked(found)
+    (quantity, unit), *_ = words.quantities(found)
     places = [words.HEADER.index(name) for name in COLUMNS]
     order = sorted(
         (s.rms[0], one.policy, one.estimator) for one in found.scored for s in one.scores if s.quantity == quantity

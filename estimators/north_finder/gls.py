@@ -158,7 +158,7 @@ class NorthGls:
         """Azimuth and scale factor; the prior before the table has turned enough."""
         rows = state.sums.reshape(-1, state.sums.shape[-1])
         solution, cov = self._solved(state.normal.reshape(-1, *state.normal.shape[-2:]))
-        mean, spread = self._told(rows, solution, cov)
+        mean, spread = self._estimate(rows, solution, cov)
         shape = state.sums.shape[:-1]
         apparent = Estimate(self.names, self.units, mean.reshape(*shape, 2), spread.reshape(*shape, 2, 2))
         return apparent if self._levelling is None else self._levelled(apparent, self._levelling.estimate(state.level))
@@ -219,7 +219,7 @@ class NorthGls:
         chosen = np.where(cheap, 0, 1), np.arange(len(cheap))
         return solution[chosen], cov[chosen]
 
-    def _told(self, rows: Floats, solution: Floats, cov: Floats) -> tuple[Floats, Floats]:
+    def _estimate(self, rows: Floats, solution: Floats, cov: Floats) -> tuple[Floats, Floats]:
         """Mean (R, 2) and covariance (R, 2, 2) of the azimuth and the scale factor."""
         c, s = solution[:, 0], solution[:, 1]
         locked = self.datasheet.told("angle_locked_rate:1", "gyro")

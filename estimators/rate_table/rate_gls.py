@@ -23,7 +23,7 @@ from insenv.core.motion import Motion
 from insenv.core.recording import Floats, Recording
 from insenv.core.units import DEG
 from insenv.effects.rate.scale import ScaleFactor
-from insenv.information.means import Means, told_noises
+from insenv.information.means import Means, stated_noises
 from insenv.information.scale_factor import INTERVAL, Declared, cells, declared, model, motion_of, slope
 
 #: Deviations of a bias [rad/s] and of a scale factor of which nothing is told.
@@ -78,7 +78,7 @@ class RateGls:
     _known: dict[bytes, Means] = field(default_factory=dict, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        if not told_noises(self.datasheet, "gyro"):
+        if not stated_noises(self.datasheet, "gyro"):
             raise InputError("rate_gls: the datasheet tells of no noise of the gyro; wanted it, for it weighs the data")
         if abs(np.sin(self.datasheet.mounting.tilt)) < 1e-6:
             raise InputError("rate_gls: the input axis lies in the table plane and sees nothing of its turning")
@@ -152,7 +152,7 @@ class RateGls:
         theta, cov = told.mean, np.diag(np.square(list(prior.values())))
         if data.shape[-1] > 1:
             theta, cov = _posterior(self._means(motion, told), data[_OUTPUT, 1:], told, prior)
-        return self._told(told, theta, cov)
+        return self._slope(told, theta, cov)
 
     def _means(self, motion: Motion, told: Declared) -> Means:
         """The model of the cells; their covariance from a run before, if it had the same."""
@@ -165,7 +165,7 @@ class RateGls:
         self._known[edges] = found
         return found
 
-    def _told(self, told: Declared, theta: Floats, cov: Floats) -> tuple[Floats, Floats]:
+    def _slope(self, told: Declared, theta: Floats, cov: Floats) -> tuple[Floats, Floats]:
         rate = self.datasheet.limits.rate if self.largest is None else self.largest
         weights, perfect = slope(told, self.datasheet, rate if np.isfinite(rate) else 1.0)
         names = told.sensor.names

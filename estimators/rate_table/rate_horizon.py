@@ -89,7 +89,7 @@ class _Ahead(GreedyInformation):
         M = np.einsum("...ni,...nj->...ij", F * weight[..., None], F) + np.diag(_PRIOR**-2.0)
         return np.linalg.inv(M), np.where(known, t + 0.5 * tally.time, 0.0).max(axis=-1)
 
-    def _told(self, C: Floats, late: Floats) -> tuple[Floats, Floats, Floats]:
+    def _gain(self, C: Floats, late: Floats) -> tuple[Floats, Floats, Floats]:
         """What each candidate tells of K [nat], shape (..., c), and C f with the variance of what is read."""
         shape = (*C.shape[:-2], len(self._rate))
         t = np.broadcast_to(late[..., None], shape)
@@ -108,7 +108,7 @@ class GreedyRateTable(_Ahead):
     """The dwell that tells most by the second; settings as of `HorizonRateTable`."""
 
     def _best(self, C: Floats, late: Floats, fault: Floats, seconds: Floats) -> tuple[Indices, Floats]:
-        gain = (self._told(C, late)[0] + fault) / seconds
+        gain = (self._gain(C, late)[0] + fault) / seconds
         return np.asarray(gain.argmax(axis=-1)), np.asarray(gain.max(axis=-1))
 
 
@@ -139,7 +139,7 @@ class HorizonRateTable(_Ahead):
     """
 
     def _best(self, C: Floats, late: Floats, fault: Floats, seconds: Floats) -> tuple[Indices, Floats]:
-        told, Cf, read = self._told(C, late)
+        told, Cf, read = self._gain(C, late)
         alone = (told + fault) / seconds
         first = np.argsort(-alone, axis=-1, kind="stable")[..., :_FIRST]
         value = np.empty(first.shape)
@@ -148,7 +148,7 @@ class HorizonRateTable(_Ahead):
             one, v = (np.take_along_axis(a, at, axis=-1)[..., 0] for a in (told + fault, read))
             c = np.take_along_axis(Cf, at[..., None], axis=-2)[..., 0, :]
             then = C - c[..., :, None] * c[..., None, :] / v[..., None, None]
-            two, _, _ = self._told(then, late)
+            two, _, _ = self._gain(then, late)
             rate = self._rate[at[..., 0]][..., None]
             near = np.exp(-(((np.abs(self._rate) - np.abs(rate)) / self.length) ** 2))
             way = self._hold + np.abs(self._rate - rate) / self.acceleration

@@ -152,7 +152,7 @@ class RateLine:
         halves = rate_line_fits.halves(x, y, weights, variance, slow)
         spread = self._repeats((x, y, weights), variance, power)
         known = np.isfinite(fit.k) & (used.sum(axis=-1) > 2)
-        return self._told(fit, known, (halves, (worst / full, worst_sd / full), spread))
+        return self._estimate(fit, known, (halves, (worst / full, worst_sd / full), spread))
 
     def result(self, state: Progress) -> RateLineResult | None:
         """All that a report shows, of a single run, without a batch; None where there are no two rates."""
@@ -223,7 +223,7 @@ class RateLine:
         sd = np.where(n > 1, spread / np.sqrt(2 * np.maximum(n - 1, 1)), np.nan)
         return spread, sd
 
-    def _told(
+    def _estimate(
         self, fit: rate_line_fits.Line, known: NDArray[np.bool_], ratios: tuple[tuple[Floats, Floats], ...]
     ) -> Estimate:
         """The estimate from its parts; the prior where nothing is known."""

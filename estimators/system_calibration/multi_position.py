@@ -30,7 +30,7 @@ from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Estimate
 from insenv.core.recording import Floats, Recording
 from insenv.core.unit.motion import GYROS, UNIT
-from insenv.information.means import told_noises
+from insenv.information.means import stated_noises
 from insenv.information.unit_inputs import ROWS, TURNING, UnitInputs, noises_of_first_order, rows_of
 
 #: Shortest rest that is used [s]; steps of Gauss-Newton at most, and the one that is small enough [prior deviations].
@@ -156,7 +156,7 @@ class MultiPosition:
         cells = np.array([edge for pair in kept for edge in pair], np.int64)
         noise = []
         for target in UNIT:
-            one = sum(c.coefficient**2 * c.effect.covariance(cells, sheet.dt) for c in told_noises(sheet, target))
+            one = sum(c.coefficient**2 * c.effect.covariance(cells, sheet.dt) for c in stated_noises(sheet, target))
             noise.append(np.asarray(one) if target in GYROS else np.asarray(one)[::2, ::2])
         return _Rests(means, turns, times, noise)
 

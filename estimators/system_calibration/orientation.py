@@ -82,7 +82,7 @@ class DesignedSequence(Planned):
         units = np.array([not parameter_of_table(p.name) for p in planner.model.parameters])
         wanted = None
         with suppress(InputError):  # of a table that cannot turn through them: then the sum of logarithms
-            wanted = planner.told(even(planner, nineteen(gimbals_of(datasheet)), time), time)[units]
+            wanted = planner.deviations(even(planner, nineteen(gimbals_of(datasheet)), time), time)[units]
         super().__init__(datasheet, designed(planner, time, wanted, tries))
 
 

@@ -227,14 +227,14 @@ class Alignment:
         mean = np.broadcast_to(self.told.prior_mean, (*state.batch, PARAMETERS)).copy()
         return mean, self.told.prior(state.sights[..., 0])
 
-    def told_of(self, state: Aligned, x: Floats, walk: Floats, cov: Floats) -> Estimate:
+    def estimate_of(self, state: Aligned, x: Floats, walk: Floats, cov: Floats) -> Estimate:
         """Estimate of everything from x, shape (..., 12).
 
         walk : horizontal forces that the walk of the attitude has made until now, shape (..., 2) [m/s^2].
         cov : of both, shape (..., 14, 14).
         """
         if state.navigation is None:
-            return self.untold(state.batch)
+            return self.prior_estimate(state.batch)
         (turned, J), S, n = self.turned(state), self.twisted(state), PARAMETERS
         first = dcm_from_rotation_vector(x[..., :3])
         drift = dcm_from_rotation_vector(-times(J, x[..., 3:6], 0) - times(S, x[..., 9:12], 0))
@@ -266,7 +266,7 @@ class Alignment:
         mean = np.concatenate([installation[..., None], angles, x[..., 3:8]], axis=-1)
         return Estimate(self.names, self.units, mean, symmetric(spread))
 
-    def untold(self, batch: tuple[int, ...]) -> Estimate:
+    def prior_estimate(self, batch: tuple[int, ...]) -> Estimate:
         """Before any reading: nothing is known of the heading, the body stands nearly level."""
         s = self.told.sighting
         mean = np.broadcast_to(np.concatenate([np.zeros(4), self.told.mean[:5]]), (*batch, 9)).copy()

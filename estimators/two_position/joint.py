@@ -65,7 +65,9 @@ class TwoPositionJoint(Alignment):
         runs = int(np.prod(shape))
         cells = np.concatenate([c.reshape(runs, -1, k.CELL) for c in (*state.cells, np.empty((*shape, 0, k.CELL)))], 1)
         x, force, cov = self._solved(cells, mean.reshape(runs, N), prior.reshape(runs, N, N), self.time(state))
-        return self.told_of(state, x.reshape(*shape, N), force.reshape(*shape, 2), cov.reshape(*shape, N + 2, N + 2))
+        return self.estimate_of(
+            state, x.reshape(*shape, N), force.reshape(*shape, 2), cov.reshape(*shape, N + 2, N + 2)
+        )
 
     def _solved(self, cells: Floats, mean: Floats, prior: Floats, now: float) -> tuple[Floats, Floats, Floats]:
         """As `estimators.two_position.tied.minimum_variance`."""

@@ -107,7 +107,7 @@ class TwoPosition(Alignment):
     def estimate(self, state: Aligned) -> Estimate:
         """After the last position that tells more than was known before it."""
         if state.navigation is None:
-            return self.untold(state.batch)
+            return self.prior_estimate(state.batch)
         problem = _Problem(self, state)
         mean, cov = problem.prior
         for found, spread, there in problem.answers():

@@ -39,7 +39,7 @@ class TwoPositionTied(Alignment):
         flat = Rests.of(self, state)
         x, walk, cov = minimum_variance(self, flat, mean.reshape(-1, N), prior.reshape(-1, N, N), self.time(state))
         shape = state.batch
-        return self.told_of(state, x.reshape(*shape, N), walk.reshape(*shape, 2), cov.reshape(*shape, N + 2, N + 2))
+        return self.estimate_of(state, x.reshape(*shape, N), walk.reshape(*shape, 2), cov.reshape(*shape, N + 2, N + 2))
 
 
 class Rests:

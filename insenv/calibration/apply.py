@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from insenv.calibration.contents import Contents, Target, Term
-from insenv.calibration.rules import why_left
+from insenv.calibration.rules import why_kept
 from insenv.calibration.triads import whole_triads
 from insenv.core.errors import InputError
 from insenv.core.motion import Motion
@@ -96,7 +96,7 @@ def apply(calibration: Contents, recording: Recording) -> Applied:
     return Applied(replace(recording, channels=channels), run, tuple(taken), tuple(left))
 
 
-def told(term: Term) -> bool:
+def is_determined(term: Term) -> bool:
     """Whether the parameters say what a term adds: not of a line without a phase."""
     return bool(term.parameters) and not (term.is_line and all(p.name != "phase" for p in term.parameters))
 
@@ -106,7 +106,7 @@ def rows_of(term: Term, recording: Recording, exposure: Exposure, run: int) -> F
 
     Zero where it is not `told`, or of other runs.
     """
-    if not told(term) or (term.runs and run not in term.runs):
+    if not is_determined(term) or (term.runs and run not in term.runs):
         return np.zeros(len(recording))
     if term.is_line:
         return _line(recording, term)
@@ -117,7 +117,7 @@ def rows_of(term: Term, recording: Recording, exposure: Exposure, run: int) -> F
 
 def slopes_of(term: Term, recording: Recording, exposure: Exposure, run: int) -> Floats:
     """Derivative of `rows_of` to each parameter of the effect, shape (rows, p); p = 0 where it is not `told`."""
-    if not told(term) or term.is_line:
+    if not is_determined(term) or term.is_line:
         return np.zeros((len(recording), 0))
     effect, theta = term.made(), term.theta(run)
     jacobian = effect.near(theta).jacobian(exposure.u, exposure.motion, theta)
@@ -141,7 +141,7 @@ def _sorted(target: Target, run: int | None, exposure: Exposure) -> tuple[list[_
     left: list[Said] = []
     for term in target.terms:
         effect = term.made()
-        reason = why_left(term, effect, run, exposure)
+        reason = why_kept(term, effect, run, exposure)
         if reason:
             left.append(Said(target.target, term.effect, reason=reason))
         else:

@@ -33,7 +33,7 @@ _ELSEWHERE = {
 }
 
 
-def why_left(term: Term, effect: Effect, run: int | None, exposure: Exposure) -> str:
+def why_kept(term: Term, effect: Effect, run: int | None, exposure: Exposure) -> str:
     """Why a term is left in the readings of run ``run`` (None: another recording); empty where it is taken out."""
     always = _why_always(term, effect)
     if always:

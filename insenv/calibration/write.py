@@ -48,7 +48,7 @@ def correct(calibration: Calibration, manifest: Manifest, folder: Path | str) ->
     return path, applied
 
 
-def told(calibration: Calibration, applied: Sequence[Applied]) -> str:
+def summary(calibration: Calibration, applied: Sequence[Applied]) -> str:
     """What was taken out of each recording, what was not, and why: lines of text."""
     lines = []
     for one in applied:

@@ -120,14 +120,14 @@ def _named(name: str) -> tuple[Unit, float]:
     name = _ALIASES.get(name, name)
     if not registry().parse_unit_name(name):
         raise NotAUnitError
-    factor, root, zero = _asked_of_pint(name)
+    factor, root, zero = _by_pint(name)
     powers = {base: Fraction(power).limit_denominator(1000) for base, power in root.items()}
     if zero != 0.0 and powers != DIMENSIONS["temperature"].powers:
         raise NotAUnitError  # a logarithmic unit such as the decibel
     return Unit(factor, powers), zero
 
 
-def _asked_of_pint(name: str) -> tuple[float, dict[str, float], float]:
+def _by_pint(name: str) -> tuple[float, dict[str, float], float]:
     """(factor, powers of base units, offset) of a name that pint knows."""
     import pint
 

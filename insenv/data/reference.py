@@ -54,10 +54,10 @@ def programme(recording: Recording) -> str | None:
 
 def found_source(name: str, channel: Channel) -> Origin:
     """What a channel must be, by its numbers: an angle is read, a rate is told if it holds or has no noise."""
-    return "encoder" if name == "table_angle" or not _told(channel.values) else "command"
+    return "encoder" if name == "table_angle" or not _is_command(channel.values) else "command"
 
 
-def _told(values: Floats) -> bool:
+def _is_command(values: Floats) -> bool:
     size = float(np.abs(values).max(initial=0.0))
     if not size or float(np.mean(np.abs(np.diff(values)) > COMPUTED * size)) < HOLDS:
         return True

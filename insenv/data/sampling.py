@@ -129,7 +129,7 @@ def _mended(  # noqa: PLR0913 -- what the file has, and its clock
     off = clock.off if len(clock.off) else np.zeros(len(t), dtype=bool)
     leaps = clock.leaps if len(clock.leaps) else np.zeros(len(t), dtype=bool)
     doubtful = leaps | clock.unsure if len(clock.unsure) else leaps
-    notes = _told(off, leaps, t - even, place)
+    notes = _remarks(off, leaps, t - even, place)
     stamps = np.where(off, even, t)
     rounded = bool(np.abs(stamps - even).max() <= ROUNDED * clock.quantum)
     if clock.jitter < NEGLIGIBLE * clock.period:
@@ -147,7 +147,7 @@ def _mended(  # noqa: PLR0913 -- what the file has, and its clock
     return Sampling(even, clock.period, (note, *notes), doubtful)
 
 
-def _told(off: Mask, leaps: Mask, left: Floats, place: Callable[[int], str]) -> tuple[str, ...]:
+def _remarks(off: Mask, leaps: Mask, left: Floats, place: Callable[[int], str]) -> tuple[str, ...]:
     """What was found wrong with single stamps, in words."""
     found = []
     if off.any():

@@ -49,11 +49,11 @@ def _smoothed(x: Floats) -> Floats:
     coefficients = dct(x - trend, type=2, norm="ortho")
     lam = 4 * np.sin(0.5 * np.pi * np.arange(n) / n) ** 2
     weights = np.geomspace(1e-3, 1e-3 * n**4, 60)
-    alpha = min(weights, key=lambda a: _left_out_error(coefficients, 1 / (1 + a * lam**2)))
+    alpha = min(weights, key=lambda a: _cross_validation(coefficients, 1 / (1 + a * lam**2)))
     return trend + idct(coefficients / (1 + alpha * lam**2), type=2, norm="ortho")
 
 
-def _left_out_error(coefficients: Floats, kept: Floats) -> float:
+def _cross_validation(coefficients: Floats, kept: Floats) -> float:
     """Generalised cross-validation: n times the squared residual over the squared freedom that is left."""
     n = len(kept)
     left = max(n - kept.sum(), 1e-9)

@@ -43,12 +43,12 @@ def split(manifest: Manifest, recordings: Sequence[Recording]) -> tuple[RowUse, 
         first = int(np.argmax(fit & held_out))
         raise InputError(
             f"{manifest.path}: {both} rows from row {first} on are in fit.rows and held out "
-            f"({_said(manifest)}); wanted no row in both"
+            f"({_name(manifest)}); wanted no row in both"
         )
     if not held_out.any():
-        raise InputError(f"{manifest.path}: no row is held out ({_said(manifest)}); wanted at least one")
+        raise InputError(f"{manifest.path}: no row is held out ({_name(manifest)}); wanted at least one")
     if not fit.any():
-        raise InputError(f"{manifest.path}: every row is held out ({_said(manifest)}); wanted rows to fit")
+        raise InputError(f"{manifest.path}: every row is held out ({_name(manifest)}); wanted rows to fit")
     edges = np.cumsum(lengths)[:-1]
     return tuple(RowUse(f, h) for f, h in zip(np.split(fit, edges), np.split(held_out, edges), strict=True))
 
@@ -84,7 +84,7 @@ def _rows(ranges: RowRanges, n: int, where: str) -> Mask:
     return mask
 
 
-def _said(manifest: Manifest) -> str:
+def _name(manifest: Manifest) -> str:
     """How the manifest names what is held out."""
     named = manifest.held_out
     if named.runs:

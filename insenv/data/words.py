@@ -122,7 +122,7 @@ def _without_torn(values: Floats) -> tuple[Floats, int, int]:
     return np.where(best, values - np.sign(off) * most, values), most, int(best.sum())
 
 
-def told(columns: Mapping[str, Floats]) -> tuple[dict[str, Floats], str]:
+def signed_columns(columns: Mapping[str, Floats]) -> tuple[dict[str, Floats], str]:
     """Columns of a file of which nothing else is known with their signs, and what is said of them; "" if nothing."""
     bits = max(map(unsigned_bits, columns.values()), default=0)
     if not bits:

@@ -70,7 +70,7 @@ def to_html(found: Designed) -> str:
     return rendered(
         "design.html.j2",
         title=words.title(found),
-        head=[f"{words.asked(found)}.", *words.sentences(found)],
+        head=[f"{words.demand(found)}.", *words.sentences(found)],
         remarks=found.remarks,
         front=front(found),
         size=SIZE,
@@ -98,7 +98,7 @@ def front_figure(found: Designed) -> Figure:
         time = np.array([p.time for p in found.front])
         sd = np.array([p.sd for p in found.front]) / scale
         ax.plot(time, sd, color=_FRONT, lw=1.4, marker=".", ms=5, label="best procedures (bound)", zorder=2)
-        _asked(ax, found, scale)
+        _demand_line(ax, found, scale)
         for label, point in ((DESIGNED, found.chosen), (PUBLISHED, found.published)):
             ring: dict[str, Any] = {"mfc": "none", "mec": COLOR[label], "mew": 1.6, "ms": 8, "ls": ""}
             if np.isfinite(point.sd):
@@ -121,7 +121,7 @@ def front_figure(found: Designed) -> Figure:
     return picture
 
 
-def _asked(ax: Axes, found: Designed, scale: float) -> None:
+def _demand_line(ax: Axes, found: Designed, scale: float) -> None:
     """What was asked for, as a line."""
     if found.goal == "time":
         ax.axhline(found.asked / scale, color=_ASKED, lw=1.0, ls="--", label="demanded", zorder=1)

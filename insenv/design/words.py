@@ -31,7 +31,7 @@ def unit(found: Designed) -> str:
     return shown(found.quantity.unit)[0]
 
 
-def asked(found: Designed) -> str:
+def demand(found: Designed) -> str:
     """What was asked for, as a sentence."""
     if found.goal == "accuracy":
         return f"Asked for: the least standard deviation in {found.asked:.6g} s"
@@ -76,7 +76,7 @@ def promise(found: Designed) -> str:
 
 def summary(found: Designed) -> str:
     """In words and numbers, for a terminal."""
-    lines = [title(found), f"{asked(found)}.", *sentences(found), *(f"Remark: {r}." for r in found.remarks)]
+    lines = [title(found), f"{demand(found)}.", *sentences(found), *(f"Remark: {r}." for r in found.remarks)]
     lines += ["", "Time against accuracy", *columns(FRONT, front_rows(found))]
     if found.checks:
         lines += [

@@ -82,11 +82,11 @@ class Judge:
 
     def begin(self, batch: int) -> Any:
         """State before any data."""
-        return self._asked("reset", self.estimator.reset, batch)
+        return self._answer("reset", self.estimator.reset, batch)
 
     def update(self, state: Any, chunk: Recording) -> Any:
         """State after a chunk."""
-        return self._asked("update", self.estimator.update, state, chunk)
+        return self._answer("update", self.estimator.update, state, chunk)
 
     def estimate(self, state: Any, batch: int) -> Estimate:
         """What is known of so many runs.
@@ -96,7 +96,7 @@ class Judge:
         InputError
             If it is no `Estimate`, or has not the shape of the batch.
         """
-        estimate: Estimate = self._asked("estimate", self.estimator.estimate, state)
+        estimate: Estimate = self._answer("estimate", self.estimator.estimate, state)
         if not isinstance(estimate, Estimate):
             raise InputError(f"estimator {self.name!r} returned a {type(estimate).__name__}; wanted an Estimate")
         k = len(estimate.names)
@@ -148,7 +148,7 @@ class Judge:
             total += 0.5 * (1.0 - z2) - np.log1p((error / q.demanded) ** 2)
         return total
 
-    def _asked(self, method: str, call: Callable[..., Any], *given: Any) -> Any:
+    def _answer(self, method: str, call: Callable[..., Any], *given: Any) -> Any:
         """What the plug-in answers; whatever it raises is an error of the plug-in, by name."""
         try:
             # A deviation of zero or without bound is checked afterwards, and is no reason for a warning here.

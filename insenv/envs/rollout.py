@@ -113,7 +113,7 @@ def roll_out(
     InputError
         If a plug-in fails or an action cannot be used.
     """
-    task = replace(_asked(_task(environment), estimator), every=_whole(every))
+    task = replace(_with_estimator(_task(environment), estimator), every=_whole(every))
     player = _player(policy, task)
     if not len(seeds):
         raise InputError("no seed given to roll_out; wanted at least one")
@@ -135,10 +135,10 @@ class _Player:
     policy: Policy
 
     def begin(self, batch: int) -> Any:
-        return self._asked("reset", self.policy.reset, batch)
+        return self._answer("reset", self.policy.reset, batch)
 
     def act(self, state: Any, chunk: Recording | None, estimate: Estimate | None) -> tuple[Any, Any]:
-        answer = self._asked("act", self.policy.act, state, chunk, estimate)
+        answer = self._answer("act", self.policy.act, state, chunk, estimate)
         if not isinstance(answer, tuple) or len(answer) != 2:
             raise InputError(f"policy {self.name!r} returned a {type(answer).__name__}; wanted an action and a state")
         return answer
@@ -149,7 +149,7 @@ class _Player:
         except InputError as error:
             raise InputError(f"policy {self.name!r}: {error}") from None
 
-    def _asked(self, method: str, call: Callable[..., Any], *given: Any) -> Any:
+    def _answer(self, method: str, call: Callable[..., Any], *given: Any) -> Any:
         try:
             return call(*given)
         except Exception as error:
@@ -286,7 +286,7 @@ def _task(environment: Any) -> Task:
     return found
 
 
-def _asked(task: Task, estimator: str | None) -> Task:
+def _with_estimator(task: Task, estimator: str | None) -> Task:
     if estimator is None:
         return task
     watched = judge(estimator, task.datasheet, ())

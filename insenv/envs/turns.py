@@ -26,7 +26,7 @@ def turn_angle(t: Floats, commands: Sequence[Command], limits: Limits) -> Floats
     drive = Drive(limits.rate, limits.acceleration, np.zeros(3), (Settling(), Settling()))
     state, total = ahead(), np.zeros(len(t))
     for time, angle in commands:
-        after = drive.told(state, np.asarray(angle), time)
+        after = drive.commanded(state, np.asarray(angle), time)
         if after is not state:
             total += _trapezoid(t, drive, after)
         state = after

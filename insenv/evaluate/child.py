@@ -101,7 +101,7 @@ class Child:
                     told(self)
                     continue
                 if line is None:
-                    return self._left()
+                    return self._end()
                 silent = 0.0
                 self.doing, self.share = json.loads(line)
                 told(self)
@@ -123,7 +123,7 @@ class Child:
     def _where(self) -> str:
         return f" in {self.doing}" if self.doing else ""
 
-    def _left(self) -> Ended:
+    def _end(self) -> Ended:
         """What is in the file, once it is complete."""
         status = self._process.wait()
         data = self._result.read_bytes()

@@ -117,7 +117,7 @@ class Host:
         if request.what == "reset":
             return Answer(self._kept(call(*request.given)))
         if request.what == "estimate":
-            return _told(call(state))
+            return _as_answer(call(state))
         chunk = None if request.blank or self._chunk is None else copied(self._chunk)
         if request.what == "update":
             return Answer(self._kept(call(state, chunk)))
@@ -144,7 +144,7 @@ def _made(group: str, name: str, datasheet: Datasheet) -> Any:
     return plugin if group == ESTIMATORS else Watched(name, plugin)
 
 
-def _told(estimate: Any) -> Answer:
+def _as_answer(estimate: Any) -> Answer:
     if not isinstance(estimate, Estimate):
         return Answer(other=type(estimate).__name__)
     names, units = (tuple(str(text) for text in some) for some in (estimate.names, estimate.units))

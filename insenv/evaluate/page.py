@@ -35,7 +35,7 @@ def to_html(found: Evaluation) -> str:
     from markupsafe import Markup
 
     parts = []
-    for k, (quantity, unit) in enumerate(words.asked(found)):
+    for k, (quantity, unit) in enumerate(words.quantities(found)):
         described = f"errors of {quantity}: deviation of each pair with its interval, and the distribution of errors"
         parts.append(
             {

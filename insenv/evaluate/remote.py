@@ -177,21 +177,21 @@ class _Estimator:
 
     def reset(self, batch: int | None = None) -> _State:
         """As of the estimator."""
-        return self._state(self._asked(Request("reset", self._key, given=(batch,))))
+        return self._state(self._answer(Request("reset", self._key, given=(batch,))))
 
     def update(self, state: _State, chunk: Recording) -> _State:
         """As of the estimator."""
-        return self._state(self._asked(Request("update", self._key, state.key), chunk))
+        return self._state(self._answer(Request("update", self._key, state.key), chunk))
 
     def estimate(self, state: _State) -> Any:
         """As of the estimator, whatever it is."""
-        answer = self._asked(Request("estimate", self._key, state.key))
+        answer = self._answer(Request("estimate", self._key, state.key))
         if answer.other:
             return type(answer.other, (), {})()
         mean, cov = (_array(one) for one in answer.arrays)
         return Estimate(answer.names, answer.units, mean, cov)
 
-    def _asked(self, request: Request, chunk: Recording | None = None) -> Answer:
+    def _answer(self, request: Request, chunk: Recording | None = None) -> Answer:
         before = self._stage.cpu
         try:
             return self._stage.ask(request, chunk)

@@ -139,8 +139,8 @@ def summary(job: Episodes, store: Store) -> str:
 def _lines(name: str, si: str, store: Store) -> list[str]:
     unit, scale = _SHOWN.get(si, (si, 1.0))
     error = moments(part[f"error.{name}"] / scale for part in store.parts())
-    told = moments(_told(part, name) / scale for part in store.parts())
-    score = moments(part[f"error.{name}"] / _told(part, name) for part in store.parts())
+    told = moments(_stated_deviation(part, name) / scale for part in store.parts())
+    score = moments(part[f"error.{name}"] / _stated_deviation(part, name) for part in store.parts())
     return [
         f"{name} [{unit}]",
         f"  mean error          {_with(error.mean)}",
@@ -151,7 +151,7 @@ def _lines(name: str, si: str, store: Store) -> list[str]:
     ]
 
 
-def _told(part: Table, name: str) -> Floats:
+def _stated_deviation(part: Table, name: str) -> Floats:
     deviation: Floats = np.sqrt(part[f"cov.{name}.{name}"])
     return deviation
 

@@ -43,7 +43,7 @@ def shown(unit: str) -> tuple[str, float]:
     return _SHOWN.get(unit, (unit, 1.0))
 
 
-def asked(found: Evaluation) -> list[tuple[str, str]]:
+def quantities(found: Evaluation) -> list[tuple[str, str]]:
     """Every quantity that was scored, and its SI unit."""
     return list(dict.fromkeys((s.quantity, s.unit) for one in found.scored for s in one.scores))
 
@@ -55,7 +55,7 @@ def rows(found: Evaluation, quantity: str) -> list[tuple[str, ...]]:
 
 def paired_rows(found: Evaluation, quantity: str) -> list[tuple[str, ...]]:
     """A row of `PAIRED` for each pair but the first."""
-    scale = shown(dict(asked(found))[quantity])[1]
+    scale = shown(dict(quantities(found))[quantity])[1]
     return [
         (p.pair[1], p.pair[0], number(p.bias, scale), number(p.rms, scale))
         for p in found.paired
@@ -86,7 +86,7 @@ def bound(found: Evaluation, quantity: str) -> str:
 def summary(found: Evaluation) -> str:
     """In words and numbers, for a terminal."""
     lines = [head(found), "+- are 95 % intervals."]
-    for quantity, unit in asked(found):
+    for quantity, unit in quantities(found):
         name = shown(unit)[0]
         lines += ["", f"{quantity} [{name}]", *columns(HEADER, rows(found, quantity))]
         if least := bound(found, quantity):

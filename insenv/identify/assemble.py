@@ -56,7 +56,7 @@ from insenv.identify.prepare.vibration import went_away
 from insenv.identify.search.detectable import Sensitivity
 from insenv.identify.search.rivals import Rivalry
 from insenv.identify.search.tracks import Step, Track
-from insenv.identify.search.twins import told, told_rarer, twins
+from insenv.identify.search.twins import rarer_sentence, twin_sentence, twins
 from insenv.identify.search.unfinished import unfinished
 from insenv.identify.switches import Lazy, switchable
 
@@ -141,7 +141,7 @@ def _target(
     before = solve(plain, track.prepared.model)
     declared_noise = dict(manifest.noise.get(problem.target, {}))
     left = structure(problem, track.fit, declared_noise, alpha)
-    lost = systematic.said(recordings, problem.target, track.prepared.rejected)
+    lost = systematic.sentences(recordings, problem.target, track.prepared.rejected)
     went = went_away(problem, track.fit) if track.finer and not declared_noise else ()
     left = replace(left, reasons=(*left.reasons, *unfinished(track, alpha), *lost, *went))
     lines, hold = track.prepared.lines, track.prepared.held.hold
@@ -154,7 +154,7 @@ def _target(
     found = tuple(_added(track, index, step, own[step.hit.term]) for index, step in enumerate(track.steps))
     suspects = suspected(earth, scores[1])
     collinear = _collinear(track)
-    spanned = _not_told_apart(track)
+    spanned = _inseparable(track)
     return TargetFindings(
         target=problem.target,
         unit=problem.unit,
@@ -265,7 +265,7 @@ def _added(track: Track, index: int, step: Step, parameters: tuple[Estimate, ...
     rivalry = track.rivalries[index] if index < len(track.rivalries) else Rivalry((), None)
     remark = f"one cause, judged on {', '.join(step.together)} together" if step.together else ""
     same = twins(track.problem, track.fit, step.hit.term)
-    remark = "; ".join(filter(None, (remark, told(same), told_rarer(rivalry.rarer))))
+    remark = "; ".join(filter(None, (remark, twin_sentence(same), rarer_sentence(rivalry.rarer))))
     if track.instead:
         remark = "found with the noise held to what was declared; more noise would explain it as well"
     return Added(
@@ -315,7 +315,7 @@ def _collinear(track: Track) -> tuple[NotTestable, ...]:
     )
 
 
-def _not_told_apart(track: Track) -> tuple[NotTestable, ...]:
+def _inseparable(track: Track) -> tuple[NotTestable, ...]:
     """Declared effects of which the recording tells nothing beside the ones declared before them."""
     kept = {label[0] for label in track.fit.design.labels}
     dropped = {key for key, _ in track.fit.design.dropped}

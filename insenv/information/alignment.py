@@ -63,7 +63,7 @@ class Instrument:
         return np.diag(np.square([*self.phi_sd, *self.gyro_sd, *self.accel_sd]))
 
 
-def told(sheet: Datasheet) -> Instrument:
+def instrument_of(sheet: Datasheet) -> Instrument:
     """The instrument that a datasheet tells of; what it does not tell is free.
 
     Raises

@@ -42,7 +42,7 @@ class Direction:
     components: tuple[float, ...]
 
 
-def untold(matrix: Floats, names: Sequence[str]) -> tuple[Direction, ...]:
+def weak_directions(matrix: Floats, names: Sequence[str]) -> tuple[Direction, ...]:
     """Directions in which information of shape (p, p), in units of the prior deviations, is less than the prior's."""
     values, vectors = np.linalg.eigh(matrix)
     space = vectors[:, values < _UNTOLD]
@@ -60,7 +60,7 @@ def untold(matrix: Floats, names: Sequence[str]) -> tuple[Direction, ...]:
 
 def sentence(direction: Direction, gimbals: Gimbals) -> str:
     """In words: "second-order term of accelerometer z and tilt of the base about y cannot be told apart"."""
-    words = [spoken(name, gimbals) for name in direction.names[:_NAMED]]
+    words = [parameter_words(name, gimbals) for name in direction.names[:_NAMED]]
     if len(words) == 1:
         return f"{words[0]} is not told"
     more = len(direction.names) - len(words)
@@ -68,7 +68,7 @@ def sentence(direction: Direction, gimbals: Gimbals) -> str:
     return f"{', '.join(words[:-1])} and {last} cannot be told apart"
 
 
-def spoken(name: str, gimbals: Gimbals) -> str:
+def parameter_words(name: str, gimbals: Gimbals) -> str:
     """A parameter of the unit or an error of the table in words."""
     target, _, rest = name.partition(".")
     if target.startswith(("gyro_", "accel_")):

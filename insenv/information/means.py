@@ -41,7 +41,7 @@ class Noise:
     coefficient: float
 
 
-def told_noises(datasheet: Datasheet, target: str) -> tuple[Noise, ...]:
+def stated_noises(datasheet: Datasheet, target: str) -> tuple[Noise, ...]:
     """The noises that a datasheet tells of a channel; pulses and encoder are one white error of the angle."""
     named = dict(datasheet.noise.get(target, {}))
     if target == "gyro" and (angle := white_angle(datasheet)) > 0:

@@ -26,7 +26,7 @@ from insenv.effects.base import CurveEffect, Effect, LinearEffect
 from insenv.effects.bias import Bias
 from insenv.effects.catalogue import by_key
 from insenv.effects.rate.scale import ScaleFactor
-from insenv.information.means import Means, means, told_noises
+from insenv.information.means import Means, means, stated_noises
 from insenv.sensors.chain import Sensor
 
 #: Rates of the line whose slope is the scale factor.
@@ -165,7 +165,7 @@ def model(datasheet: Datasheet, motion: Motion) -> tuple[Means, Declared]:
     """
     told = declared(datasheet, motion)
     edges = cells(motion.rate)
-    return means(motion, told.sensor, told_noises(datasheet, "gyro"), edges, theta=told.mean), told
+    return means(motion, told.sensor, stated_noises(datasheet, "gyro"), edges, theta=told.mean), told
 
 
 def cells(rate: Floats) -> NDArray[np.int64]:

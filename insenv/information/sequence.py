@@ -92,7 +92,7 @@ class Planner:
             now = visit.angles
         return total
 
-    def told(self, visits: Sequence[Visit], time: float | None = None) -> Floats:
+    def deviations(self, visits: Sequence[Visit], time: float | None = None) -> Floats:
         """Deviation of every parameter after a sequence by the full model, as a share of the prior, shape (p,)."""
         length = self.time(visits) if time is None else time
         matrix = self._information((0.0,) * len(self.model.gimbals.axes), visits, float(length))
@@ -234,7 +234,7 @@ def designed(
     rng, able = np.random.default_rng(seed), right_angles(planner.model.gimbals)
     first = greedy(planner, time)
     q = sum(not parameter_of_table(p.name) for p in planner.model.parameters)
-    told = planner.told(first)[:q]
+    told = planner.deviations(first)[:q]
     goal = (told if wanted is None else wanted) * deviations(planner.quick(first))[:q] / told
     begun = [
         _rested(planner, path, time, goal) for path in (_walk(planner, able, time, goal), [v.angles for v in first])

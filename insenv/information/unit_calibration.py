@@ -32,7 +32,7 @@ from insenv.core.unit.gimbals import Gimbals, exposed
 from insenv.core.unit.motion import GYROS, UNIT, Course, motions
 from insenv.effects.base import CurveEffect, Effect, LinearEffect, MemoryEffect
 from insenv.effects.catalogue import by_key
-from insenv.information.means import told_noises
+from insenv.information.means import stated_noises
 from insenv.sensors.chain import Sensor
 
 #: Length of a block of samples, and of the intervals over which derivatives are taken [s].
@@ -145,7 +145,7 @@ class UnitModel:
         if self.sheet.site.gravity is None:
             raise InputError("the datasheet tells of no gravity; wanted site.gravity, which accelerometers are set to")
         for target in UNIT:
-            if not told_noises(self.sheet, target):
+            if not stated_noises(self.sheet, target):
                 raise InputError(f"the datasheet tells of no noise of {target}; wanted it, for it weighs the data")
 
     @cached_property
@@ -362,7 +362,7 @@ class UnitModel:
         if key not in self._roots:
             if len(self._roots) >= _KEPT:
                 self._roots.clear()
-            noises = told_noises(self.sheet, UNIT[c])
+            noises = stated_noises(self.sheet, UNIT[c])
             total = sum(n.coefficient**2 * n.effect.covariance(edges * self.size, dt) for n in noises)
             self._roots[key] = np.asarray(cholesky(np.asarray(total) + extra, lower=True))
         return self._roots[key]

@@ -22,7 +22,7 @@ from insenv.core.motion import Motion
 from insenv.core.recording import Floats, Recording
 from insenv.core.unit.motion import GYROS, UNIT
 from insenv.effects.noise import AngleRandomWalk, BiasInstability, RateRandomWalk
-from insenv.information.means import told_noises
+from insenv.information.means import stated_noises
 from insenv.information.unit_calibration import Parameter, declared_sensors, sought
 from insenv.sensors.chain import Sensor
 
@@ -70,7 +70,7 @@ def noises_of_first_order(sheet: Datasheet) -> tuple[Floats, tuple[Slow, ...]]:
     """
     white, slow = np.zeros(len(UNIT)), []
     for c, target in enumerate(UNIT):
-        noises = told_noises(sheet, target)
+        noises = stated_noises(sheet, target)
         if not noises:
             raise InputError(f"the datasheet tells of no noise of {target}; wanted it, for it weighs the data")
         white[c] = sum(n.coefficient**2 for n in noises if isinstance(n.effect, AngleRandomWalk))

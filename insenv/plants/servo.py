@@ -104,7 +104,7 @@ class Knots:
             rate = rate + k.amplitude * np.sin(w * s)
         return angle, rate
 
-    def asked(self, t: Floats) -> Floats:
+    def setpoint(self, t: Floats) -> Floats:
         """What the servo is asked for at times ``t``, shape (..., n): a rate that jumps, which no table does."""
         k = self._during(t)
         swing = k.amplitude * np.sin(2 * np.pi * k.frequency * (t - k.start)) if k._swings else 0.0

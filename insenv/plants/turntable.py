@@ -298,7 +298,7 @@ class Turntable(Plant):
                 "table_rate": Reference(
                     turned if servo is angle else np.diff(servo, axis=-1) * per_second, "rad/s", over_interval=True
                 ),
-                "command": Reference(state.asked(t[1:]), "rad/s"),
+                "command": Reference(state.setpoint(t[1:]), "rad/s"),
                 "zero_pulse": Reference(_passes(angle), "1", over_interval=True),
                 "temperature": Reference(temperature[..., 1:], "K"),
             },

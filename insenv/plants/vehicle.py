@@ -246,7 +246,7 @@ class Vehicle(Plant):
         first, n = 0, len(t) - 1
         if command is not None:
             state = replace(state, planned=len(self.profile))
-            state = self.drive.told(state, np.asarray(command, float), float(t[0]))
+            state = self.drive.commanded(state, np.asarray(command, float), float(t[0]))
         while state.planned < len(self.profile):
             edge = int(np.searchsorted(t, self.starts[state.planned] - SAME))
             if edge >= n:
@@ -254,7 +254,7 @@ class Vehicle(Plant):
             if edge > first:
                 yield first, edge, state
             angle = np.asarray(self.profile[state.planned][1])
-            state = replace(self.drive.told(state, angle, float(t[edge])), planned=state.planned + 1)
+            state = replace(self.drive.commanded(state, angle, float(t[edge])), planned=state.planned + 1)
             first = edge
         yield first, n, state
 

@@ -75,7 +75,7 @@ class Drive:
         rising = np.minimum(self.rate / self.acceleration, np.sqrt(size / self.acceleration))
         return rising, np.where(size > 0, size / (self.acceleration * np.where(size > 0, rising, 1.0)) + rising, 0.0)
 
-    def told(self, state: Turning, angle: Floats, time: float) -> Turning:
+    def commanded(self, state: Turning, angle: Floats, time: float) -> Turning:
         """State of vehicles that are told at ``time`` to turn by ``angle``, shape (...); 0 or NaN: to stay.
 
         One that turns goes on with that.
@@ -93,10 +93,10 @@ class Drive:
             start=np.where(goes, time, state.start),
             before=np.where(goes, reached, state.before),
             by=np.where(goes, asked, state.by),
-            tails=np.where(goes[..., None, None], self._left(state, time, end), state.tails),
+            tails=np.where(goes[..., None, None], self._settling(state, time, end), state.tails),
         )
 
-    def _left(self, state: Turning, time: float, end: Floats) -> Floats:
+    def _settling(self, state: Turning, time: float, end: Floats) -> Floats:
         """Velocities of settling at ``time``, shape (..., 2, 3)."""
         reached = (state.before + state.by)[..., None]
         ahead = np.array([0.0, 1.0, 0.0])

@@ -34,7 +34,7 @@ def rows(one: Estimated) -> list[Row]:
     return found
 
 
-def told(one: Estimated) -> tuple[str, ...]:
+def unobserved(one: Estimated) -> tuple[str, ...]:
     """Quantities of which the data tell next to nothing: the deviation is that of before."""
     known = [name for name in one.estimate.names if name in one.prior.names]
     return tuple(n for n in known if not one.estimate.of(n)[1] < 0.98 * one.prior.of(n)[1])
@@ -50,7 +50,7 @@ def summary(found: Estimation) -> str:
         lines += [
             "  " + "  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in table
         ]
-        if silent := told(one):
+        if silent := unobserved(one):
             lines += ["", f"  The data tell nothing of {', '.join(silent)}: what is shown was known before."]
     lines += ["", "Values with one standard deviation; they hold as far as the datasheet of the manifest does."]
     return "\n".join(lines)
@@ -73,7 +73,7 @@ def to_json(found: Estimation) -> dict[str, Any]:
                 "estimates": _block(one.estimate),
                 "covariance": np.asarray(one.estimate.cov).tolist(),
                 "prior": _block(one.prior),
-                "not_told": list(told(one)),
+                "not_told": list(unobserved(one)),
             }
             for one in found.runs
         ],
@@ -101,7 +101,7 @@ def to_html(found: Estimation) -> str:
         estimator=found.estimator,
         manifest=found.manifest,
         header=_HEAD,
-        runs=[(one, span(one.duration), rows(one), told(one)) for one in found.runs],
+        runs=[(one, span(one.duration), rows(one), unobserved(one)) for one in found.runs],
     )
 
 

@@ -111,7 +111,7 @@ def sureness(target: TargetFindings, alpha: float) -> list[str]:
             "an effect too weak for this recording, or not testable with it, would not show."
         )
     if target.verdict == "effects-found-incomplete":
-        said += _left(target.held_out)
+        said += _excess(target.held_out)
     return said + _settling(target)
 
 
@@ -150,7 +150,7 @@ def change(held_out: HeldOut) -> str:
     return ("-" if share < 0 else "+") + percent(abs(share))
 
 
-def _left(held_out: HeldOut) -> list[str]:
+def _excess(held_out: HeldOut) -> list[str]:
     """By how much the residual still exceeds its noise, where it does."""
     ratio = held_out.after / held_out.noise_floor if held_out.noise_floor > 0 else math.nan
     if not ratio > _EXCESS:

@@ -88,7 +88,7 @@ def summary(story: Story, width: int = 100) -> str:
     lines = [*_paragraph(headline(story), width), ""]
     for k, chapter in enumerate(story.chapters, 1):
         lines += _paragraph(f"{k}. {sentence(chapter.procedure)} ({span(chapter.duration)})", width)
-        for line in filter(None, (why(chapter), *told(story, k - 1))):
+        for line in filter(None, (why(chapter), *chapter_lines(story, k - 1))):
             lines += _paragraph(line, width, "   ")
     lines += ["", *_paragraph(ending(story), width)]
     return "\n".join("".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in line) for line in lines)
@@ -111,7 +111,7 @@ def why(chapter: Chapter) -> str:
     return f"To tell {words.listing(map(words.name, chapter.separates))} apart{sigma}."
 
 
-def told(story: Story, index: int) -> Iterator[str]:
+def chapter_lines(story: Story, index: int) -> Iterator[str]:
     """What an experiment and all before it told: verdict, effects, error."""
     chapter = story.chapters[index]
     several = len(chapter.found.targets) > 1

@@ -53,7 +53,7 @@ def _step(story: Story, index: int) -> dict[str, Any]:
         "did": words_of.sentence(chapter.procedure),
         "why": words_of.why(chapter),
         "time": f"{span(chapter.duration)}, {span(chapter.elapsed)} in all",
-        "told": list(words_of.told(story, index)),
+        "told": list(words_of.chapter_lines(story, index)),
         "settings": "; ".join(f"{k}: {_plain(v)}" for k, v in {**chapter.profile, **chapter.changes}.items()),
     }
 

@@ -65,7 +65,7 @@ def _target(target: TargetFindings, alpha: float, width: int) -> Iterator[str]:
     yield from _estimates(target, width)
     yield from _noise(target)
     yield from _refused(target)
-    yield from _cannot_be_told(target, width)
+    yield from _confounded_sets(target, width)
     yield from _next(target, width)
 
 
@@ -141,7 +141,7 @@ def _refused(target: TargetFindings) -> Iterator[str]:
         yield f"  and {len(others)} more, {sentences.rest(others)}"
 
 
-def _cannot_be_told(target: TargetFindings, width: int) -> Iterator[str]:
+def _confounded_sets(target: TargetFindings, width: int) -> Iterator[str]:
     sets = sentences.rival_sets(target)
     if sets:
         yield from ("", "Cannot be told apart with this recording")

@@ -245,7 +245,7 @@ def _entry(effect: Effect, entry: object, plant: Plant, targets: Targets, place:
     rest.pop("targets", None)
     planted = []
     for target in _named(effect, entry.get("targets"), targets, where):
-        if not rest and (told := plants.told_by(plant, effect)) is not None:
+        if not rest and (told := plants.known_parameters(plant, effect)) is not None:
             planted.append(Planted(target, effect, told, (0.0,) * len(told), origin, told=True))
         else:
             planted.append(Planted(target, effect, *parameters(effect, rest, Sensor(target).unit, where), origin))

@@ -19,7 +19,7 @@ from insenv.effects.base import Effect
 from insenv.plants.base import Plant
 from insenv.rig import Fitted, Rig
 from insenv.scenario.draws import Spread, generator
-from insenv.scenario.plant import told_by
+from insenv.scenario.plant import known_parameters
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ def _effect(p: Planted, plant: Plant, run: tuple[int, int], k: int) -> Planted:
     """An effect with the values of one run and power-up."""
     seed, power_up = run
     if p.told:
-        return replace(p, values=told_by(plant, p.effect) or p.values)
+        return replace(p, values=known_parameters(plant, p.effect) or p.values)
     values = list(p.values)
     for deviations, place in ((p.sd, (k,)), (p.again, (k, power_up))):
         if any(deviations):

@@ -31,7 +31,7 @@ def datasheet(scenario: Scenario) -> Datasheet:
         if p.origin == "declared" and not p.told
     )
     plant, table = scenario.rig.plant, scenario.table
-    sight, level_sd = scenario.spread.told
+    sight, level_sd = scenario.spread.sight_and_level
     return Datasheet(
         sampling=scenario.rig.rate,
         duration=scenario.duration,

@@ -54,7 +54,7 @@ class Spread(Protocol):
     """What differs from run to run of a plant of one kind."""
 
     @property
-    def told(self) -> tuple[Sight | None, tuple[float, float]]:
+    def sight_and_level(self) -> tuple[Sight | None, tuple[float, float]]:
         """What a datasheet says of a sight, and deviations of a level that is told [rad]; infinite where none is."""
 
     def drawn(self, plant: Any, seed: int) -> Any:
@@ -71,7 +71,7 @@ class Spread(Protocol):
 class Fixed:
     """Nothing is drawn: every run has the same plant."""
 
-    told: tuple[None, tuple[float, float]] = (None, (np.inf, np.inf))
+    sight_and_level: tuple[None, tuple[float, float]] = (None, (np.inf, np.inf))
 
     def drawn(self, plant: Any, seed: int) -> Any:
         """The plant."""

@@ -116,7 +116,7 @@ def site(table: ScenarioTable, path: Path) -> Site:
     return Site(latitude, altitude, STANDARD_GRAVITY if latitude is None else float(gravity(latitude, altitude)))
 
 
-def told_by(plant: Plant, effect: Effect) -> tuple[float, ...] | None:
+def known_parameters(plant: Plant, effect: Effect) -> tuple[float, ...] | None:
     """Parameters of ``effect`` where the plant itself tells them: gravity, the horizontal Earth rate."""
     return plant.tells.get(effect.id)
 

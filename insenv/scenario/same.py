@@ -7,7 +7,7 @@ from typing import Any
 
 from insenv.scenario.build import Scenario
 from insenv.scenario.cast import Truth
-from insenv.scenario.plant import told_by
+from insenv.scenario.plant import known_parameters
 
 
 @dataclass(frozen=True)
@@ -38,5 +38,7 @@ class SameInstrument(Scenario):
         if not self.base_turned:
             return found
         plant = found.plant.turned(self.base_turned)
-        told = (replace(p, values=told_by(plant, p.effect) or p.values) if p.told else p for p in found.planted)
+        told = (
+            replace(p, values=known_parameters(plant, p.effect) or p.values) if p.told else p for p in found.planted
+        )
         return Truth(plant, tuple(told))

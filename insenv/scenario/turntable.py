@@ -53,7 +53,7 @@ class TableSpread:
     level: bool = False
 
     @property
-    def told(self) -> tuple[Sight | None, tuple[float, float]]:
+    def sight_and_level(self) -> tuple[Sight | None, tuple[float, float]]:
         """No sight, and no level that is told."""
         return None, (np.inf, np.inf)
 

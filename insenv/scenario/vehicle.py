@@ -56,7 +56,7 @@ class VehicleSpread:
     heading: bool = False
 
     @property
-    def told(self) -> tuple[Sight | None, tuple[float, float]]:
+    def sight_and_level(self) -> tuple[Sight | None, tuple[float, float]]:
         """What a datasheet says of sight and level: an error is unknown, so that its mean counts as deviation."""
         sight = Sight(self.orientation, self.tracking, float(np.hypot(*self.installation))) if self.sight else None
         level = (float(np.hypot(*self.pitch)), float(np.hypot(*self.roll))) if self.level else (np.inf, np.inf)

@@ -201,11 +201,11 @@ def manifest(scenario: Scenario, data: str | list[str], seed: int) -> str:
     tables: list[tuple[str, Mapping[str, object]]] = [
         ("", {"title": table.output.title or f"Simulated recording, seed {seed}", "data": data}),
         *((f"[channels.{column.name}]", _channel(column, table.output.format)) for column in columns(scenario)),
-        ("[site]", _told(table.site)),
+        ("[site]", _given(table.site)),
         ("[mounting]", _mounting(scenario)),
         ("[model]", _model(scenario)),
         *((f"[noise.{target}]", family(table, target).noise) for target in targets),
-        ("[held_out]", _told(table.held_out)),
+        ("[held_out]", _given(table.held_out)),
         *nested("datasheet", sheet_table(datasheet(scenario))),
     ]
     return toml(tables)
@@ -250,7 +250,7 @@ def _model(scenario: Scenario) -> dict[str, object]:
     return entry | ({"reference_temperature": reference} if reference else {})
 
 
-def _told(table: msgspec.Struct) -> dict[str, object]:
+def _given(table: msgspec.Struct) -> dict[str, object]:
     """Entries of a table that were given, as they were given."""
     return {name: value for name, value in msgspec.structs.asdict(table).items() if value is not None}
 

@@ -66,13 +66,13 @@ def sweep(
     store = Memory() if store is None else store
     backend = Serial() if backend is None else backend
     todo = _Todo(store.done(), total)
-    with _bar(total, total - todo.left, progress) as bar:
+    with _bar(total, total - todo.remaining, progress) as bar:
         # Asked for first: a cluster that does not answer is told of before any work is done.
-        workers = backend.workers() if todo.left else 1
-        if chunk is None and todo.left:
+        workers = backend.workers() if todo.remaining else 1
+        if chunk is None and todo.remaining:
             found = _measured(job, first, todo, store, bar)
-            chunk = max(1, min(found, todo.left // (_EACH * workers)))
-        if todo.left:
+            chunk = max(1, min(found, todo.remaining // (_EACH * workers)))
+        if todo.remaining:
             calls = ((start, range(first + start, first + stop)) for start, stop in todo.spans(chunk or 1))
             for start, table in backend.run(job, calls):
                 _keep(store, start, table, bar)
@@ -87,7 +87,7 @@ class _Todo:
         self._gaps = [(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if b > a]
 
     @property
-    def left(self) -> int:
+    def remaining(self) -> int:
         """Runs that nobody was given yet."""
         return sum(b - a for a, b in self._gaps)
 
@@ -109,7 +109,7 @@ def _measured(job: Job, first: int, todo: _Todo, store: Store, bar: tqdm) -> int
     """How many runs take `WANTED`, from chunks of this sweep that grow until their time can be told."""
     # The first run pays for what is compiled and loaded, and tells nothing.
     size, fresh = 1, True
-    while todo.left:
+    while todo.remaining:
         start, stop = todo.take(size)
         began = time.perf_counter()
         _keep(store, *answer(job, (start, range(first + start, first + stop))), bar)

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from scipy.fft import dct, idct
 
 from insenv.calibration import calibration
-from insenv.calibration.apply import of_rows, rows_of, slopes_of, told
+from insenv.calibration.apply import is_determined, of_rows, rows_of, slopes_of
 from insenv.core.recording import Floats, Recording
 from insenv.data.exposure import expose
 from insenv.data.manifest import Manifest
@@ -75,7 +75,10 @@ def base(manifest: Manifest, recordings: Sequence[Recording], found: Findings) -
             )
         without.append(replace(recording, channels=channels))
         noise.append(residuals)
-    left = {t.target: tuple(dict.fromkeys(term.effect for term in t.terms if not told(term))) for t in whole.targets}
+    left = {
+        t.target: tuple(dict.fromkeys(term.effect for term in t.terms if not is_determined(term)))
+        for t in whole.targets
+    }
     return Base(manifest, tuple(without), tuple(noise), left)
 
 

@@ -43,7 +43,7 @@ def to_html(found: Trust) -> str:
         verdict=words.verdict(found)[0].upper() + words.verdict(found)[1:],
         head=words.head(found),
         wrong=[row for one in found.reliability for row in words.reliability(one)],
-        left=[f"{one.target}: {words.left(one)}" for one in found.reliability if one.left],
+        left=[f"{one.target}: {words.not_counted(one)}" for one in found.reliability if one.left],
         header=header,
         rows=rows if found.effects else [],
         picture=Markup(inline(figure(found), "completeness", _DESCRIBED)),

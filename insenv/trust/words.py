@@ -24,7 +24,7 @@ def summary(found: Trust) -> str:
     for one in found.reliability:
         lines += ["", *columns(("on", "name", "", "copies with nothing to find"), reliability(one))]
         if one.left:
-            lines.append(f"  {left(one)}")
+            lines.append(f"  {not_counted(one)}")
     if found.effects:
         header, *rows = completeness(found)
         lines += ["", "  Copies in which an effect was named, by its size in smallest detectable amplitudes:"]
@@ -65,7 +65,7 @@ def reliability(one: Reliability) -> list[tuple[str, ...]]:
     ]
 
 
-def left(one: Reliability) -> str:
+def not_counted(one: Reliability) -> str:
     """What is not counted."""
     return f"not counted, for every copy has it: {', '.join(one.left)}"
 

@@ -29,7 +29,7 @@ from insenv.envs.rollout import RollOut, roll_out
 from insenv.evaluate.bounds import bounds
 from insenv.evaluate.check.estimator import check_estimator
 from insenv.evaluate.trials import trial
-from insenv.information.directions import sentence, untold
+from insenv.information.directions import sentence, weak_directions
 from insenv.information.positions import Angles, attitude, from_level, nineteen, right_angles, six, twenty_four, up
 from insenv.information.sequence import (
     Planner,
@@ -269,11 +269,11 @@ def test_what_no_sequence_betters_is_below_what_one_reaches_and_follows_from_the
     # attitudes: f f' has the trace g^2. The bound of all parts may not be below that, nor above a played sequence.
     sheet, planner, time = plans().datasheet, plans(), 300.0
     bound = sequence_bound(sheet)
-    wanted = planner.told(even(planner, nineteen(planner.model.gimbals), 570.0), 570.0)[: len(bound.names)]
+    wanted = planner.deviations(even(planner, nineteen(planner.model.gimbals), 570.0), 570.0)[: len(bound.names)]
     found = bound.ratio(time, wanted, 600)
     assert found.bound <= found.ratio < 1.01 * found.bound
     played = even(planner, nineteen(planner.model.gimbals), time)
-    assert found.bound < np.max(planner.told(played, time)[: len(wanted)] / wanted)
+    assert found.bound < np.max(planner.deviations(played, time)[: len(wanted)] / wanted)
     own = [i for i, name in enumerate(bound.names) if name.startswith("gyro_y.g_sensitivity")]
     prior = [q.sd for q in planner.model.parameters[: len(wanted)]][own[0]]
     white = sheet.coefficient("gyro_y", "angle_random_walk")
@@ -286,12 +286,12 @@ def test_what_six_positions_do_not_tell_is_said() -> None:
     sheet = plans().datasheet
     planner, names = plans(), [q.name for q in UnitModel(sheet).parameters]
     gimbals = planner.model.gimbals
-    said = [sentence(one, gimbals) for one in untold(planner.quick(even(planner, six(gimbals), 570.0)), names)]
+    said = [sentence(one, gimbals) for one in weak_directions(planner.quick(even(planner, six(gimbals), 570.0)), names)]
     # The table turns the unit about y and z alone on the way, so that its x gyro sees no turn.
     assert "scale factor of gyro x is not told" in said
     assert any("cannot be told apart" in one for one in said)
     # Of two parameters with the same column only the sum is told.
-    both = untold(
+    both = weak_directions(
         np.array([[50.0, 50.0, 0.0], [50.0, 50.0, 0.0], [0.0, 0.0, 9.0]]), ["gyro_x.bias.c", "mounting.x", "z"]
     )
     assert [one.names for one in both] in ([("gyro_x.bias.c", "mounting.x")], [("mounting.x", "gyro_x.bias.c")])
@@ -427,7 +427,7 @@ def test_a_planned_sequence_tells_what_the_played_one_does() -> None:
         system_calibration(changes=QUICK), "nineteen_positions", "batch_gls", range(1), keep=False, every=1000
     )
     share = played.deviations[0, -1] / [p.sd for p in planner.model.parameters[: len(played.names)]]
-    np.testing.assert_allclose(planner.told(visits, 570.0)[: len(share)], share, rtol=0.05)
+    np.testing.assert_allclose(planner.deviations(visits, 570.0)[: len(share)], share, rtol=0.05)
 
 
 def test_looking_ahead_begins_the_best_way_through_two_positions() -> None:
@@ -449,8 +449,8 @@ def test_looking_ahead_begins_the_best_way_through_two_positions() -> None:
 def test_a_designed_sequence_is_better_than_the_greedy_one_it_begins_with() -> None:
     planner = plans()
     units = [not parameter_of_table(p.name) for p in planner.model.parameters]
-    first = planner.told(even(planner, nineteen(planner.model.gimbals), 570.0), 570.0)[units]
+    first = planner.deviations(even(planner, nineteen(planner.model.gimbals), 570.0), 570.0)[units]
     found = designed(planner, 570.0, first, tries=25)
     assert planner.time(found) == pytest.approx(570.0)
-    better = np.max(planner.told(found, 570.0)[units] / first)
-    assert better < np.max(planner.told(greedy(planner, 570.0), 570.0)[units] / first) and better < 1.1
+    better = np.max(planner.deviations(found, 570.0)[units] / first)
+    assert better < np.max(planner.deviations(greedy(planner, 570.0), 570.0)[units] / first) and better < 1.1

@@ -23,7 +23,7 @@ from insenv.core.rows import row_of, rows
 from insenv.core.stateful import Adapter, adapted
 from insenv.core.system import SYSTEMS, system
 from insenv.evaluate.check.child import SIMULATOR
-from insenv.evaluate.check.estimator import check_estimator, unasked
+from insenv.evaluate.check.estimator import check_estimator, why_unsuited
 from insenv.evaluate.check.plugin import check_plugin
 from insenv.evaluate.check.policy import check_policy
 from insenv.evaluate.check.rules import DeclinedError
@@ -246,14 +246,14 @@ def test_what_a_plugin_is_tried_on_holds_neither_simulator_nor_truth(name: str) 
 def test_who_tells_nothing_that_is_asked_for_cannot_be_judged(name: str) -> None:
     data = recorded(name)
     wanted = ", ".join(f"{asked} [{unit}]" for asked, unit in data.asked.items())
-    assert unasked(Mean, data) == f"it tells rate; asked for is {wanted}"
+    assert why_unsuited(Mean, data) == f"it tells rate; asked for is {wanted}"
     for known in names(ESTIMATORS):
         try:
             prior = find(ESTIMATORS, known)(data.datasheet)
         except InputError:
             continue
         told = set(prior.estimate(prior.reset(1)).names)
-        assert bool(unasked(find(ESTIMATORS, known), data)) == (not told & set(data.asked))
+        assert bool(why_unsuited(find(ESTIMATORS, known), data)) == (not told & set(data.asked))
 
 
 def test_a_chunk_that_begins_with_an_event_is_tried() -> None:

@@ -23,7 +23,7 @@ from insenv.effects.rate.scale import ScaleFactor, ScaleFactorAsymmetry, ScaleFa
 from insenv.information.alignment import Stretch, bound, procedure
 from insenv.information.alignment_information import alignment_information, prior
 from insenv.information.fisher import IncrementNoise, Information, information
-from insenv.information.means import MOST, Noise, means, told_noises
+from insenv.information.means import MOST, Noise, means, stated_noises
 from insenv.information.scale_factor import CELLS, cells, model, motion_of, slope
 
 
@@ -191,9 +191,9 @@ def test_cells_keep_to_a_rate_and_are_not_too_many() -> None:
 
 def test_noises_of_a_datasheet_join_pulses_and_encoder() -> None:
     sheet = replace(SHEET, pulse=12**0.5 * 3e-6, encoder_noise=4e-6)
-    told = {noise.effect.id: noise.coefficient for noise in told_noises(sheet, "gyro")}
+    told = {noise.effect.id: noise.coefficient for noise in stated_noises(sheet, "gyro")}
     assert told["quantization"] == pytest.approx(5e-6) and told["rate_random_walk"] == 1e-8
-    assert told_noises(sheet, "accel_x") == ()
+    assert stated_noises(sheet, "accel_x") == ()
 
 
 def test_what_cannot_be_told_is_refused() -> None:

@@ -19,7 +19,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from insenv.calibration import Calibration, Parameter, Run, Target, Term, calibration, correct, load_calibration
-from insenv.calibration.write import told
+from insenv.calibration.write import summary
 from insenv.close import close, opened
 from insenv.core.errors import InputError
 from insenv.core.recording import Channel, Floats, Recording
@@ -187,7 +187,7 @@ def test_on_another_recording_only_what_carries_over_is_taken_out(folder: Path) 
     assert [said.effect for said in done.taken] == ["scale_factor", "scale_factor_asymmetry"]
     reasons = {said.effect: said.reason for said in done.left}
     assert "power-up" in reasons["bias"] and "clock" in reasons["bias_warm_up"]
-    text = told(case.calibration, [done])
+    text = summary(case.calibration, [done])
     assert "taken out: scale_factor, scale_factor_asymmetry" in text and "left: bias_warm_up (goes by" in text
 
 

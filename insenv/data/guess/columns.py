@@ -71,7 +71,7 @@ def assign(listing: Listing, answers: Mapping[str, str]) -> Roles:
     headings = [Heading("time", unit="s") if c.stamped else h for c, h in zip(columns, headings, strict=True)]
     named = [Role(c, _with_known_unit(c, h) if known else h) for c, h in zip(columns, headings, strict=True)]
     roles = _by_heading(_of_file(named, listing.file.stem)) if any(c.heading for c in columns) else _by_numbers(listing)
-    return _instruments_asked(_chosen(roles, columns, answers), listing, columns)
+    return _with_question(_chosen(roles, columns, answers), listing, columns)
 
 
 def _headed(listing: Listing, answers: Mapping[str, str]) -> tuple[Listed, ...]:
@@ -340,7 +340,7 @@ def _chosen(roles: Roles, columns: Sequence[Listed], answers: Mapping[str, str])
     return replace(roles, by_channel=by_channel, questions=tuple(questions), left_out=tuple(left))
 
 
-def _instruments_asked(roles: Roles, listing: Listing, columns: Sequence[Listed]) -> Roles:
+def _with_question(roles: Roles, listing: Listing, columns: Sequence[Listed]) -> Roles:
     """The roles, with a question for the columns where no instrument was found, or some columns have no name."""
     names = [c.heading or str(c.key) for c in columns]
     bare = not any(c.heading for c in columns)

@@ -22,7 +22,7 @@ from insenv.data.guess.heading import is_unit
 from insenv.data.guess.listing import Listing
 from insenv.data.guess.rates import Units
 from insenv.data.sampling import UnevenError, sampling
-from insenv.data.words import told
+from insenv.data.words import signed_columns
 
 #: Attitudes in which a triad rested from which on the recording is one of several positions.
 SEVERAL = 5
@@ -103,7 +103,7 @@ def _with_words(listings: Sequence[Listing]) -> tuple[Sequence[Listing], list[st
     """The files with words that were read without their sign mended, as they will be read, and what is said of them."""
     mended, said = [], []
     for one in listings:
-        values, words = told({str(c.key): c.values for c in one.columns})
+        values, words = signed_columns({str(c.key): c.values for c in one.columns})
         mended.append(replace(one, columns=tuple(replace(c, values=values[str(c.key)]) for c in one.columns)))
         said += [f"{one.file.name}: {words}"] if words else []
     return mended, said

@@ -39,7 +39,7 @@ def manifest_text(draft: Draft, out: Path | None) -> str:
     if draft.mounting:
         lines += ["", "[mounting]"]
         for key, choice in draft.mounting.items():
-            lines += _asked(draft, f"mounting.{key}")
+            lines += _question_lines(draft, f"mounting.{key}")
             lines.append(f"{key} = {toml_value(OPEN if choice.value is None else choice.value)}  # {choice.why}")
     lines += ["", "[model]", *_model(draft)]
     if draft.resample:
@@ -61,12 +61,12 @@ def _channels(draft: Draft) -> Iterator[str]:
         for key in (f"{_kind(channel)}.offset", f"{_kind(channel)}.unit", f"{_kind(channel)}.rate"):
             if key not in asked:
                 asked.add(key)
-                yield from _asked(draft, key)
+                yield from _question_lines(draft, key)
         yield f"{channel.name} = {{ {', '.join(_entries(channel))} }}{_why(channel)}"
     names = {channel.name for channel in draft.channels}
     for question in draft.questions:
         if question.key in ("columns", "table.is") or question.key.endswith(".column"):
-            yield from _asked(draft, question.key)
+            yield from _question_lines(draft, question.key)
             name = {"columns": "gyro", "table.is": "table_rate"}.get(question.key, question.key.partition(".")[0])
             if name not in names:
                 yield f'{name} = {{ column = "{OPEN}", unit = "{OPEN}" }}'
@@ -93,7 +93,7 @@ def _why(channel: Channel) -> str:
     return f"  # {heading}{channel.unit.why}"
 
 
-def _asked(draft: Draft, key: str) -> Iterator[str]:
+def _question_lines(draft: Draft, key: str) -> Iterator[str]:
     """The question of ``key`` as comments, if it is open."""
     for question in draft.questions:
         if question.key == key:

@@ -12,7 +12,7 @@ from insenv.core.errors import InputError
 from insenv.core.plugins import EFFECTS, ESTIMATORS, POLICIES, find, names
 from insenv.core.stateful import Adapter
 from insenv.core.units import dimension_of
-from insenv.evaluate.check.estimator import check_estimator, unasked
+from insenv.evaluate.check.estimator import check_estimator, why_unsuited
 from insenv.evaluate.check.policy import check_policy
 from insenv.evaluate.check.rules import DeclinedError, FaultError
 from insenv.evaluate.child import Say
@@ -100,7 +100,7 @@ def _on(check: Callable[..., list[str]], plugin: Callable[..., Any], trial: Tria
 
     try:
         faults = tuple(check(plugin, trial, said))
-        if not faults and check is check_estimator and (reason := unasked(plugin, trial)):
+        if not faults and check is check_estimator and (reason := why_unsuited(plugin, trial)):
             return Tried(trial.name, declined=reason)
         return Tried(trial.name, faults=faults)
     except DeclinedError as error:

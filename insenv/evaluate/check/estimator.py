@@ -31,7 +31,7 @@ def check_estimator(plugin: Callable[..., Any], trial: Trial, say: Say = lambda 
     return _Check(plugin, trial, Asked(say)).faults()
 
 
-def unasked(plugin: Callable[..., Any], trial: Trial) -> str:
+def why_unsuited(plugin: Callable[..., Any], trial: Trial) -> str:
     """Why a sound estimator cannot be judged on such runs: it tells nothing that is asked for; empty: it can."""
     one = plugin(trial.datasheet)
     told = one.estimate(one.reset(1)).names

@@ -77,7 +77,7 @@ def doubted(
     return stretches(recordings, spans, target, rows)
 
 
-def rows_told(parts: list[Stretch], found: tuple[Settled, ...]) -> int:
+def rows_per_motion(parts: list[Stretch], found: tuple[Settled, ...]) -> int:
     """Rows of a bin that holds no faster motion than the references tell; 1 where they have no errors of their own.
 
     Parameters
@@ -91,7 +91,7 @@ def rows_told(parts: list[Stretch], found: tuple[Settled, ...]) -> int:
         return 1
     spectra = [_spectra(one, told.gain, told.lag) for one, told in zip(parts, found, strict=True)]
     frequency, motion, left = (np.concatenate(each) for each in zip(*spectra, strict=True))
-    told = int(0.5 / (_told_until(frequency, motion, left) * parts[0].exposure.motion.dt))
+    told = int(0.5 / (_common_bandwidth(frequency, motion, left) * parts[0].exposure.motion.dt))
     return max(told, *(one.over for one in found))
 
 
@@ -129,7 +129,7 @@ def doubtful(recording: Recording) -> bool:
     return noisy or channel.every > 0
 
 
-def _told_until(frequency: Floats, motion: Floats, left: Floats) -> float:
+def _common_bandwidth(frequency: Floats, motion: Floats, left: Floats) -> float:
     """The frequency up to which modes are taken [Hz], of the powers of the motion and of what is left in each mode."""
     by = np.argsort(frequency)
     frequency, motion, left = frequency[by], motion[by], left[by]

@@ -299,12 +299,12 @@ def _best(view: _View) -> Look:
         return Look()
     search = _Search(exposure, cells, q, left)
     best = search.refined(best)
-    hold = _told(search.gain(*best), best, exposure.motion.dt, len(left) - q.shape[1], best[0] / len(cells))
+    hold = _significant(search.gain(*best), best, exposure.motion.dt, len(left) - q.shape[1], best[0] / len(cells))
     small = search.gain(*best).share < LEAST_SHARE
     return Look(hold, hold is None and small and coarse.sees_all())
 
 
-def _told(found: _Gain, best: tuple[float, float], dt: float, freedom: int, finest: float) -> Hold | None:
+def _significant(found: _Gain, best: tuple[float, float], dt: float, freedom: int, finest: float) -> Hold | None:
     """The hold, if chance or a skew would not do."""
     noise = max(found.total - found.gain, 0.0) / max(freedom - 3, 1)
     sd = float(np.sqrt(noise / found.size)) if found.size > 0 else np.inf

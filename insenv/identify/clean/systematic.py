@@ -55,7 +55,7 @@ def lost_temperatures(
     return tuple(_classes(kelvins, np.rint((kelvins - kelvins.min()) / span * TEMPERATURES).astype(int), mask))
 
 
-def said(recordings: tuple[Recording, ...], target: str, rejected: tuple[RejectedRows, ...]) -> tuple[str, ...]:
+def sentences(recordings: tuple[Recording, ...], target: str, rejected: tuple[RejectedRows, ...]) -> tuple[str, ...]:
     """Sentences about what is lost systematically for another cause than a rail, which is named by itself."""
     found = []
     for cause in ("stuck", "outlier"):

@@ -105,7 +105,7 @@ class _Joint:
     def of(cls, problem: Problem, fit: Fit, effect: Effect, prior: Floats) -> _Joint | None:
         """Columns of ``effect`` with prior standard deviations beside those of the fit; None where it has none."""
         term, base = Term(effect), fit.design
-        columns, changed = problem.columns(term), _told(problem, fit, problem.transformed(term))
+        columns, changed = problem.columns(term), _separable(problem, fit, problem.transformed(term))
         scale = np.sqrt(np.mean(changed**2, axis=0))
         if not scale.any():
             return None
@@ -176,7 +176,7 @@ class _Joint:
         return row
 
 
-def _told(problem: Problem, fit: Fit, changed: Floats) -> Floats:
+def _separable(problem: Problem, fit: Fit, changed: Floats) -> Floats:
     """Transformed columns, without what of them lies outside the model by too little to be told from it."""
     root = np.sqrt(spectrum(problem, fit.noise.power))[:, None]
     q = np.linalg.qr(fit.design.transformed / root)[0]

@@ -209,10 +209,10 @@ def _distance(stage: Stage, q: Floats, signal: Floats, b: Rival) -> float:
     rest -= q @ (q.T @ rest)
     if not b.terms:
         return float(np.linalg.norm(rest))
-    return min(_left(stage, q, rest, term) for term in _shapes(stage, q, rest, b))
+    return min(_residue(stage, q, rest, term) for term in _shapes(stage, q, rest, b))
 
 
-def _left(stage: Stage, q: Floats, rest: Floats, term: Term) -> float:
+def _residue(stage: Stage, q: Floats, rest: Floats, term: Term) -> float:
     fresh, share = _free(q, stage.columns(term))
     fresh = fresh[:, share > TOLD_APART]
     if not fresh.shape[1]:
@@ -227,7 +227,7 @@ def _instead(stage: Stage, q: Floats, signal: Floats, b: Rival) -> tuple[Term, F
     hidden = float(np.linalg.norm(rest)) < TOLD_APART * float(np.linalg.norm(signal))
     # What hides in the model leaves nothing to fit: then the rival is one that adds as much to the readings.
     q, rest = (np.zeros((len(signal), 0)), signal) if hidden else (q, rest)
-    term = min(_shapes(stage, q, rest, b), key=lambda t: _left(stage, q, rest, t))
+    term = min(_shapes(stage, q, rest, b), key=lambda t: _residue(stage, q, rest, t))
     fresh, _ = _free(q, stage.columns(term))
     size = np.maximum(np.linalg.norm(fresh, axis=0), 1e-300)
     return term, np.linalg.lstsq(fresh / size, rest, rcond=1e-6)[0] / size
@@ -235,7 +235,7 @@ def _instead(stage: Stage, q: Floats, signal: Floats, b: Rival) -> tuple[Term, F
 
 def _shapes(stage: Stage, q: Floats, rest: Floats, b: Rival) -> Iterator[Term]:
     """The best shape of a grid, and a better one beside it."""
-    values = [_left(stage, q, rest, term) for term in b.terms]
+    values = [_residue(stage, q, rest, term) for term in b.terms]
     best = b.terms[int(np.argmin(values))]
     yield best
     if not best.shape or len(b.terms) < 2:
@@ -251,7 +251,7 @@ def _shapes(stage: Stage, q: Floats, rest: Floats, b: Rival) -> Iterator[Term]:
         asked = np.clip(_unscaled(effect, scaled, shape), low, high)
         term = Term(effect, tuple(float(x) for x in asked), best.per_run)
         tried.append(term)
-        costs.append(_left(stage, q, rest, term))
+        costs.append(_residue(stage, q, rest, term))
         stage.forget(term)
         return costs[-1]
 

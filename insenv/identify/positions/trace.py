@@ -203,7 +203,7 @@ def _accelerometers(
         problem = as_level_as_read(problem, solve(problem, whole).residual, len(problem.nuisance) + 3)
     elif found.in_parts:
         room = len({rest.number for rest in rests}) - declared_size
-        more, few = _told_by(more, room)
+        more, few = _determined(more, room)
         blind += few
     else:
         left_out = _outliers(problem, [*terms, *more])
@@ -215,7 +215,7 @@ def _accelerometers(
         NotTestable(t.effect.key, ("more positions",), "so few rests do not tell it from noise") for t in slow
     )
     problem = noisy if noisy is not None and found.in_parts else problem
-    told = partial(_told_together, room=room)
+    told = partial(_determined_together, room=room)
     outcome = search(problem, terms, [term for term in more if term not in slow], alpha, doubts, slow, told)
     outcome = replace(outcome, not_testable=(*outcome.not_testable, *blind))
     # The noise within rests was told beside all that may be found.
@@ -279,7 +279,7 @@ def _set_down_anew(manifest: Manifest, found: Rests) -> tuple[Floats | None, Flo
     return (one * REPEATS**2, one * WORST**2) if stated is None else (one * stated**2, one * stated**2)
 
 
-def _told_by(terms: Sequence[TriadTerm], attitudes: int) -> tuple[list[TriadTerm], tuple[NotTestable, ...]]:
+def _determined(terms: Sequence[TriadTerm], attitudes: int) -> tuple[list[TriadTerm], tuple[NotTestable, ...]]:
     """Terms that ``attitudes`` more than the declared model takes can tell, and the others: parts are no attitudes."""
     told, blind = [], []
     for term in terms:
@@ -291,7 +291,7 @@ def _told_by(terms: Sequence[TriadTerm], attitudes: int) -> tuple[list[TriadTerm
     return told, tuple(blind)
 
 
-def _told_together(terms: Sequence[TriadTerm], room: int) -> bool:
+def _determined_together(terms: Sequence[TriadTerm], room: int) -> bool:
     """Whether attitudes that leave ``room`` beside the declared model tell terms together."""
     return sum(term.size for term in terms if term.effect.id not in SLOW) <= room
 
@@ -303,7 +303,7 @@ def _too_few(
 
     Six faces have six magnitudes: biases and scale factors fit them whatever they are, and nothing would confirm it.
     """
-    key, left = "accel_scale_factor", _left(problem, outcome.after, rests)
+    key, left = "accel_scale_factor", _scatter(problem, outcome.after, rests)
     blind = any(n.effect == key and n.needs in UNTOLD for n in outcome.not_testable)
     if not blind or left < max(WORST, NOISY * noise_of_means(recordings, rests)):
         return ()
@@ -313,7 +313,7 @@ def _too_few(
     )
 
 
-def _left(problem: Magnitudes, fit: Fit, rests: Sequence[Rest]) -> float:
+def _scatter(problem: Magnitudes, fit: Fit, rests: Sequence[Rest]) -> float:
     """Scatter of what a fit leaves of the rests, however many parts each was cut into [m/s^2]."""
     number, each = np.array([rest.number for rest in rests]), problem.plain(fit.residual)[:, 0]
     used = problem.fitted | problem.held_out

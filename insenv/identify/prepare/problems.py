@@ -19,7 +19,7 @@ from insenv.effects.catalogue import by_key
 from insenv.effects.rate.scale import ScaleFactor
 from insenv.effects.timing import TimingSkew
 from insenv.identify.clean.bursts import without_bursts
-from insenv.identify.clean.doubtful import Settled, agreeing, doubted, rows_told, settled
+from insenv.identify.clean.doubtful import Settled, agreeing, doubted, rows_per_motion, settled
 from insenv.identify.clean.holds import LEAST_SHARE, MOST_SHARE, WHOLE, Hold, Look, agrees, find_hold, without_hold
 from insenv.identify.clean.lost import lost_rows
 from insenv.identify.clean.motion import at_rest
@@ -110,7 +110,7 @@ def prepare(
     fit = tuple(use.fit for use in uses)
     recordings = responding(recordings, _spans(recordings, uses), target, model, fit, forms=not holds)
     told = settled(parts := doubted(recordings, _spans(recordings, uses), target, fit))
-    rows = _told(manifest, uses, rows_told(parts, told), rows)
+    rows = _rows_of_motion(manifest, uses, rows_per_motion(parts, told), rows)
     clean = _clean(recordings, target, rows, moving, told)
     recordings, rejected = clean.recordings, clean.rejected
     rows = _agreeing(manifest, recordings, uses, target, rows, model) if told else rows
@@ -281,7 +281,7 @@ def _unheld(
     return responding(bare, _spans(recordings, uses), target, model, tuple(use.fit for use in uses))
 
 
-def _told(manifest: Manifest, uses: tuple[RowUse, ...], told: int, rows: int) -> int:
+def _rows_of_motion(manifest: Manifest, uses: tuple[RowUse, ...], told: int, rows: int) -> int:
     """Rows of a bin that holds no faster motion than measured references tell, if enough bins are left."""
     if manifest.held_out.averaging is not None:
         return rows
@@ -544,7 +544,7 @@ def _lines(
         span = _longest_fitted(recording, use)
         t = (recording.t - recording.t[0])[span]
         step = quantum(recording.channels[problem.target].values[span]) * recording.dt
-        values = _left(recording, span, problem, model)
+        values = _sample_residual(recording, span, problem, model)
         found += find_lines(t, recording.dt, values, step, run, 0.6 / problem.bins.width)
     noise = _bin_noise(problem)
     return tuple(x for x in found if _matters(x, problem.bins.width, noise))
@@ -556,7 +556,7 @@ def _samples(
     """Spectrum of the samples of the run with the longest stretch that may be fitted."""
     spans = _spans(recordings, uses)
     run = max(range(len(spans)), key=lambda k: spans[k].stop - spans[k].start)
-    values = _left(recordings[run], spans[run], problem, model)
+    values = _sample_residual(recordings[run], spans[run], problem, model)
     own = tuple(line for line in lines if line.run == run)
     return sample_spectrum(values, recordings[run].dt, own, problem.bins.width)
 
@@ -593,7 +593,7 @@ def _longest_fitted(recording: Recording, use: RowUse) -> slice:
     return best
 
 
-def _left(recording: Recording, span: slice, problem: Problem, model: Model) -> Floats:
+def _sample_residual(recording: Recording, span: slice, problem: Problem, model: Model) -> Floats:
     """Samples of ``span`` minus the reference and what the declared effects explain of them, shape (rows,).
 
     Commanded motion and a scale factor that is declared are no lines. Bins may have averaged that motion away, so the

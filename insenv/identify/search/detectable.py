@@ -160,9 +160,9 @@ class Sensitivity:
 
     def _held_out(self, term: Term, direction: Floats, fit: Fit) -> float:
         """Information of the held-out data on a unit amplitude, with the noise of a ``fit``."""
-        return held_out_information(self.problem, fit, self._left(term, direction, fit))
+        return held_out_information(self.problem, fit, self._remainder(term, direction, fit))
 
-    def _left(self, term: Term, direction: Floats, fit: Fit) -> Floats:
+    def _remainder(self, term: Term, direction: Floats, fit: Fit) -> Floats:
         """What a unit amplitude leaves beside a ``fit`` without it, shape (bins,)."""
         problem, design = self.problem, fit.design
         weight = 1 / np.sqrt(spectrum(problem, fit.noise.power))
@@ -180,7 +180,7 @@ class Sensitivity:
         |r - e h|^2 <= (1 + CHANCE)^2 |r +- A h|^2.
         """
         held = self.problem.bins.held_out
-        r, h = residual(self.problem, self.fit)[held], self._left(one.term, one.direction, self.fit)[held]
+        r, h = residual(self.problem, self.fit)[held], self._remainder(one.term, one.direction, self.fit)[held]
         weight, q, left = whitened(self.problem, self.fit)
         column = weight * (self.problem.transformed(one.term) @ one.direction)
         shown = float(column @ left) / one.information

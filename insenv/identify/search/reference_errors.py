@@ -62,7 +62,7 @@ def beside_reference_errors(problem: Problem, fit: Fit, base: Reference, hit: Hi
         The same with its noise by plain likelihood.
     hit : Hit
     """
-    if not _asked(problem, hit):
+    if not _may_be_reference(problem, hit):
         return hit
     evidence = _evidence(problem, fit, base, hit.term)
     if evidence is None:
@@ -76,7 +76,7 @@ def beside_reference_errors(problem: Problem, fit: Fit, base: Reference, hit: Hi
     return less
 
 
-def _asked(problem: Problem, hit: Hit) -> bool:
+def _may_be_reference(problem: Problem, hit: Hit) -> bool:
     if hit.candidate.effect.of_response or hit.log_p >= np.log(WORTH):
         return False
     return problem.target.startswith("gyro") and problem.turns

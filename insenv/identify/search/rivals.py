@@ -123,24 +123,24 @@ def _odds(term: Term) -> float:
 
 def _same_curve(problem: Problem, base: Reference, rival: Term, term: Term) -> bool:
     """Whether two terms are one curve on this recording, though neither is the other's limit."""
-    own, other = _told(problem, base, term), _told(problem, base, rival)
+    own, other = _whitened_regressors(problem, base, term), _whitened_regressors(problem, base, rival)
     if term.effect.id in rival.effect.becomes or own.shape != other.shape:
         return False
     span = np.linalg.qr(own)[0]
     outside = other - span @ (span.T @ other)
     if float(np.linalg.norm(outside)) < ALIKE * float(np.linalg.norm(other)):
         return True
-    size = np.linalg.lstsq(other, _left(problem, base), rcond=None)[0]
+    size = np.linalg.lstsq(other, _whitened_residual(problem, base), rcond=None)[0]
     return float(np.linalg.norm(outside @ size)) < TO_THE_NOISE
 
 
-def _left(problem: Problem, base: Reference) -> Floats:
+def _whitened_residual(problem: Problem, base: Reference) -> Floats:
     """Whitened residual of a model, shape (modes,)."""
     data = problem.data() / base.root
     return np.asarray(data - base.basis @ (base.basis.T @ data))
 
 
-def _told(problem: Problem, base: Reference, term: Term) -> Floats:
+def _whitened_regressors(problem: Problem, base: Reference, term: Term) -> Floats:
     """Whitened regressors of a term beside the model's, shape (modes, k), without those that show next to nothing.
 
     Of several parameters in one unit, as the three axes of a force, one that is `ALIKE` times less than the others
@@ -158,7 +158,7 @@ def _told(problem: Problem, base: Reference, term: Term) -> Floats:
 
 def _parameters(problem: Problem, base: Reference, term: Term) -> int:
     """Parameters that a term spends on this problem, those of every run and its shapes."""
-    return _told(problem, base, term).shape[1] + len(term.effect.shapes)
+    return _whitened_regressors(problem, base, term).shape[1] + len(term.effect.shapes)
 
 
 def _gain_by_itself(term: Term, extra: int, alpha: float, gain: float) -> float:

@@ -34,12 +34,12 @@ def twins(problem: Problem, fit: Fit, term: Term) -> tuple[Effect, ...]:
     return tuple(e for e in own if instrument in e.instruments and e.key not in named and size <= e.linear[0].bound)
 
 
-def told(found: tuple[Effect, ...]) -> str:
+def twin_sentence(found: tuple[Effect, ...]) -> str:
     """A sentence on twins; empty where there are none."""
     return "; ".join(f"on this recording {e.key} is the same curve: {e.told_by} tells them apart" for e in found)
 
 
-def told_rarer(keys: tuple[str, ...]) -> str:
+def rarer_sentence(keys: tuple[str, ...]) -> str:
     """A sentence on rarer effects that explain no better; empty where there are none."""
     return f"rarer, and nearly the same curve on this recording: {', '.join(keys)}" if keys else ""
 

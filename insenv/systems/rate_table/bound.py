@@ -82,7 +82,7 @@ def parameters_bound(datasheet: Datasheet, run: Recording, again: Mapping[str, f
     InputError
         If the datasheet tells of no noise, or there is less than an interval of data.
     """
-    *earlier, last = [_told_by(datasheet, part) for part in by_power_up([run])]
+    *earlier, last = [_information(datasheet, part) for part in by_power_up([run])]
     found, told = last
     if not any(again.values()):
         return found.given(told.sd).bound(), told
@@ -98,7 +98,7 @@ def parameters_bound(datasheet: Datasheet, run: Recording, again: Mapping[str, f
     return (total + before.anew(again)).bound(), told
 
 
-def _told_by(datasheet: Datasheet, part: Recording) -> tuple[Information, Declared]:
+def _information(datasheet: Datasheet, part: Recording) -> tuple[Information, Declared]:
     """What one power-up tells of its own parameters, from every so many of its rows."""
     rows = max(1, round(INTERVAL / part.dt))
     angle = part.values("table_angle", "rad")[::rows]

@@ -32,7 +32,7 @@ from insenv.effects.base import DrivenEffect
 from insenv.effects.catalogue import by_key
 from insenv.effects.rate.scale import ScaleFactor
 from insenv.information.ladder_time import published
-from insenv.information.means import Means, means, told_noises
+from insenv.information.means import Means, means, stated_noises
 from insenv.information.scale_factor import declared, slope
 from insenv.information.table_motion import motion
 from insenv.plants.turntable import Turntable
@@ -217,7 +217,7 @@ class RateTable(OfScenario):
             return None
         told = declared(sheet, exposure)
         per = max(round(total / (n * parts) * sheet.sampling), 1)
-        return means(exposure, told.sensor, told_noises(sheet, "gyro"), edges, kept, told.mean, per)
+        return means(exposure, told.sensor, stated_noises(sheet, "gyro"), edges, kept, told.mean, per)
 
     def _cells(self, course: Course, parts: int) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
         """Edges of the dwells in intervals, and which cells are dwells: what a table needs to settle is none."""

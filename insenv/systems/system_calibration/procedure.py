@@ -19,7 +19,7 @@ from insenv.core.recording import Floats
 from insenv.core.units import ARCSEC
 from insenv.design.kind import Family, OfScenario, Plan, Quantity, Variable
 from insenv.design.texts import text
-from insenv.information.directions import sentence, spoken, untold
+from insenv.information.directions import parameter_words, sentence, weak_directions
 from insenv.information.positions import nineteen
 from insenv.information.sequence import Planner, Visit, designed, even, greedy, parameter_of_table
 from insenv.information.sequence_bound import sequence_bound
@@ -64,7 +64,7 @@ class SystemProcedure(OfScenario):
     @cached_property
     def wanted(self) -> Floats:
         """Of each parameter of the unit, as a share of its prior deviation."""
-        return self.planner.told(self._published[0], self.scenario.duration)[: self._units]
+        return self.planner.deviations(self._published[0], self.scenario.duration)[: self._units]
 
     def families(self) -> tuple[Family, ...]:
         """Nothing that a number says: the search is by order."""
@@ -100,7 +100,7 @@ class SystemProcedure(OfScenario):
 
     def sd(self, plan: Plan) -> float:
         """The largest ratio, by the full model."""
-        told = self.planner.told(self._visits[plan.words], plan.time)[: self._units]
+        told = self.planner.deviations(self._visits[plan.words], plan.time)[: self._units]
         return float(np.max(told / self.wanted))
 
     def remarks(self) -> tuple[str, ...]:
@@ -109,13 +109,13 @@ class SystemProcedure(OfScenario):
         bound = sequence_bound(self.sheet)
         least = bound.time(self.wanted, 2 * self.scenario.duration)
         order = np.argsort(-bound.ratio(max(least, self.step), self.wanted).weights)[:_NAMED]
-        hard = ", ".join(spoken(names[i], gimbals) for i in order)
+        hard = ", ".join(parameter_words(names[i], gimbals) for i in order)
         said = [
             f"no sequence of right angles tells all as well in less than {least:.0f} s (bound: white noise alone, and "
             f"any order); what takes the time: {hard}"
         ]
         matrix = self.planner.quick(self._published[0])
-        said += [f"{self._published[1]}: {sentence(one, gimbals)}" for one in untold(matrix, names)]
+        said += [f"{self._published[1]}: {sentence(one, gimbals)}" for one in weak_directions(matrix, names)]
         return (*said, *self._feigned())
 
     def _feigned(self) -> tuple[str, ...]:
@@ -136,8 +136,9 @@ class SystemProcedure(OfScenario):
         moved = moved[: self._units]
         order = np.argsort(-moved.max(axis=0))[:_NAMED]
         return tuple(
-            f"1 arcsec of {spoken(names[new[k]], table)}, which is not declared, moves "
-            f"{spoken(names[old[int(np.argmax(moved[:, k]))]], table)} by {moved[:, k].max():.2g} of its deviation"
+            f"1 arcsec of {parameter_words(names[new[k]], table)}, which is not declared, moves "
+            f"{parameter_words(names[old[int(np.argmax(moved[:, k]))]], table)} by {moved[:, k].max():.2g} of its "
+            "deviation"
             for k in order
         )
 

@@ -43,7 +43,7 @@ class AxesSpread:
     sd: tuple[float, ...]
 
     @property
-    def told(self) -> tuple[None, tuple[float, float]]:
+    def sight_and_level(self) -> tuple[None, tuple[float, float]]:
         """No sight, and no level that is told."""
         return None, (np.inf, np.inf)
 

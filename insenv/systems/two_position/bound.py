@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from insenv.core.estimate import Datasheet
 from insenv.core.recording import Recording
 from insenv.information.alignment import Stretch, after, last, unknowing
-from insenv.information.alignment import told as instrument
+from insenv.information.alignment import instrument_of as instrument
 from insenv.scenario import Scenario
 
 

@@ -21,7 +21,7 @@ from insenv.core.errors import InputError
 from insenv.core.units import ARCMIN, DEG
 from insenv.design.kind import Course, Family, OfScenario, Plan, Quantity, Variable
 from insenv.design.texts import rounded, text
-from insenv.information.alignment import Instrument, Stretch, told
+from insenv.information.alignment import Instrument, Stretch, instrument_of
 from insenv.information.alignment_quick import installation_sd
 from insenv.plants.vehicle import Vehicle
 
@@ -136,7 +136,7 @@ class TwoPosition(OfScenario):
     @cached_property
     def instrument(self) -> Instrument:
         """As the bound takes it, of what the datasheet tells."""
-        return told(self.sheet)
+        return instrument_of(self.sheet)
 
     def _stretches(self, plan: Plan) -> list[Stretch]:
         found, passed = [], 0.0

@@ -30,7 +30,7 @@ from insenv.evaluate.runs import task_of
 from insenv.information.alignment import Instrument, Stretch, bound, procedure
 from insenv.information.alignment_response import responses
 from insenv.information.fisher import IncrementNoise, information, north_bound
-from insenv.information.means import Means, means, told_noises
+from insenv.information.means import Means, means, stated_noises
 from insenv.information.polynomial import BIAS_SD, SCALE_SD, BiasPolynomial, ScaleFactorPolynomial
 from insenv.information.rate_noise import white_angle
 from insenv.information.scale_factor import INTERVAL, cells, declared, motion_of, slope
@@ -149,7 +149,7 @@ def _line_analysis(sheet: Datasheet, run: Recording) -> tuple[float, float, floa
     dwells = rate_dwells.finished(line.update(line.reset(), run).found, line._settings)
     found = dwells.dwells[: int(dwells.count)]
     motion = _motion(sheet, run)
-    told, noises = declared(sheet, motion), told_noises(sheet, "gyro")
+    told, noises = declared(sheet, motion), stated_noises(sheet, "gyro")
     begins = found[:, rate_dwells.START] - run.t[0]
     marks = np.rint(np.stack([begins, begins + found[:, rate_dwells.TIME]]) / INTERVAL).astype(int).clip(0, motion.n)
     edges = np.unique([0, *marks.ravel(), motion.n])
@@ -235,7 +235,7 @@ def _rates() -> list[Row]:
         sheet = task.datasheet
         motion = _motion(sheet, roll_out(task, "optimal_ladder", None, (0,)).recording(0))
         told = declared(sheet, motion)
-        model = means(motion, told.sensor, told_noises(sheet, "gyro"), cells(motion.rate), theta=told.mean)
+        model = means(motion, told.sensor, stated_noises(sheet, "gyro"), cells(motion.rate), theta=told.mean)
         (found,) = sensitivity(model, [(by_key(key), values)], told.sd)
         weights, _ = slope(told, sheet, task.datasheet.limits.rate)
         sd = found.sd[found.names.index("scale_factor.c")]
@@ -275,7 +275,7 @@ def _north() -> Row:
     sheet, played = task.datasheet, roll_out(task, policy, None, (0,))
     motion = motion_of(sheet, played.recording(0).values("table_angle", "rad"), sheet.dt)
     edges = np.arange(0, motion.n + 1, 20)
-    model = means(motion, (EarthRate(), ScaleFactor()), told_noises(sheet, "gyro"), edges)
+    model = means(motion, (EarthRate(), ScaleFactor()), stated_noises(sheet, "gyro"), edges)
     (found,) = sensitivity(model, [(by_key("encoder_harmonic:1"), [0.0, eccentric])])
     level = EARTH_RATE * np.cos(sheet.site.latitude or 0.0) * np.cos(sheet.mounting.tilt)
     azimuth = float(played.truth["azimuth"][0])

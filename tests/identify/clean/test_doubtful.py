@@ -10,7 +10,7 @@ from scipy.signal import butter, sosfilt
 
 from insenv.core.recording import Channel, Floats, Origin, Recording
 from insenv.data.reference import with_reference
-from insenv.identify.clean.doubtful import Settled, doubted, rows_told, settled
+from insenv.identify.clean.doubtful import Settled, doubted, rows_per_motion, settled
 from insenv.identify.clean.lost import lost_rows
 from insenv.identify.clean.response import fitted
 
@@ -51,7 +51,7 @@ def gain(recording: Recording, rows: int) -> float:
 def told(recording: Recording) -> int:
     """Rows of a bin."""
     parts = doubted((recording,), SPAN, "gyro", (np.ones(N, bool),))
-    return rows_told(parts, settled(parts))
+    return rows_per_motion(parts, settled(parts))
 
 
 @pytest.mark.parametrize("seed", [2, 3])
@@ -103,7 +103,7 @@ def test_beside_stamps_by_arrival_gain_and_lag_are_told_though_half_of_a_rate_is
     assert abs(plain - 1.09) > 0.05
     assert abs(one.gain - 1.09) < 0.005
     assert abs(one.lag - -0.025) < 0.002
-    assert rows_told(parts, (one,)) >= one.over
+    assert rows_per_motion(parts, (one,)) >= one.over
 
 
 def test_means_that_do_not_agree_with_longer_ones_tell_no_gain() -> None:
