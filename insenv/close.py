@@ -26,9 +26,9 @@ from insenv.identify.clean.plausibility import implausible
 from insenv.identify.findings import Findings
 from insenv.identify.loop import trace
 from insenv.identify.positions.findings import position_findings
+from insenv.identify.positions.on_axes.findings import unit_findings
+from insenv.identify.positions.on_axes.trace import on_axes, trace_unit
 from insenv.identify.positions.trace import trace_positions
-from insenv.identify.positions.unit_findings import unit_findings
-from insenv.identify.positions.unit_trace import on_axes, trace_unit
 
 
 def close(

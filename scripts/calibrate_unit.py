@@ -21,10 +21,10 @@ from insenv.core.plugins import ESTIMATORS, find
 from insenv.core.recording import Floats
 from insenv.envs.rollout import RollOut, roll_out
 from insenv.evaluate.bounds import bounds
-from insenv.information.directions import parameter_words, sentence, weak_directions
 from insenv.information.positions import nineteen, six, twenty_four
-from insenv.information.sequence import Planner, designed, even, parameter_of_table
-from insenv.information.sequence_bound import sequence_bound
+from insenv.information.unit.directions import parameter_words, sentence, weak_directions
+from insenv.information.unit.sequence import Planner, designed, even, parameter_of_table
+from insenv.information.unit.sequence_bound import sequence_bound
 from insenv.scenario import datasheet, load
 from insenv.systems.system_calibration.env import system_calibration
 

@@ -4,7 +4,7 @@ r"""All parameters of a unit by generalised least squares, from the rests and th
 
 Means m over cells with the covariance C of all noises of the datasheet, walks and flicker among them; X are the
 declared effects of the six channels and the derivatives to the errors of the table, mu and P what is told of both
-(`insenv.information.unit_calibration`). As all is linear and Gaussian this is the maximum of the likelihood with the
+(`insenv.information.unit.calibration`). As all is linear and Gaussian this is the maximum of the likelihood with the
 prior, and it reaches the bound where the datasheet is right. The errors of the table are estimated beside. Memory: a
 block of a second takes up to a kilobyte.
 Source: S. M. Kay, Fundamentals of Statistical Signal Processing 1 (1993), sections 10.6 and 11.5.
@@ -20,7 +20,7 @@ import numpy as np
 
 from insenv.core.estimate import Datasheet, Estimate
 from insenv.core.recording import Recording
-from insenv.information.unit_calibration import Gathered, UnitModel, gathered, joined, nothing
+from insenv.information.unit.calibration import Gathered, UnitModel, gathered, joined, nothing
 
 
 @dataclass(frozen=True)

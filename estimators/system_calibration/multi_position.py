@@ -31,7 +31,7 @@ from insenv.core.estimate import Datasheet, Estimate
 from insenv.core.recording import Floats, Recording
 from insenv.core.unit.motion import GYROS, UNIT
 from insenv.information.means import stated_noises
-from insenv.information.unit_inputs import ROWS, TURNING, UnitInputs, noises_of_first_order, rows_of
+from insenv.information.unit.inputs import ROWS, TURNING, UnitInputs, noises_of_first_order, rows_of
 
 #: Shortest rest that is used [s]; steps of Gauss-Newton at most, and the one that is small enough [prior deviations].
 SHORTEST, _STEPS, _SMALL = 1.0, 8, 1e-3

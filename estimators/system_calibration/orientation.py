@@ -1,7 +1,7 @@
 """Positions chosen for what they tell: the next best by the second, and a whole sequence that was searched for.
 
 As the model is linear and Gaussian, what a position tells depends on no datum: both know all their positions before
-the first measurement (`insenv.information.sequence`). What is measured is passed over.
+the first measurement (`insenv.information.unit.sequence`). What is measured is passed over.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet
 from insenv.core.unit.gimbals import turn_time
 from insenv.information.positions import nineteen
-from insenv.information.sequence import Planner, Visit, designed, even, greedy, parameter_of_table
-from insenv.information.unit_calibration import UnitModel
+from insenv.information.unit.calibration import UnitModel
+from insenv.information.unit.sequence import Planner, Visit, designed, even, greedy, parameter_of_table
 
 
 class Planned(Positions):

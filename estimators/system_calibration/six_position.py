@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from insenv.core.estimate import Datasheet, Estimate
 from insenv.core.recording import Floats, Recording
 from insenv.core.unit.motion import GYROS
-from insenv.information.unit_calibration import Blocks, Gathered, UnitModel, gathered, joined, nothing
+from insenv.information.unit.calibration import Blocks, Gathered, UnitModel, gathered, joined, nothing
 
 #: Effects that are estimated.
 ESTIMATED = (

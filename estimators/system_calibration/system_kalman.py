@@ -15,7 +15,7 @@ are not needed, but for where it stands at first. What is found is put back into
 
 Of a unit with biases, scale factors, misalignments (9 and 6) and second-order terms there are 30 states; what else is
 declared with a deviation is one state each, and slow noise is processes of first order
-(`insenv.information.unit_inputs`). Needs velocities free of vibration to `VIBRATION`.
+(`insenv.information.unit.inputs`). Needs velocities free of vibration to `VIBRATION`.
 Source: the 19 positions and their filter of velocity errors as the toolbox PSINS simulates them, after Xie Bo,
 Multiposition calibration method of laser gyro SINS, J. Chinese Inertial Technology (2011); Camberlein and Mazzanti,
 Calibration technique for laser gyro strapdown inertial navigation systems, Symposium Gyro Technology, Stuttgart (1985);
@@ -41,7 +41,7 @@ from insenv.core.recording import Floats, Recording
 from insenv.core.unit.gimbals import Gimbals
 from insenv.core.unit.motion import GYROS, UNIT
 from insenv.information.positions import from_level
-from insenv.information.unit_inputs import ROWS, TURNING, Slow, UnitInputs, noises_of_first_order, rows_of
+from insenv.information.unit.inputs import ROWS, TURNING, Slow, UnitInputs, noises_of_first_order, rows_of
 
 #: Velocity of a unit at rest on its table, white from sample to sample [m/s]. What the second order of the angles makes
 #: of gravity in a second stands beside it.

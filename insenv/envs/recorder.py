@@ -22,7 +22,7 @@ from insenv.envs.group import Blocks
 from insenv.envs.single import TaskEnv
 from insenv.envs.task import Task
 from insenv.envs.turns import Command, turn_angle
-from insenv.information.unit_calibration import is_by_eye
+from insenv.information.unit.calibration import is_by_eye
 from insenv.scenario.measured import sheet_table
 
 #: Share of a rest that is held out.
@@ -158,9 +158,10 @@ def _in_positions(model: Model, by_eye: bool) -> Model:
     ``by_eye``: nothing reads its attitude. What shows in the turns alone (delays, lever arms) is then left to the
     environment's own estimators; the loop may name it by what it does to the rests.
     """
-    from insenv.identify.positions import trace, unit_terms  # where they are used
+    from insenv.identify.positions import trace  # where they are used
+    from insenv.identify.positions.on_axes import terms
 
-    able = unit_terms.able()
+    able = terms.able()
     if by_eye:
         able = {"bias", trace.WHOLE, *trace.OF_ACCELEROMETERS, *trace.OF_ROTATIONS, *trace.OF_RESTS}
     declared = tuple(key for key in model.declared if by_key(key).id in able)

@@ -29,9 +29,10 @@ from insenv.envs.rollout import RollOut, roll_out
 from insenv.evaluate.bounds import bounds
 from insenv.evaluate.check.estimator import check_estimator
 from insenv.evaluate.trials import trial
-from insenv.information.directions import sentence, weak_directions
 from insenv.information.positions import Angles, attitude, from_level, nineteen, right_angles, six, twenty_four, up
-from insenv.information.sequence import (
+from insenv.information.unit.calibration import UnitModel, gathered, joined, nothing, sought
+from insenv.information.unit.directions import sentence, weak_directions
+from insenv.information.unit.sequence import (
     Planner,
     Visit,
     designed,
@@ -41,8 +42,7 @@ from insenv.information.sequence import (
     neighbours,
     parameter_of_table,
 )
-from insenv.information.sequence_bound import sequence_bound
-from insenv.information.unit_calibration import UnitModel, gathered, joined, nothing, sought
+from insenv.information.unit.sequence_bound import sequence_bound
 from insenv.scenario import datasheet, load
 from insenv.systems.system_calibration.env import system_calibration
 from insenv.systems.system_calibration.positions import AtPositions

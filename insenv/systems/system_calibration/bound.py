@@ -7,7 +7,7 @@ import numpy as np
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet
 from insenv.core.recording import Recording
-from insenv.information.unit_calibration import UnitModel, run_information
+from insenv.information.unit.calibration import UnitModel, run_information
 from insenv.scenario import Scenario
 
 

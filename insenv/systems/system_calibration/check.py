@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from insenv.core.errors import InputError
-from insenv.information.unit_calibration import sought
+from insenv.information.unit.calibration import sought
 from insenv.scenario import Scenario, datasheet
 from insenv.systems.system_calibration.plant import MultiAxisTable
 

@@ -30,7 +30,7 @@ from insenv.envs.setup import Setup, scenario_task
 from insenv.envs.single import SystemEnv
 from insenv.envs.task import Task
 from insenv.envs.vector import SystemVectorEnv
-from insenv.information.unit_calibration import sought
+from insenv.information.unit.calibration import sought
 from insenv.rig import Readings, Rig
 from insenv.scenario import Scenario
 from insenv.scenario.spec import TaskSpec

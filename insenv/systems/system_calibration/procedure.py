@@ -19,10 +19,10 @@ from insenv.core.recording import Floats
 from insenv.core.units import ARCSEC
 from insenv.design.kind import Family, OfScenario, Plan, Quantity, Variable
 from insenv.design.texts import text
-from insenv.information.directions import parameter_words, sentence, weak_directions
 from insenv.information.positions import nineteen
-from insenv.information.sequence import Planner, Visit, designed, even, greedy, parameter_of_table
-from insenv.information.sequence_bound import sequence_bound
+from insenv.information.unit.directions import parameter_words, sentence, weak_directions
+from insenv.information.unit.sequence import Planner, Visit, designed, even, greedy, parameter_of_table
+from insenv.information.unit.sequence_bound import sequence_bound
 
 #: Orders that are tried for a time.
 TRIES = 150

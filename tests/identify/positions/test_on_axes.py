@@ -19,7 +19,7 @@ from insenv.data.manifest import HeldOut, Model, load_manifest
 from insenv.data.save import save
 from insenv.effects.catalogue import by_key
 from insenv.identify.findings import Findings
-from insenv.identify.positions.unit_terms import candidates
+from insenv.identify.positions.on_axes.terms import candidates
 from insenv.sensors.chain import Sensor
 
 TABLE = Gimbals("zxy", sd=(3e-4, 3e-4, 3e-4, 5e-5, 5e-5, 3e-4, *8 * (0.0,)), most=3 * (2 * np.pi,), noise=2e-7)

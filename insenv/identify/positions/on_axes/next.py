@@ -20,11 +20,11 @@ from insenv.core.estimate import Limits
 from insenv.core.recording import Floats, Recording
 from insenv.core.unit.gimbals import Gimbals, turn_time
 from insenv.identify.findings import NextExperiment, Pair
+from insenv.identify.positions.on_axes.problem import Cells, OnAxes, UnitTerm
 from insenv.identify.positions.search import Fit
-from insenv.identify.positions.unit import Cells, OnAxes, UnitTerm
 from insenv.information.positions import Angles, twenty_four
-from insenv.information.sequence import Planner, Visit
-from insenv.information.unit_calibration import BLOCK, Blocks, UnitModel
+from insenv.information.unit.calibration import BLOCK, Blocks, UnitModel
+from insenv.information.unit.sequence import Planner, Visit
 
 #: Rest at each planned position [s], and how many positions there are.
 DWELL, POSITIONS = 20.0, 24

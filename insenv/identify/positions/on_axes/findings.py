@@ -27,9 +27,9 @@ from insenv.identify.findings import (
     Traces,
 )
 from insenv.identify.fit.uncertainty import NOISE_UNITS
+from insenv.identify.positions.on_axes.problem import UnitTerm
+from insenv.identify.positions.on_axes.trace import UnitFound
 from insenv.identify.positions.search import Fit, Step
-from insenv.identify.positions.unit import UnitTerm
-from insenv.identify.positions.unit_trace import UnitFound
 
 _NONE = np.zeros(0)
 _NO_SPECTRA = Spectra(_NONE, _NONE, _NONE, _NONE, None, _NONE, _NONE, _NONE, _NONE, _NONE, _NONE, None)

@@ -3,7 +3,7 @@ r"""A whole unit on a table whose axes are read: rests and turns of six channels
     y = X theta + D eta + e,      e ~ N(0, s_c^2 C_c)
 
 with the cells, the regressors X of the effects, the derivatives D to the errors of the table and the covariance C_c of
-channel c as `insenv.information.unit_calibration` makes them; eta, errors of the table of which a deviation is stated,
+channel c as `insenv.information.unit.calibration` makes them; eta, errors of the table of which a deviation is stated,
 have that as prior. The size s_c of a channel's noise is what all that may be found leaves of it. Rests are counted from
 1 through all runs, and the turn after one belongs to it: both are held out together. Residuals are whitened with the
 held-out cells last.

@@ -23,7 +23,7 @@ from insenv.core.recording import Floats, Recording
 from insenv.core.unit.motion import GYROS, UNIT
 from insenv.effects.noise import AngleRandomWalk, BiasInstability, RateRandomWalk
 from insenv.information.means import stated_noises
-from insenv.information.unit_calibration import Parameter, declared_sensors, sought
+from insenv.information.unit.calibration import Parameter, declared_sensors, sought
 from insenv.sensors.chain import Sensor
 
 #: Passes of the equation for the true inputs.

@@ -1,7 +1,7 @@
 r"""What no sequence of positions can do better: the search relaxed to a convex problem, with its certificate.
 
 A sequence is a sum of rests and turns. That visits follow each other is left out, and so is all noise but the white,
-without which more would be told: `insenv.information.shares` then bounds every sequence of these parts.
+without which more would be told: `insenv.information.unit.shares` then bounds every sequence of these parts.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ import numpy as np
 from insenv.core.estimate import Datasheet
 from insenv.core.recording import Floats
 from insenv.information.positions import Angles, right_angles
-from insenv.information.sequence import Planner, neighbours, parameter_of_table
-from insenv.information.shares import Shares, shared
+from insenv.information.unit.sequence import Planner, neighbours, parameter_of_table
+from insenv.information.unit.shares import Shares, shared
 
 #: White noises; others are left out of the bound.
 _WHITE = ("angle_random_walk", "velocity_random_walk")

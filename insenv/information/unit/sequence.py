@@ -19,8 +19,8 @@ from insenv.core.estimate import Datasheet
 from insenv.core.unit.gimbals import Floats, turn_time
 from insenv.core.unit.turns import Turns, at_rest, turned
 from insenv.information.positions import Angles, right_angles
-from insenv.information.shares import shared
-from insenv.information.unit_calibration import BLOCK, Blocks, UnitModel
+from insenv.information.unit.calibration import BLOCK, Blocks, UnitModel
+from insenv.information.unit.shares import shared
 
 #: Sampling with which motion is planned [Hz], and rest whose information stands for each of its seconds [s].
 _SAMPLING, _REST = 10.0, 20
@@ -216,10 +216,10 @@ def designed(
 ) -> tuple[Visit, ...]:
     """A sequence of ``time`` seconds that makes the largest ratio of a deviation to the wanted one small.
 
-    The problem without the order of visits is convex (`insenv.information.shares`). A walk that spends the turns of its
-    solution is the first order; changes of it by chance are kept where they are better, and the rests of an order are
-    convex again. Slow noise, which a sum of parts does not know, raises the parameters that it touches by what it does
-    to the greedy sequence.
+    The problem without the order of visits is convex (`insenv.information.unit.shares`). A walk that spends the turns
+    of its solution is the first order; changes of it by chance are kept where they are better, and the rests of an
+    order are convex again. Slow noise, which a sum of parts does not know, raises the parameters that it touches by
+    what it does to the greedy sequence.
 
     Parameters
     ----------

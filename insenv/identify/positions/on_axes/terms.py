@@ -25,7 +25,7 @@ from insenv.effects.cross import CrossAxis
 from insenv.effects.thermal import BiasThermalLag
 from insenv.effects.triad import AccelBias, Misalignment, NonOrthogonality
 from insenv.identify.positions.model import triad_term
-from insenv.identify.positions.unit import Cause, Share, UnitTerm
+from insenv.identify.positions.on_axes.problem import Cause, Share, UnitTerm
 
 #: Instruments by the kind of their channels.
 INSTRUMENTS: Mapping[str, Instrument] = {"gyro": "gyro", "accel": "accelerometer"}

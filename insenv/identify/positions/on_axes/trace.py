@@ -1,7 +1,7 @@
 """Closing the loop on a whole unit on a table whose axes are read: what its declared model lacks.
 
-All rests and turns of the six channels are one problem (`insenv.identify.positions.unit`), and what the table, the
-unit's seat and the instruments may do are candidates side by side (`insenv.identify.positions.unit_terms`).
+All rests and turns of the six channels are one problem (`problem`), and what the table, the unit's seat and the
+instruments may do are candidates side by side (`terms`).
 """
 
 from __future__ import annotations
@@ -24,10 +24,9 @@ from insenv.effects.catalogue import by_key
 from insenv.effects.noise import AngleRandomWalk
 from insenv.identify.findings import NextExperiment
 from insenv.identify.positions.accel import site_gravity
-from insenv.identify.positions.search import Fit, Outcome, search
-from insenv.identify.positions.unit import Cells, OnAxes, UnitTerm, as_noisy_as_read, foretold
-from insenv.identify.positions.unit_next import limits_of, next_runs, plans
-from insenv.identify.positions.unit_terms import (
+from insenv.identify.positions.on_axes.next import limits_of, next_runs, plans
+from insenv.identify.positions.on_axes.problem import Cells, OnAxes, UnitTerm, as_noisy_as_read, foretold
+from insenv.identify.positions.on_axes.terms import (
     Candidates,
     Raw,
     able,
@@ -36,8 +35,9 @@ from insenv.identify.positions.unit_terms import (
     excess,
     whole_sheet,
 )
+from insenv.identify.positions.search import Fit, Outcome, search
 from insenv.information.positions import QUARTER
-from insenv.information.unit_calibration import Blocks, UnitModel, gathered, joined, nothing
+from insenv.information.unit.calibration import Blocks, UnitModel, gathered, joined, nothing
 
 #: Where the manifest holds nothing out, every so-manieth rest is.
 EVERY = 4
@@ -250,7 +250,7 @@ def _held_out(manifest: Manifest, number: NDArray[np.int64], rests: int) -> NDAr
 
 
 def _excess(model: UnitModel, run: Recording, warm: bool) -> Mapping[float, Floats]:
-    """Of `insenv.identify.positions.unit_terms.excess` by blocks."""
+    """Of `insenv.identify.positions.on_axes.terms.excess` by blocks."""
     if not warm:
         return {}
     values, size = run.channels["temperature"].values, model.size
