@@ -47,6 +47,7 @@ output_bandwidth self_heating settling_after_turn centripetal_acceleration lever
 non_orthogonality misalignment accel_scale_factor accel_bias accel_asymmetry accel_second_order size_effect
 force_delay spline_time spline_temperature spline_rate spline_angle angle_random_walk bias_instability
 rate_random_walk quantization
+unit_mounting mounting_shift base_level base_heading axis_non_orthogonality encoder_eccentricity
 """
 
 
