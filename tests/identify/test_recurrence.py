@@ -19,7 +19,7 @@ from insenv.identify.fit.problem import Term
 from insenv.identify.fit.uncertainty import estimates
 from insenv.identify.prepare.problems import declared_model, prepare
 from insenv.identify.search.recurrence import not_both_ways, not_in_all_runs, scattered
-from insenv.identify.search.round import search
+from insenv.identify.search.round import _swing, search
 from insenv.identify.search.scan import reference
 
 DT, N, NOISE = 0.1, 6000, 1e-4
@@ -106,6 +106,13 @@ def test_a_line_at_a_multiple_of_a_swing_is_of_the_motion(multiple: float, remar
     problem = prepare(manifest(), (one,), (use(N),), "gyro", holds=False, tones=False)
     (hit,) = search(problem.problem, solve(problem.problem, problem.model), (), 0, 1, tones=True)
     assert ("swings" in hit.remark) == remarked
+
+
+@pytest.mark.parametrize("length", [24, 60, 77, 100])
+def test_a_rate_that_stands_still_but_for_rounding_swings_nowhere(length: int) -> None:
+    """The mean of equal numbers is off by rounding: what is left is even, and at no frequency."""
+    for rate in (0.1, 1 / 3, 0.7, 1.1):
+        assert _swing(np.full(length, rate), 1.0) is None
 
 
 @pytest.mark.parametrize("scatter", [0.0, 1e-3])

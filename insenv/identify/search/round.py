@@ -195,6 +195,7 @@ def _swing(u: Floats, width: float) -> tuple[float, float] | None:
     if not total or len(u) < 8:
         return None
     power = np.abs(np.fft.rfft(u)) ** 2
+    power[0] = 0.0  # what rounding leaves of a constant rate is no swing
     near = np.convolve(power, np.ones(3), mode="same")  # of a line between two frequencies of the transform
     at = int(np.argmax(near[1:])) + 1
     if 2 * float(near[at]) / len(u) < OF_MOTION * total:
