@@ -96,6 +96,27 @@ DIMENSIONS: dict[str, Dimension] = dict(
 
 _PREFIXES = {"": 1.0, "m": 1e-3, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "n": 1e-9}  # both code points of micro
 _ALIASES = {"°": "degree"}
+#: Size, powers and zero of names that nearly every manifest and scenario has, as pint has them: its registry takes a
+#: third of a second to make, and most commands need no other name.
+COMMON: dict[str, tuple[float, dict[str, float], float]] = {
+    "s": (1.0, {"second": 1.0}, 0.0),
+    "ms": (1e-3, {"second": 1.0}, 0.0),
+    "us": (1e-6, {"second": 1.0}, 0.0),
+    "ns": (1e-9, {"second": 1.0}, 0.0),
+    "min": (60.0, {"second": 1.0}, 0.0),
+    "h": (3600.0, {"second": 1.0}, 0.0),
+    "day": (86400.0, {"second": 1.0}, 0.0),
+    "Hz": (1.0, {"second": -1.0}, 0.0),
+    "m": (1.0, {"meter": 1.0}, 0.0),
+    "g_0": (9.80665, {"meter": 1.0, "second": -2.0}, 0.0),
+    "rad": (1.0, {"radian": 1.0}, 0.0),
+    "deg": (DEG, {"radian": 1.0}, 0.0),
+    "arcsec": (4.84813681109536e-06, {"radian": 1.0}, 0.0),
+    "rpm": (0.10471975511965977, {"radian": 1.0, "second": -1.0}, 0.0),
+    "K": (1.0, {"kelvin": 1.0}, 0.0),
+    "degC": (1.0, {"kelvin": 1.0}, 273.15),
+    "ppm": (1e-6, {}, 0.0),
+}
 _LEADING_NUMBER = re.compile(rf"\s*([+-]?{NUMBER})(.*)", re.ASCII | re.DOTALL)
 #: The 1 of a unit that is written as a reciprocal: "5 1/s" is 5/s. "2 1/3 s" is a number written otherwise.
 _RECIPROCAL = re.compile(r"1\s*(?=(/|per\b)\s*[^\d.\s])")
@@ -118,16 +139,16 @@ def _named(name: str) -> tuple[Unit, float]:
     if name.endswith("dps") and name[:-3] in _PREFIXES:
         return Unit(_PREFIXES[name[:-3]] * DEG, DIMENSIONS["rate"].powers), 0.0
     name = _ALIASES.get(name, name)
-    if not registry().parse_unit_name(name):
+    if name not in COMMON and not registry().parse_unit_name(name):
         raise NotAUnitError
-    factor, root, zero = _by_pint(name)
+    factor, root, zero = COMMON[name] if name in COMMON else by_pint(name)
     powers = {base: Fraction(power).limit_denominator(1000) for base, power in root.items()}
     if zero != 0.0 and powers != DIMENSIONS["temperature"].powers:
         raise NotAUnitError  # a logarithmic unit such as the decibel
     return Unit(factor, powers), zero
 
 
-def _by_pint(name: str) -> tuple[float, dict[str, float], float]:
+def by_pint(name: str) -> tuple[float, dict[str, float], float]:
     """(factor, powers of base units, offset) of a name that pint knows."""
     import pint
 

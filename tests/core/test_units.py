@@ -1,6 +1,8 @@
 """Units at the border: known conversions, one clear sentence for anything else, and no third outcome."""
 
 import math
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -223,6 +225,24 @@ def test_every_dimension_accepts_its_own_example(dimension: str) -> None:
 def test_constants_agree_with_pint(constant: float, unit: str) -> None:
     assert type(constant) is float
     assert show(constant, unit) == pytest.approx(1.0, rel=1e-14)
+
+
+@pytest.mark.parametrize("name", units.COMMON)
+def test_common_names_are_as_pint_has_them(name: str) -> None:
+    assert units.by_pint(name) == units.COMMON[name]
+
+
+def test_no_registry_is_made_for_common_units() -> None:
+    made = "from insenv.core import units; [units.scale_to_si(u, d, 'u') for u, d in PAIRS]; import sys"
+    pairs = [
+        ("deg/s", "rate"),
+        ("m/s^2", "acceleration"),
+        ("0.01 rad/s", "rate"),
+        ("ms", "time"),
+        ("degC", "temperature"),
+    ]
+    code = f"PAIRS = {pairs}; {made}; assert 'pint' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], check=True)
 
 
 def test_show_converts_arrays_and_temperatures() -> None:
