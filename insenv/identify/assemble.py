@@ -13,7 +13,6 @@ from insenv.core.estimate import Limits
 from insenv.core.recording import Floats, Recording
 from insenv.core.series.allan import allan_deviation
 from insenv.core.series.spectrum import psd
-from insenv.data.fingerprint import fingerprint
 from insenv.data.manifest.spec import Manifest
 from insenv.effects.base import NoiseEffect
 from insenv.effects.noise import readings_density
@@ -30,7 +29,6 @@ from insenv.identify.earth.findings import (
 )
 from insenv.identify.earth.two_position import with_vertical_rate
 from insenv.identify.findings import (
-    VERDICTS,
     Added,
     Estimate,
     Findings,
@@ -38,10 +36,10 @@ from insenv.identify.findings import (
     NotTestable,
     Rejected,
     RejectedRows,
-    RunRead,
     Spectra,
     TargetFindings,
     Traces,
+    findings_of,
 )
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.heldout import Score, held_out_score, residual
@@ -80,26 +78,13 @@ def findings(
 ) -> Findings:
     """All that was found, target by target; ``limits`` are those of the table, for the next experiment."""
     targets = tuple(_target(manifest, recordings, track, outcome.alpha, limits) for track in outcome.tracks)
-    source = manifest.source
-    return Findings(
-        title=manifest.title,
-        manifest=manifest.path.name,
-        rows=sum(map(len, recordings)),
-        duration=float(sum(len(r) * r.dt for r in recordings)),
-        verdict=min((t.verdict for t in targets), key=VERDICTS.index),
-        alpha=outcome.alpha,
-        seed=outcome.seed,
-        targets=targets,
-        remarks=(
-            *remarks,
-            *_longer_means(outcome.tracks),
-            *(text for track in outcome.tracks if (text := _outliers(track, recordings))),
-        ),
-        rows_rejected=tuple(r for track in outcome.tracks for r in _rejected_rows(track)),
-        source=" ".join(filter(None, (source.repository, source.commit[:12]))) if source else "",
-        licence=source.licence if source else "",
-        runs=tuple(RunRead(r.label, fingerprint(r), r.site, r.mounting) for r in recordings),
+    said = (
+        *remarks,
+        *_longer_means(outcome.tracks),
+        *(text for track in outcome.tracks if (text := _outliers(track, recordings))),
     )
+    found = findings_of(manifest, recordings, targets, said, outcome.alpha, outcome.seed)
+    return replace(found, rows_rejected=tuple(r for track in outcome.tracks for r in _rejected_rows(track)))
 
 
 def _longer_means(tracks: tuple[Track, ...]) -> tuple[str, ...]:

@@ -1,6 +1,6 @@
 """What closing the loop found: plain frozen results, ready to be written as JSON or drawn.
 
-All numbers are SI. Nothing here computes; `insenv.identify.loop` fills it, `insenv.report` shows it.
+All numbers are SI. Nothing here estimates; `insenv.identify.loop` fills it, `insenv.report` shows it.
 """
 
 from __future__ import annotations
@@ -13,7 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.filing import Filing
-from insenv.core.recording import Floats, Mounting, Site
+from insenv.core.recording import Floats, Mounting, Recording, Site
+from insenv.data.fingerprint import fingerprint
+from insenv.data.manifest.spec import Manifest
 
 
 @dataclass(frozen=True)
@@ -193,6 +195,11 @@ class Spectra:
     allan_upper: Floats
     allan_fitted: Floats
     allan_declared: Floats | None
+
+
+_NONE = np.zeros(0)
+#: Of what has no samples in time, as means of rests.
+NO_SPECTRA = Spectra(_NONE, _NONE, _NONE, _NONE, None, _NONE, _NONE, _NONE, _NONE, _NONE, _NONE, None)
 
 
 @dataclass(frozen=True)
@@ -398,3 +405,29 @@ VERDICTS = (
     "unexplained-structure",
     "nothing-significant",
 )
+
+
+def findings_of(
+    manifest: Manifest,
+    recordings: Sequence[Recording],
+    targets: tuple[TargetFindings, ...],
+    remarks: tuple[str, ...],
+    alpha: float,
+    seed: int,
+) -> Findings:
+    """What was found of each target, with where it is from; the strongest verdict speaks for all."""
+    source = manifest.source
+    return Findings(
+        title=manifest.title,
+        manifest=manifest.path.name,
+        rows=sum(map(len, recordings)),
+        duration=float(sum(len(r) * r.dt for r in recordings)),
+        verdict=min((t.verdict for t in targets), key=VERDICTS.index),
+        alpha=alpha,
+        seed=seed,
+        targets=targets,
+        remarks=remarks,
+        source=" ".join(filter(None, (source.repository, source.commit[:12]))) if source else "",
+        licence=source.licence if source else "",
+        runs=tuple(RunRead(r.label, fingerprint(r), r.site, r.mounting) for r in recordings),
+    )

@@ -3,26 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from insenv.core.recording import Floats, Recording
 from insenv.core.units import STANDARD_GRAVITY
-from insenv.data.fingerprint import fingerprint
 from insenv.data.manifest import Manifest
 from insenv.effects.base import OUTPUT
 from insenv.identify.findings import (
-    VERDICTS,
+    NO_SPECTRA,
     Added,
     Estimate,
     Findings,
     HeldOut,
     NextExperiment,
     Rejected,
-    RunRead,
-    Spectra,
     TargetFindings,
     Traces,
+    findings_of,
 )
 from insenv.identify.fit.uncertainty import NOISE_UNITS
 from insenv.identify.positions.accel import Magnitudes
@@ -35,8 +34,6 @@ from insenv.identify.positions.search import Fit, Step, held_out_error, held_out
 from insenv.identify.positions.trace import Part, Positions
 
 _MORE = "hold the triad still in more attitudes, each axis up, level, down and half-way, in another order"
-_NONE = np.zeros(0)
-_NO_SPECTRA = Spectra(_NONE, _NONE, _NONE, _NONE, None, _NONE, _NONE, _NONE, _NONE, _NONE, _NONE, None)
 
 
 def position_findings(
@@ -49,22 +46,8 @@ def position_findings(
 ) -> Findings:
     """All that was found, target by target."""
     targets = tuple(_target(manifest, recordings, found, target) for target in manifest.model.targets)
-    source = manifest.source
-    return Findings(
-        title=manifest.title,
-        manifest=manifest.path.name,
-        rows=sum(map(len, recordings)),
-        duration=float(sum(len(r) * r.dt for r in recordings)),
-        verdict=min((t.verdict for t in targets), key=VERDICTS.index),
-        alpha=alpha,
-        seed=seed,
-        targets=targets,
-        remarks=(*found.remarks, *remarks, *_reference(found, manifest)),
-        source=" ".join(filter(None, (source.repository, source.commit[:12]))) if source else "",
-        licence=source.licence if source else "",
-        runs=tuple(RunRead(r.label, fingerprint(r), r.site, r.mounting) for r in recordings),
-        procedure="multi-position",
-    )
+    said = (*found.remarks, *remarks, *_reference(found, manifest))
+    return replace(findings_of(manifest, recordings, targets, said, alpha, seed), procedure="multi-position")
 
 
 def _reference(found: Positions, manifest: Manifest) -> tuple[str, ...]:
@@ -103,7 +86,7 @@ def _target(manifest: Manifest, recordings: tuple[Recording, ...], found: Positi
         estimates_after=_estimates(parts, axis, unit, before=False),
         noise=_noise(recordings, found, target, unit),
         next_experiment=_next(added),
-        spectra=_NO_SPECTRA,
+        spectra=NO_SPECTRA,
         traces=_traces(found, shown, axis),
         cautions=_cautions(found, gyro),
     )

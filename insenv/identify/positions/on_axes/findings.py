@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from insenv.core.recording import Floats, Recording
 from insenv.core.unit.motion import UNIT
-from insenv.data.fingerprint import fingerprint
 from insenv.data.manifest import Manifest
 from insenv.effects.bias import Bias
 from insenv.effects.noise import AngleRandomWalk
 from insenv.identify.findings import (
-    VERDICTS,
+    NO_SPECTRA,
     Added,
     Estimate,
     Findings,
@@ -21,18 +21,14 @@ from insenv.identify.findings import (
     NextExperiment,
     NotTestable,
     Rejected,
-    RunRead,
-    Spectra,
     TargetFindings,
     Traces,
+    findings_of,
 )
 from insenv.identify.fit.uncertainty import NOISE_UNITS
 from insenv.identify.positions.on_axes.problem import UnitTerm
 from insenv.identify.positions.on_axes.trace import UnitFound
 from insenv.identify.positions.search import Fit, Step
-
-_NONE = np.zeros(0)
-_NO_SPECTRA = Spectra(_NONE, _NONE, _NONE, _NONE, None, _NONE, _NONE, _NONE, _NONE, _NONE, _NONE, None)
 
 
 def unit_findings(
@@ -45,22 +41,8 @@ def unit_findings(
 ) -> Findings:
     """All that was found, target by target."""
     targets = tuple(_target(manifest, recordings, found, target) for target in manifest.model.targets)
-    source = manifest.source
-    return Findings(
-        title=manifest.title,
-        manifest=manifest.path.name,
-        rows=sum(map(len, recordings)),
-        duration=float(sum(len(r) * r.dt for r in recordings)),
-        verdict=min((t.verdict for t in targets), key=VERDICTS.index),
-        alpha=alpha,
-        seed=seed,
-        targets=targets,
-        remarks=(*found.remarks, *remarks),
-        source=" ".join(filter(None, (source.repository, source.commit[:12]))) if source else "",
-        licence=source.licence if source else "",
-        runs=tuple(RunRead(r.label, fingerprint(r), r.site, r.mounting) for r in recordings),
-        procedure="multi-position",
-    )
+    said = (*found.remarks, *remarks)
+    return replace(findings_of(manifest, recordings, targets, said, alpha, seed), procedure="multi-position")
 
 
 def _target(manifest: Manifest, recordings: Sequence[Recording], found: UnitFound, target: str) -> TargetFindings:
@@ -84,7 +66,7 @@ def _target(manifest: Manifest, recordings: Sequence[Recording], found: UnitFoun
         estimates_after=_estimates(outcome.after, outcome.before.terms, target),
         noise=_noise(recordings, target, unit),
         next_experiment=_next(found, added),
-        spectra=_NO_SPECTRA,
+        spectra=NO_SPECTRA,
         traces=_traces(found, target),
     )
 
