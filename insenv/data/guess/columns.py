@@ -212,10 +212,7 @@ def _one_each(found: Mapping[str, Sequence[Role]], left: list[str]) -> Roles:
             roles[name] = replace(several[0], sure="assumed")
             continue
         if len(set(headings)) < len(headings):
-            headings = [
-                f"{r.column.heading} (column {i})"
-                for r, i in zip(several, [r.column.key for r in several], strict=True)
-            ]
+            headings = [f"{r.column.heading} (column {r.column.key})" for r in several]
         left += headings
         what = {"gyro": "a gyro", "accel": "an accelerometer"}.get(name, name.replace("_", " "))
         hint = next((r.column.heading for r in several if r.heading.unit), "") if name == "time" else ""
@@ -233,12 +230,9 @@ def _one_clock(several: Sequence[Role]) -> Role | None:
         steps = np.diff(other)
         away = other - np.polyval(np.polyfit(t, other, 1), t)
         resolution = max(float(np.min(steps[steps > 0])), float(np.median(steps)))
-        zero = (
-            role.column.values[0] - finest.column.values[0]
-            if role.heading.unit == finest.heading.unit is not None
-            else 0.0
-        )
-        if max(float(np.abs(away).max()), abs(zero)) > resolution:
+        same_unit = role.heading.unit == finest.heading.unit is not None
+        late = same_unit and abs(role.column.values[0] - finest.column.values[0]) > resolution
+        if late or np.abs(away).max() > resolution:
             return None
     return finest
 

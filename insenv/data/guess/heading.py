@@ -130,6 +130,10 @@ _SPELLINGS: Mapping[str, str] = {
     **dict.fromkeys(("msec", "millis"), "ms"),
     **dict.fromkeys(("usec", "micros", "μs", "µs"), "us"),
 }
+#: Names that are a unit of time and nothing else; one letter may be an axis or a force.
+_TIME_UNITS = {name for name, (dimension, _) in _SUFFIXES.items() if dimension == "time" and len(name) > 1}
+#: Words that are not taken apart.
+_WHOLE_WORDS = {*_OTHER, *_TIME, *_SUFFIXES}
 #: Ends of words run together: SENSgyro, MATLABtime.
 _RUN_TOGETHER = re.compile(r"[a-z]+(gyro|gyroscope|accel|accelerometer|acc|time)")
 _PLAIN = re.compile(r"(gyroscope|gyro|gyr|omega|angvel|accelerometer|accel|acc|mag|dtheta|dvel|dv)([xyz])")
@@ -199,12 +203,11 @@ def _tokens(name: str) -> list[str]:
     name = re.sub(r"([a-z0-9])([A-Z])(?=[a-z]|\b|_|$)", r"\1_\2", name)
     words = [word.lower() for word in re.split(r"[^A-Za-z0-9]+", name.removeprefix("field.")) if word]
     found: list[str] = []
-    known = {*_OTHER, *_TIME, *_SUFFIXES}
     for word in words:
         if match := _PLAIN.fullmatch(word):
             found += [match[1], match[2]]
         else:
-            found.append(end[1] if (end := _RUN_TOGETHER.fullmatch(word)) and word not in known else word)
+            found.append(end[1] if (end := _RUN_TOGETHER.fullmatch(word)) and word not in _WHOLE_WORDS else word)
     return found
 
 
@@ -244,9 +247,7 @@ def _kind(tokens: Iterable[str], axis: str) -> str:  # noqa: C901, PLR0911, PLR0
     letters = {_LETTER[word[0]] for word in words if word.endswith("?")}
     if letters:
         return letters.pop()
-    if words & _TIME or (
-        words and words <= {one for one, (of, _) in _SUFFIXES.items() if of == "time" and len(one) > 1}
-    ):
+    if words & _TIME or (words and words <= _TIME_UNITS):
         return "time"
     if words & _SEGMENT:
         return "segment"

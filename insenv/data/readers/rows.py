@@ -88,7 +88,7 @@ def _seconds(body: Body, column: Column, cells: list[str]) -> Floats:
     Raises
     ------
     InputError
-        If a cell is none, and incomplete rows are wanted; names its line.
+        If a cell is none, and incomplete rows are refused; names its line.
     """
     found = seconds(cells)
     if not body.incomplete and not np.isfinite(found).all():
