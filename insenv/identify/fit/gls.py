@@ -70,12 +70,13 @@ def coefficients(problem: Problem, columns: Design, power: Floats) -> tuple[Floa
     """Generalised least squares for given noise: scaled coefficients and their covariance.
 
     A QR factorisation of the whitened columns with the priors as further rows, so that nearly collinear columns cost
-    digits once, not twice.
+    digits once, not twice; with the data as the last column Q need not be formed.
     """
     rows, data = whitened_rows(problem, columns, power)
-    q, r = np.linalg.qr(rows)
-    inverse = np.linalg.solve(r, np.eye(len(r)))
-    return inverse @ (q.T @ data), inverse @ inverse.T
+    p = rows.shape[1]
+    r = np.linalg.qr(np.column_stack([rows, data]), mode="r")[:p]
+    inverse = np.linalg.solve(r[:, :p], np.eye(p))
+    return inverse @ r[:, p], inverse @ inverse.T
 
 
 def whitened_rows(problem: Problem, columns: Design, power: Floats) -> tuple[Floats, Floats]:
@@ -87,6 +88,11 @@ def whitened_rows(problem: Problem, columns: Design, power: Floats) -> tuple[Flo
 
 def whitened(problem: Problem, fit: Fit) -> tuple[Floats, Floats, Floats]:
     """Weight of each mode, orthonormal basis of the whitened model, whitened residual."""
+    found: tuple[Floats, Floats, Floats] = problem.remember_last("whitened", fit, lambda: _whitened(problem, fit))
+    return found
+
+
+def _whitened(problem: Problem, fit: Fit) -> tuple[Floats, Floats, Floats]:
     weight = 1 / np.sqrt(spectrum(problem, fit.noise.power))
     columns = fit.design.transformed * weight[:, None]
     q = np.linalg.qr(columns)[0] if columns.shape[1] else columns

@@ -8,7 +8,7 @@ is a tuple of terms; a term is an effect, at a fixed shape where it has one.
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
@@ -93,6 +93,13 @@ class Problem:
         if key not in self.cache:
             self.cache[key] = make()
         return self.cache[key]
+
+    def remember_last(self, key: Hashable, of: object, make: Callable[[], Any]) -> Any:
+        """``make()`` of the very object ``of``, kept until it is asked for of another one."""
+        last = self.cache.get(key)
+        if last is None or last[0] is not of:
+            last = self.cache[key] = of, make()
+        return last[1]
 
     def forget(self, term: Term) -> None:
         """Drop the columns of a term that will not be asked for again."""

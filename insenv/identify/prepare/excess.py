@@ -56,6 +56,12 @@ class Structure:
 
 def structure(problem: Problem, fit: Fit, declared: dict[str, float], alpha: float) -> Structure:
     """Test the residual of a fit against the declared noise (by effect id, SI) and against any noise."""
+    key = ("structure", tuple(sorted(declared.items())), alpha)
+    found: Structure = problem.remember_last(key, fit, lambda: _structure(problem, fit, declared, alpha))
+    return found
+
+
+def _structure(problem: Problem, fit: Fit, declared: dict[str, float], alpha: float) -> Structure:
     _, q, residual = whitened(problem, fit)
     whole, all_rows = _whole(problem, fit)
     everywhere = tuple(_in_time(whole, whitened(whole, all_rows)[2]))

@@ -13,6 +13,8 @@ model was fitted, its columns take out a part of noise alone, so probabilities a
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import fft
@@ -69,18 +71,23 @@ def _tails(power: list[NDArray[np.float32]], whole: bool) -> list[float]:
     return [float(single.min() * len(power)), joined, *together]
 
 
+@lru_cache(maxsize=len(PARTS))
 def _chirps(n: int) -> NDArray[np.complex64]:
-    """Waves that take each change of the frequency back over ``n`` bins, shape (changes, n)."""
-    most = int(MOST_CHANGE * n / STEP)
-    phase = STEP * np.arange(-most, most + 1)[:, None] * (np.arange(n) / n) ** 2
+    """Waves that take each rise of the frequency back over ``n`` bins, none first, shape (rises, n)."""
+    phase = STEP * np.arange(int(MOST_CHANGE * n / STEP) + 1)[:, None] * (np.arange(n) / n) ** 2
     return np.exp((-1j * np.pi * (phase % 2.0)).astype(np.complex64))
 
 
 def _power(part: Floats, chirps: NDArray[np.complex64]) -> NDArray[np.float32]:
-    """Power at each change and frequency, shape (changes, frequencies), over that of the noise about it."""
+    """Power at each change and frequency, shape (changes, frequencies), over that of the noise about it.
+
+    The series is real: its fall at f is the conjugate of its rise at -f.
+    """
     n, have = chirps.shape[1], part != 0
     series = np.where(have, part - part.sum() / have.sum(), 0.0).astype(np.float32)
-    found = fft(series * chirps[:, : len(part)], 2 * n, axis=1, overwrite_x=True)[:, 2 * FEWEST_WAVES : n - 1]
+    both = fft(series * chirps[:, : len(part)], 2 * n, axis=1, overwrite_x=True)
+    waves = np.arange(2 * FEWEST_WAVES, n - 1)
+    found = np.concatenate([both[:, waves], both[1:, -waves]])
     power = np.asarray((found.real**2 + found.imag**2) * (2 / have.sum()), dtype=np.float32)
     broad = power.shape[1] // BROAD + OWN + 1
     around = uniform_filter1d(power, broad) * broad - uniform_filter1d(power, OWN) * OWN
