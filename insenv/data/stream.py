@@ -162,7 +162,7 @@ def _shifted(table: Table, start: int) -> Table:
 def _csv(path: Path, columns: Sequence[Column], reading: Reading) -> Dealt | None:
     """Text with a header line."""
     size = path.stat().st_size
-    if size <= BYTES:
+    if size <= BYTES or reading.lines:
         return None
     return _csv_chunks(path, columns, size, reading)
 

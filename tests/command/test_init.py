@@ -603,3 +603,59 @@ def test_an_export_of_xsens_tells_its_rate_and_leaves_columns_empty(tmp_path: Pa
     found = drafted(tmp_path / "MT_01.txt")
     assert not asked(found)
     assert units(found) == {"time": "100 Hz", **{f"accel_{axis}": "m/s^2" for axis in "xyz"}}
+
+
+# ------------------------------------------------------------------------------------------------- other layouts
+
+
+def written(path: Path, lines: list[str]) -> Path:
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def test_lines_of_a_unit_are_chosen_among_other_kinds(tmp_path: Path) -> None:
+    """The manifest reads those alone, without their checksums; labels of parts are none."""
+    numbers = [f"{i * 1e4:.0f},{0.01 * i},{0.02 * i},9.8*1A" for i in range(40)]
+    lines = [f"{word}{row}" for row in numbers for word in ("GPS,1,2,", "IMU,", "ATT,7,")]
+    found = listing(written(tmp_path / "log.csv", lines))
+    assert (found.format, found.lines, len(found.columns)) == ("text", "IMU", 4)
+    assert any("GPS, ATT are not read" in note for note in found.notes)
+    np.testing.assert_allclose(found.columns[-1].values, 9.8)
+    one = draft([found], {"columns": "time [us],gyro_x [deg/s],gyro_y [deg/s],accel_z [m/s^2]"})
+    assert tomllib.loads(manifest_text(one, tmp_path))["read"] == {"lines": "IMU"}
+    parts = [f"{('rest', 'turn')[i // 20 % 2]},{i},{i * i}" for i in range(80)]
+    assert not listing(written(tmp_path / "parts.csv", parts)).lines
+    satellites = [f"$GP{k},1,2,3*1A" for _ in range(20) for k in ("GGA", "RMC", "GSA")]
+    with pytest.raises(InputError, match="several kinds, .GPGGA, .GPRMC, .GPGSA, none of which says gyro"):
+        listing(written(tmp_path / "gps.txt", satellites))
+
+
+def test_a_header_below_prose_is_found(tmp_path: Path) -> None:
+    rows = [f"{0.01 * i:.2f} {0.1 * i:.1f}" for i in range(40)]
+    found = listing(written(tmp_path / "log.txt", ["StartTime: noon", "", "All in deg/s", "t_s gz", *rows]))
+    assert [c.heading for c in found.columns] == ["t_s", "gz"]
+    assert found.skip_lines == 3 and found.rows == 40
+
+
+def test_columns_that_are_mostly_empty_or_nan_are_left_out(tmp_path: Path) -> None:
+    rows = [f"{i},{i / 7:.3f},{5 if i % 10 == 9 else ''},NaN" for i in range(60)]
+    found = listing(written(tmp_path / "log.csv", ["t_s,gz,fix,light", *rows]))
+    assert [c.heading for c in found.columns] == ["t_s", "gz"] and found.rows == 60
+
+
+def test_gravity_is_in_the_accelerometer_that_is_not_linear(tmp_path: Path) -> None:
+    columns = {f"{name} {a} (m/s^2)": np.arange(30.0) for name in ("ACC", "LINEAR ACC") for a in "XYZ"}
+    found = drafted(table(tmp_path / "phone.csv", {"time (s)": 0.1 * np.arange(30.0), **columns}))
+    assert {c.name: c.column for c in found.channels if c.name.startswith("accel")} == {
+        f"accel_{a}": f"ACC {a.upper()} (m/s^2)" for a in "xyz"
+    }
+
+
+def test_a_workbook_without_headings_is_refused(tmp_path: Path) -> None:
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    for i in range(20):
+        book.active.append([i, i * 0.5])
+    book.save(tmp_path / "bare.xlsx")
+    with pytest.raises(InputError, match="no header above its rows of numbers; wanted a header"):
+        listing(tmp_path / "bare.xlsx")

@@ -118,7 +118,50 @@ NAMES = st.from_regex(r"[A-Za-z][A-Za-z_]{3,8}", fullmatch=True)
 def test_names_and_values_come_back(names: list[str], values: list[float], sign: str, between: str) -> None:
     line = between.join(f"{name}{sign}{value!r}" for name, value in zip(names, values, strict=False))
     assert names_of(line) == tuple(names)
-    assert [float(cell) for cell in as_rows(line, names).split(",")] == values[: len(names)]
+    assert [float(cell) for cell in as_rows(line, names)[0].split(",")] == values[: len(names)]
+
+
+@pytest.mark.parametrize(
+    ("line", "names", "values"),
+    [
+        (
+            "Mag: 0.5 -0.8 7e-1  Accel: 0, 0.3,0.9",
+            "Mag x,Mag y,Mag z,Accel x,Accel y,Accel z",
+            "0.5,-0.8,7e-1,0,0.3,0.9",
+        ),
+        ("{'gyro': {'x': 48.2, 'y': -0.3}, 't': 12}", "gyro x,gyro y,t", "48.2,-0.3,12"),
+        ('{"acc": [1.0, 2.0, 3.5], "stamp": 12}', "acc x,acc y,acc z,stamp", "1.0,2.0,3.5,12"),
+        ("[1250 ms] ypr: 1 2 3 4", "time [ms],ypr 0,ypr 1,ypr 2,ypr 3", "1250,1,2,3,4"),
+        ("Gyro: 1 2 3 deg/s", "Gyro x [deg/s],Gyro y [deg/s],Gyro z [deg/s]", "1,2,3"),
+    ],
+)
+def test_several_values_of_one_name_are_columns(line: str, names: str, values: str) -> None:
+    assert names_of(line) == tuple(names.split(","))
+    assert as_rows(line, names_of(line)) == (values, 0)
+
+
+KINDS = ["$VNYMR,{t},{x},{y},{z}*6A", "$GPGSV,3,1,12*7B", "$VNYMX,9,9,9,9*00"]
+
+
+def test_lines_of_one_kind_are_read(tmp_path: Path) -> None:
+    """Among others, with checksums; the word is column 0."""
+    rows = zip(TIMES, RATES, strict=True)
+    lines = ["$GP"] + [k.format(t=t, x=x, y=y, z=z) for t, (x, y, z) in rows for k in KINDS]
+    (tmp_path / "log.txt").write_text("\n".join(lines) + "\n")
+    manifest = (
+        'data = "log.txt"\nformat = "{}"\n[read]\nlines = "{}"\n[channels]\ntime = {{ column = 1, unit = "s" }}\n'
+        'gyro = {{ column = 4, unit = "rad/s" }}\n[model]\ntarget = "gyro"\ndeclared = ["bias"]\n'
+    )
+    (tmp_path / "m.toml").write_text(manifest.format("text", "$VNYMR"))
+    same(read_recordings(load_manifest(tmp_path / "m.toml"))[0])
+    for kind, word, what in [
+        ("csv", "$VNYMR", "wanted format = 'text'"),
+        ("text", "$VN", "no line begins with '.VN'.*lines begin with '.VNYMR', '.GPGSV'"),
+        ("text", "a b", "wanted the first word of the lines"),
+    ]:
+        (tmp_path / "m.toml").write_text(manifest.format(kind, word))
+        with pytest.raises(InputError, match=what):
+            read_recordings(load_manifest(tmp_path / "m.toml"))
 
 
 @pytest.mark.parametrize("line", ["1.0,2.0,3.0", "time [s],gyro x [deg/s]", "Fs: 100", "2026-03-29 11:59:59,1,2", ""])

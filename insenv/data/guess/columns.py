@@ -198,7 +198,9 @@ def _one_each(found: Mapping[str, Sequence[Role]], left: list[str]) -> Roles:
     """One column for each channel; a question where there are several."""
     roles: dict[str, Role] = {}
     questions: list[Question] = []
-    for name, several in found.items():
+    for name, every in found.items():
+        several = _of_all_force(every) if name.startswith("accel") else every
+        left += [r.column.heading for r in every if r not in several]
         if len(several) == 1:
             roles[name] = several[0]
             continue
@@ -219,6 +221,12 @@ def _one_each(found: Mapping[str, Sequence[Role]], left: list[str]) -> Roles:
         text = f"Several columns read like {what}: {', '.join(headings)}. Which one?"
         questions.append(Question(f"{name}.column", text, hint, choices=(*headings, "-")))
     return Roles(roles, tuple(left), tuple(questions))
+
+
+def _of_all_force(several: Sequence[Role]) -> Sequence[Role]:
+    """The readings of an accelerometer that hold gravity, where phones give those without it beside them."""
+    whole = [role for role in several if "linear" not in role.column.heading.lower()]
+    return whole or several
 
 
 def _one_clock(several: Sequence[Role]) -> Role | None:

@@ -327,4 +327,6 @@ def _reading(listings: Sequence[Listing]) -> dict[str, str | int]:
         found["skip_lines"] = skip
     if any(one.incomplete for one in listings):
         found["incomplete"] = "leave out"
+    if lines := next((one.lines for one in listings if one.lines), ""):
+        found["lines"] = lines
     return found

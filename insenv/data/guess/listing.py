@@ -11,6 +11,7 @@ import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -18,16 +19,16 @@ import numpy as np
 
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats, Mounting, Site
-from insenv.data.guess.heading import kind_of
+from insenv.data.guess.heading import DIMENSION, kind_of, unit_in
 from insenv.data.manifest.checks import SUFFIXES
-from insenv.data.manifest.spec import Reading, RunSpec
+from insenv.data.manifest.spec import WHOLE, Reading, RunSpec
 from insenv.data.readers import MOST_INCOMPLETE, Column, arrays, labelled, rdata, read_table, spreadsheet
 from insenv.data.readers.conventions import unit_of
 from insenv.data.readers.novatel import NAMES
 from insenv.data.readers.rows import is_number
 from insenv.data.readers.stamps import second
 from insenv.data.readers.table import decoding
-from insenv.data.readers.text import COMMENTS, Line, labelled_names
+from insenv.data.readers.text import COMMENTS, Line, labelled_names, lines_of
 
 #: Of a text file so much is looked at for its layout, and so many lines.
 HEAD_BYTES, HEAD_LINES = 400_000, 400
@@ -37,6 +38,8 @@ ALIKE = 3
 MOST_ROWS = 400_000
 #: Share of cells in a column that must be numbers.
 NUMERIC = 0.9
+#: A word that may head a line of one kind.
+_KIND = re.compile(r"[$#!]?[A-Za-z_][A-Za-z0-9_]*")
 _FREQUENCY = re.compile(
     r"(fs|f_s|(sampling|sample|output|data|update)[ _]*(rate|frequency|freq))( *[\[(]? *hz *[\])]?)?", re.I
 )
@@ -80,6 +83,8 @@ class Listing:
         Lines above the first row of a file without a header.
     incomplete : bool
         Whether some rows lack a value.
+    lines : str
+        The word with which the lines begin that are its rows, in a log of several kinds of lines.
     notes : tuple of str
         What else there is to say.
     """
@@ -92,6 +97,7 @@ class Listing:
     rate: float | None = None
     skip_lines: int = 0
     incomplete: bool = False
+    lines: str = ""
     notes: tuple[str, ...] = ()
 
     @property
@@ -240,6 +246,10 @@ def _text(path: Path, kind: str) -> Listing:
     if kind != "xlsx" and (found := labelled_names(path, content[: content.rfind(b"\n") + 1])) is not None:
         line, names = found
         return _labelled(path, content[line.start :].decode("utf-8", "replace"), [(n, n, None) for n in names])
+    reading = WHOLE
+    word, others = _instrument_lines(path, content) if kind != "xlsx" else ("", ())
+    if word:
+        kind, reading, content = "text", replace(WHOLE, lines=word), lines_of(path, content, word)
     layout = _layout(path, content.decode("utf-8-sig", "replace"))
     named: _Named = (
         [(layout.names[i], layout.names[i], layout.units[i]) for i in layout.numeric] if layout.names else []
@@ -252,11 +262,14 @@ def _text(path: Path, kind: str) -> Listing:
     if named and layout.delimiter is None and kind == "csv":
         kind = "text"
     whole = replace(
-        _first_that_reads(path, kind, layout, named),
+        _first_that_reads(path, kind, layout, named, reading),
         header=layout.header,
         rate=layout.rate,
         labels=texts,
     )
+    if others:
+        note = f"lines that begin with {', '.join(others)} are not read: they want a manifest of their own"
+        whole = replace(whole, notes=(*whole.notes, note))
     index = {c.key: i for i, c in enumerate(whole.columns)}
     headings = [str(c.heading) for c in whole.columns]
     return replace(whole, columns=tuple(replace(c, known_unit=_known(headings, index[c.key])) for c in whole.columns))
@@ -267,9 +280,10 @@ def _labelled(path: Path, head: str, named: _Named) -> Listing:
     try:
         return _read(path, "text", named)
     except InputError:
-        rows = [row.split(",") for row in labelled.as_rows(head, [name for _, name, _ in named]).splitlines() if row]
+        text, _ = labelled.as_rows(head, [name for _, name, _ in named])
+        rows = [row.split(",") for row in text.splitlines() if row]
         kept = [one for i, one in enumerate(named) if _is_filled([row[i] for row in rows])]
-        return _read(path, "text", kept, incomplete=True)
+        return _read(path, "text", kept, replace(WHOLE, incomplete=True))
 
 
 def _known(headings: list[str], i: int) -> str | None:
@@ -278,28 +292,72 @@ def _known(headings: list[str], i: int) -> str | None:
     return found if found and f"[{found}]" not in headings[i] and f"({found})" not in headings[i] else None
 
 
-def _first_that_reads(path: Path, kind: str, layout: _Layout, named: _Named) -> Listing:
+def _instrument_lines(path: Path, content: bytes) -> tuple[str, tuple[str, ...]]:
+    """The word with which the lines of an instrument begin, and those of other kinds beside it; "" in a table.
+
+    Raises
+    ------
+    InputError
+        If there are several kinds of lines in turn, none of a gyro or an accelerometer.
+    """
+    lines = content[: content.rfind(b"\n") + 1].decode("utf-8-sig", "replace").splitlines()[:HEAD_LINES]
+    words = [re.split(r"[\s,;:]", line.strip(), maxsplit=1)[0] for line in lines if line.strip()]
+    kinds = Counter(word for word in words if _KIND.fullmatch(word))
+    often = [word for word, count in kinds.most_common() if count >= ALIKE]
+    if not often or sum(kinds[w] for w in often) < NUMERIC * len(words):
+        return "", ()
+    if len(often) == 1:
+        return (often[0] if often[0].startswith("$") else ""), ()
+    if sum(a != b for a, b in pairwise(words)) < 2 * len(often):
+        return "", ()  # labels of parts
+    of_instruments = [w for w in often if kind_of(w) in ("gyro", "accel") or "imu" in w.lower()]
+    if of_instruments:
+        best = max(of_instruments, key=_rank)
+        return best, tuple(w for w in often if w != best)
+    if all(word.startswith("$") for word in often):
+        found = f"its lines are of several kinds, {', '.join(often[:5])}, none of which says gyro or accelerometer"
+        raise InputError(f"{path}: {found}; wanted lines of one, or [read] lines = '...' in a manifest by hand")
+    return "", ()
+
+
+def _rank(word: str) -> int:
+    """Lines of a whole unit first, then those of gyros."""
+    return 2 if "imu" in word.lower() else int(kind_of(word) == "gyro")
+
+
+def _first_that_reads(path: Path, kind: str, layout: _Layout, named: _Named, reading: Reading) -> Listing:
     """The file by its names; by its indices, where the header does not fit its rows; without incomplete rows."""
     bare: _Named = [(i, layout.names[i] if layout.names else "", None) for i in layout.numeric]
     tries = [(kind, named, 0)] if named and len({n for n, _, _ in named}) == len(named) else []
+    if tries and layout.header > 1:  # lines above a header that no reader passes over
+        tries.append((kind, named, layout.header - 1))
     if kind != "xlsx":
-        tries.append(("text", bare, 0 if layout.names else layout.first - 1))
+        tries.append(("text", bare, 0 if layout.names or reading.lines else layout.first - 1))
+    if not tries:
+        raise InputError(f"{path}: {_unheaded(layout)}; wanted a header, a name of its own for each column")
     error: InputError | None = None
     sparse = len(layout.filled) < len(layout.numeric)
     for incomplete, whole in ((False, True), (True, True), (True, False))[: 3 if sparse else 2]:
         for one, wanted, skip in tries:
             kept = [w for w, i in zip(wanted, layout.numeric, strict=True) if whole or i in layout.filled]
             try:
-                return _read(path, one, kept, skip, incomplete)
+                return _read(path, one, kept, replace(reading, skip_lines=skip, incomplete=incomplete))
             except InputError as fault:
                 error = error or fault
     assert error is not None
     raise error
 
 
-def _read(path: Path, kind: str, wanted: _Named, skip: int = 0, incomplete: bool = False) -> Listing:
+def _unheaded(layout: _Layout) -> str:
+    """What is wrong with the headings of a sheet, whose columns are found by them alone."""
+    names = [layout.names[i] for i in layout.numeric] if layout.names else []
+    twice = next((name for name, count in Counter(names).items() if count > 1), None)
+    return "no header above its rows of numbers" if twice is None else f"more than one column is headed {twice!r}"
+
+
+def _read(path: Path, kind: str, wanted: _Named, reading: Reading = WHOLE) -> Listing:
     """The wanted columns through the reader of the format."""
-    run = RunSpec(path, kind, path.name, Mounting(), Site(), Reading(0, skip, incomplete))
+    run = RunSpec(path, kind, path.name, Mounting(), Site(), reading)
     columns = [Column(str(i), key) for i, (key, _, _) in enumerate(wanted)]
     table = read_table(run, columns)
     return Listing(
@@ -309,8 +367,9 @@ def _read(path: Path, kind: str, wanted: _Named, skip: int = 0, incomplete: bool
             Listed(key, text, table.values[str(i)], unit, stamped=str(i) in table.stamped)
             for i, (key, text, unit) in enumerate(wanted)
         ),
-        skip_lines=skip,
-        incomplete=incomplete,
+        skip_lines=reading.skip_lines,
+        incomplete=reading.incomplete,
+        lines=reading.lines,
         notes=table.notes,
     )
 
@@ -383,8 +442,9 @@ def _numeric(cells: Sequence[str], delimiter: str | None) -> bool:
 
 
 def _is_filled(cells: Sequence[str]) -> bool:
-    """Whether so many rows have a value that the others may be left out."""
-    return sum(bool(c.strip()) for c in cells) >= (1 - MOST_INCOMPLETE) * len(cells)
+    """Whether so many rows have a value, which "NaN" is none, that the others may be left out."""
+    have = sum(bool(c.strip()) and not (is_number(c) and np.isnan(float(c))) for c in cells)
+    return have >= (1 - MOST_INCOMPLETE) * len(cells)
 
 
 def _header(
@@ -401,7 +461,8 @@ def _header(
         return None, none
     if len(fits) > 1 and fits[-2] == fits[-1] - 1:
         units = tuple(cell.strip(" ()[]") for cell in above[fits[-1]][2])
-        if len(units) == width and len(above[fits[-2]][2]) >= width:
+        any_unit = any(unit_in(cell, kind) for cell in units for kind in DIMENSION)
+        if any_unit and len(units) == width and len(above[fits[-2]][2]) >= width:
             return fits[-2], units
     return fits[-1], none
 

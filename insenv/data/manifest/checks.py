@@ -145,7 +145,9 @@ def _reading(table: schema.ReadTable, path: Path) -> Reading:
     for key in ("skip", "skip_lines"):
         if (getattr(table, key) or 0) < 0:
             raise InputError(f"{path}: read.{key} = {getattr(table, key)}; wanted a number from 0")
-    return Reading(table.skip or 0, table.skip_lines or 0, table.incomplete == "leave out")
+    if table.lines is not None and not re.fullmatch(r"\S+", table.lines):
+        raise InputError(f"{path}: read.lines = {table.lines!r}; wanted the first word of the lines that are rows")
+    return Reading(table.skip or 0, table.skip_lines or 0, table.incomplete == "leave out", table.lines or "")
 
 
 def _format(file: str, declared: str | None, path: Path) -> str:

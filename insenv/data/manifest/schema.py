@@ -144,6 +144,7 @@ class ReadTable(Table):
     skip: int | None = None
     skip_lines: int | None = None
     incomplete: Literal["refuse", "leave out"] = "refuse"
+    lines: str | None = None
 
 
 class SightSheetTable(Table):

@@ -67,11 +67,14 @@ class Reading:
         Lines of a text file above its header.
     incomplete : bool
         Whether rows in which a wanted value is missing or no finite number are left out, instead of refused.
+    lines : str
+        The word with which a line of text begins that is a row, in a log of several kinds of lines; "": all are.
     """
 
     skip: int = 0
     skip_lines: int = 0
     incomplete: bool = False
+    lines: str = ""
 
 
 #: All of a file is read.

@@ -51,6 +51,10 @@ def read_table(run: RunSpec, columns: Sequence[Column], width: int | None = None
         raise InputError(f"{path}: is a folder; wanted a data file")
     if not os.path.isfile(path):
         raise InputError(f"{path}: no such data file")
+    if run.reading.lines and run.format != "text":
+        raise InputError(
+            f"{path}: read.lines is of lines of text, and format is {run.format!r}; wanted format = 'text'"
+        )
     try:
         if run.format == "float64-le":
             table = binary.read_float64(path, columns, width or 1)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import csv
 import re
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice, pairwise
@@ -14,6 +15,7 @@ from pathlib import Path
 
 from insenv.core.errors import InputError
 from insenv.core.units import scale_to_si
+from insenv.data.manifest.schema import shown
 from insenv.data.manifest.spec import CHANNELS, INCREMENTS, WHOLE, Reading
 from insenv.data.readers import labelled
 from insenv.data.readers.rows import Body, is_number, read_rows
@@ -28,6 +30,7 @@ HEAD_BYTES, LONGEST = 8_000_000, 1_000_000
 HEAD = 60
 #: A line longer than this is none of units.
 LONGEST_LINE = 10_000
+_CHECKSUM = re.compile(rb"\*[0-9A-Fa-f]{2}[ \t]*$", re.M)
 _DECIMAL_COMMA = re.compile(rb'(?:^|[;\t])["]?[ +-]*\d+,\d+[ ]*["]?(?:$|[;\t])')
 
 
@@ -209,10 +212,16 @@ def read_text(path: Path, columns: Sequence[Column], reading: Reading = WHOLE) -
     """
     _head(path)
     content = path.read_bytes().removeprefix(_BYTE_ORDER_MARK)
+    if reading.lines:
+        content = lines_of(path, content, reading.lines)
     if (found := labelled_names(path, content, reading.skip_lines)) is not None:
         line, named = found
-        rows = labelled.as_rows(decoded(path, content[line.start :]), named)
-        return read_rows(Body(path, rows.encode(), line.number, ",", named, reading.incomplete), columns)
+        rows, others = labelled.as_rows(decoded(path, content[line.start :]), named)
+        table = read_rows(Body(path, rows.encode(), line.number, ",", named, reading.incomplete), columns)
+        if not others:
+            return table
+        note = f"{others} line{'s' * (others > 1)} between the rows, of other kinds: passed over"
+        return replace(table, notes=(*table.notes, note))
     comment = None
     lines = _lines(path, content, reading.skip_lines)
     header = _next(path, lines)
@@ -229,6 +238,25 @@ def read_text(path: Path, columns: Sequence[Column], reading: Reading = WHOLE) -
         names = [str(i) for i in range(len(first.cells(delimiter)))]  # the words of a header may be any
     body = Body(path, content[first.start :], first.number, delimiter, names, reading.incomplete)
     return read_rows(body, columns)
+
+
+def lines_of(path: Path, content: bytes, word: str) -> bytes:
+    """The content with the lines that begin with ``word`` alone, the others blank; without checksums of NMEA.
+
+    Raises
+    ------
+    InputError
+        If no line begins so.
+    """
+    own = re.compile(rb"\s*" + re.escape(word.encode()) + rb"(?=[\s,;:])")
+    lines = [line if own.match(line) else b"" for line in content.splitlines()]
+    if not any(lines):
+        first = Counter(
+            re.split(rb"[\s,;:]", line.strip(), maxsplit=1)[0] for line in content.splitlines() if line.strip()
+        )
+        have = ", ".join(shown(w.decode("utf-8", "replace")) for w, _ in first.most_common(5))
+        raise InputError(f"{path}: no line begins with {word!r} (read.lines); lines begin with {have}")
+    return _CHECKSUM.sub(b"", b"\n".join(lines) + b"\n")
 
 
 def labelled_names(path: Path, content: bytes, skip_lines: int = 0) -> tuple[Line, tuple[str, ...]] | None:
