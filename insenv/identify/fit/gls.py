@@ -74,7 +74,7 @@ def coefficients(problem: Problem, columns: Design, power: Floats) -> tuple[Floa
     """
     rows, data = whitened_rows(problem, columns, power)
     p = rows.shape[1]
-    r = np.linalg.qr(np.column_stack([rows, data]), mode="r")[:p]
+    r = np.asarray(np.linalg.qr(np.column_stack([rows, data]), mode="r"))[:p]
     inverse = np.linalg.solve(r[:, :p], np.eye(p))
     return inverse @ r[:, p], inverse @ inverse.T
 
