@@ -136,7 +136,13 @@ class Motion:
 def interval_product(a: Floats, b: Floats) -> Floats:
     """Mean over each interval of the product of two states that are straight between their edges, shape (..., n)."""
     a0, a1, b0, b1 = a[..., :-1], a[..., 1:], b[..., :-1], b[..., 1:]
-    mean: Floats = (a0 * (2 * b0 + b1) + a1 * (b0 + 2 * b1)) / 6
+    # In place: temporaries of a batch cost more than the sums.
+    early, late = 2 * b0, 2 * b1
+    early += b1
+    late += b0
+    mean: Floats = a0 * early
+    mean += a1 * late
+    mean /= 6
     return mean
 
 

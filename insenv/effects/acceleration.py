@@ -115,9 +115,9 @@ class SizeEffect(LinearEffect):
         """What a metre along x, y and z adds, shape (..., n, 3); rates are straight within an interval."""
         rate, (own, j, k) = motion.body_rate, cyclic(motion, self.id)
         slope = {axis: interval_slope(rate[axis], motion.dt) for axis in (j, k)}
-        arms = {
-            own: -interval_product(rate[j], rate[j]) - interval_product(rate[k], rate[k]),
-            j: interval_product(rate[own], rate[j]) - slope[k],
-            k: interval_product(rate[own], rate[k]) + slope[j],
-        }
+        arms = {axis: interval_product(rate[own], rate[axis]) for axis in (j, k)}
+        arms[j] -= slope[k]
+        arms[k] += slope[j]
+        arms[own] = -interval_product(rate[j], rate[j])
+        arms[own] -= interval_product(rate[k], rate[k])
         return columns(u, *along_axes(arms))

@@ -8,7 +8,8 @@ from itertools import permutations, product
 import numpy as np
 
 from insenv.core.errors import InputError
-from insenv.core.unit.gimbals import Floats, Gimbals
+from insenv.core.recording import Floats
+from insenv.core.unit.gimbals import Gimbals
 
 QUARTER = np.pi / 2
 #: Turns of 90 deg about axes of the unit by which 19 positions follow each other. Source: Xie Bo, Multiposition

@@ -91,6 +91,28 @@ def test_the_mean_rate_of_an_interval_is_what_turns_the_unit(axes: str) -> None:
     np.testing.assert_allclose(np.stack(felt.rate, -1), -turned, atol=1e-12)
 
 
+def test_a_row_at_rest_is_what_it_is_before_it_turns() -> None:
+    table, rng = gimbals("zxy"), np.random.default_rng(2)
+    errors = 1e-4 * rng.standard_normal((2, len(table.names)))
+    errors[1] = errors[0]
+    angles = np.repeat(rng.uniform(-3, 3, (1, 3, 1)), 2, axis=0) + np.zeros(21)
+    angles[1, 1, 10:] += 1e-3 * np.arange(11)
+    felt = exposed(table, errors, angles, np.diff(angles[..., ::2], axis=-1), (0.7, 9.8))
+    for component in (*felt.rate, *felt.force):
+        assert component.shape == (2, 10)
+        np.testing.assert_array_equal(component[0, :5], component[1, :5])
+        assert np.all(component[0, 5:] != component[1, 5:])
+
+
+def test_readings_are_the_converse_of_true_angles() -> None:
+    table, rng = gimbals("zxy"), np.random.default_rng(3)
+    errors = 1e-4 * rng.standard_normal((4, len(table.names)))
+    readings = np.repeat(rng.uniform(-6, 6, (4, 3, 5)), 2, axis=-1)
+    again = table.readings(table.true_angles(readings, errors), errors)
+    np.testing.assert_allclose(again, readings, rtol=0, atol=5e-15)
+    assert 1e-5 < np.max(np.abs(table.true_angles(readings, errors) - readings)) < 1e-3
+
+
 def test_force_and_earth_rate_are_those_of_the_level_seen_in_the_unit() -> None:
     table = gimbals("zxy")
     still = np.tile(np.array([[0.4], [-1.1], [2.0]]), 3)

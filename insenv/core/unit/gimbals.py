@@ -16,20 +16,14 @@ Source: Titterton and Weston, Strapdown Inertial Navigation Technology, 2nd ed. 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from insenv.core.earth import EARTH_RATE
-
-Floats = NDArray[np.float64]
-#: A vector along a time axis: its three components, each of shape (..., n).
-Vector = tuple[Floats, Floats, Floats]
-#: Angles of which all cosines are taken at once.
-_FEW = 200
+from insenv.core.unit.rotations import Floats, Rotations, Vector, as_rows
 
 
 @dataclass(frozen=True)
@@ -71,11 +65,25 @@ class Gimbals:
 
     def true_angles(self, readings: Floats, errors: Floats) -> Floats:
         """Angles of readings without noise, both of shape (..., k, n), for errors of shape (..., q)."""
-        at = 5 + len(self.axes)
-        e = errors[..., at:].reshape(*errors.shape[:-1], len(self.axes), 2)[..., None]
-        cosine, sine = _cos_sin(readings)
-        angles: Floats = readings - e[..., 0, :] * cosine - e[..., 1, :] * sine
-        return angles
+        from insenv.core.unit.encoder_kernel import true_angles  # Numba where an axis is read
+
+        return self._by_axis(true_angles, readings, errors)
+
+    def readings(self, angles: Floats, errors: Floats) -> Floats:
+        """Readings without noise of true angles, the converse of `true_angles`."""
+        from insenv.core.unit.encoder_kernel import readings
+
+        return self._by_axis(readings, angles, errors)
+
+    def _by_axis(self, kernel: Callable[..., None], values: Floats, errors: Floats) -> Floats:
+        """What a kernel makes of rows of values (..., k, n) and of the encoders' errors."""
+        k = len(self.axes)
+        e = errors[..., 5 + k :].reshape(*errors.shape[:-1], k, 2)
+        batch = np.broadcast_shapes(values.shape[:-1], e.shape[:-1])
+        out = np.empty((*batch, values.shape[-1]))
+        rows = as_rows(values, batch, 1)
+        kernel(rows, as_rows(e, batch, 1), out.reshape(rows.shape))
+        return out
 
     def level(self, errors: Floats, latitude: float | None) -> tuple[Vector, Vector]:
         """The direction up and the Earth's rate [rad/s] in the base's axes, components of shape (..., 1)."""
@@ -89,79 +97,31 @@ class Gimbals:
 
     def based(self, vector: Vector, errors: Floats) -> Vector:
         """A vector of the level (east, north, up) in the base's axes, components of shape (..., 1)."""
-        return _turned(vector, self._base(errors))
+        turns = Rotations.of([("z", -(self.heading + errors[..., 5])), ("x", errors[..., 3]), ("y", errors[..., 4])])
+        return turns.carry(vector, np.zeros((0, 1)))
 
     def inside(self, vector: Vector, angles: Floats, errors: Floats) -> Vector:
-        """A vector of the base in the unit, components of shape (..., n), for true angles of shape (..., k, n)."""
-        for m, letter in enumerate(self.axes):
-            vector = _turn(vector, letter, angles[..., m, :])
-            if m + 1 < len(self.axes):
-                vector = _turn(vector, self._normal(m), errors[..., 6 + m, None])
-        return _turned(vector, self._mounted(errors))
+        """A vector of the base, components of shape (..., 1), in the unit, (..., n), for true angles (..., k, n)."""
+        return self.rotations(errors).carry(vector, angles)
 
     def turning(self, rates: Floats, angles: Floats, errors: Floats) -> Vector:
         """Rate of the unit against the base in its own axes, for rates of the axes and angles, shape (..., k, n)."""
-        zero = np.zeros(np.broadcast_shapes(rates.shape[:-2], errors.shape[:-1]) + rates.shape[-1:])
-        vector: Vector = (zero, zero, zero)
+        return self.rotations(errors).spin(rates, angles)
+
+    def rotations(self, errors: Floats) -> Rotations:
+        """From the base to the unit, for errors of shape (..., q): axes with what is between them, and the mounting."""
+        turns: list[tuple[str, Floats | int]] = []
         for m, letter in enumerate(self.axes):
-            vector = _turn(vector, letter, angles[..., m, :])
-            i = "xyz".index(letter)
-            vector = (
-                vector[0] + rates[..., m, :] if i == 0 else vector[0],
-                vector[1] + rates[..., m, :] if i == 1 else vector[1],
-                vector[2] + rates[..., m, :] if i == 2 else vector[2],
-            )
+            turns.append((letter, m))
             if m + 1 < len(self.axes):
-                vector = _turn(vector, self._normal(m), errors[..., 6 + m, None])
-        return _turned(vector, self._mounted(errors))
+                turns.append((self._normal(m), errors[..., 6 + m]))
+        if self.mounted:
+            turns.append(("z", np.array(self.mounted)))
+        return Rotations.of(turns + [(letter, errors[..., i]) for i, letter in enumerate("xyz")])
 
     def _normal(self, m: int) -> str:
         """Letter of the direction that is normal to axes m and m + 1."""
         return next(letter for letter in "xyz" if letter not in self.axes[m : m + 2])
-
-    def _base(self, errors: Floats) -> Iterator[tuple[str, Floats]]:
-        """Heading, counted clockwise, and tilts about right and forward."""
-        yield "z", -(self.heading + errors[..., 5, None])
-        yield "x", errors[..., 3, None]
-        yield "y", errors[..., 4, None]
-
-    def _mounted(self, errors: Floats) -> Iterator[tuple[str, Floats]]:
-        if self.mounted:
-            yield "z", np.array([self.mounted])
-        for i, letter in enumerate("xyz"):
-            yield letter, errors[..., i, None]
-
-
-def _turned(vector: Vector, turns: Iterator[tuple[str, Floats]]) -> Vector:
-    for letter, angle in turns:
-        vector = _turn(vector, letter, angle)
-    return vector
-
-
-def _cos_sin(angle: Floats) -> tuple[Floats, Floats]:
-    """Cosine and sine, where many neighbours are the same (a table rests, or another axis turns) of one of them."""
-    flat = np.ascontiguousarray(angle).reshape(-1)
-    if len(flat) < _FEW:
-        return np.cos(angle), np.sin(angle)
-    new = np.empty(len(flat), bool)
-    new[0] = True
-    np.not_equal(flat[1:], flat[:-1], out=new[1:])
-    at = np.cumsum(new)
-    if at[-1] > 0.5 * len(flat):
-        return np.cos(angle), np.sin(angle)
-    values = flat[new]
-    at -= 1
-    return np.cos(values)[at].reshape(angle.shape), np.sin(values)[at].reshape(angle.shape)
-
-
-def _turn(vector: Vector, letter: str, angle: Floats) -> Vector:
-    """Components in axes that are turned by ``angle`` about one of them."""
-    i = "xyz".index(letter)
-    j, k = (i + 1) % 3, (i + 2) % 3
-    c, s = _cos_sin(angle)
-    found = list(vector)
-    found[j], found[k] = c * vector[j] + s * vector[k], c * vector[k] - s * vector[j]
-    return found[0], found[1], found[2]
 
 
 @dataclass(frozen=True)
@@ -190,21 +150,11 @@ def exposed(
         Latitude [rad] (None: the Earth does not turn) and gravity [m/s^2].
     """
     latitude, gravity = place
-    turning = gimbals.turning(rates, angles[..., :-1:2], errors)
-    # Both at once: cosines and sines of the angles are the costly part.
-    front = (2, *(1,) * (angles.ndim - errors.ndim - 1), *errors.shape[:-1], 1)
-    both = [np.stack(pair).reshape(front) for pair in zip(*gimbals.level(errors, latitude), strict=True)]
-    (up_x, earth_x), (up_y, earth_y), (up_z, earth_z) = (
-        _simpson(v) for v in gimbals.inside((both[0], both[1], both[2]), angles, errors)
+    up, earth = gimbals.level(errors, latitude)
+    rate, force = gimbals.rotations(errors).means(
+        rates, angles, earth, (gravity * up[0], gravity * up[1], gravity * up[2])
     )
-    rate = (turning[0] + earth_x, turning[1] + earth_y, turning[2] + earth_z)
-    return Exposed(rate, (gravity * up_x, gravity * up_y, gravity * up_z))
-
-
-def _simpson(values: Floats) -> Floats:
-    """Means over intervals, of values at their edges and middles."""
-    mean: Floats = (values[..., :-1:2] + 4.0 * values[..., 1::2] + values[..., 2::2]) / 6.0
-    return mean
+    return Exposed(rate, force)
 
 
 def turn_time(angle: Floats | float, rate: Floats | float, acceleration: float) -> Floats:

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from insenv.core.motion import Motion
-from insenv.core.unit.gimbals import Floats, Gimbals, exposed
+from insenv.core.unit.gimbals import Gimbals, exposed
+from insenv.core.unit.rotations import Floats
 
 #: Input axes of a unit, in the order of its channels.
 GYROS = ("gyro_x", "gyro_y", "gyro_z")

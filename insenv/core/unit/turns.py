@@ -14,7 +14,8 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from insenv.core.unit.gimbals import Floats, turn_time
+from insenv.core.unit.gimbals import turn_time
+from insenv.core.unit.rotations import Floats
 
 #: Of a sample: what stands for rounding.
 _ROUNDING = 1e-6
@@ -46,15 +47,13 @@ class Turns:
 
     def at(self, t: Floats) -> tuple[Floats, Floats]:
         """Angles [rad] and rates [rad/s] at times of shape (n,), each of shape (..., k, n)."""
-        time, ramp = self.time[..., None], self.ramp[..., None]
-        s = np.clip(t - self.begin[..., None], 0.0, time)
-        peak = np.divide(self.angle[..., None], time - ramp, out=np.zeros_like(time), where=time > ramp)
-        slope = np.divide(peak, ramp, out=np.zeros_like(ramp), where=ramp > 0)
-        left = time - s
-        angle = np.where(s < ramp, 0.5 * slope * s * s, peak * (s - 0.5 * ramp))
-        angle = np.where(left < ramp, self.angle[..., None] - 0.5 * slope * left * left, angle)
-        rate = np.where(s < ramp, slope * s, np.where(left < ramp, slope * left, peak))
-        return self.start[..., None] + angle, rate
+        from insenv.core.unit.turns_kernel import at  # Numba where an axis turns
+
+        given = [np.ravel(v) for v in (self.begin, self.time, self.ramp, self.start, self.angle)]
+        out = np.empty((2, len(given[0]), len(t)))
+        at(np.ascontiguousarray(t), *given, out)
+        angles, rates = out.reshape(2, *self.start.shape, len(t))
+        return angles, rates
 
     def moving(self, t: Floats) -> Floats:
         """1 on the intervals with edges ``t`` on which an axis turns, else 0, shape (..., n)."""

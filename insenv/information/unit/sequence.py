@@ -16,7 +16,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from insenv.core.estimate import Datasheet
-from insenv.core.unit.gimbals import Floats, turn_time
+from insenv.core.recording import Floats
+from insenv.core.unit.gimbals import turn_time
 from insenv.core.unit.turns import Turns, at_rest, turned
 from insenv.information.positions import Angles, right_angles
 from insenv.information.unit.calibration import BLOCK, Blocks, UnitModel

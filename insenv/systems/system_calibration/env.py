@@ -99,7 +99,7 @@ class SystemCalibration:
         """Readings of the axes, shape (R, k)."""
         assert isinstance(rig.plant, MultiAxisTable)
         zero = np.zeros((len(seeds), len(rig.plant.gimbals.axes), 1))
-        return rig.plant.readings(zero)[..., 0]
+        return rig.plant.gimbals.readings(zero, rig.plant.errors)[..., 0]
 
     def still(self, rig: Rig, time: float, batch: int) -> Blocks:
         """Nothing is measured where no time passes."""

@@ -117,28 +117,22 @@ class MultiAxisTable(Plant):
         grid = np.empty(2 * len(t) - 1)
         grid[::2], grid[1::2] = t, 0.5 * (t[1:] + t[:-1])
         angles, rates = state.at(grid)
-        temperature = self.temperature.at(t)
+        temperature, means = self.temperature.at(t), np.diff(angles[..., ::2], axis=-1)
+        means *= (len(t) - 1) / (t[-1] - t[0])
         felt = motions(
             self.gimbals,
             self.errors,
-            Course(t, angles, np.diff(angles[..., ::2], axis=-1) * (len(t) - 1) / (t[-1] - t[0]), rates[..., ::2]),
+            Course(t, angles, means, rates[..., ::2]),
             (self.latitude, self.gravity),
             temperature,
             self.reference_temperature,
         )
         return Scene(felt, self._log(state, t, angles[..., 2::2], temperature, z)), state
 
-    def readings(self, angles: Floats) -> Floats:
-        """What encoders without noise read, shape (..., k, n): the converse of `Gimbals.true_angles`."""
-        reading = angles
-        for _ in range(3):
-            reading = reading + angles - self.gimbals.true_angles(reading, self.errors)
-        return reading
-
     def _log(self, state: Turns, t: Floats, angles: Floats, temperature: Floats, z: Floats) -> dict[str, Reference]:
-        readings = self.readings(angles)
+        readings = self.gimbals.readings(angles, self.errors)
         if self.draws:
-            readings = readings + self.gimbals.noise * z
+            readings += self.gimbals.noise * z
         log = {f"axis_{m + 1}": Reference(readings[..., m, :], "rad") for m in range(len(self.gimbals.axes))}
         log["turning"] = Reference(state.moving(t), "1", over_interval=True)
         counts = np.repeat(state.commands[..., None], len(t) - 1, axis=-1)
