@@ -25,6 +25,10 @@ ROUNDED = 1.01
 #: Stamps no further off the rows' mean rate than this [s], and than this share of the run, do for a unit at rest.
 AWAY, SHARE_AWAY = 1.0, 0.01
 
+#: Rows that follow each other within this share of a period, this many and more, stand at one instant; share of the
+#: rows beyond which that is how they are written.
+AT_ONCE, SEVERAL, MOST_AT_ONCE = 0.1, 3, 0.2
+
 #: Seconds that are counted from so long ago that their rounding is more than this share of a period count from row 0.
 COARSE = 1e-9
 
@@ -141,7 +145,9 @@ def _mended(  # noqa: PLR0913 -- what the file has, and its clock
     if angle is not None and not rounded and roughness(stamps, angle) < roughness(even, angle):
         text = f"sampled unevenly, by {_share(clock)} of the period (one sigma) as the table's angle confirms"
         note = f"{text}: each row is taken for the mean over its own step"
-        return Sampling(t, own_steps(t, clock.period), (note,))
+        pressed = _at_one_instant(t, clock.period)
+        more = f"{int(pressed.sum())} rows stand at one instant with others, or beside them: left out"
+        return Sampling(t, own_steps(t, clock.period), (note, more) if pressed.any() else (note,), pressed)
     text = f"time stamps jitter by {_share(clock)} of the period (one sigma) about an even clock of"
     note = f"{text} {1 / clock.period:.6g} Hz: its times are taken"
     return Sampling(even, clock.period, (note, *notes), doubtful)
@@ -162,6 +168,20 @@ def _remarks(off: Mask, leaps: Mask, left: Floats, place: Callable[[int], str]) 
         times = "once" if leaps.sum() == 1 else f"{int(leaps.sum())} times, first"
         found.append(f"the clock was set {times} at {place(first)}: a row there is left out")
     return tuple(found)
+
+
+def _at_one_instant(t: Floats, period: float) -> Mask:
+    """Rows that are stamped at one instant, and the rows beside them, shape (n,).
+
+    A recorder that lets no time run backwards presses rows together until a clock that was set back has caught up: when
+    they were taken nobody knows, and the row after them has all of their motion in its step.
+    """
+    from scipy.ndimage import binary_dilation, binary_opening  # slow to import
+
+    short = binary_opening(np.diff(t) < AT_ONCE * period, np.ones(SEVERAL - 1))
+    rows = np.append(False, short) | np.append(short, False)
+    pressed = np.asarray(binary_dilation(rows, np.ones(3)))
+    return pressed if pressed.mean() <= MOST_AT_ONCE else np.zeros(len(t), dtype=bool)
 
 
 def _taken_late(t: Floats, chosen: Floats, off: Mask, angle: Floats | None) -> tuple[Mask, Floats | None]:

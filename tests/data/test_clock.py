@@ -12,6 +12,7 @@ from strangers import Columns, write
 from insenv.close import close
 from insenv.core.recording import Floats, Recording
 from insenv.data.clock import clock_of
+from insenv.data.exposure import expose
 from insenv.data.load import read_recordings
 from insenv.data.manifest import load_manifest
 from insenv.identify.findings import Findings
@@ -185,3 +186,35 @@ def test_a_median_between_two_steps_is_no_fault() -> None:
     steps = np.concatenate([random.choice([0.01, 0.02, 0.04], 250), random.choice([0.05, 0.07, 0.3], 250)])
     t = np.cumsum(random.permutation(steps + 1e-3 * random.random(500)))
     assert np.isfinite(clock_of(t - t[0]).period)
+
+
+def test_rows_pressed_to_one_instant_are_left_out(tmp_path: Path) -> None:
+    """A clock that runs ahead and is set back by 0.13 s every 5 s, in a recorder that lets no time run backwards."""
+    taken = DT * np.arange(N)
+    random = rng()
+    fast = taken + 0.026 * np.mod(taken, 5.0) + 1e-5 * random.standard_normal(N)
+    t = fast.copy()
+    for i in range(1, N):
+        t[i] = max(fast[i], t[i - 1] + 1e-6)
+    pressed = np.diff(t) < 2e-6
+    angle = 2.0 * np.sin(1.3 * taken)
+    rate = 2.6 * np.cos(1.3 * taken)
+    # An attitude at the instants of its own stamps stands still while time does.
+    own = np.append(True, ~pressed)
+    angle = np.interp(t, t[own], angle[own])
+    rows = np.column_stack([t, rate + 1e-3 * random.standard_normal(N), angle])
+    np.savetxt(tmp_path / "run.csv", rows, "%.9f", ",", header="t,g,a", comments="")
+    (tmp_path / "run.toml").write_text(
+        'data = "run.csv"\n[channels]\ntime = { column = "t", unit = "s" }\n'
+        'gyro = { column = "g", unit = "rad/s" }\n'
+        'table_angle = { column = "a", unit = "rad", source = "encoder" }\n'
+        '[model]\ntarget = "gyro"\ndeclared = ["bias"]\n'
+    )
+    (run,) = read_recordings(load_manifest(tmp_path / "run.toml"))
+    assert any("rows stand at one instant with others" in note for note in run.notes), run.notes
+    left = run.left_out["gyro"]
+    assert pressed.sum() < left.sum() < 2 * pressed.sum()
+    cells = expose(run, "gyro")
+    full = cells.count > 0
+    off = cells.y[full] - cells.motion.rate[full]
+    assert np.abs(off).max() < 1.0  # with those rows 4 to 40 rad/s

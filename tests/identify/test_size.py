@@ -17,7 +17,7 @@ from insenv.effects.catalogue import CATALOGUE, by_key
 from insenv.effects.tone import Tone
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Problem, Term
-from insenv.identify.fit.uncertainty import coefficients_of
+from insenv.identify.fit.uncertainty import coefficients_of, estimates
 from insenv.identify.prepare.problems import prepare
 from insenv.identify.search.candidates import candidates
 from insenv.identify.search.size import LEAST, deviate, unsized
@@ -117,3 +117,17 @@ def test_a_curve_of_which_no_shape_is_told_is_any_curve(problem: Problem, wider:
     why = unsized(sized, solve(sized, model), ripple)
     assert (why == "") is named
     assert named or "is not told beside a reference that is late" in why
+
+
+def test_a_curve_of_the_rate_is_as_uncertain_as_the_report_says(problem: Problem) -> None:
+    """Where the rate bends what is left by another curve, a cubic that the report calls nothing has no name."""
+    cubic = Term(by_key("scale_factor_cubic"))
+    rates = tuple(e.u / np.abs(e.u).max() for e in problem.exposures)
+    bent = with_size(problem, cubic, 25.0)
+    wave = 60 * WHITE * problem.bins.mean(tuple(np.sin(9 * rate) for rate in rates))
+    bent = replace(bent, y=bent.y + wave, cache={})
+    fit = solve(bent, (Term(by_key("bias")), Term(by_key("scale_factor")), cubic))
+    (row,) = estimates(bent, fit, (cubic,))[cubic]
+    assert abs(row.value) < LEAST * row.sd
+    assert unsized(bent, fit, cubic) == ""  # by noise alone it has one
+    assert "its size is not told" in unsized(bent, fit, cubic, (cubic,))
