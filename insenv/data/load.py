@@ -11,6 +11,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from insenv.core.errors import InputError
 from insenv.core.recording import GAP, Channel, Covers, Floats, Recording, Segment, Site
@@ -120,12 +121,17 @@ def _read_run(manifest: Manifest, run: RunSpec, words: Mended) -> Recording:
         raise InputError(f"{run.file}: {table.notes[0]}; wanted all of them where {manifest.path} counts rows")
     if manifest.resample is not None:
         check_forwards(run.file, t, table.place)
-        t, shared = spread(t)
+        once = _read_once(manifest, run, table, t) if (np.diff(t) == 0).any() else None
+        if once is not None:
+            table, t, shared = once[0], once[1].t, (*once[2], *once[1].notes)
+        else:
+            t, shared = spread(t)
         notes = (*notes, *shared)
         own = np.append(np.median(np.diff(t)), np.diff(t))
         uneven = with_renewals(without_leaps(replace(recording(manifest, run, table, t, own), notes=notes)))
         return resampled(uneven, manifest.resample, f"{manifest.path}: fit.resample")
-    taken = _taken(manifest, run, table, t)
+    table, taken, again = _taken(manifest, run, table, t)
+    notes = (*notes, *again)
     if taken.angle is not None:
         table = replace(table, values={**table.values, "table_angle": taken.angle})
     read = with_renewals(without_leaps(replace(recording(manifest, run, table, taken.t, taken.covered), notes=notes)))
@@ -134,15 +140,50 @@ def _read_run(manifest: Manifest, run: RunSpec, words: Mended) -> Recording:
     return replace(read, notes=(*read.notes, *taken.notes), left_out=left_out)
 
 
-def _taken(manifest: Manifest, run: RunSpec, table: Table, t: Floats) -> Sampling:
-    """When the rows were taken."""
+def _taken(manifest: Manifest, run: RunSpec, table: Table, t: Floats) -> tuple[Table, Sampling, tuple[str, ...]]:
+    """The rows and when they were taken."""
     try:
-        return sampling(run.file, t, table.place, table.values.get("table_angle"))
+        return table, sampling(run.file, t, table.place, table.values.get("table_angle")), ()
     except UnevenError:
-        rested = at_mean_rate(run.file, t, table.place) if _nothing_turns(manifest) else None
-        if rested is None:
+        if _nothing_turns(manifest):
+            rested = at_mean_rate(run.file, t, table.place)
+            found = None if rested is None else (table, rested, ())
+        else:
+            found = _read_once(manifest, run, table, t)
+        if found is None:
             raise
-        return rested
+        return found
+
+
+def _read_once(
+    manifest: Manifest, run: RunSpec, table: Table, t: Floats
+) -> tuple[Table, Sampling, tuple[str, ...]] | None:
+    """The rows without readings that were read twice, and when they were taken; None where they keep no clock.
+
+    A chip that is asked a little more often than it renews its output gives the same reading again, and stamps of who
+    asked wander about it. What is left follows the clock of the chip.
+    """
+    again = _again(table)
+    if not again.any() or again.mean() > MOST_COPIES or manifest.fit_rows or manifest.held_out.rows:
+        return None
+    kept = np.flatnonzero(~again)
+    rows = rows_of(table, kept)
+    try:
+        taken = sampling(run.file, t[kept], rows.place, rows.values.get("table_angle"))
+    except UnevenError:
+        return None
+    noun = "row repeats" if again.sum() == 1 else "rows repeat"
+    text = f"{int(again.sum())} {noun} the readings of the row before, and the others keep a clock: left out"
+    return rows, taken, (text,)
+
+
+def _again(table: Table) -> NDArray[np.bool_]:
+    """Rows that repeat all readings of the row before, shape (n,)."""
+    again = np.append(False, np.ones(len(table) - 1, bool))
+    for name, values in table.values.items():
+        if name not in ("time", _NANOSECONDS):
+            again[1:] &= np.diff(values) == 0
+    return again
 
 
 def _without_strays(manifest: Manifest, run: RunSpec, table: Table, t: Floats) -> tuple[Table, Floats, tuple[str, ...]]:
@@ -185,9 +226,8 @@ def _without_copies(manifest: Manifest, run: RunSpec, table: Table, t: Floats) -
         If there are such rows and the manifest counts rows.
     """
     again = np.append(False, np.diff(t) == 0)
-    for values in table.values.values():
-        if again.any():
-            again[1:] &= np.diff(values) == 0
+    if again.any():
+        again &= _again(table)
     if not again.any() or again.mean() > MOST_COPIES:
         return table, t, ()
     row = int(np.argmax(again))

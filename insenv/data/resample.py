@@ -4,8 +4,9 @@
 
 A row that covers its interval counts with the part of its step that lies in the cell, so that the integral of the whole
 is kept; readings at an instant are averaged over the cell that they lie in. Angles and temperatures, which are states,
-are read at the cell's end between the rows on both sides. A cell that a step longer than itself reaches into is left
-out: nothing is known there.
+are read at the cell's end, on a curve or a line through the rows. A cell that a step longer than itself reaches into is
+left out: nothing is known there. Of readings cells begin half a step later: of k even rows to a cell the mean time is
+then the middle of the cell, and not half a step later.
 
 Rows that share a stamp were taken since the stamp before, for a logger writes late and never early: k rows of the stamp
 t_j stand at t_j-1 + (t_j - t_j-1) i / k.
@@ -13,6 +14,7 @@ t_j stand at t_j-1 + (t_j - t_j-1) i / k.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -22,6 +24,8 @@ from insenv.core.recording import Channel, Floats, Recording, Segment
 
 #: Rows in a cell, in the median, from which a mean is a mean.
 FEWEST = 2.0
+#: Units of what is read at the end of a cell.
+STATES = ("rad", "K")
 
 
 def resampled(recording: Recording, rate: float, where: str) -> Recording:
@@ -38,7 +42,11 @@ def resampled(recording: Recording, rate: float, where: str) -> Recording:
     if width < FEWEST * middle * (1 - 1e-9):
         most = f"wanted at most {1 / (FEWEST * middle):.3g} Hz, means over two rows"
         raise InputError(f"{where} = {rate:g} Hz; the median step of {recording.label} is {middle:.3g} s: {most}")
-    edges: Floats = t[0] + width * np.arange(np.floor((t[-1] - t[0]) / width * (1 + 1e-12)) + 1)
+    # Of even rows that are readings at instants, the ones in a cell stand about its middle.
+    first = t[0] + 0.5 * middle * any(
+        c.covers == "instant" and c.unit not in STATES for c in recording.channels.values()
+    )
+    edges: Floats = first + width * np.arange(np.floor((t[-1] - first) / width * (1 + 1e-12)) + 1)
     kept = _covered(t, steps, edges)
     if kept.sum() < 2:
         raise InputError(f"{where} = {rate:g} Hz; fewer than two means of {recording.label} are free of gaps")
@@ -79,9 +87,20 @@ def _covered(t: Floats, steps: Floats, edges: Floats) -> np.ndarray:
     return np.cumsum(change)[: len(edges) - 1] == 0
 
 
+def _smooth(t: Floats, v: Floats) -> Callable[[Floats], Floats]:
+    """A curve through readings, shape (n,): straight lines cut the corners of a motion of some rows' length."""
+    from scipy.interpolate import Akima1DInterpolator  # slow to import
+
+    return (
+        Akima1DInterpolator(t, v, method="makima", extrapolate=True) if len(t) > 2 else lambda at: np.interp(at, t, v)
+    )
+
+
 def _channel(channel: Channel, t: Floats, edges: Floats, kept: np.ndarray) -> Channel:
     v = channel.values
-    if channel.unit in ("rad", "K"):
+    if channel.unit == "rad":
+        return replace(channel, values=_smooth(t, v)(edges[1:])[kept])
+    if channel.unit in STATES:
         return replace(channel, values=np.interp(edges[1:], t, v)[kept])
     if channel.unit == "1":
         return replace(channel, values=v[np.searchsorted(t, edges[1:], side="right") - 1][kept])
