@@ -145,14 +145,15 @@ def _taken(manifest: Manifest, run: RunSpec, table: Table, t: Floats) -> tuple[T
     try:
         return table, sampling(run.file, t, table.place, table.values.get("table_angle")), ()
     except UnevenError:
-        if _nothing_turns(manifest):
-            rested = at_mean_rate(run.file, t, table.place)
-            found = None if rested is None else (table, rested, ())
-        else:
-            found = _read_once(manifest, run, table, t)
-        if found is None:
+        if not _nothing_turns(manifest):
+            once = _read_once(manifest, run, table, t)
+            if once is None:
+                raise
+            return once
+        rested = at_mean_rate(run.file, t, table.place)
+        if rested is None:
             raise
-        return found
+        return table, rested, ()
 
 
 def _read_once(

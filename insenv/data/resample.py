@@ -24,6 +24,8 @@ from insenv.core.recording import Channel, Floats, Recording, Segment
 
 #: Rows in a cell, in the median, from which a mean is a mean.
 FEWEST = 2.0
+#: Share of the usual step from which on no step is so short that the error of a stamp bends a curve.
+EVEN = 0.3
 #: Units of what is read at the end of a cell.
 STATES = ("rad", "K")
 
@@ -42,10 +44,10 @@ def resampled(recording: Recording, rate: float, where: str) -> Recording:
     if width < FEWEST * middle * (1 - 1e-9):
         most = f"wanted at most {1 / (FEWEST * middle):.3g} Hz, means over two rows"
         raise InputError(f"{where} = {rate:g} Hz; the median step of {recording.label} is {middle:.3g} s: {most}")
-    # Of even rows that are readings at instants, the ones in a cell stand about its middle.
-    first = t[0] + 0.5 * middle * any(
-        c.covers == "instant" and c.unit not in STATES for c in recording.channels.values()
-    )
+    # Of even rows that are readings at instants, the ones in a cell stand about its middle. At rest it is all one.
+    turns = any(name in recording.channels for name in ("table_angle", "table_rate"))
+    instants = any(c.covers == "instant" and c.unit not in STATES for c in recording.channels.values())
+    first = t[0] + 0.5 * middle * (turns and instants)
     edges: Floats = first + width * np.arange(np.floor((t[-1] - first) / width * (1 + 1e-12)) + 1)
     kept = _covered(t, steps, edges)
     if kept.sum() < 2:
@@ -88,12 +90,16 @@ def _covered(t: Floats, steps: Floats, edges: Floats) -> np.ndarray:
 
 
 def _smooth(t: Floats, v: Floats) -> Callable[[Floats], Floats]:
-    """A curve through readings, shape (n,): straight lines cut the corners of a motion of some rows' length."""
+    """A curve through readings, shape (n,): straight lines cut the corners of a motion of some rows' length.
+
+    Where a step is a small part of the others, the error of its stamp is a slope: lines it is then.
+    """
     from scipy.interpolate import Akima1DInterpolator  # slow to import
 
-    return (
-        Akima1DInterpolator(t, v, method="makima", extrapolate=True) if len(t) > 2 else lambda at: np.interp(at, t, v)
-    )
+    steps = np.diff(t)
+    if len(t) < 3 or steps.min() < EVEN * float(np.median(steps)):
+        return lambda at: np.interp(at, t, v)
+    return Akima1DInterpolator(t, v, method="makima", extrapolate=True)
 
 
 def _channel(channel: Channel, t: Floats, edges: Floats, kept: np.ndarray) -> Channel:
