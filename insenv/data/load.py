@@ -40,8 +40,8 @@ UNEVEN_SHARE = 0.05
 MOST_STRAYS, FEWEST_BESIDE = 5, 10
 #: Strays are further off than so many steps.
 APART = 100.0
-#: A share of equal rows beyond which they are how the recording is.
-MOST_COPIES = 0.2
+#: A share of equal rows beyond which they are how the recording is, and one below which they are no matter.
+MOST_COPIES, FEW_COPIES = 0.2, 0.01
 
 
 def read_recordings(manifest: Manifest) -> tuple[Recording, ...]:
@@ -165,7 +165,7 @@ def _read_once(
     asked wander about it. What is left follows the clock of the chip.
     """
     again = _again(table)
-    if not again.any() or again.mean() > MOST_COPIES or manifest.fit_rows or manifest.held_out.rows:
+    if not FEW_COPIES <= again.mean() <= MOST_COPIES or manifest.fit_rows or manifest.held_out.rows:
         return None
     kept = np.flatnonzero(~again)
     rows = rows_of(table, kept)

@@ -22,6 +22,7 @@ from insenv.effects.catalogue import CATALOGUE
 from insenv.effects.own import ALL
 from insenv.effects.tone import Tone
 from insenv.identify.clean.settling import settled_by, without_start
+from insenv.identify.findings import NotTestable
 from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.heldout import MOST_GROWTH, confirms, held_out_score, rescored
@@ -69,6 +70,9 @@ MOST_DAMPED = 4
 
 #: Share by which bins of two targets may differ in length and be as good as one.
 SAME = 1e-6
+
+#: Why no hold is tried of means that were made of uneven rows.
+OF_MEANS = "rows of uneven steps were made means: an output that is held for less is only late there"
 
 #: P-value below which what is left is suspected to be more than the declared noise.
 SUSPECTED = 0.1
@@ -236,11 +240,15 @@ def _begin(
 ) -> Track:
     """A target before its search; bins of ``width`` at least, lines and holds found in the ``samples`` taken out."""
     tones = any(effect.line for effect in catalogue)
-    holds = any(effect.id == "sample_hold" for effect in catalogue)
+    made = any(recording.period is not None for recording in recordings)
+    holds = not made and any(effect.id == "sample_hold" for effect in catalogue)
     prepared = prepare(manifest, recordings, uses, target, tones and samples, holds and samples, width)
     found, blind = candidates(prepared.problem, catalogue)
     declared = {term.effect.key for term in prepared.model}
     if prepared.held.hold is not None or prepared.held.excluded:  # the samples told: means tell less of it
+        declared = declared | {"sample_hold"}
+    if made:
+        blind = (*blind, *(NotTestable(c.effect.key, (), OF_MEANS) for c in found if c.effect.id == "sample_hold"))
         declared = declared | {"sample_hold"}
     found = tuple(c for c in found if c.effect.key not in declared)
     fit = solve(prepared.problem, prepared.model)

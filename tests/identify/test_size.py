@@ -13,6 +13,7 @@ from scipy.stats import chi2, norm
 from simulated_runs import FITTED, gyro_run, manifest, use
 
 from insenv.core.recording import Floats
+from insenv.effects.angle import AngleLockedRate
 from insenv.effects.catalogue import CATALOGUE, by_key
 from insenv.effects.tone import Tone
 from insenv.identify.fit.gls import solve
@@ -131,3 +132,14 @@ def test_a_curve_of_the_rate_is_as_uncertain_as_the_report_says(problem: Problem
     assert abs(row.value) < LEAST * row.sd
     assert unsized(bent, fit, cubic) == ""  # by noise alone it has one
     assert "its size is not told" in unsized(bent, fit, cubic, (cubic,))
+
+
+def test_beside_a_late_reference_less_than_a_wave_of_the_angle_is_no_wave(problem: Problem) -> None:
+    """A table that swings over 72 deg has half of a wave of order 2, and a whole one of order 5 alone."""
+    (run,) = problem.exposures
+    assert run.motion.angle is not None
+    narrow = np.deg2rad(72) * run.motion.angle / np.ptp(run.motion.angle)
+    for lag, seen in ((0.0, True), (0.02, False)):
+        late = replace(run, motion=replace(run.motion, angle=narrow, lag=lag))
+        found, _ = candidates(replace(problem, exposures=(late,), cache={}), (AngleLockedRate(2),))
+        assert bool(found) is seen
