@@ -291,11 +291,11 @@ class _Cells:
 
 
 def _shares(recording: Recording, target: str) -> tuple[float, float]:
-    """Shares of the table's rate and of the Earth's vertical rate that the target sees."""
+    """Shares of the table's rate and of the Earth's vertical rate that the target sees: an accelerometer none."""
     mounting, upwards = recording.mounting, float(np.sin(recording.mounting.tilt))
+    if target.startswith("accel") and (mounting.table_axis or _has_table(recording)):
+        return 0.0, 0.0
     if mounting.table_axis and target[-2:] in ("_x", "_y", "_z"):
-        if target.startswith("accel"):
-            return 0.0, 0.0
         upwards = _UP.get(mounting.axes["xyz".index(target[-1])], 0.0)
         return upwards * _UP[mounting.table_axis], upwards
     return (upwards if target == "gyro" or _has_table(recording) else 1.0), upwards

@@ -198,6 +198,11 @@ class Effect(ABC):
         del motion
         return ""
 
+    def unseen(self, motion: Motion, shape: tuple[float, ...]) -> str:
+        """Why a recording with this exposure does not show the effect at a ``shape``; empty where it does."""
+        del motion, shape
+        return ""
+
     def steady(self, motion: Motion) -> bool:
         """Whether what it adds at a rate that holds is a function of that rate, known on ``motion``."""
         fitted = isinstance(self, LinearEffect | CurveEffect) and not isinstance(self, MemoryEffect)

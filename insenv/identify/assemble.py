@@ -48,14 +48,14 @@ from insenv.identify.fit.uncertainty import covariance, estimates, noise_estimat
 from insenv.identify.loop import Outcome
 from insenv.identify.next.experiment import Unsettled, next_experiments
 from insenv.identify.prepare.excess import Structure, structure
-from insenv.identify.prepare.line_effects import hold_effect, line_effects, saturation_effect
-from insenv.identify.prepare.lines import Line
+from insenv.identify.prepare.line_effects import hold_effect, line_effects, rounding_effect, saturation_effect
 from insenv.identify.prepare.vibration import went_away
 from insenv.identify.search.detectable import Sensitivity
 from insenv.identify.search.rivals import Rivalry
+from insenv.identify.search.rounded import log_p_unrounded
 from insenv.identify.search.tracks import Step, Track
 from insenv.identify.search.twins import rarer_sentence, twin_sentence, twins
-from insenv.identify.search.unfinished import unfinished
+from insenv.identify.search.unfinished import made_by_rounding, unfinished
 from insenv.identify.switches import Lazy, switchable
 
 #: Held-out error in scatters of the fitted noise from which on a word is said.
@@ -131,8 +131,8 @@ def _target(
     left = replace(left, reasons=(*left.reasons, *unfinished(track, alpha), *lost, *went))
     lines, hold = track.prepared.lines, track.prepared.held.hold
     earth = earth_findings(track, alpha)
-    verdict = _verdict(track, lines, left, earth)
-    scores = held_out_score(plain, before), held_out_score(problem, track.fit)
+    coarse = _rounding(track, alpha, scores := (held_out_score(plain, before), held_out_score(problem, track.fit)))
+    verdict = _verdict(track, bool(lines or coarse), left, earth)
     own = _own_estimates(track)
     first = estimates(plain, before)
     declared = set(track.prepared.model)
@@ -148,6 +148,7 @@ def _target(
         declared=manifest.model.declared,
         added=(
             *_saturation(track, recordings, scores),
+            *coarse,
             *found,
             *((hold_effect(hold, *(score.rms for score in scores)),) if hold else ()),
             *(line_effects(lines, problem, _with_lines(track), scores[1].rms, track.finer) if lines else ()),
@@ -233,12 +234,21 @@ def _with_lines(track: Track) -> float:
     return held_out_score(track.prepared.plain, solve(track.prepared.plain, track.fit.model)).rms
 
 
-def _verdict(track: Track, lines: tuple[Line, ...], left: Structure, earth: EarthFindings) -> str:
+def _rounding(track: Track, alpha: float, scores: tuple[Score, Score]) -> tuple[Added, ...]:
+    """Rounding that noise does not blur, where what it leaves would be an effect."""
+    made, problem = made_by_rounding(track, alpha), track.problem
+    if not made or problem.coarse is None:
+        return ()
+    p_value = math.exp(max(log_p_unrounded(made[0]), -690.0))
+    return (rounding_effect(problem.coarse.step, p_value, problem, *(score.rms for score in scores)),)
+
+
+def _verdict(track: Track, in_samples: bool, left: Structure, earth: EarthFindings) -> str:
     physical = [s for s in track.steps if not s.hit.candidate.generic]
     more = bool(left.reasons) or earth.departs
     if earth.suspects or any(r.rivals for r in track.rivalries) or (track.steps and track.instead):
         return "confounded"
-    if physical or lines or track.prepared.held.hold or track.prepared.rails:
+    if physical or in_samples or track.prepared.held.hold or track.prepared.rails:
         return "effects-found-incomplete" if more else "effects-found"
     if track.steps:
         return "generic-only"

@@ -283,3 +283,11 @@ def test_the_edges_of_a_noisy_rate_carry_no_noise_of_single_rows() -> None:
     steady[[0, 1, -2, -1]] = False
     inside = np.where(np.arange(len(edges)) < len(edges) / 2, 0.2, -0.3)
     assert np.std((edges - inside)[steady]) < 0.1 * noise
+
+
+def test_an_accelerometer_on_a_table_sees_nothing_of_its_rate() -> None:
+    recording = swing("instant")
+    channels = {**recording.channels, "accel": Channel(np.full(N, GRAVITY), "m/s^2")}
+    motion = expose(replace(recording, channels=channels), "accel").motion
+    assert not motion.rate.any()
+    assert motion.turn_rate is not None and np.ptp(motion.turn_rate) > 0.5

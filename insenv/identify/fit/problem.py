@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.recording import Floats
+from insenv.core.series.coarse import Coarse
 from insenv.data.exposure import Exposure
 from insenv.effects.base import OUTPUT, CurveEffect, Effect, LinearEffect, NoiseEffect, Param
 from insenv.effects.noise import AngleRandomWalk, BiasInstability, Quantization, RateRandomWalk
@@ -77,6 +78,8 @@ class Problem:
         Fitted bins that are left free: no model has to explain them.
     most : ndarray, shape (terms,), optional
         Largest power of each of `NOISE_TERMS`; None: the noise is fitted freely.
+    coarse : Coarse, optional
+        What rounding of the readings leaves in their means beside a table that turns; None where noise blurs it.
     """
 
     target: str
@@ -86,6 +89,7 @@ class Problem:
     y: Floats
     outliers: tuple[int, ...] = ()
     most: Floats | None = None
+    coarse: Coarse | None = None
     cache: dict[Hashable, Any] = field(default_factory=dict, repr=False)
 
     def remember(self, key: Hashable, make: Any) -> Any:

@@ -22,6 +22,7 @@ from insenv.identify.fit.gls import Fit, noise_freedom, spectrum
 from insenv.identify.fit.noise import transform
 from insenv.identify.fit.problem import NOISE_TERMS, Problem, Term
 from insenv.identify.fit.reference_variance import Beside, beside_response
+from insenv.identify.fit.rounded import added_covariance
 from insenv.identify.fit.swings import by_swings
 
 _SQUARED = "_squared"
@@ -48,7 +49,8 @@ def estimates(problem: Problem, fit: Fit, inexact: tuple[Term, ...] = ()) -> dic
 
     The shapes of ``inexact`` are taken to be right only nearly (`insenv.identify.fit.discrepancy`), and their curves
     may have other forms (`insenv.identify.fit.other_forms`). Beside a reference whose errors go with the motion all are
-    less certain (`insenv.identify.fit.reference_variance`).
+    less certain (`insenv.identify.fit.reference_variance`), and so they are where readings are rounded
+    (`insenv.identify.fit.rounded`).
     """
     slopes, beside = _all_slopes(problem, fit), beside_response(problem, fit)
     sd = np.sqrt(np.diag(_joint(problem, fit, slopes, beside)))
@@ -156,8 +158,11 @@ def _joint(problem: Problem, fit: Fit, slopes: dict[Term, _Slopes], beside: Besi
     scaled = columns / size
     inverse = np.linalg.pinv(scaled.T @ scaled + np.diag(prior / size**2), hermitian=True)
     factor = _for_fitted_noise(problem, fit, scaled @ inverse, beside) / size
-    factor[: len(fit.design.scale)] /= fit.design.scale
-    return inverse * np.outer(factor, factor)
+    p = len(fit.design.scale)
+    factor[:p] /= fit.design.scale
+    joint = np.asarray(inverse * np.outer(factor, factor))
+    joint[:p, :p] += added_covariance(problem, fit) / np.outer(fit.design.scale, fit.design.scale)
+    return joint
 
 
 def _for_fitted_noise(problem: Problem, fit: Fit, weights: Floats, beside: Beside | None) -> Floats:

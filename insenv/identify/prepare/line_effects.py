@@ -90,6 +90,21 @@ def saturation_effect(rails: tuple[Rail, ...], problem: Problem, losses: str, be
     )
 
 
+def rounding_effect(step: float, p_value: float, problem: Problem, before: float, after: float) -> Added:
+    """A found ``quantization``: rounding that the noise of the readings does not blur."""
+    return Added(
+        effect="quantization",
+        order=None,
+        parameters=(Estimate("quantization", "step", step, KNOWN * step, problem.unit),),
+        p_value=max(p_value, 1e-300),
+        likelihood_ratio=-2 * math.log(max(p_value, 1e-300)),
+        confounded_with=(),
+        held_out_before=before,
+        held_out_after=after,
+        remark="readings are rounded to this step, and their noise does not blur it; nothing was subtracted",
+    )
+
+
 def _merged(lines: tuple[Line, ...]) -> tuple[tuple[Line, ...], ...]:
     """Lines of several runs that are one line, strongest first; at most one per run."""
     groups: list[list[Line]] = []

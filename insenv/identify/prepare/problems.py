@@ -11,6 +11,7 @@ import numpy as np
 from insenv.core.errors import InputError
 from insenv.core.motion import Motion
 from insenv.core.recording import Channel, Floats, Recording, Response
+from insenv.core.series.coarse import Coarse, coarse
 from insenv.data.exposure import CHANNEL_OF, expose
 from insenv.data.manifest.spec import Manifest
 from insenv.data.split import RowUse
@@ -521,7 +522,20 @@ def _problem(
     y = bins.mean(tuple(e.y - e.motion.rate for e in exposures))
     turning = any(np.ptp(e.u) for e in exposures)
     out = () if turning else outliers(y, bins.blocks)
-    return Problem(target, recordings[0].channels[target].unit, exposures, bins, y, out)
+    rounded = _coarse(recordings, target) if turning else None
+    return Problem(target, recordings[0].channels[target].unit, exposures, bins, y, out, coarse=rounded)
+
+
+def _coarse(recordings: tuple[Recording, ...], target: str) -> Coarse | None:
+    """What rounding of a target that is read at instants leaves, in the run in which it leaves most."""
+    if recordings[0].channels[target].covers == "interval":
+        return None
+    rates = [r.channels.get("table_rate") for r in recordings]
+    each = [
+        coarse(r.channels[target].values, None if rate is None else rate.values)
+        for r, rate in zip(recordings, rates, strict=True)
+    ]
+    return max((one for one in each if one is not None), key=lambda one: one.rms, default=None)
 
 
 def _enough(manifest: Manifest, problem: Problem, model: Model, target: str) -> None:

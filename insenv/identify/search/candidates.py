@@ -121,8 +121,14 @@ def _terms(problem: Problem, effect: Effect) -> tuple[Term, ...]:
             # A step at either end is a transient, or an outlier: the level beside it is not the instrument's.
             margin = END_SHARE * (stop - start)
             grid = grid[(grid[:, j] > start + margin) & (grid[:, j] < stop - margin)]
-    forms = effect.variants(longest.motion)
-    return tuple(Term(form, tuple(map(float, row))) for form in forms for row in grid)
+    shapes = [shape for row in grid if not unseen(problem, effect, shape := tuple(map(float, row)))]
+    return tuple(Term(form, shape) for form in effect.variants(longest.motion) for shape in shapes)
+
+
+def unseen(problem: Problem, effect: Effect, shape: tuple[float, ...]) -> str:
+    """Why no run shows the effect at a shape; empty where one does."""
+    reasons = [effect.unseen(e.motion, shape) for e in problem.exposures]
+    return reasons[0] if all(reasons) else ""
 
 
 def _fitted_time(problem: Problem) -> tuple[float, float]:

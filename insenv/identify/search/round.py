@@ -18,9 +18,10 @@ from insenv.identify.fit.evidence import held_out_deviate, joint_deviate, log_ta
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import Model, Problem, Term
 from insenv.identify.prepare.lines import coherent_power, strongest_tone
-from insenv.identify.search.candidates import Candidate
+from insenv.identify.search.candidates import Candidate, unseen
 from insenv.identify.search.recurrence import not_both_ways, not_in_all_runs
 from insenv.identify.search.reference_errors import beside_reference_errors
+from insenv.identify.search.rounded import beside_rounding
 from insenv.identify.search.scan import (
     SHAPES_REFITTED,
     Hit,
@@ -91,7 +92,7 @@ def confronted(problem: Problem, fit: Fit, base: Reference, hit: Hit) -> Hit:
     if log_tail(hit.deviate) > np.log(SUGGESTED):
         return hit
     larger = solve(problem, with_term(fit.model, hit.term), start=fit.noise.power)
-    beyond = _beyond_bounds(problem, larger)
+    beyond = _beyond_bounds(problem, larger) or unseen(problem, hit.term.effect, hit.term.shape)
     if beyond:
         return replace(hit, deviate=-np.inf, remark=beyond)
     differs = not_in_all_runs(problem, fit, hit.term) or not_both_ways(problem, fit, base, hit.term)
@@ -100,7 +101,8 @@ def confronted(problem: Problem, fit: Fit, base: Reference, hit: Hit) -> Hit:
     freedom = term_freedom(problem, base, hit.term)
     z, information = held_out_deviate(problem, fit, larger, freedom)
     joint = joint_deviate(log_tail(hit.deviate), hit.likelihood_ratio, z, information)
-    return beside_reference_errors(problem, fit, base, replace(hit, deviate=joint, held_out=z, alone=0.0))
+    hit = beside_rounding(problem, larger, replace(hit, deviate=joint, held_out=z, alone=0.0, unrounded=0.0))
+    return beside_reference_errors(problem, fit, base, hit)
 
 
 def _beyond_bounds(problem: Problem, fit: Fit) -> str:

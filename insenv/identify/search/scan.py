@@ -89,6 +89,8 @@ class Hit:
         Why it was taken out, if it was.
     alone : float
         Deviate that it would have beside a reference without errors, where those are why it has less; else 0.
+    unrounded : float
+        The same of readings that are not rounded (`insenv.identify.search.rounded`).
     """
 
     candidate: Candidate
@@ -100,6 +102,7 @@ class Hit:
     held_out: float = 0.0
     remark: str = ""
     alone: float = 0.0
+    unrounded: float = 0.0
 
     @property
     def log_p(self) -> float:

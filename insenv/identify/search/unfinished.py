@@ -4,6 +4,7 @@
   that is not this.
 * An effect whose size is not told, and that is still significant beside all that was added.
 * An effect of the motion that errors of the reference explain as well: something goes with the motion.
+* An effect that rounding of the readings, which no noise blurs, explains as well.
 * A drift that axes of the unit have together, and that is not told on this one.
 * A drift of a unit at rest that would be significant if nothing else had been tried, or a slow cause that is so by all
   rows, the held-out ones too.
@@ -25,6 +26,8 @@ from insenv.identify.search.jumps import is_step
 from insenv.identify.search.one_box import DRIFTS, log_p_by_itself
 from insenv.identify.search.reference_errors import log_p_alone
 from insenv.identify.search.round import against
+from insenv.identify.search.rounded import log_p_unrounded
+from insenv.identify.search.scan import Hit
 from insenv.identify.search.tracks import MOST_ADDED, Track
 
 #: What is far beyond the level: so many times less likely.
@@ -42,6 +45,7 @@ def unfinished(track: Track, alpha: float) -> tuple[str, ...]:
         *_what_does_not_last(track),
         *_without_a_size(track, alpha),
         *_with_the_motion(track, alpha),
+        *_rounded(track, alpha),
         *_of_the_box(track),
         *_leaning(track, alpha),
         *_jumping(track, alpha),
@@ -86,6 +90,25 @@ def _with_the_motion(track: Track, alpha: float) -> tuple[str, ...]:
         "something is left that goes with the motion, as errors of the reference do (filtered, late, noisy where it is "
         f"fast, or with another axis in it): {names} would follow it, and is not told from that",
     )
+
+
+def _rounded(track: Track, alpha: float) -> tuple[str, ...]:
+    """What would be significant if readings were not rounded, or rounded beside noise that blurs it."""
+    names = ", ".join(dict.fromkeys(hit.candidate.effect.key for hit in made_by_rounding(track, alpha)))
+    if not names or track.problem.coarse is None:
+        return ()
+    step = track.problem.coarse.step
+    return (
+        f"readings are rounded to steps of {step:.3g} {track.problem.unit}, and their noise is too small to blur that: "
+        f"{names} would follow what it leaves, and is not told from it",
+    )
+
+
+def made_by_rounding(track: Track, alpha: float) -> list[Hit]:
+    """What is significant but for the rounding of the readings, surest first."""
+    hits = [h for h in (*track.last_physical, *(track.hits or ())) if h.unrounded and not h.candidate.generic]
+    hits = [h for h in hits if h.log_p >= np.log(alpha) > log_p_unrounded(h)]
+    return sorted(hits, key=log_p_unrounded)
 
 
 def _of_the_box(track: Track) -> tuple[str, ...]:
