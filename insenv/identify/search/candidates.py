@@ -126,7 +126,12 @@ def _terms(problem: Problem, effect: Effect) -> tuple[Term, ...]:
 
 
 def unseen(problem: Problem, effect: Effect, shape: tuple[float, ...]) -> str:
-    """Why no run shows the effect at a shape; empty where one does."""
+    """Why no run shows the effect at a shape; empty where one does.
+
+    Beside a reference that comes late nothing is said: the largest rates are those of its noise and of its corners.
+    """
+    if any(e.motion.lag for e in problem.exposures):
+        return ""
     reasons = [effect.unseen(e.motion, shape) for e in problem.exposures]
     return reasons[0] if all(reasons) else ""
 
