@@ -12,6 +12,8 @@ from insenv.report.drawing import PALETTE, style
 
 #: Decimals of a coordinate [pt].
 _DECIMALS = 1
+_POINT = re.compile(r"([ML])(-?[\d.]+) (-?[\d.]+)(h0)?")
+_POINTS = re.compile(f"(?:{_POINT.pattern}){{3,}}")
 #: What need not be said, because it is so anyway, or as the page has it.
 _USUAL = {
     "stroke-dashoffset": "0", "stroke-linecap": "butt", "stroke-linejoin": "round", "stroke-opacity": "1",
@@ -67,11 +69,26 @@ def _rounded(text: str) -> str:
         data = re.sub(r"-?\d+\.\d+", few, found[1])
         data = re.sub(r"M (\S+ \S+)\s+L \1(?=\s|$)", r"M\1h0", data)
         data = re.sub(r"\s*([A-Za-z])\s*", r"\1", data)
-        return f'd="{" ".join(data.split())}"'
+        return f'd="{_relative(" ".join(data.split()))}"'
 
     text = re.sub(r'\bd="([^"]*)"', path, text)
     text = re.sub(r'\b(x|y|font-size|stroke-width)="(-?\d+\.\d\d)\d*"', r'\1="\2"', text)
     return re.sub(r' transform="rotate\(-0 [^"]*\)"', "", text)
+
+
+def _relative(data: str) -> str:
+    """A path of moves and lines with each point as the way from the one before, which takes fewer digits."""
+    if not _POINTS.fullmatch(data):
+        return data
+    scale, at, parts = 10**_DECIMALS, (0, 0), []
+    for i, (command, x, y, dot) in enumerate(_POINT.findall(data)):
+        to = round(float(x) * scale), round(float(y) * scale)
+        away = to if i == 0 else (to[0] - at[0], to[1] - at[1])
+        across, down = (f"{one / scale:g}".replace("0.", ".", abs(one) < scale) for one in away)
+        between = "" if down.startswith("-") else " "
+        parts.append(f"{command if i == 0 else command.lower()}{across}{between}{down}{dot}")
+        at = to
+    return "".join(parts)
 
 
 def _joined(text: str) -> str:

@@ -3,20 +3,20 @@
 const GLS = (() => {
   const ABSENT = 1e-9, ROUNDING = 1e-15, RIDGE = 1e-11, FLAT = 0.02, COLLINEAR = 1e-5, GROUPS = 100;
 
-  // Arrays of whole numbers times a step: differences, zigzag, planes of bytes.
+  // Arrays of whole numbers times a step: differences of some order, zigzag, planes of bytes.
   async function unpack(text, parts) {
     const packed = Uint8Array.from(atob(text), c => c.charCodeAt(0));
     const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream('deflate'));
     const bytes = new Uint8Array(await new Response(stream).arrayBuffer()), found = {};
     let at = 0;
-    for (const [name, n, step] of parts) {
+    for (const [name, n, step, order] of parts) {
       const values = new Float64Array(n);
-      let sum = 0;
       for (let i = 0; i < n; i++) {
         const u = bytes[at + i] | bytes[at + n + i] << 8 | bytes[at + 2 * n + i] << 16 | bytes[at + 3 * n + i] << 24;
-        sum += (u >>> 1) ^ -(u & 1);
-        values[i] = sum * step;
+        values[i] = (u >>> 1) ^ -(u & 1);
       }
+      for (let k = 0; k < order; k++) for (let i = 1; i < n; i++) values[i] += values[i - 1];
+      for (let i = 0; i < n; i++) values[i] *= step;
       at += 4 * n;
       found[name] = values;
     }
