@@ -65,6 +65,12 @@ SURE = 3.0
 #: Causes of rows that are left out which have a sentence of their own.
 TOLD = ("saturation", "burst")
 
+#: What is said of a slow cause that noise explains as well.
+UNDECIDED = (
+    "the level changes; whether by a law or by a walk of the noise this record does not tell: a longer one does, or "
+    "another after it was switched off and on"
+)
+
 #: Fewest bins that have a spectrum.
 SHORTEST = 8
 
@@ -246,7 +252,7 @@ def _rounding(track: Track, alpha: float, scores: tuple[Score, Score]) -> tuple[
 def _verdict(track: Track, in_samples: bool, left: Structure, earth: EarthFindings) -> str:
     physical = [s for s in track.steps if not s.hit.candidate.generic]
     more = bool(left.reasons) or earth.departs
-    if earth.suspects or any(r.rivals for r in track.rivalries) or (track.steps and track.instead):
+    if earth.suspects or any(r.keys for r in track.rivalries) or (track.steps and track.instead):
         return "confounded"
     if physical or in_samples or track.prepared.held.hold or track.prepared.rails:
         return "effects-found-incomplete" if more else "effects-found"
@@ -261,6 +267,8 @@ def _added(track: Track, index: int, step: Step, parameters: tuple[Estimate, ...
     remark = f"one cause, judged on {', '.join(step.together)} together" if step.together else ""
     same = twins(track.problem, track.fit, step.hit.term)
     remark = "; ".join(filter(None, (remark, twin_sentence(same), rarer_sentence(rivalry.rarer))))
+    if rivalry.noise:
+        remark = UNDECIDED
     if track.instead:
         remark = "found with the noise held to what was declared; more noise would explain it as well"
     return Added(
@@ -269,7 +277,7 @@ def _added(track: Track, index: int, step: Step, parameters: tuple[Estimate, ...
         parameters=parameters,
         p_value=step.p_value,
         likelihood_ratio=step.hit.likelihood_ratio,
-        confounded_with=(*rivalry.rivals, *track.instead),
+        confounded_with=(*rivalry.keys, *track.instead),
         held_out_before=step.before.rms,
         held_out_after=step.after.rms,
         generic=step.hit.candidate.generic,

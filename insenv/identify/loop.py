@@ -55,6 +55,7 @@ from insenv.identify.search.scan import Hit, likelihood_ratio, reference
 from insenv.identify.search.settle import settled, sized
 from insenv.identify.search.size import unsized, unsized_together
 from insenv.identify.search.tracks import MOST_ADDED, Progress, Refusal, Step, Track
+from insenv.identify.search.undecided import with_sets
 
 #: Effects of one physical cause on several targets: judged on all of them together.
 SHARED = tuple(sorted(effect.id for effect in ALL if effect.of_base))
@@ -137,6 +138,8 @@ def trace(
             progress(f"{track.problem.target}: held-out data are worse without its lines and its hold")
             plain = found([begin(track.problem.target, width=width, samples=False)])
             tracks[index] = plain[0]
+    if not any(manifest.noise.get(track.problem.target) for track in tracks):
+        tracks = with_sets(tracks, alpha)
     return Outcome(tuple(tracks), alpha, seed)
 
 

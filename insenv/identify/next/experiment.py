@@ -146,7 +146,7 @@ def _found(track: Track) -> Iterator[Confounded]:
     for index, step in enumerate(track.steps):
         rivals = track.rivalries[index] if index < len(track.rivalries) else Rivalry((), None)
         shaped = dict(zip(rivals.rivals, rivals.terms, strict=False))
-        keys = (*rivals.rivals, *track.instead)
+        keys = (*rivals.keys, *track.instead)
         if keys:
             term = step.hit.term
             rest = tuple(t for t in track.fit.model if t is not term)

@@ -8,21 +8,62 @@ shapes:
 
     p = k min_i p_i,        i = a drift, a warm-up, what the temperature does.
 
-Nothing is named by this, for no row is left that could refuse it: what is significant is a reason why the rest is not
-noise.
+Nothing is found by this, for no row is left that could refuse it: what is significant is a doubt, and may be named with
+the noise that would do as well (`insenv.identify.search.undecided`).
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from insenv.identify.fit.bins import of_one_use
-from insenv.identify.fit.gls import solve
+from insenv.identify.fit.gls import Fit, solve
+from insenv.identify.fit.problem import Problem
+from insenv.identify.search.jumps import is_step
 from insenv.identify.search.one_box import DRIFTS, is_thermal, log_p_by_itself
 from insenv.identify.search.round import by_fit_alone
 from insenv.identify.search.scan import Hit, reference
 from insenv.identify.search.tracks import Track
+
+
+@dataclass(frozen=True)
+class AllRows:
+    """All rows of a run as one stretch, the model without slow causes fitted to them, and these added to it.
+
+    ``steps`` are the steps of the bias, which are no law; ``laws`` are the others.
+    """
+
+    problem: Problem
+    fit: Fit
+    laws: tuple[Hit, ...]
+    steps: tuple[Hit, ...]
+
+
+def of_all_rows(track: Track, seed: int = 0) -> AllRows | None:
+    """Slow causes by all rows of a single run at rest; None where none is tried. Curves without a cause are left out.
+
+    Parameters
+    ----------
+    track : Track
+    seed : int
+        Of the simulated noise.
+    """
+    tried = tuple(c for c in track.candidates if c.effect.key in DRIFTS or is_thermal(c.effect) or is_step(c.effect))
+    if len(track.problem.exposures) > 1 or track.problem.turns or all(is_step(c.effect) for c in tried):
+        return None
+    model = tuple(term for term in track.fit.model if not term.effect.generic)
+
+    def asked() -> AllRows:
+        whole = replace(track.problem, bins=of_one_use(track.problem.bins), cache={})
+        fit = solve(whole, model, start=track.fit.noise.power)
+        base = reference(whole, fit.model, fit.noise.power)
+        hits = by_fit_alone(whole, fit, base, tried, seed, track.family, tones=False)
+        laws = tuple(hit for hit in hits if not is_step(hit.candidate.effect))
+        return AllRows(whole, fit, laws, tuple(hit for hit in hits if hit not in laws))
+
+    found: AllRows = track.problem.remember(("all rows", model, seed), asked)
+    return found
 
 
 def surest_slow(track: Track, seed: int = 0) -> tuple[Hit, float] | None:
@@ -34,12 +75,6 @@ def surest_slow(track: Track, seed: int = 0) -> tuple[Hit, float] | None:
     seed : int
         Of the simulated noise.
     """
-    tried = tuple(c for c in track.candidates if c.effect.key in DRIFTS or is_thermal(c.effect))
-    if len(track.problem.exposures) > 1 or track.problem.turns or not tried:
-        return None
-    whole = replace(track.problem, bins=of_one_use(track.problem.bins), cache={})
-    fit = solve(whole, track.fit.model, start=track.fit.noise.power)
-    base = reference(whole, fit.model, fit.noise.power)
-    hits = by_fit_alone(whole, fit, base, tried, seed, track.family, tones=False)
+    hits = () if (rows := of_all_rows(track, seed)) is None else rows.laws
     found = min(hits, key=lambda hit: log_p_by_itself(track, hit), default=None)
     return None if found is None else (found, min(1.0, len(hits) * math.exp(log_p_by_itself(track, found))))

@@ -50,12 +50,19 @@ class Rivalry:
     """Effects that explain as well as an added one, by key, best first, and their ``terms`` at the best shapes.
 
     ``better`` is one that explains better. ``rarer`` are those that explain nearly as well, against whom the odds are.
+    ``noise`` are the noise terms of which more would do as well.
     """
 
     rivals: tuple[str, ...]
     better: Hit | None
     terms: tuple[Term, ...] = ()
     rarer: tuple[str, ...] = ()
+    noise: tuple[str, ...] = ()
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Keys of all that takes the place of the added effect."""
+        return (*self.rivals, *self.noise)
 
 
 def rivalry(

@@ -21,14 +21,14 @@ import numpy as np
 from insenv.core.recording import Floats
 from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.problem import Problem
-from insenv.identify.search.all_rows import surest_slow
 from insenv.identify.search.jumps import is_step
-from insenv.identify.search.one_box import DRIFTS, log_p_by_itself
+from insenv.identify.search.one_box import DRIFTS
 from insenv.identify.search.reference_errors import log_p_alone
 from insenv.identify.search.round import against
 from insenv.identify.search.rounded import log_p_unrounded
 from insenv.identify.search.scan import Hit
 from insenv.identify.search.tracks import MOST_ADDED, Track
+from insenv.identify.search.undecided import leaning
 
 #: What is far beyond the level: so many times less likely.
 FAR = 10.0
@@ -47,7 +47,7 @@ def unfinished(track: Track, alpha: float) -> tuple[str, ...]:
         *_with_the_motion(track, alpha),
         *_rounded(track, alpha),
         *_of_the_box(track),
-        *_leaning(track, alpha),
+        *leaning(track, alpha),
         *_jumping(track, alpha),
         *_waves(track),
         *_curves(track),
@@ -117,33 +117,6 @@ def _of_the_box(track: Track) -> tuple[str, ...]:
         return ()
     found = next((r for r in track.refusals if r.of_box), None)
     return (f"axes of the unit change together, and this one may as well: {found.reason}",) if found else ()
-
-
-def _leaning(track: Track, alpha: float) -> tuple[str, ...]:
-    """A drift or warm-up of a unit at rest that would be significant if nothing else had been tried."""
-    turns = track.problem.turns
-    named = any(not step.hit.candidate.effect.line for step in track.steps)
-    if named or turns or any(r.of_box or r.fails for r in track.refusals):
-        return ()
-    hits = [hit for hit in track.last_physical if hit.candidate.effect.key in DRIFTS]
-    found = min(hits, key=lambda hit: log_p_by_itself(track, hit), default=None)
-    if found is None or (log_p := log_p_by_itself(track, found)) >= np.log(alpha):
-        return _by_all_rows(track, alpha)
-    return (
-        f"{found.candidate.effect.key} explains the data better than noise does (p = {np.exp(log_p):.1g} by itself, "
-        f"{found.p_value:.1g} among all that was tried): not decided between it and a random walk",
-    )
-
-
-def _by_all_rows(track: Track, alpha: float) -> tuple[str, ...]:
-    """A slow cause that the fitted rows do not tell from a walk of the noise, and all rows do."""
-    found = surest_slow(track)
-    if found is None or (p := found[1]) >= alpha:
-        return ()
-    return (
-        f"{found[0].candidate.effect.key} explains all rows, the held-out ones too, better than noise does (p = "
-        f"{p:.1g} by itself): no rows are left that could refuse it, and it is not named",
-    )
 
 
 def _jumping(track: Track, alpha: float) -> tuple[str, ...]:

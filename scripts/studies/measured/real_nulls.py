@@ -35,8 +35,11 @@ from insenv.core.errors import InputError
 from insenv.data.load import read_recordings
 from insenv.data.manifest import load_manifest
 from insenv.identify.findings import TargetFindings
+from insenv.identify.fit.problem import NOISE_TERMS
 from insenv.trust.rates import Rate
 
+#: Noise that wanders: a name with one of these in its set says itself that it may be none.
+NOISE = tuple(term.id for term in NOISE_TERMS)
 #: A name that recurs in this share of a channel's pieces is the instrument's.
 RECURS = 1.0 / 3.0
 #: At rest these cannot be told: there is no rate and no specific force beyond the instrument's own noise.
@@ -89,7 +92,12 @@ def answer(manifest: Path) -> dict[str, dict[str, Any]]:
 
 def _of_channel(said: TargetFindings) -> dict[str, Any]:
     added = [
-        {"effect": a.effect, "p": a.p_value, "values": {p.parameter: (p.value, p.sd) for p in a.parameters}}
+        {
+            "effect": a.effect,
+            "p": a.p_value,
+            "values": {p.parameter: (p.value, p.sd) for p in a.parameters},
+            "noise": any(key in NOISE for key in a.confounded_with),
+        }
         for a in said.added
     ]
     return {"verdict": said.verdict, "added": added}
@@ -185,6 +193,7 @@ def summary(said: Said) -> list[str]:
     false = [one for one in rows if one.wrong]
     stated = sum(one.verdict == "effects-found" for one in false)
     later = sum(one.later for one in false)
+    doubtful = sum(all(a.get("noise") for a in one.wrong) for one in false)
     once = Counter(name for one in false for name in {a["effect"] for a in one.wrong})
     recur = Counter(name for one in rows for name in set(one.names))
     return [
@@ -192,6 +201,8 @@ def summary(said: Said) -> list[str]:
         f"with a name that does not recur: {_share(len(false), len(rows))}; stated without doubt: "
         + _share(stated, len(rows)),
         f"of those the next piece bears out {later}; without them: {_share(len(false) - later, len(rows))}",
+        f"that are in a set with noise by their own account {doubtful}; without them: "
+        + _share(len(false) - doubtful, len(rows)),
         f"do not recur, or need motion: {dict(once)}",
         f"recur: {dict(recur)}",
     ]

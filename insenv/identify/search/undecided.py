@@ -1,0 +1,223 @@
+r"""Slow causes of a unit at rest that a record does not tell from a walk of the noise: a set, with the noise in it.
+
+That the level changes may be certain while its cause is not: a drift, a warm-up, what the temperature does, or a random
+walk. Where a doubt says that it does (`doubted`), a law l is a rival of the noise, fitted freely with and without it to
+all rows, if its likelihood ratio is what chance gives in one case of twenty,
+
+    Lambda_l > chi2_k(1 - `CHANCE`),        k its parameters, shapes included,
+
+and the best of them by Lambda - 2 k that does not make the held-out data worse, with the shape that the fitted rows
+give it, is named: with the others as its rivals, a step of the bias where that explains more, and the noise. What is
+over soon after the start is an event (`insenv.identify.clean.settling`), and none of them.
+
+Source: H. Akaike, IEEE Trans. Autom. Control 19 (1974) 716 (Lambda - 2 k).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.special import chdtri
+
+from insenv.identify.clean.settling import settled_by
+from insenv.identify.fit.gls import Fit, solve
+from insenv.identify.fit.heldout import MOST_GROWTH, Score, confirms, held_out_score, rescored
+from insenv.identify.fit.problem import NOISE_TERMS, Problem
+from insenv.identify.prepare.vibration import went_away
+from insenv.identify.search.all_rows import AllRows, of_all_rows, surest_slow
+from insenv.identify.search.jumps import is_step
+from insenv.identify.search.one_box import DRIFTS, LEAST, in_common, is_thermal, log_p_by_itself, looks_of, surest
+from insenv.identify.search.rivals import Rivalry
+from insenv.identify.search.round import by_fit_alone, with_term
+from insenv.identify.search.scan import Hit, reference
+from insenv.identify.search.tracks import Step, Track
+
+#: Probability with which noise alone gives the likelihood ratio from which on a law is its rival.
+CHANCE = 0.05
+#: Share of the slowest mode's variance that a noise term must make to be told.
+SHARE = 0.1
+
+
+def leaning(track: Track, alpha: float) -> tuple[str, ...]:
+    """A slow cause of a unit at rest that would be significant if nothing else had been tried, in words."""
+    named = any(not step.hit.candidate.effect.line for step in track.steps)
+    if named or track.problem.turns or any(r.of_box or r.fails for r in track.refusals):
+        return ()
+    hits = [hit for hit in track.last_physical if hit.candidate.effect.key in DRIFTS]
+    found = min(hits, key=lambda hit: log_p_by_itself(track, hit), default=None)
+    if found is None or (log_p := log_p_by_itself(track, found)) >= np.log(alpha):
+        return _by_all_rows(track, alpha)
+    return (
+        f"{found.candidate.effect.key} explains the data better than noise does (p = {np.exp(log_p):.1g} by itself, "
+        f"{found.p_value:.1g} among all that was tried): not decided between it and a random walk",
+    )
+
+
+def _by_all_rows(track: Track, alpha: float) -> tuple[str, ...]:
+    """A slow cause that the fitted rows do not tell from a walk of the noise, and all rows do."""
+    found = surest_slow(track)
+    if found is None or (p := found[1]) >= alpha:
+        return ()
+    return (
+        f"{found[0].candidate.effect.key} explains all rows, the held-out ones too, better than noise does (p = "
+        f"{p:.1g} by itself): no rows are left that could refuse it",
+    )
+
+
+def with_sets(tracks: Sequence[Track], alpha: float) -> list[Track]:
+    """The tracks of a unit at rest with the slow causes that are not told from noise, each with its rivals.
+
+    Parameters
+    ----------
+    tracks : sequence of Track
+        At the end of their search, of channels whose noise nobody declared.
+    alpha : float
+        Level of the doubts.
+    """
+    together = _together(tracks, alpha)
+    return [_with_set(track) if i in together or doubted(track, alpha) else track for i, track in enumerate(tracks)]
+
+
+def doubted(track: Track, alpha: float) -> bool:
+    """Whether something says that the level of a unit at rest changes, and no cause has been named."""
+    if not _is_open(track) or track.problem.turns:
+        return False
+    generic = any(step.hit.candidate.generic for step in track.steps)
+    refused = any(_is_slow(r.hit) and (r.of_box or r.fails or r.unsized) for r in track.refusals)
+    smooth = any(r.hit.candidate.generic for r in track.refusals)
+    went = bool(track.finer) and bool(went_away(track.problem, track.fit))
+    return generic or refused or smooth or went or bool(leaning(track, alpha))
+
+
+def _is_open(track: Track) -> bool:
+    """Whether no cause was named, nor a step said that several axes have at one instant."""
+    named = any(not s.hit.candidate.effect.line and not s.hit.candidate.generic for s in track.steps)
+    return not named and not any(r.of_box and is_step(r.hit.candidate.effect) for r in track.refusals)
+
+
+def _is_slow(hit: Hit) -> bool:
+    return hit.candidate.effect.key in DRIFTS or is_thermal(hit.candidate.effect)
+
+
+def _together(tracks: Sequence[Track], alpha: float) -> set[int]:
+    """Channels that drift together by all rows, where nothing was named on any of them."""
+    able = [(i, rows) for i, t in enumerate(tracks) if (rows := _open(t)) is not None]
+    out: set[int] = set()
+    for key in DRIFTS:
+        hits = {i: hit for i, rows in able for hit in rows.laws if hit.candidate.effect.key == key}
+        own = {i: hit for i, hit in hits.items() if hit.deviate >= LEAST}
+        if len(own) < 2:
+            continue
+        looks = max(looks_of(tracks[i], hit) for i, hit in own.items())
+        deviates = [hit.deviate for hit in hits.values()]
+        if surest(deviates, looks) >= math.log(alpha):
+            continue
+        common, place = np.eye(len(hits)), [list(hits).index(i) for i in own]
+        common[np.ix_(place, place)] = in_common([_fitted(dict(able)[i], hit) for i, hit in own.items()])
+        if surest(deviates, looks, common) < math.log(alpha):
+            out |= set(own)
+    return out
+
+
+def _open(track: Track) -> AllRows | None:
+    """All rows of a track on which no cause was named."""
+    return of_all_rows(track) if _is_open(track) else None
+
+
+def _fitted(rows: AllRows, hit: Hit) -> tuple[Problem, Fit]:
+    return rows.problem, solve(rows.problem, with_term(rows.fit.model, hit.term), start=rows.fit.noise.power)
+
+
+def _with_set(track: Track) -> Track:
+    """The track with the likeliest law that may be, or as it is where there is none."""
+    rows = of_all_rows(track)
+    if rows is None:
+        return track
+    laws = sorted((hit for hit in rows.laws if _is_rival(hit)), key=_worth, reverse=True)
+    keys = _keys(laws)
+    problem, steps = track.problem, tuple(step for step in track.steps if not step.hit.candidate.generic)
+    fit = solve(problem, rows.fit.model, start=track.fit.noise.power)
+    score = held_out_score(problem, fit)
+    for hit, larger, after in _confirmed(track, fit, score, keys):
+        likely = next(one for one in laws if one.candidate.effect.key == hit.candidate.effect.key)
+        step = Step(
+            replace(hit, likelihood_ratio=likely.likelihood_ratio),
+            score,
+            after,
+            math.exp(log_p_by_itself(track, likely)),
+        )
+        others = [one for one in (*laws, *_steps_beyond(track, rows, likely)) if one is not likely]
+        found = Rivalry(_keys(others), None, tuple(one.term for one in others), noise=_noise(rows))
+        before = [r for s, r in zip(track.steps, track.rivalries, strict=True) if s in steps]
+        refusals = tuple(r for r in track.refusals if not _is_slow(r.hit) and not r.hit.candidate.generic)
+        return replace(
+            track,
+            fit=larger,
+            score=after,
+            steps=(*steps, step),
+            rivalries=(*before, found),
+            refusals=refusals,
+        )
+    return track
+
+
+def _keys(hits: Sequence[Hit]) -> tuple[str, ...]:
+    return tuple(hit.candidate.effect.key for hit in hits)
+
+
+def _confirmed(track: Track, fit: Fit, score: Score, keys: Sequence[str]) -> Iterator[tuple[Hit, Fit, Score]]:
+    """Laws with the shape that the fitted rows give them, their fits and scores, if held-out rows are not worse."""
+    problem = track.problem
+    base = reference(problem, fit.model, fit.noise.power)
+    tried = tuple(c for c in track.candidates if c.effect.key in keys)
+    hits = {h.candidate.effect.key: h for h in by_fit_alone(problem, fit, base, tried, 0, track.family, tones=False)}
+    for key in keys:
+        if key not in hits:
+            continue
+        larger = solve(problem, with_term(fit.model, hits[key].term), start=fit.noise.power)
+        after = held_out_score(problem, larger)
+        kept = after.rms <= (1 + MOST_GROWTH) * score.rms
+        kept = kept and confirms(score, after, rescored(problem, fit, larger.noise.power))
+        if kept and _credible(problem, larger) and settled_by(problem, hits[key].term) is None:
+            yield hits[key], larger, after
+
+
+def _credible(problem: Problem, fit: Fit) -> bool:
+    """Whether the last term is known to less than its largest credible coefficients, and none is beyond them."""
+    params = {p.name: p for p in fit.model[-1].effect.linear}
+    own = np.flatnonzero(fit.design.term == len(fit.model) - 1)
+    limits = [problem.limits(params[fit.design.labels[j][1].partition("[")[0]]) for j in own]
+    return len(own) > 0 and all(
+        fit.sd[j] < high and low - fit.sd[j] <= fit.theta[j] <= high + fit.sd[j]
+        for j, (low, high) in zip(own, limits, strict=True)
+    )
+
+
+def _is_rival(hit: Hit) -> bool:
+    return hit.likelihood_ratio > chdtri(hit.size, CHANCE)
+
+
+def _worth(hit: Hit) -> float:
+    return hit.likelihood_ratio - 2 * hit.size
+
+
+def _steps_beyond(track: Track, rows: AllRows, law: Hit) -> Iterator[Hit]:
+    """Steps that explain more than a law, the instants that were tried paid for."""
+    for hit in rows.steps:
+        if _is_rival(hit) and log_p_by_itself(track, hit) < log_p_by_itself(track, law):
+            yield hit
+
+
+def _noise(rows: AllRows) -> tuple[str, ...]:
+    """The noise terms that make all rows wander without a law."""
+    mode, power = rows.problem.modes(), rows.fit.noise.power
+    slow, fast = (
+        int(pick(np.where(mode.lam > 0, mode.lam, end))) for pick, end in ((np.argmin, np.inf), (np.argmax, 0))
+    )
+    wanders = [i for i in range(len(NOISE_TERMS)) if mode.shapes[slow, i] > 2 * mode.shapes[fast, i]]
+    parts = mode.shapes[slow] * power
+    told = [i for i in wanders if parts[i] > SHARE * parts.sum()]
+    return tuple(NOISE_TERMS[i].id for i in told or wanders[-1:])
