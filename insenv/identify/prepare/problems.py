@@ -48,6 +48,8 @@ ALONG = float(np.cos(np.deg2rad(0.5)))
 LONGEST_BIN = 5.0
 #: Cycles of the slowest rejected line in a bin.
 CYCLES_PER_BIN = 8
+#: Share of the square sum of the motion that bins which reject a line must leave.
+LEFT = 0.5
 #: Share of the samples' variance from which a line is worth a word though the bins do not feel it.
 LEAST_LINE = 0.01
 #: Part of a row by which a hold time may be off a whole number of them; fitted bins that must be left of whole holds.
@@ -125,8 +127,7 @@ def prepare(
     rows = _whole_holds(manifest, measured, uses, held.hold, rows)
     plain = _problem(manifest, measured, uses, target, rows, reject_lines=False)
     lines = _recurring(_lines(recordings, uses, plain, model), plain) if tones else ()
-    if held.hold is not None:
-        lines = tuple(line for line in lines if not _of_hold(line, held.hold, plain))
+    lines = tuple(line for line in lines if not _of_hold_or_motion(line, held.hold, plain))
     if not lines:
         free = plain if held.hold is None else _problem(manifest, recordings, uses, target, rows, reject_lines=False)
         plain = _clipping(manifest, clean, uses, target, rows, plain)
@@ -135,7 +136,7 @@ def prepare(
         )
     wandering = [line.frequency for line in lines if not line.steady]
     if wandering and manifest.held_out.averaging is None:
-        wide = int(np.ceil(CYCLES_PER_BIN / min(wandering) / recordings[0].dt))
+        wide = int(np.ceil(max(_rejecting(line) for line in lines if not line.steady) / recordings[0].dt))
         if wide > rows:
             rows = wide
             plain = _problem(manifest, measured, uses, target, rows, reject_lines=False)
@@ -164,6 +165,34 @@ def _recurring(lines: tuple[Line, ...], problem: Problem) -> tuple[Line, ...]:
         return any(close and one.run != line.run for close, one in zip(near, lines, strict=True))
 
     return tuple(line for line in lines if line.steady or again(line))
+
+
+def _of_hold_or_motion(line: Line, hold: Hold | None, problem: Problem) -> bool:
+    """Whether a line is that of a held output, or wanders and cannot be rejected but with the motion."""
+    if hold is not None and _of_hold(line, hold, problem):
+        return True
+    return not line.steady and not _leaves_motion(problem, _rejecting(line))
+
+
+def _rejecting(line: Line) -> float:
+    """Length of bins whose window rejects a line that wanders [s]."""
+    return CYCLES_PER_BIN / line.frequency
+
+
+def _leaves_motion(problem: Problem, length: float) -> bool:
+    """Whether means over ``length`` seconds leave the motion of the table, if it turns.
+
+    A line that is rejected at the price of the motion leaves nothing that tells of the instrument.
+    """
+    u, run = problem.bins.mean(tuple(e.u for e in problem.exposures)), problem.bins.run
+    count = int(length / problem.bins.width)
+    if count < 2 or not problem.turns:
+        return True
+    group = run * (len(u) // count + 1) + (np.arange(len(u)) - np.searchsorted(run, run)) // count
+    own = np.unique(group, return_inverse=True)[1].ravel()
+    means = (np.bincount(own, u) / np.bincount(own))[own]
+    off = u - np.bincount(run, u)[run] / np.bincount(run)[run]
+    return bool(np.sum((u - means) ** 2) <= (1 - LEFT) * np.sum(off**2))
 
 
 def _series(manifest: Manifest) -> None:
