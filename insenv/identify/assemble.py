@@ -48,6 +48,7 @@ from insenv.identify.fit.uncertainty import covariance, estimates, noise_estimat
 from insenv.identify.loop import Outcome
 from insenv.identify.next.experiment import Unsettled, next_experiments
 from insenv.identify.prepare.excess import Structure, structure
+from insenv.identify.prepare.gain import as_declared, is_undeclared, undeclared_gain
 from insenv.identify.prepare.line_effects import hold_effect, line_effects, rounding_effect, saturation_effect
 from insenv.identify.prepare.vibration import went_away
 from insenv.identify.search.detectable import Sensitivity
@@ -128,7 +129,7 @@ def _rows(one: RejectedRows) -> str:
 def _target(
     manifest: Manifest, recordings: tuple[Recording, ...], track: Track, alpha: float, limits: Limits | None
 ) -> TargetFindings:
-    plain, problem = track.prepared.plain, track.problem
+    plain, problem = as_declared(track.prepared.plain, track.prepared.model), track.problem
     before = solve(plain, track.prepared.model)
     declared_noise = dict(manifest.noise.get(problem.target, {}))
     left = structure(problem, track.fit, declared_noise, alpha)
@@ -155,6 +156,7 @@ def _target(
         added=(
             *_saturation(track, recordings, scores),
             *coarse,
+            *undeclared_gain(problem, track.fit, track.prepared.model, scores),
             *found,
             *((hold_effect(hold, *(score.rms for score in scores)),) if hold else ()),
             *(line_effects(lines, problem, _with_lines(track), scores[1].rms, track.finer) if lines else ()),
@@ -254,7 +256,8 @@ def _verdict(track: Track, in_samples: bool, left: Structure, earth: EarthFindin
     more = bool(left.reasons) or earth.departs
     if earth.suspects or any(r.keys for r in track.rivalries) or (track.steps and track.instead):
         return "confounded"
-    if physical or in_samples or track.prepared.held.hold or track.prepared.rails:
+    gained = is_undeclared(track.problem, track.prepared.model)
+    if physical or in_samples or track.prepared.held.hold or track.prepared.rails or gained:
         return "effects-found-incomplete" if more else "effects-found"
     if track.steps:
         return "generic-only"

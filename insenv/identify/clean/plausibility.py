@@ -24,6 +24,8 @@ from insenv.data.manifest.spec import CHANNELS, INCREMENTS, ChannelSpec, Manifes
 #: Departure of a gain from one that no instrument has, and a gain of what does not turn with a table that went so far
 #: [rad].
 INCREDIBLE, UNMOVED, TRAVELLED = 0.4, 0.1, 1.0
+#: Share of the readings' square sum from which on they do follow the table, by however little.
+FOLLOWS = 0.5
 #: Departure from a known ratio within which it is that one: scale factors of cheap sensors are off by several per cent.
 SAME = 0.08
 #: The same for the size of gravity, which biases of cheap triads change.
@@ -65,11 +67,15 @@ ENDINGS = {
 
 @dataclass(frozen=True)
 class Gain:
-    """Gain of a channel against what it was exposed to, its standard deviation, and the largest rate [rad/s]."""
+    """Gain of a channel against what it was exposed to, its standard deviation, and the largest rate [rad/s].
+
+    ``explained`` is the share of the readings' square sum that the gain explains.
+    """
 
     value: float
     sd: float
     rate: float
+    explained: float
 
 
 @dataclass(frozen=True)
@@ -148,7 +154,7 @@ def _turning(manifest: Manifest, recordings: Sequence[Recording], target: str) -
             raise InputError(_wrong(manifest, target, "the rate that it was exposed to", value, remedies))
     if gain.sd > VAGUE * max(1.0, size) or abs(value - 1) <= INCREDIBLE or gain.rate < TURNING:
         return ()
-    if size < UNMOVED and _travelled(recordings, target) > TRAVELLED:
+    if size < UNMOVED and gain.explained < FOLLOWS and _travelled(recordings, target) > TRAVELLED:
         raise InputError(
             f"{manifest.path}: {target} reads {value:.2g} times the rate that it was exposed to: it does not turn with "
             f"the table; wanted another column or mounting for channels.{target}, or a reference without rows that leap"
@@ -163,6 +169,9 @@ def _turning(manifest: Manifest, recordings: Sequence[Recording], target: str) -
     why = (
         f"a factor of {ranges:g}: check the unit and the range setting" if ranges else "check column, unit and mounting"
     )
+    if size < 1 and not ranges:
+        lean = np.rad2deg(np.arccos(size))
+        why += f", as an axis that leans by {lean:.3g} deg would read it"
     return (
         f"{target} reads {value:.4g} times the rate that it was exposed to, further from 1 than any gyro is: {why}.",
     )
@@ -222,7 +231,8 @@ def _gain(runs: Sequence[tuple[Floats, Floats]]) -> Gain | None:
         return None
     value = float(x @ y) / power
     scatter = float(np.sqrt(np.mean((y - value * x) ** 2)))
-    return Gain(value, scatter / np.sqrt(power), float(np.abs(rates).max()))
+    explained = value**2 * power / max(float(y @ y), 1e-300)
+    return Gain(value, scatter / np.sqrt(power), float(np.abs(rates).max()), explained)
 
 
 def _remedies(manifest: Manifest, dt: float, target: str, size: float, same: float) -> list[Remedy]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from simulated_runs import manifest, use
 
-from insenv.core.recording import Channel, Recording
+from insenv.core.recording import Channel, Floats, Recording
 from insenv.identify.prepare.problems import prepare
 
 DT = 0.01
@@ -17,7 +17,7 @@ N = 9000
 def test_means_that_reject_a_line_keep_the_motion(hertz: float, longest: float) -> None:
     """A table that swings once a second, and a line that wanders about 9 Hz: its bins would be a swing long."""
     rng = np.random.default_rng(3)
-    t = DT * np.arange(N)
+    t: Floats = DT * np.arange(N, dtype=np.float64)
     omega = 2 * np.pi * hertz
     wander = 9.0 + 0.08 * np.sin(2 * np.pi * t / 17) + 0.05 * np.sin(2 * np.pi * t / 7)
     line = 0.3 * np.cos(2 * np.pi * np.cumsum(wander) * DT)

@@ -1,0 +1,55 @@
+"""A gain that is no small error, and that nobody declared, is what the declared model lacks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from insenv.close import close
+from insenv.core.errors import InputError
+
+DT, N = 0.02, 4000
+
+
+def written(folder: Path, gain: float, declared: str = '"bias"') -> Path:
+    """A gyro of which the axis sees ``gain`` of a table that is turned by hand."""
+    rng = np.random.default_rng(5)
+    t = DT * np.arange(N)
+    rate = 1.5 * np.sin(0.9 * t) * np.sin(0.13 * t) + 0.5 * np.sin(2.1 * t)
+    read = gain * rate + 0.003 + 0.005 * rng.standard_normal(N)
+    shown = rate + 1e-3 * rng.standard_normal(N)
+    np.savetxt(folder / "run.csv", np.column_stack([t, read, shown]), "%.9g", ",", header="t,g,w", comments="")
+    (folder / "run.toml").write_text(
+        'data = "run.csv"\n[channels]\ntime = { column = "t", unit = "s" }\n'
+        'gyro = { column = "g", unit = "rad/s" }\n'
+        'table_rate = { column = "w", unit = "rad/s", source = "encoder" }\n'
+        f'[model]\ntarget = "gyro"\ndeclared = [{declared}]\n'
+    )
+    return folder / "run.toml"
+
+
+@pytest.mark.parametrize("gain", [0.04, 0.2, 2.0])
+def test_an_undeclared_gain_is_named_with_its_size(tmp_path: Path, gain: float) -> None:
+    """Within four standard deviations; held-out data are judged with a gain of one before."""
+    (found,) = close(written(tmp_path, gain)).targets
+    (scale,) = (added for added in found.added if added.effect == "scale_factor")
+    (c,) = scale.parameters
+    assert abs(c.value - (gain - 1)) < max(4 * c.sd, 0.002)
+    assert c.sd < 0.02
+    assert scale.p_value < 1e-6
+    assert found.held_out.after < 0.1 * found.held_out.before
+    assert found.verdict in ("effects-found", "effects-found-incomplete")
+
+
+def test_a_declared_gain_is_an_estimate_and_no_finding(tmp_path: Path) -> None:
+    (found,) = close(written(tmp_path, 0.2, '"bias", "scale_factor"')).targets
+    assert not any(added.effect == "scale_factor" for added in found.added)
+    (c,) = (row for row in found.estimates_after if row.effect == "scale_factor")
+    assert c.value == pytest.approx(-0.8, abs=0.01)
+
+
+def test_what_follows_nothing_of_the_table_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="does not turn with the table"):
+        close(written(tmp_path, 0.001))
