@@ -89,6 +89,14 @@ def test_what_has_no_single_size_has_none() -> None:
     assert all_of_them["encoder_harmonic:1"] is not None
 
 
+def test_a_jump_has_no_size_where_each_would_be_settling(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a short rest the start would be left out, wherever it jumps."""
+    track = traced(gyro_run("rest", 3, duration=300.0).recording)
+    assert smallest(track, "bias_step") is not None
+    monkeypatch.setattr(Sensitivity, "_settles", lambda *_: True)
+    assert smallest(track, "bias_step") is None
+
+
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_drift_at_rest_is_found_though_noise_could_be_a_walk(sign: float) -> None:
     """The noise of a short rest takes in most of a drift; here is half of it found with every seed, once promised."""

@@ -118,6 +118,8 @@ class Sensitivity:
             return [hit.term]
         if hit.candidate.effect.sudden:
             terms = tuple(t for t in terms if not self._settles(t))
+            if not terms:  # of a short rest: wherever it jumps, its start would be left out
+                return []
         return [terms[i] for i in np.unique(np.linspace(0, len(terms) - 1, SHAPES + 2).astype(int)[1:-1])]
 
     def _settles(self, term: Term) -> bool:
