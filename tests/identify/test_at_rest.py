@@ -120,15 +120,17 @@ def test_accelerometers_of_half_the_range_and_a_broken_axis_are_said() -> None:
     assert "accel_z has a bias of 0.5 g" in said
 
 
-def test_gyros_of_twice_the_range_are_said_before_any_effect() -> None:
+def test_gyros_of_twice_the_range_are_said_beside_their_scale_factor() -> None:
     model = manifest(GYROS, ("bias",), HeldOut())
     run = recording(Case(rests=20), 3)
     channels = {n: replace(c, values=2 * c.values) if n in GYROS else c for n, c in run.channels.items()}
     run = replace(run, channels=channels)
     found = position_findings(model, (run,), trace_positions(model, (run,)), (), 0.01, 0)
     for target in found.targets:
-        assert target.added == () and target.verdict == "unexplained-structure"
-        assert any("a factor of 2: check the unit" in reason for reason in target.reasons)
+        (added,) = target.added
+        assert (added.effect, target.verdict) == ("scale_factor", "effects-found")
+        assert added.parameters[0].value == pytest.approx(1.0, abs=4 * added.parameters[0].sd)
+        assert any("a factor of 2: check the unit" in caution for caution in target.cautions)
 
 
 def test_rests_that_are_none_are_said() -> None:

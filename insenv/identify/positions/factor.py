@@ -46,8 +46,11 @@ def factor_of(scales: Sequence[float] | Floats) -> str:
     return f"readings are {scale:.3g} of what they should be, {what}: check the unit or the range setting"
 
 
-def common_factor(problem: Rotations) -> str:
-    """`factor_of` the rates of a triad of gyros, where with it the rotations come out `BETTER` times as well."""
+def common_factor(problem: Rotations) -> float:
+    """What the rates of a triad of gyros are times the true ones, to some per cent; 1 where it is no such factor.
+
+    It is one if with it the rotations come out `BETTER` times as well, and no instrument is off by so much.
+    """
 
     def left(k: float) -> float:
         scaled = replace(problem, turns=tuple(replace(t, rates=t.rates / k) for t in problem.turns))
@@ -56,6 +59,6 @@ def common_factor(problem: Rotations) -> str:
 
     errors = [left(k) for k in TRIED]
     best = int(np.argmin(errors))
-    if errors[best] * BETTER > left(1.0):
-        return ""
-    return factor_of([float(TRIED[best])])
+    if errors[best] * BETTER > left(1.0) or not factor_of([float(TRIED[best])]):
+        return 1.0
+    return float(TRIED[best])

@@ -28,7 +28,7 @@ from insenv.identify.positions.accel import Magnitudes
 from insenv.identify.positions.factor import BROKEN, factor_of
 from insenv.identify.positions.gyro import Rotations
 from insenv.identify.positions.known import KnownAttitudes
-from insenv.identify.positions.model import AXES, TriadTerm, named
+from insenv.identify.positions.model import AXES, Linear, Surroundings, TriadTerm, named
 from insenv.identify.positions.rest import RestMeans
 from insenv.identify.positions.search import Fit, Step, held_out_error, held_out_errors, noise_floor
 from insenv.identify.positions.trace import Part, Positions
@@ -236,7 +236,7 @@ def _next(added: Sequence[Added]) -> tuple[NextExperiment, ...]:
 def _cautions(found: Positions, gyro: bool) -> tuple[str, ...]:
     """What the figures rest on, and what they can hardly be."""
     terms = {term.effect.id for term in found.accel.outcome.after.terms}
-    said = () if gyro else _incredible(found.accel.outcome.after)
+    said = _wrong_range(found.gyro) if gyro else _incredible(found.accel.outcome.after)
     if gyro or found.gravity_known or "accel_scale_factor" not in terms:
         return said
     free = getattr(found.accel.problem, "free_gravity", False)
@@ -246,6 +246,16 @@ def _cautions(found: Positions, gyro: bool) -> tuple[str, ...]:
         f"Neither gravity nor latitude is given, {STANDARD_GRAVITY} m/s² is taken: where gravity is larger by a share, "
         f"the three accelerometer scale factors are larger by it too, up to 0.3 % on the Earth; {width}.",
     )
+
+
+def _wrong_range(part: Part | None) -> tuple[str, ...]:
+    """Of the gyros: that all rates are wrong by a factor, as fitted where a scale factor was."""
+    if part is None or not isinstance(part.problem, Rotations):
+        return ()
+    fit = part.outcome.after
+    matrix = Linear.of(fit.terms, Surroundings(np.zeros(1))).matrix(fit.theta[: sum(t.size for t in fit.terms)])
+    factor = factor_of(1 / np.diag(matrix)) or factor_of([part.problem.gain])
+    return (f"Rotations from rest to rest: the gyros' {factor}.",) if factor else ()
 
 
 def _incredible(fit: Fit) -> tuple[str, ...]:

@@ -57,6 +57,8 @@ class Rotations:
         Two directions across ``end`` in which the errors are told.
     root : ndarray, shape (2 m, 2 m)
         L of the noise's covariance s^2 L L', turn by turn.
+    gain : float
+        What the rates are times the true ones, roughly: where a fit of what scales all of them begins.
     """
 
     turns: tuple[Turn, ...]
@@ -67,6 +69,7 @@ class Rotations:
     held_out: NDArray[np.bool_]
     level: Floats
     root: Floats
+    gain: float = 1.0
     rank: int = 2
     spread: float = HELD_OUT_SPREAD
 
@@ -76,8 +79,14 @@ class Rotations:
         return np.zeros(0)
 
     def begin(self, terms: Sequence[TriadTerm]) -> Floats:
-        """At zero, shape (p,)."""
-        return np.zeros(sum(term.size for term in terms))
+        """At zero, shape (p,), or where E = (gain - 1) I if these terms can be that."""
+        zero = np.zeros(sum(term.size for term in terms))
+        if self.gain == 1 or not len(zero):
+            return zero
+        parts = Linear.of(terms, Surroundings(np.zeros(1))).gain.reshape(len(zero), 9).T
+        wanted = (self.gain - 1) * np.eye(3).ravel()
+        theta = np.linalg.lstsq(parts, wanted, rcond=None)[0]
+        return np.asarray(theta, float) if np.allclose(parts @ theta, wanted) else zero
 
     def evaluate(self, terms: Sequence[TriadTerm], theta: Floats) -> tuple[Floats, Floats]:
         """Whitened errors, shape (m, 2), and their derivatives, shape (m, 2, p)."""

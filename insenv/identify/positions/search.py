@@ -496,7 +496,7 @@ def _refusal(problem: Problem, now: Fit, fit: Fit, terms: tuple[Any, ...], p: fl
         return f"not significant, {worse}" if worse else "not significant"
     if worse:
         return worse
-    if any(_beyond(fit, term) for term in terms):
+    if any(_beyond(problem, fit, term) for term in terms):
         return "larger than is credible"
     return ""
 
@@ -513,8 +513,9 @@ def _doubted(
     return None
 
 
-def _beyond(fit: Fit, term: Any) -> bool:
-    bound = max(param.bound for param in term.effect.linear)
+def _beyond(problem: Problem, fit: Fit, term: Any) -> bool:
+    """Whether coefficients are larger than is credible, beside a factor of all readings that is certain."""
+    bound = max(param.bound for param in term.effect.linear) + abs(getattr(problem, "gain", 1.0) - 1)
     return bool(np.any(np.abs(fit.theta[fit.of(term)]) > bound))
 
 

@@ -25,7 +25,7 @@ from insenv.identify.findings import NotTestable
 from insenv.identify.positions.accel import Magnitudes, directions, gravities, uncertain_directions
 from insenv.identify.positions.accel import with_walk as with_bias_walk
 from insenv.identify.positions.bent import bent
-from insenv.identify.positions.factor import common_factor
+from insenv.identify.positions.factor import common_factor, factor_of
 from insenv.identify.positions.gyro import Rotations, rotations, with_noise
 from insenv.identify.positions.known import KnownAttitudes, as_level_as_read, noise_of_means, stated_up
 from insenv.identify.positions.model import AXES, Surroundings, TriadTerm, triad_term
@@ -353,9 +353,7 @@ def _gyros_between(
     ``noise`` is the variance of a gyro's mean in a rest [rad^2/s^2], and how uncertain the calibration leaves the
     direction of each rest.
     """
-    if factor := common_factor(problem):
-        none = solve(problem, ())
-        return Part(problem, Outcome(none, none), (f"rotations from rest to rest: the gyros' {factor}",))
+    problem = replace(problem, gain=common_factor(problem))
     declared = [triad_term(e) for e in _declared(manifest, "gyro") if e.id in (*OF_ROTATIONS, WHOLE)]
     _enough(manifest, problem, sum(term.size for term in declared), "turns")
     effects = [term.effect for term in declared]
@@ -370,7 +368,9 @@ def _gyros_between(
     direction = rest / float(np.mean(np.sum(found.forces**2, axis=1)))
     problem = with_noise(problem, most, solve(problem, most).theta, direction, *noise)
     outcome = search(problem, declared, tried, alpha)
-    return Part(problem, outcome, _structure(problem, outcome.after, alpha, "turns"))
+    untold = problem.gain != 1 and not any(problem.begin((term,)).any() for term in outcome.after.terms)
+    wrong = (f"rotations from rest to rest: the gyros' {factor_of([problem.gain])}",) if untold else ()
+    return Part(problem, outcome, (*wrong, *_structure(problem, outcome.after, alpha, "turns")))
 
 
 def _gyros_at_rest(

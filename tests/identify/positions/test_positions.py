@@ -225,6 +225,16 @@ def test_the_full_matrix_of_a_gyro_is_found_in_its_parts() -> None:
     assert all(names(part.outcome) == [] for part in found.at_rest)
 
 
+@pytest.mark.parametrize("scale", [0.75, -0.5])
+def test_gyros_of_another_range_have_a_scale_factor(scale: float) -> None:
+    """Past half a turn no small correction finds it: the fit begins at the factor that the rotations show."""
+    found = trace(Case(gyro=scales(scale, scale + 0.01, scale)), seed=7, targets=GYROS, declared=("bias",))
+    assert found.gyro is not None
+    assert names(found.gyro.outcome) == ["scale_factor"] and found.gyro.reasons == ()
+    truth = {"scale_factor": (scale, scale + 0.01, scale)}
+    assert max(map(abs, z_scores(found.gyro.outcome.after, truth))) < 4
+
+
 def test_g_sensitivity_is_found_on_the_gyro_that_has_it() -> None:
     matrix = np.zeros((3, 3))
     matrix[1] = 1e-4, -5e-5, 0.0
