@@ -25,6 +25,7 @@ from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import qr
 from scipy.special import chdtrc
 
 from insenv.core.recording import Floats
@@ -400,7 +401,7 @@ def _testable(problem: Problem, before: Fit, tried: Sequence[Any]) -> tuple[list
             more = -(-lacking // problem.rank)
             reason = f"{units} fitted for too many parameters; at least {more} more needed"
             blind.append(NotTestable(term.effect.key, ("more positions",), reason))
-        elif _distinct(problem, before, term) < DISTINCT:
+        elif distinct(problem, before, term) < DISTINCT:
             reason = "in these attitudes it cannot be told from the declared model"
             blind.append(NotTestable(term.effect.key, ("other attitudes",), reason))
         else:
@@ -408,8 +409,27 @@ def _testable(problem: Problem, before: Fit, tried: Sequence[Any]) -> tuple[list
     return testable, tuple(blind)
 
 
-def _distinct(problem: Problem, fit: Fit, term: Any) -> float:
-    """The least share of a unit change of ``term`` that the model of ``fit`` leaves."""
+def distinct(problem: Problem, fit: Fit, term: Any) -> float:
+    """The least share of a unit change of ``term`` that the model of ``fit`` leaves; below `DISTINCT` it is blind."""
+    return _least_share(*_left(problem, fit, term))
+
+
+def distinct_part(problem: Problem, fit: Fit, term: Any) -> list[int]:
+    """Places of the coefficients of ``term`` that are told beside the model of ``fit``, and together."""
+    left, size = _left(problem, fit, term)
+    _, upper, order = qr(left, mode="economic", pivoting=True)
+    kept = [int(j) for j, share in zip(order, np.abs(np.diag(upper)), strict=True) if share >= DISTINCT]
+    while kept and _least_share(left[:, kept], size[kept]) < DISTINCT:
+        kept.remove(min(kept, key=lambda j: float(size[j])))  # hardly any change at all
+    return sorted(kept)
+
+
+def _least_share(left: Floats, size: Floats) -> float:
+    return float(np.linalg.svd(left * (size / max(size.max(), 1e-300)), compute_uv=False)[-1])
+
+
+def _left(problem: Problem, fit: Fit, term: Any) -> tuple[Floats, Floats]:
+    """What the model of ``fit`` leaves of each coefficient's change, as a share of it, and the change's size."""
     p = sum(t.size for t in fit.terms)
     theta = np.concatenate([fit.theta[:p], np.zeros(term.size), fit.theta[p:]])
     residual, slopes = problem.evaluate((*fit.terms, term), theta)
@@ -417,12 +437,11 @@ def _distinct(problem: Problem, fit: Fit, term: Any) -> float:
     own = slopes[:, p : p + term.size]
     model = np.delete(slopes, np.s_[p : p + term.size], axis=1)
     size = np.linalg.norm(own, axis=0)
-    if not size.any():
-        return 0.0
+    shares = own / np.where(size > 0, size, 1.0)
     if model.shape[1]:
         scaled = model / np.maximum(np.linalg.norm(model, axis=0), 1e-300)
-        own = own - scaled @ np.linalg.lstsq(scaled, own, rcond=1e-8)[0]
-    return float(np.linalg.svd(own / size.max(), compute_uv=False)[-1])
+        shares = shares - scaled @ np.linalg.lstsq(scaled, shares, rcond=1e-8)[0]
+    return shares, size
 
 
 def _round(

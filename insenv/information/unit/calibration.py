@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -323,7 +323,7 @@ class UnitModel:
 
     def edges(self, blocks: Blocks, row: int, c: int) -> NDArray[np.int64]:
         """Edges of these cells in blocks, shape (m + 1,)."""
-        return _edges(blocks.turning[row], c < len(GYROS) and not self.in_turns)
+        return _edges(blocks.turning[row].tobytes(), c < len(GYROS) and not self.in_turns)
 
     def turns(self, blocks: Blocks, row: int, c: int) -> NDArray[np.bool_]:
         """Which of these cells are turns."""
@@ -375,15 +375,18 @@ def _effect(key: str, target: str) -> Effect:
     return effect
 
 
-def _edges(turning: NDArray[np.bool_], whole: bool) -> NDArray[np.int64]:
-    """Edges of cells in blocks: rests in pieces, turns block by block or (``whole``) in one."""
-    found = [0]
+@lru_cache(maxsize=_KEPT)
+def _edges(flags: bytes, whole: bool) -> NDArray[np.int64]:
+    """Edges of cells in blocks, for whether each turns: rests in pieces, turns block by block or (``whole``) in one."""
+    turning, found = np.frombuffer(flags, bool), [0]
     for i in range(1, len(turning)):
         same = turning[i] == turning[i - 1]
         joined = same and (whole if turning[i] else i - found[-1] < REST)
         if not joined:
             found.append(i)
-    return np.array([*found, len(turning)], np.int64)
+    edges = np.array([*found, len(turning)], np.int64)
+    edges.flags.writeable = False
+    return edges
 
 
 @dataclass(frozen=True)

@@ -57,18 +57,40 @@ def angles(path: Path3) -> tuple[Floats, Floats]:
     return np.concatenate([begun[:, None], *parts], axis=1), moving
 
 
+def six_positions() -> Path3:
+    """Each axis of the unit up and down, twice: the outer axis of the table rests."""
+    between = (0.0, 0.0, 0.0)
+    own = [(0.0, 1.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.0, 2.0, 0.0)]
+    return 2 * [between, *(at for position in own for at in (position, between))]
+
+
+def proposed(procedure: str) -> Path3:
+    """Positions of a proposal, one axis after the other."""
+    found = Path3()
+    for text in procedure.rpartition(": ")[2].removesuffix(" deg").split("; "):
+        after = [float(a) / 90 for a in text.split()]
+        now = list(found[-1] if found else after)
+        for m in [m for m in range(3) if now[m] != after[m]] or [0]:
+            now[m] = after[m]
+            found.append(tuple(now))
+    return found
+
+
 def outputs(
-    errors: dict[str, float], effects: dict[str, dict[str, tuple[float, ...]]], path: Path3 | None = None
+    errors: dict[str, float],
+    effects: dict[str, dict[str, tuple[float, ...]]],
+    path: Path3 | None = None,
+    table: Gimbals = TABLE,
 ) -> dict[str, Floats]:
     """Of the six channels without noise; ``effects`` by channel and key."""
     at, _ = angles(path or usual())
     n = (at.shape[1] - 1) // 2
     t = np.arange(n + 1) / RATE
     wrong = np.array([errors.get(name, 0.0) for name in TABLE.names])
-    true = TABLE.true_angles(at, wrong)
+    true = table.true_angles(at, wrong)
     rates = np.gradient(true[:, ::2], 1 / RATE, axis=1)
     course = Course(t, true, np.diff(true[:, ::2], axis=1) * RATE, rates)
-    felt = motions(TABLE, wrong, course, (SITE.latitude, 9.8), np.full(n + 1, 298.15), 298.15)
+    felt = motions(table, wrong, course, (SITE.latitude, 9.8), np.full(n + 1, 298.15), 298.15)
     found = {}
     for name in UNIT:
         own = effects.get(name, {})
@@ -142,12 +164,49 @@ def test_what_is_confounded_is_settled_by_the_run_that_is_proposed(tmp_path: Pat
     assert {one.added[0].effect, *one.added[0].confounded_with} == {"accel_second_order", "accel_asymmetry"}
     best = one.next_experiment[0]
     assert best.procedure.startswith("half-way") and (best.expected_separation_sigma or 0) > 5
-    degrees = best.procedure.partition(": ")[2].removesuffix(" deg").split("; ")
-    path = [tuple(float(a) / 90 for a in text.split()) for text in degrees]
+    path = proposed(best.procedure)
     second = recording(outputs({}, bent, path), 6, path, label="half-way")
     both = found(tmp_path, first, second).targets[4]
     assert both.verdict == "effects-found"
     assert [(a.effect, a.confounded_with) for a in both.added] == [("accel_second_order", ())]
+
+
+def test_what_is_confounded_is_settled_by_the_unit_remounted(tmp_path: Path) -> None:
+    """Turned by 90 deg about its z, and seated anew, by another small rotation."""
+    bent: dict[str, dict[str, tuple[float, ...]]] = {"accel_y": {"accel_asymmetry": (1.5e-4,)}}
+    first = recording(outputs({}, bent, usual(False)), 5, usual(False))
+    one = found(tmp_path, first).targets[4]
+    assert one.verdict == "confounded" and one.added[0].confounded_with == ("accel_second_order",)
+    (remounted,) = [each for each in one.next_experiment if "mounted = 90 deg" in each.procedure]
+    assert (remounted.expected_separation_sigma or 0) > 4
+    path, turned = proposed(remounted.procedure), replace(TABLE, mounted=np.pi / 2)
+    again = outputs({"mounting.x": 1e-4}, bent, path, turned)
+    second = recording(again, 6, path, label="remounted", mounting=Mounting(gimbals=turned))
+    both = found(tmp_path, first, second).targets[4]
+    assert both.verdict == "effects-found"
+    assert [(a.effect, a.confounded_with) for a in both.added] == [("accel_asymmetry", ())]
+
+
+@pytest.mark.parametrize(
+    ("cause", "wrong", "effects"),
+    [
+        ("encoder_eccentricity", {"encoder_x2.c": 2e-4}, {}),
+        ("g_sensitivity", {}, {"gyro_z": {"g_sensitivity": (5e-7, 0.0, 0.0)}}),
+    ],
+)
+def test_a_cause_of_which_six_positions_tell_a_part_is_named(
+    tmp_path: Path, cause: str, wrong: dict[str, float], effects: dict[str, dict[str, tuple[float, ...]]]
+) -> None:
+    """Where the outer axis rests, its encoder shows nothing; those of the others do."""
+    path = six_positions()
+    findings = found(tmp_path, recording(outputs(wrong, effects, path), 5, path))
+    assert {a.effect for target in findings.targets for a in target.added} == {cause}
+
+
+def test_axes_that_turn_at_once_are_refused(tmp_path: Path) -> None:
+    path: Path3 = [(0.0, 0.0, 0.0), (0.0, 1.0, 1.0), (0.0, 0.0, 1.0)]
+    with pytest.raises(InputError, match="two axes turn at once, at .* wanted one axis after the other"):
+        found(tmp_path, recording(outputs({}, {}, path), 1, path))
 
 
 def test_a_unit_that_is_remounted_is_turned_about_its_z() -> None:

@@ -62,6 +62,10 @@ class UnitTerm:
         """Number of coefficients."""
         return len(self.at)
 
+    def part(self, kept: Sequence[int]) -> UnitTerm:
+        """The same cause with some of its coefficients alone."""
+        return replace(self, at=tuple(self.at[j] for j in kept), shares=tuple(self.shares[j] for j in kept))
+
 
 @dataclass(frozen=True)
 class Cells:

@@ -35,7 +35,7 @@ from insenv.identify.positions.on_axes.terms import (
     excess,
     whole_sheet,
 )
-from insenv.identify.positions.search import Fit, Outcome, search
+from insenv.identify.positions.search import DISTINCT, Fit, Outcome, distinct, distinct_part, search, solve
 from insenv.information.positions import QUARTER
 from insenv.information.unit.calibration import Blocks, UnitModel, gathered, joined, nothing
 
@@ -43,6 +43,8 @@ from insenv.information.unit.calibration import Blocks, UnitModel, gathered, joi
 EVERY = 4
 #: Angle by which an axis turns in a sample [rad], where no channel says so.
 _TURNS = 1e-5
+#: What the order of turns that two axes make at once may change the attitude by [rad].
+_AT_ONCE = 1e-5
 #: Probability, of a residual that is noise, below which something is left.
 _LEFT = 1e-3
 
@@ -88,6 +90,8 @@ def trace_unit(
     progress("rests and turns")
     sheets = [_sheet(manifest, recording) for recording in recordings]
     models = [UnitModel(whole_sheet(sheet, warm), in_turns=True) for sheet in sheets]
+    for recording in recordings:
+        _check_one_by_one(manifest, recording)
     runs = [_with_turning(recording) for recording in recordings]
     blocks = [_blocks(manifest, model, run) for model, run in zip(models, runs, strict=True)]
     starts = np.cumsum([0.0, *(float(r.t[-1] - r.t[0]) for r in recordings[:-1])])
@@ -113,6 +117,7 @@ def trace_unit(
     whole = [*terms.declared, *(term for term in terms.tried if term.shape is None)]
     problem = foretold(as_noisy_as_read(problem, whole), terms.declared)
     progress("candidates")
+    terms = replace(terms, tried=_told(problem, terms))
     outcome = search(problem, terms.declared, terms.tried, alpha, at_once=1)
     reasons = _structure(problem, outcome.after)
     further: tuple[NextExperiment, ...] = ()
@@ -121,6 +126,19 @@ def trace_unit(
         end = float(starts[-1] + recordings[-1].t[-1] - recordings[-1].t[0])
         further = _next(models[0], limits_of(recordings), (problem, outcome), terms, layout, (end, len(runs)))
     return UnitFound(problem, outcome, reasons, rests, (_said(rests, held, numbers),), further)
+
+
+def _told(problem: OnAxes, terms: Candidates) -> tuple[UnitTerm, ...]:
+    """What may be found, each with the coefficients that these turns tell: an axis that rests shows no eccentricity.
+
+    One of which none is told stays whole, and is said not to be testable.
+    """
+    before, found = solve(problem, terms.declared), list[UnitTerm]()
+    for term in terms.tried:
+        whole = distinct(problem, before, term) >= DISTINCT
+        kept = [] if whole else distinct_part(problem, before, term)
+        found.append(term.part(kept) if kept else term)
+    return tuple(found)
 
 
 #: Columns of the table's errors of which a deviation is stated: name, angle of mounting (None: of all runs), deviation.
@@ -203,15 +221,32 @@ def _sheet(manifest: Manifest, recording: Recording) -> Datasheet:
     )
 
 
+def _steps(recording: Recording) -> Floats:
+    """Angles by which the axes turn in the samples, zero where that is noise, shape (k, n)."""
+    assert recording.mounting.gimbals is not None
+    noise, axes = recording.mounting.gimbals.noise, recording.mounting.gimbals.axes
+    angles = np.stack([recording.channels[f"axis_{m + 1}"].values for m in range(len(axes))])
+    steps = np.abs(np.diff(angles, axis=1, prepend=angles[:, :1]))
+    return np.where(steps > max(_TURNS, 6 * noise), steps, 0.0)
+
+
+def _check_one_by_one(manifest: Manifest, recording: Recording) -> None:
+    """Turns about two axes at once have no order, in which what a gyro sums up would be known."""
+    steps = _steps(recording)
+    half_products = 0.25 * (steps.sum(axis=0) ** 2 - (steps**2).sum(axis=0))
+    if half_products.sum() > _AT_ONCE:
+        rows = np.flatnonzero(half_products)
+        where = f"at {recording.t[rows[0]]:g} s and in {len(rows)} rows in all"
+        raise InputError(
+            f"{manifest.path}: {recording.label}: two axes turn at once, {where}; wanted one axis after the other"
+        )
+
+
 def _with_turning(recording: Recording) -> Recording:
     """The recording with a channel that says where an axis turns."""
     if "turning" in recording.channels:
         return recording
-    assert recording.mounting.gimbals is not None
-    noise, axes = recording.mounting.gimbals.noise, recording.mounting.gimbals.axes
-    angles = np.stack([recording.channels[f"axis_{m + 1}"].values for m in range(len(axes))])
-    steps = np.abs(np.diff(angles, axis=1, prepend=angles[:, :1])).max(axis=0)
-    flags = (steps > max(_TURNS, 6 * noise)).astype(float)
+    flags = _steps(recording).any(axis=0).astype(float)
     return replace(recording, channels={**recording.channels, "turning": Channel(flags, "1", "interval")})
 
 
