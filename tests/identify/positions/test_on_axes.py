@@ -59,8 +59,8 @@ def angles(path: Path3) -> tuple[Floats, Floats]:
 
 def six_positions() -> Path3:
     """Each axis of the unit up and down, twice: the outer axis of the table rests."""
-    between = (0.0, 0.0, 0.0)
-    own = [(0.0, 1.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.0, 2.0, 0.0)]
+    between: tuple[float, ...] = (0.0, 0.0, 0.0)
+    own: Path3 = [(0.0, 1.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.0, 2.0, 0.0)]
     return 2 * [between, *(at for position in own for at in (position, between))]
 
 
