@@ -89,7 +89,8 @@ def said(found: Judged) -> tuple[str, ...]:
         f"true ratios, all at once with {1 - ALPHA:.0%}: {low.min():.3f} to {high.max():.3f}: "
         f"{'all' if within else 'not all'} within {TOLERANCE:.0%} of the bound",
         f"rms of z: {each.min():.3f} to {each.max():.3f}, {np.sqrt(np.mean(z**2)):.4f} of all",
-        f"e' P^-1 e over {q}: {found.squares.mean() / q:.4f} in the mean (chance: +- {chance:.4f}), p = {found.chance:.2g}",
+        f"e' P^-1 e over {q}: {found.squares.mean() / q:.4f} in the mean "
+        f"(chance: +- {chance:.4f}), p = {found.chance:.2g}",
         f"stated deviation over the bound: {over.min():.6f} to {over.max():.6f}",
     )
 
