@@ -131,6 +131,7 @@ def damages(b: Bench) -> dict[str, Damage]:
     }
     if not increment:
         found["gyro in deg/h"] = _scaled("gyro", 3600.0)
+        found["gyro twice turned into rad"] = lambda b: _unit("gyro", "rad/s")(_scaled("gyro", (np.pi / 180) ** 2)(b))
     if "table_rate" in b.says:
         found["command in rad"] = _scaled("rate", np.pi / 180)
         found["command in rpm"] = _scaled("rate", 1 / 6)

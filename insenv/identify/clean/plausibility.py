@@ -28,6 +28,8 @@ INCREDIBLE, UNMOVED, TRAVELLED = 0.4, 0.1, 1.0
 FOLLOWS = 0.5
 #: Departure from a known ratio within which it is that one: scale factors of cheap sensors are off by several per cent.
 SAME = 0.08
+#: What is so much farther off than the nearest ratio is not said beside it.
+FARTHER, CLOSE = 2.0, 0.03
 #: The same for the size of gravity, which biases of cheap triads change.
 SAME_GRAVITY = 0.08
 #: Standard deviation of a gain, as a share of it, from which on nothing is said.
@@ -55,6 +57,8 @@ UNITS = {
     "acceleration": ("m/s^2", "g", "mg", "ug", "mGal", "cm/s^2"),
     "velocity": ("m/s", "cm/s", "mm/s"),
 }
+#: What readings are in that were turned from deg into rad though they were rad, or from rad into deg though deg.
+TWICE = {"rate": ("57.29578 rad/s", "0.01745329 deg/s"), "angle": ("57.29578 rad", "0.01745329 deg")}
 #: What column names end in, and the unit that it stands for.
 ENDINGS = {
     "ms": "ms", "msec": "ms", "millis": "ms", "us": "us", "usec": "us", "micros": "us", "ns": "ns", "nsec": "ns",
@@ -246,7 +250,9 @@ def _remedies(manifest: Manifest, dt: float, target: str, size: float, same: flo
         found += _other_units(manifest, "table_angle", -1.0)
         found += [] if increment else _other_units(manifest, "time", 1.0)
     fits = [r for r in found if abs(size / r.ratio - 1) < same and abs(r.ratio - 1) > INCREDIBLE]
-    return sorted(fits, key=lambda r: abs(np.log(size / r.ratio)))
+    off = {r: round(abs(float(np.log(size / r.ratio))), 4) for r in fits}
+    nearest = min(off.values(), default=0.0)
+    return sorted((r for r in fits if off[r] < FARTHER * nearest + CLOSE), key=lambda r: off[r])
 
 
 def _quantity(manifest: Manifest, channel: str) -> str:
@@ -272,6 +278,10 @@ def _other_units(manifest: Manifest, channel: str, power: float) -> Iterator[Rem
     for unit in UNITS[dimension]:
         size, _ = scale_to_si(unit, dimension, "")
         yield Remedy(f'channels.{channel}.unit = "{unit}" (declared "{spec.unit}")', float((declared / size) ** power))
+    for unit in TWICE.get(dimension, ()):
+        size, _ = scale_to_si(unit, dimension, "")
+        words = f'channels.{channel}.unit = "{unit}" (declared "{spec.unit}", and converted twice)'
+        yield Remedy(words, float((declared / size) ** power))
 
 
 def _other_quantity(manifest: Manifest, target: str, dt: float) -> Iterator[Remedy]:

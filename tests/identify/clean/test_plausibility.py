@@ -48,6 +48,7 @@ def test_wrong_declarations_are_stopped_or_cautioned(tmp_path: Path) -> None:
     [
         ("gyro in rad", 'channels.gyro.unit = "rad/s" (declared "deg/s")'),
         ("gyro declared rad", 'channels.gyro.unit = "deg/s" (declared "rad/s")'),
+        ("gyro twice turned into rad", 'channels.gyro.unit = "57.29578 rad/s" (declared "rad/s", and converted twice)'),
         ("gyro in deg/h", 'channels.gyro.unit = "deg/h" (declared "deg/s")'),
         ("quantity", 'channels.gyro.quantity = "rate" (declared "increment")'),
         ("angle in rad", 'channels.table_angle.unit = "rad" (declared "deg")'),
