@@ -143,6 +143,16 @@ def test_several_values_of_one_name_are_columns(line: str, names: str, values: s
 KINDS = ["$VNYMR,{t},{x},{y},{z}*6A", "$GPGSV,3,1,12*7B", "$VNYMX,9,9,9,9*00"]
 
 
+def test_comments_that_name_values_are_no_rows(tmp_path: Path) -> None:
+    head = ["% robot 5", "% Motor [V] left, right: 8.0 8.0", "% Motor [A] left, right: 1.6 1.5", "% 1 time, 2-4 gyro"]
+    rows = [f"{t} {x} {y} {z}" for t, (x, y, z) in zip(TIMES, RATES, strict=True)]
+    (tmp_path / "log.txt").write_text("\n".join(head + rows) + "\n")
+    manifest = 'data = "log.txt"\nformat = "text"\n[channels]\ntime = { column = 0, unit = "s" }\n'
+    manifest += 'gyro = { column = 3, unit = "rad/s" }\n[model]\ntarget = "gyro"\ndeclared = ["bias"]\n'
+    (tmp_path / "m.toml").write_text(manifest)
+    same(read_recordings(load_manifest(tmp_path / "m.toml"))[0])
+
+
 def test_lines_of_one_kind_are_read(tmp_path: Path) -> None:
     """Among others, with checksums; the word is column 0."""
     rows = zip(TIMES, RATES, strict=True)

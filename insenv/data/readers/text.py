@@ -261,7 +261,8 @@ def lines_of(path: Path, content: bytes, word: str) -> bytes:
 
 def labelled_names(path: Path, content: bytes, skip_lines: int = 0) -> tuple[Line, tuple[str, ...]] | None:
     """The first line that names each of its values, and the names; None where the file is a plain table."""
-    for one, other in pairwise(islice(_lines(path, content, skip_lines), HEAD)):
+    spoken = (line for line in _lines(path, content, skip_lines) if not line.text.lstrip().startswith(COMMENTS))
+    for one, other in pairwise(islice(spoken, HEAD)):
         if max(len(one.text), len(other.text)) > LONGEST_LINE or is_number(one.cells(one.delimiter())[0]):
             return None
         if (names := labelled.names_of(one.text)) and names == labelled.names_of(other.text):
