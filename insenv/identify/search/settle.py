@@ -34,7 +34,10 @@ def sized(track: Track) -> Track:
     while True:
         added = tuple(step.hit.term for step in track.steps)
         alone = (step for step in track.steps if not step.together)  # of the others each target tells a part
-        weak = next(((s, why) for s in alone if (why := unsized(track.problem, track.fit, s.hit.term, added))), None)
+        weak = next(
+            ((s, why) for s in alone if (why := unsized(track.problem, track.fit, s.hit.term, added, s.hit.held_out))),
+            None,
+        )
         if weak is None:
             return track
         step, why = weak
@@ -85,7 +88,7 @@ def _swapped(track: Track, step: Step, better: Hit, alpha: float) -> Track:
     model = tuple(better.term if t is step.hit.term else t for t in track.fit.model)
     fit = solve(track.problem, model, start=track.fit.noise.power)
     score = held_out_score(track.problem, fit)
-    if score.rms > track.score.rms or unsized(track.problem, fit, better.term):
+    if score.rms > track.score.rms or unsized(track.problem, fit, better.term, held_out=better.held_out):
         return track
     steps = tuple(Step(better, s.before, score, better.p_value) if s is step else s for s in track.steps)
     return replace(track, fit=fit, score=score, steps=steps)

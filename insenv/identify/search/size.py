@@ -7,9 +7,10 @@ covariance, shapes fitted beside them, and what shapes that are right only nearl
     m = theta' C^-1 theta,        z = the normal deviate that is as rare as m for chi-square on k degrees,
 
 and an effect of which z is below `LEAST`, or a coefficient of which is less certain than the largest credible one is
-large, is not named. The same holds for every effect of the catalogue. Nor is a curve of the rate beside a reference
-that is late (a lag, or a skew in the model), if it has two shapes and more and the data tell none of them: then it is
-any curve.
+large, is not named. The same holds for every effect of the catalogue. Held-out data tell the size of an effect without
+a shape too, and z grows by their deviate: a table that goes up in the fitted rows and down in the others shows an
+asymmetry to both together. Nor is a curve of the rate beside a reference that is late (a lag, or a skew in the model)
+named, if it has two shapes and more and the data tell none of them: then it is any curve.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ LEAST, BESIDE_LAG = 2.5, 3.0
 TOLD, SEVERAL = 2.0, 2
 
 
-def unsized(problem: Problem, fit: Fit, term: Term, inexact: Model = ()) -> str:
+def unsized(problem: Problem, fit: Fit, term: Term, inexact: Model = (), held_out: float = 0.0) -> str:
     """Why the size of a ``term`` of the fit is not told; empty if it is.
 
     Parameters
@@ -43,6 +44,8 @@ def unsized(problem: Problem, fit: Fit, term: Term, inexact: Model = ()) -> str:
     term : Term
     inexact : tuple of Term
         Terms whose shapes are right only nearly.
+    held_out : float
+        Deviate with which held-out data alone confirm the term.
     """
     if term.effect.generic:
         return ""
@@ -55,7 +58,10 @@ def unsized(problem: Problem, fit: Fit, term: Term, inexact: Model = ()) -> str:
     sd = np.sqrt(np.diag(cov))
     if not len(theta) or not np.all(sd > 0):
         return ""
-    if (z := deviate(theta, cov)) < (BESIDE_LAG if late else LEAST):
+    z = deviate(theta, cov)
+    if not (late or term.shape):  # of what has no shape, held-out data tell the size as well as fitted ones
+        z = math.hypot(z, max(held_out, 0.0))
+    if z < (BESIDE_LAG if late else LEAST):
         where = " beside a reference that is late" if late else ""
         return f"its size is not told{where}: {_listed(theta, sd)}, {z:.2g} standard deviations from nothing"
     if late and (shapes := _shapes_untold(problem, fit, term)):
