@@ -148,8 +148,9 @@ def test_beside_a_late_reference_less_than_a_wave_of_the_angle_is_no_wave(proble
 def test_held_out_data_tell_the_size_of_what_has_no_shape(problem: Problem) -> None:
     drift, warm_up = Term(by_key("bias_drift")), Term(by_key("bias_warm_up"), (200.0,))
     for term, told in ((drift, True), (warm_up, False)):
-        small = with_size(problem, term, 1.0)
+        small = replace(with_size(problem, term, 1.0), commanded=True)
         fit = solve(small, (Term(by_key("bias")), Term(by_key("scale_factor")), term))
         assert unsized(small, fit, term)
+        assert unsized(replace(small, commanded=False), fit, term, held_out=4.0)
         assert (unsized(small, fit, term, held_out=4.0) == "") is told
         assert unsized(small, fit, term, held_out=-4.0)

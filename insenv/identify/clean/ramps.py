@@ -18,6 +18,10 @@ acceleration a and a delay d that is
 
 fitted over all jumps of a run. Ways up and down do not cancel, for the first term is odd: after a few minutes an Earth
 rate would be looked for at the wrong heading.
+
+Where an angle was read and the rate jumps from one row to the next, as in a simulation of a table without a motor, the
+angle does not tell when within a row: a reading at an instant has all of the jump, and the angle half of it. Such rows
+are left out: half a row of delay would be named for them, and a held output.
 """
 
 from __future__ import annotations
@@ -47,6 +51,9 @@ FIRST, SLOWER = 3, 3.0
 
 #: Fewest jumps that tell an acceleration and a delay.
 LEAST_JUMPS = 3
+#: Rows for which a table stands at its rate before and after a jump, the share of the jump within which it does, and
+#: the steps in which an angle shows it at most.
+STANDS, AS_ONE, LONGEST_JUMP = 6, 0.02, 4
 
 
 def slewed(recording: Recording, target: str) -> Recording:
@@ -179,3 +186,30 @@ def _from_rest(left: Floats, u: Floats, end: int, pace: float) -> _Approach | No
     found = _way(left, jump, 0, end)
     usual = SLOWER * abs(jump) / pace + ROWS
     return found if found is not None and found.between >= LEAST_ROWS and found.stop <= usual else None
+
+
+def jumping(recording: Recording, target: str, run: int) -> tuple[RejectedRows, ...]:
+    """Rows within which the rate of a table jumps whose angle alone was read: nothing tells when in the row.
+
+    A reading that is late by a row and more differs beside them as well: that is a skew, and all rows stay.
+    """
+    share, channel = table_share(recording, target), recording.channels[target]
+    if "table_angle" not in recording.channels or not share or channel.delay:
+        return ()
+    u = table_rate_of_rows(recording, target, ("table_angle",))
+    assert u is not None
+    left = channel.values - u * share
+    noise = 1.4826 / np.sqrt(2) * float(np.median(np.abs(np.diff(left))))
+    change = np.abs(np.diff(u)) * abs(share) > JUMP * noise
+    reason, found = "the table's rate jumps within this row, and its angle does not tell when", []
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], change, [False]])))
+    for first, last in zip(edges[::2], edges[1::2], strict=True):
+        before, after = slice(first - STANDS + 1, first + 1), slice(last, last + STANDS)
+        if first - STANDS + 1 < 0 or last + STANDS > len(u) or last - first > LONGEST_JUMP:
+            continue
+        allowed = OFF * noise + AS_ONE * abs(u[last] - u[first]) * abs(share)
+        beside = np.concatenate([left[before], left[after]])
+        stands = max(np.ptp(u[before]), np.ptp(u[after])) * abs(share) < allowed
+        if last > first + 1 and stands and np.abs(beside - np.median(beside)).max() < allowed:
+            found.append(RejectedRows(target, run, int(first) + 1, int(last), reason, "ramp"))
+    return tuple(found)

@@ -78,6 +78,8 @@ class Problem:
         Fitted bins that are left free: no model has to explain them.
     most : ndarray, shape (terms,), optional
         Largest power of each of `NOISE_TERMS`; None: the noise is fitted freely.
+    commanded : bool
+        Whether the reference is what a table was told, in all runs: without noise of its own.
     coarse : Coarse, optional
         What rounding of the readings leaves in their means beside a table that turns; None where noise blurs it.
     """
@@ -89,6 +91,7 @@ class Problem:
     y: Floats
     outliers: tuple[int, ...] = ()
     most: Floats | None = None
+    commanded: bool = False
     coarse: Coarse | None = None
     cache: dict[Hashable, Any] = field(default_factory=dict, repr=False)
 

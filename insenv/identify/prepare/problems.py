@@ -14,6 +14,7 @@ from insenv.core.recording import Channel, Floats, Recording, Response
 from insenv.core.series.coarse import Coarse, coarse
 from insenv.data.exposure import CHANNEL_OF, expose
 from insenv.data.manifest.spec import Manifest
+from insenv.data.reference import order
 from insenv.data.split import RowUse
 from insenv.effects.base import CurveEffect, DrivenEffect, NoiseEffect
 from insenv.effects.catalogue import by_key
@@ -26,7 +27,7 @@ from insenv.identify.clean.lost import lost_rows
 from insenv.identify.clean.motion import at_rest
 from insenv.identify.clean.outliers import leaving_out, outliers, without_outliers
 from insenv.identify.clean.rails import Rail, find_rails, without_rails
-from insenv.identify.clean.ramps import slewed
+from insenv.identify.clean.ramps import jumping, slewed
 from insenv.identify.clean.response import responding, with_held
 from insenv.identify.clean.triads import of_others, turns_left_out, without_turns
 from insenv.identify.findings import RejectedRows, SampleSpectrum
@@ -114,11 +115,14 @@ def prepare(
     uses, moving = at_rest(manifest, recordings, uses, target)
     rows = _rows_per_bin(manifest, recordings, uses, width)
     fit = tuple(use.fit for use in uses)
+    recordings, jumps = _without_jumps(recordings, target)
     recordings = responding(recordings, _spans(recordings, uses), target, model, fit, forms=not holds)
     told = settled(parts := doubted(recordings, _spans(recordings, uses), target, fit))
     rows = _rows_of_motion(manifest, uses, rows_per_motion(parts, told), rows)
-    clean = _clean(recordings, target, rows, moving, told)
-    recordings, rejected = clean.recordings, clean.rejected
+    recordings, rejected = (
+        (clean := _clean(recordings, target, rows, (*moving, *jumps), told)).recordings,
+        clean.rejected,
+    )
     rows = _agreeing(manifest, recordings, uses, target, rows, model) if told else rows
     plain = _problem(manifest, recordings, uses, target, rows, reject_lines=False)
     kept = without_turns(recordings, uses, plain, model)
@@ -154,6 +158,14 @@ def prepare(
         plain, problem, model, lines, held, rejected, clean.rails,
         partial(_samples, recordings, uses, plain, model, lines),
     )  # fmt: skip
+
+
+def _without_jumps(
+    recordings: tuple[Recording, ...], target: str
+) -> tuple[tuple[Recording, ...], tuple[RejectedRows, ...]]:
+    """The recordings without rows within which a table's rate jumps: half of a jump would be told to be a lag."""
+    jumps = tuple(row for run, r in enumerate(recordings) for row in jumping(r, target, run))
+    return tuple(_leaving_out(r, target, run, jumps) for run, r in enumerate(recordings)), jumps
 
 
 def _recurring(lines: tuple[Line, ...], problem: Problem) -> tuple[Line, ...]:
@@ -555,7 +567,15 @@ def _problem(
     turning = any(np.ptp(e.u) for e in exposures)
     out = () if turning else outliers(y, bins.blocks)
     rounded = _coarse(recordings, target) if turning else None
-    return Problem(target, recordings[0].channels[target].unit, exposures, bins, y, out, coarse=rounded)
+    exact = turning and all(_commanded(recording) for recording in recordings)
+    unit = recordings[0].channels[target].unit
+    return Problem(target, unit, exposures, bins, y, out, commanded=exact, coarse=rounded)
+
+
+def _commanded(recording: Recording) -> bool:
+    """Whether the reference is a command, or has no noise of its own."""
+    names = order(recording)
+    return bool(names) and recording.channels[names[0]].source == "command"
 
 
 def _coarse(recordings: tuple[Recording, ...], target: str) -> Coarse | None:
@@ -593,7 +613,8 @@ def _lines(
         values = _sample_residual(recording, span, problem, model)
         found += find_lines(t, recording.dt, values, step, run, 0.6 / problem.bins.width)
     noise = _bin_noise(problem)
-    return tuple(x for x in found if _matters(x, problem.bins.width, noise))
+    sure = problem.commanded or not problem.turns
+    return tuple(x for x in found if _matters(x, problem.bins.width, noise, sure))
 
 
 def _samples(
@@ -617,9 +638,13 @@ def _of_hold(line: Line, hold: Hold, problem: Problem) -> bool:
     return abs(off - round(off)) / hold.hold <= 2 * reach and round(off) > 0
 
 
-def _matters(line: Line, width: float, noise: float) -> bool:
-    """Whether a line is a visible part of the samples or surely one wave, or leaks into the bins beside their noise."""
-    if line.steady and line.amplitude > SURE_LINE * line.amplitude_sd:
+def _matters(line: Line, width: float, noise: float, sure: bool) -> bool:
+    """Whether a line is a visible part of the samples or leaks into the bins beside their own noise.
+
+    Where what is left is ``sure`` to be the instrument's, and no error of a reference, a steady one is told that is
+    surely one wave.
+    """
+    if sure and line.steady and line.amplitude > SURE_LINE * line.amplitude_sd:
         return True
     return line.share > LEAST_LINE or line.amplitude / (np.pi * line.frequency * width) > noise
 

@@ -7,10 +7,10 @@ covariance, shapes fitted beside them, and what shapes that are right only nearl
     m = theta' C^-1 theta,        z = the normal deviate that is as rare as m for chi-square on k degrees,
 
 and an effect of which z is below `LEAST`, or a coefficient of which is less certain than the largest credible one is
-large, is not named. The same holds for every effect of the catalogue. Held-out data tell the size of an effect without
-a shape too, and z grows by their deviate: a table that goes up in the fitted rows and down in the others shows an
-asymmetry to both together. Nor is a curve of the rate beside a reference that is late (a lag, or a skew in the model)
-named, if it has two shapes and more and the data tell none of them: then it is any curve.
+large, is not named. The same holds for every effect of the catalogue. Beside a command held-out data
+tell the size of an effect without a shape too, and z grows by their deviate: a table that goes up in the fitted rows
+and down in the others shows an asymmetry to both together. Nor is a curve of the rate beside a reference that is late
+(a lag, or a skew in the model) named, if it has two shapes and more and the data tell none: then it is any curve.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def unsized(problem: Problem, fit: Fit, term: Term, inexact: Model = (), held_ou
     if not len(theta) or not np.all(sd > 0):
         return ""
     z = deviate(theta, cov)
-    if not (late or term.shape):  # of what has no shape, held-out data tell the size as well as fitted ones
+    if problem.commanded and not (late or term.shape):
         z = math.hypot(z, max(held_out, 0.0))
     if z < (BESIDE_LAG if late else LEAST):
         where = " beside a reference that is late" if late else ""

@@ -9,7 +9,7 @@ import pytest
 from simulated_runs import DEG_PER_HOUR, closed
 
 from insenv.core.recording import Channel, Floats, Recording
-from insenv.identify.clean.ramps import approaching, slewed
+from insenv.identify.clean.ramps import approaching, jumping, slewed
 
 N, DT = 12_000, 0.05
 T = DT * np.arange(1.0, N + 1)
@@ -108,3 +108,20 @@ def test_without_jumps_a_command_stays_as_it_is() -> None:
     slow = recording(ramped(LEVELS, 150.0), 9)
     still = replace(slow, channels={**slow.channels, "table_rate": Channel(np.full(N, 0.3), "rad/s")})
     assert slewed(still, "gyro") is still
+
+
+def beside_angle(late: int, seed: int = 8) -> Recording:
+    """A gyro read at instants on a table whose rate jumps, beside the running sum of that rate; so many rows late."""
+    rate = np.deg2rad(LEVELS)
+    y = np.roll(rate, late) + 20 * DEG_PER_HOUR * np.random.default_rng(seed).standard_normal(N)
+    return Recording(T, {"gyro": Channel(y, "rad/s"), "table_angle": Channel(np.cumsum(rate) * DT, "rad")})
+
+
+def test_a_rate_that_jumps_within_a_row_is_no_delay_and_no_hold() -> None:
+    jumps = np.flatnonzero(np.diff(LEVELS)) + 1
+    assert [(one.start, one.stop) for one in jumping(beside_angle(0), "gyro", 0)] == [(k - 1, k) for k in jumps]
+    assert closed(beside_angle(0)).targets[0].verdict == "nothing-significant"
+
+
+def test_a_reading_that_is_late_by_rows_keeps_them() -> None:
+    assert jumping(beside_angle(3), "gyro", 0) == ()
