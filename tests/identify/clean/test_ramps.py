@@ -119,7 +119,9 @@ def beside_angle(late: int, seed: int = 8) -> Recording:
 
 def test_a_rate_that_jumps_within_a_row_is_no_delay_and_no_hold() -> None:
     jumps = np.flatnonzero(np.diff(LEVELS)) + 1
-    assert [(one.start, one.stop) for one in jumping(beside_angle(0), "gyro", 0)] == [(k - 1, k) for k in jumps.tolist()]
+    assert [(one.start, one.stop) for one in jumping(beside_angle(0), "gyro", 0)] == [
+        (k - 1, k) for k in jumps.tolist()
+    ]
     assert closed(beside_angle(0)).targets[0].verdict == "nothing-significant"
 
 
