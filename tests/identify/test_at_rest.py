@@ -133,6 +133,20 @@ def test_gyros_of_twice_the_range_are_said_beside_their_scale_factor() -> None:
         assert any("a factor of 2: check the unit" in caution for caution in target.cautions)
 
 
+def test_a_gyro_whose_bias_goes_on_from_rest_to_rest_drifts_or_walks() -> None:
+    model = manifest(GYROS, ("bias",), HeldOut())
+    run = recording(Case(rests=20), 3)
+    gone = np.ptp(run.channels["gyro_x"].values) * 3e-4 * np.linspace(0, 1, len(run.t))
+    channels = dict(run.channels) | {
+        "gyro_x": replace(run.channels["gyro_x"], values=run.channels["gyro_x"].values + gone)
+    }
+    run = replace(run, channels=channels)
+    drifts, *others = position_findings(model, (run,), trace_positions(model, (run,)), (), 0.01, 0).targets
+    (added,) = drifts.added
+    assert (added.effect, added.confounded_with, drifts.verdict) == ("bias_drift", ("rate_random_walk",), "confounded")
+    assert all(target.added == () for target in others)
+
+
 def test_rests_that_are_none_are_said() -> None:
     model = manifest(ACCELS, ("accel_bias",), HeldOut())
     run = recording(Case(rests=20, accel_scatter=1.5), 3)

@@ -21,6 +21,7 @@ from insenv.core.units import STANDARD_GRAVITY
 from insenv.data.manifest import Manifest
 from insenv.effects.base import Effect
 from insenv.effects.catalogue import by_key
+from insenv.effects.noise import RateRandomWalk
 from insenv.identify.findings import NotTestable
 from insenv.identify.positions.accel import Magnitudes, directions, gravities, uncertain_directions
 from insenv.identify.positions.accel import with_walk as with_bias_walk
@@ -31,7 +32,18 @@ from insenv.identify.positions.known import KnownAttitudes, as_level_as_read, no
 from insenv.identify.positions.model import AXES, Surroundings, TriadTerm, triad_term
 from insenv.identify.positions.rest import RestMeans, RestTerm, with_walk
 from insenv.identify.positions.rests import Rest, Rests, find_rests, means, middle_times
-from insenv.identify.positions.search import LEAST_FREEDOM, Doubt, Fit, Outcome, held_out_errors, in_turn, search, solve
+from insenv.identify.positions.search import (
+    LEAST_FREEDOM,
+    Doubt,
+    Fit,
+    Outcome,
+    Step,
+    evidence,
+    held_out_errors,
+    in_turn,
+    search,
+    solve,
+)
 from insenv.identify.positions.walk import ALLOWED
 
 #: Effects of each part that may be declared. Those that are not are tried, but for what is slow on gyros at rest: a
@@ -40,6 +52,8 @@ OF_ACCELEROMETERS = ("accel_bias", "accel_scale_factor", "non_orthogonality", "b
 OF_ROTATIONS = ("scale_factor", "non_orthogonality", "misalignment")
 OF_RESTS = ("g_sensitivity", "bias_drift", "bias_temperature")
 SLOW = ("bias_drift", "bias_temperature")
+#: The noise that looks like them.
+WALK = RateRandomWalk.id
 #: What turns the directions that accelerometers show.
 CALIBRATION = ("accel_bias", "accel_scale_factor", "non_orthogonality")
 #: May be declared of the rotations, and is not tried: non-orthogonality and misalignment are its parts.
@@ -405,9 +419,33 @@ def _gyros_at_rest(
             Doubt(problem, (t,), f"beside {t.effect.key}, which these rests do not tell from it") for t in untold
         ]
         outcome = search(problem, terms, more, alpha, doubts)
-        outcome = replace(outcome, not_testable=(*outcome.not_testable, *blind))
+        outcome = _with_slow(problem, replace(outcome, not_testable=(*outcome.not_testable, *blind)), untold, alpha)
         parts.append(Part(problem, outcome, _structure(problem, outcome.after, alpha, "rests")))
     return tuple(parts), float(np.median(scatter))
+
+
+def _with_slow(problem: RestMeans, outcome: Outcome, slow: Sequence[RestTerm], alpha: float) -> Outcome:
+    """The outcome with the slow cause of which means without a walk would be certain, and the walk as its rival.
+
+    That the bias goes is then certain, and why is not; what makes held-out rests worse is none.
+    """
+    after = outcome.after
+    white = replace(problem, root=np.eye(len(problem.y)))
+    small = solve(white, after.terms)
+    found = [(term, evidence(white, small, solve(white, (*after.terms, term)))) for term in slow]
+    sure = sorted((e.p_value(len(slow)), i) for i, (_, e) in enumerate(found) if e.p_value(len(slow)) < alpha)
+    for p_value, i in sure[:1]:
+        term, told = found[i]
+        larger = solve(problem, (*after.terms, term))
+        before, now = held_out_errors(problem, after, larger)
+        if not now <= before:
+            return outcome
+        keys = [found[j][0].effect.key for _, j in sure]
+        rivals = {**outcome.rivals, keys[0]: (*keys[1:], WALK)}
+        blind = tuple(n for n in outcome.not_testable if n.effect not in keys)
+        steps = (*outcome.steps, Step(term, p_value, told.likelihood_ratio, before, now))
+        return replace(outcome, after=larger, steps=steps, rivals=rivals, not_testable=blind)
+    return outcome
 
 
 def _declared(manifest: Manifest, prefix: str) -> list[Effect]:
