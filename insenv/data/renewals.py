@@ -35,6 +35,8 @@ STRAIGHT, NEARBY, ROUNDING, STRAIGHTEST = 0.02, 8, 20.0, 0.3
 #: Rows around one, the percentage of them that surely lie inside lines, and so many times what those bend by rounding
 #: there is no corner; nor is this share of the range from row to row, for files have ten digits or so.
 AROUND, INSIDE, LIKE_INSIDE, DIGITS = 33, 35, 3.0, 1e-8
+#: Share of the rows on the way that bend by nothing, from which on lines are exactly straight.
+EXACT = 0.6
 #: Share of a step by which stamps of an even clock are off by rounding.
 ROUNDED = 0.02
 #: Share of the readings after less than three times the usual number of rows; of these 90 % lie within as many rows as
@@ -106,8 +108,8 @@ def renewals(t: Floats, values: Floats) -> Renewals | None:
         when, readings = np.append(before, t[at]), np.append(np.full(first, values[0]), values[at])
         return Renewals(_through(when, readings, t, even), _period(t, usual), held=True)
     for x in (_clock(t), rows):
-        corners, meet, heights = _corners(x, values)
-        usual, even = _usual(corners, t)
+        corners, meet, heights, exact = _corners(x, values)
+        usual, even = _usual(corners, t, exact)
         if usual >= STRAIGHT_ROWS:
             place, heights = _with_lines(x, values, meet, heights, usual)
             return Renewals(_through(place, heights, x, even), _period(t, usual), held=False)
@@ -127,8 +129,11 @@ def _period(t: Floats, usual: int) -> float:
     return usual * float(np.mean(np.diff(t)[np.diff(t) <= GAP * np.median(np.diff(t))]))
 
 
-def _usual(at: Indices, t: Floats) -> tuple[int, bool]:
-    """Rows from reading to reading, of readings at rows ``at``, and whether all are as far apart; 0: none is usual."""
+def _usual(at: Indices, t: Floats, exact: bool = False) -> tuple[int, bool]:
+    """Rows from reading to reading, of readings at rows ``at``, and whether all are as far apart; 0: none is usual.
+
+    Between ``exact`` lines they may be any: what has no noise to the last digit was not read there.
+    """
     if len(at) < FEWEST:
         return 0, False
     gaps = np.diff(at)
@@ -137,7 +142,8 @@ def _usual(at: Indices, t: Floats) -> tuple[int, bool]:
     low, high = np.quantile(own, (0.05, 0.95))
     regular = high - low <= max(1.0, usual) and low >= max(EARLIEST * usual, 2.0)
     # A link that lost some, and corners that its noise makes: most distances are the same all the same.
-    regular |= usual >= STRAIGHT_ROWS and np.mean(np.abs(gaps - usual) <= max(1.0, WITHIN * usual)) >= ALIKE
+    alike = np.mean(np.abs(gaps - usual) <= max(1.0, WITHIN * usual)) >= ALIKE
+    regular |= usual >= STRAIGHT_ROWS and (alike or exact)
     if len(own) < REGULAR * len(gaps) or not regular or usual > MOST_ROWS or _period(t, round(usual)) > LONGEST:
         return 0, False
     return round(usual), bool(high - low <= EVEN)
@@ -148,8 +154,11 @@ def _coarse(jumps: Floats) -> bool:
     return bool(np.mean(jumps < 1.5 * jumps.min()) > SMALLEST)
 
 
-def _corners(x: Floats, values: Floats) -> tuple[Indices, Floats, Floats]:
-    """Rows at which straight lines meet, and where over ``x`` and how high they do."""
+def _corners(x: Floats, values: Floats) -> tuple[Indices, Floats, Floats, bool]:
+    """Rows at which straight lines meet, where over ``x`` and how high they do, and whether they are exactly straight.
+
+    Rows on which a table stands are no line that anybody drew.
+    """
     from scipy.ndimage import maximum_filter1d, percentile_filter  # slow to import
 
     slope = np.diff(values) / np.diff(x)
@@ -161,7 +170,9 @@ def _corners(x: Floats, values: Floats) -> tuple[Indices, Floats, Floats]:
         bent &= bend > LIKE_INSIDE * percentile_filter(bend, INSIDE, AROUND)
     groups = stretches(bent)
     if not groups or np.mean([b - a <= 2 for a, b in groups]) < SHARP:
-        return np.empty(0, np.int64), np.empty(0), np.empty(0)
+        return np.empty(0, np.int64), np.empty(0), np.empty(0), False
+    moved = slope[1:] != 0
+    exact = bool(moved.any() and np.mean(bend[moved] == 0) > EXACT)
     rows, at, readings = [], [], []
     for a, b in groups:
         # Bend i is at row i + 1; two bent rows have the corner between them, where the lines on both sides meet.
@@ -173,7 +184,7 @@ def _corners(x: Floats, values: Floats) -> tuple[Indices, Floats, Floats]:
         rows.append(one)
         at.append(place)
         readings.append(values[one] + before * (place - x[one]))
-    return np.array(rows), np.array(at), np.array(readings)
+    return np.array(rows), np.array(at), np.array(readings), exact
 
 
 def _filled(at: Indices, usual: int, n: int) -> Indices:

@@ -116,3 +116,28 @@ def test_readings_that_a_link_lost_and_a_table_that_stands_do_not_hide_them(seed
     assert found is not None and not found.held
     assert found.period == pytest.approx(1 / 14, abs=ROW)
     assert np.std(found.values - angle(T)) < np.std(values - angle(T))
+
+
+def test_readings_at_any_times_are_found_between_exact_lines() -> None:
+    """An odometry that comes as it likes, brought to the rows of a gyro: no row between lies off its line."""
+    rng = np.random.default_rng(6)
+    t = np.cumsum(rng.choice([0.008, 0.012], 6000))
+    at = np.cumsum(rng.uniform(0.06, 0.34, 400))
+    at = at[at < t[-1] + 1]
+    values = np.interp(t, at, np.sin(1.7 * at))
+    found = renewals(t, values)
+    assert found is not None and not found.held
+    inside = (t > 2) & (t < t[-1] - 2)
+    left = (found.values - np.sin(1.7 * t))[inside]
+    lines = (values - np.sin(1.7 * t))[inside]
+    assert np.std(left) < 0.5 * np.std(lines)
+
+
+def test_a_programme_of_exact_rates_is_read_at_every_row() -> None:
+    """Dwells of one to three seconds, with corners between: a table that turns so was told to."""
+    rng = np.random.default_rng(7)
+    t = 0.01 * np.arange(20_000.0)
+    corners = np.cumsum(rng.uniform(1.0, 3.0, 150))
+    corners = np.concatenate([[0.0], corners[corners < t[-1]], [t[-1]]])
+    heights = np.cumsum(rng.uniform(-2.0, 2.0, len(corners)))
+    assert renewals(t, np.interp(t, corners, heights)) is None
