@@ -29,6 +29,7 @@ from insenv.core.recording import GAP, Channel, Floats, Recording, Response
 from insenv.core.series.trajectory import Trajectory
 from insenv.data.follow import followed
 from insenv.data.reference import order, programme
+from insenv.data.resample import through
 from insenv.data.smooth import smoothed
 
 #: Which manifest channel would supply a field of `Motion`.
@@ -328,11 +329,17 @@ def _gather(values: Floats, cell_of_row: NDArray[np.int64], n: int) -> tuple[NDA
     return count, total / np.maximum(count, 1)
 
 
-def _at(times: Floats, values: Floats) -> Callable[[Floats], Floats]:
-    """Linear interpolation that goes on with the slope of its ends."""
+def _at(
+    times: Floats, values: Floats, curve: Callable[[Floats, Floats], Callable[[Floats], Floats]] | None = None
+) -> Callable[[Floats], Floats]:
+    """Linear interpolation, or that by a ``curve``, that goes on with the slope of its ends."""
+    between = None if curve is None else curve(times, values)
 
     def evaluate(x: Floats) -> Floats:
-        inside = np.interp(x, times, values)
+        if between is None:
+            inside = np.interp(x, times, values)
+        else:
+            inside = np.asarray(between(np.clip(x, times[0], times[-1])), np.float64)
         if len(times) < 2:
             return inside
         for end, next_to_it, beyond in ((0, 1, x < times[0]), (-1, -2, x > times[-1])):
@@ -358,7 +365,9 @@ def _angle_function(recording: Recording, preferred: tuple[str, ...]) -> Callabl
         if name in recording.channels:
             channel = recording.channels[name]
             if name == "table_angle":
-                return _at(recording.t - channel.delay, channel.values)
+                # Between readings without noise a line cuts (w h)^2 / 8 of a swing, where edges lie between the rows.
+                curve = through if channel.source == "encoder" and recording.table is None else None
+                return _at(recording.t - channel.delay, channel.values, curve)
             return _integral(recording, channel)
     return None
 

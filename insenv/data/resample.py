@@ -89,7 +89,7 @@ def _covered(t: Floats, steps: Floats, edges: Floats) -> np.ndarray:
     return np.cumsum(change)[: len(edges) - 1] == 0
 
 
-def _smooth(t: Floats, v: Floats) -> Callable[[Floats], Floats]:
+def through(t: Floats, v: Floats) -> Callable[[Floats], Floats]:
     """A curve through readings, shape (n,): straight lines cut the corners of a motion of some rows' length.
 
     Where a step is a small part of the others, the error of its stamp is a slope: lines it is then.
@@ -105,7 +105,7 @@ def _smooth(t: Floats, v: Floats) -> Callable[[Floats], Floats]:
 def _channel(channel: Channel, t: Floats, edges: Floats, kept: np.ndarray) -> Channel:
     v = channel.values
     if channel.unit == "rad":
-        return replace(channel, values=_smooth(t, v)(edges[1:])[kept])
+        return replace(channel, values=through(t, v)(edges[1:])[kept])
     if channel.unit in STATES:
         return replace(channel, values=np.interp(edges[1:], t, v)[kept])
     if channel.unit == "1":

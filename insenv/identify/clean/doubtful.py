@@ -43,6 +43,10 @@ MOTION, FEWEST, RATIO = 0.9, 8, 1.25
 LONGER, LONGEST, MEANS, AGREE, SAME = 2, 0.64, 50, 3.0, 0.002
 
 
+#: Share of the largest rate from which on there is motion, change from row to row below which it holds, and how often.
+MOVES, HOLDS, OFTEN = 0.1, 1e-3, 0.3
+
+
 @dataclass(frozen=True)
 class Settled:
     """A run whose reference has errors: rows of the means ``over`` which its gain has settled, gain and lag [s]."""
@@ -75,6 +79,29 @@ def doubted(
     if not target.startswith("gyro") or not all(map(doubtful, recordings)):
         return []
     return stretches(recordings, spans, target, rows)
+
+
+def measured_parts(
+    recordings: tuple[Recording, ...], spans: tuple[slice, ...], target: str, rows: tuple[NDArray[np.bool_], ...]
+) -> list[Stretch]:
+    """The same of references that were measured at all, of what is moved by hand, on wheels or in flight.
+
+    One without noise loses the motion too. Of a table that goes from rate to rate all that tells a skew, a hold or a
+    play lies in brief ramps, and looks like it.
+    """
+    channels = [next((r.channels[name] for name in order(r)), None) for r in recordings]
+    if not target.startswith("gyro") or not all(c is not None and c.source == "encoder" for c in channels):
+        return []
+    parts = stretches(recordings, spans, target, rows)
+    return [] if any(_holds(one.input(0.0)) for one in parts) else parts
+
+
+def _holds(u: Floats) -> bool:
+    """Whether a rate, shape (n,), holds much of the time in which there is one."""
+    size = np.abs(u)
+    moving = size[1:] > MOVES * size.max(initial=0.0)
+    steady = np.abs(np.diff(u)) < HOLDS * size.max(initial=0.0)
+    return not moving.any() or float(np.mean(steady[moving])) > OFTEN
 
 
 def rows_per_motion(parts: list[Stretch], found: tuple[Settled, ...]) -> int:

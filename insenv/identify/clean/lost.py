@@ -79,7 +79,9 @@ def _of_run(recording: Recording, target: str, told: Settled) -> list[RejectedRo
     for a, b in stretches(np.asarray(maximum_filter1d(score, 2 * over + 1)) > NEAR):
         brief = b - a - 2 * over <= LONGEST / exposure.motion.dt
         if brief and score[a:b].max() > FAR and np.abs(left[a:b]).max() > LEADS * usual:
-            cells[max(a + over // 2, 0) : max(b - over // 2, 0)] = True
+            # An event that reaches an end of the run has nothing sound beyond; means of less there hold the end often.
+            whole = b - a > 2 * over
+            cells[0 if whole and not a else a + over // 2 : n if whole and b == n else b - over // 2] = True
     if cells[there].mean() > MOST:
         return []
     rows = (exposure.cell_of_row >= 0) & cells[exposure.cell_of_row]

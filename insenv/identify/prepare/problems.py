@@ -21,7 +21,7 @@ from insenv.effects.catalogue import by_key
 from insenv.effects.rate.scale import ScaleFactor
 from insenv.effects.timing import TimingSkew
 from insenv.identify.clean.bursts import without_bursts
-from insenv.identify.clean.doubtful import Settled, agreeing, doubted, rows_per_motion, settled
+from insenv.identify.clean.doubtful import Settled, agreeing, doubted, measured_parts, rows_per_motion, settled
 from insenv.identify.clean.holds import LEAST_SHARE, MOST_SHARE, WHOLE, Hold, Look, agrees, find_hold, without_hold
 from insenv.identify.clean.lost import lost_rows
 from insenv.identify.clean.motion import at_rest
@@ -119,8 +119,9 @@ def prepare(
     recordings = responding(recordings, _spans(recordings, uses), target, model, fit, forms=not holds)
     told = settled(parts := doubted(recordings, _spans(recordings, uses), target, fit))
     rows = _rows_of_motion(manifest, uses, rows_per_motion(parts, told), rows)
+    followed = told or settled(measured_parts(recordings, _spans(recordings, uses), target, fit))
     recordings, rejected = (
-        (clean := _clean(recordings, target, rows, (*moving, *jumps), told)).recordings,
+        (clean := _clean(recordings, target, rows, (*moving, *jumps), followed)).recordings,
         clean.rejected,
     )
     rows = _agreeing(manifest, recordings, uses, target, rows, model) if told else rows

@@ -52,8 +52,9 @@ def unsized(problem: Problem, fit: Fit, term: Term, inexact: Model = (), held_ou
     lags = any(e.motion.lag for e in problem.exposures)
     late = _curve_of_rate(term) and (lags or (_comes_late(fit) and not term.effect.of_response))
     # A smooth discrepancy of its own could be all of a drift: what is told is the drift of the two together. Of a curve
-    # of the rate it is just the question, and the report asks it too.
-    others = inexact if _curve_of_rate(term) else tuple(one for one in inexact if one is not term)
+    # of the rate, which a gain is none of, it is just the question, and the report asks it too.
+    bent = late or (_curve_of_rate(term) and not term.effect.of_response)
+    others = inexact if bent else tuple(one for one in inexact if one is not term)
     theta, cov = coefficients_of(problem, fit, term, others)
     sd = np.sqrt(np.diag(cov))
     if not len(theta) or not np.all(sd > 0):

@@ -10,7 +10,7 @@ from scipy.signal import butter, sosfilt
 
 from insenv.core.recording import Channel, Floats, Origin, Recording
 from insenv.data.reference import with_reference
-from insenv.identify.clean.doubtful import Settled, doubted, rows_per_motion, settled
+from insenv.identify.clean.doubtful import Settled, doubted, measured_parts, rows_per_motion, settled
 from insenv.identify.clean.lost import lost_rows
 from insenv.identify.clean.response import fitted
 
@@ -167,3 +167,25 @@ def test_rounded_rows_at_rest_make_no_event_of_what_moves() -> None:
         },
     )
     assert lost_rows((with_reference(recording),), "gyro", (Settled(0, 1, 1.0, 0.0),)) == ()
+
+
+def test_a_reference_without_noise_that_loses_the_motion_once_is_left_out_there() -> None:
+    """A telephone's own attitude that is set right by 0.9 deg within 0.15 s, at the very end of the run the same."""
+    t = 0.01 * np.arange(3000.0)
+    rate = 1.2 * np.sin(2.2 * t) * np.sin(0.37 * t) + 0.6 * np.sin(5.1 * t)
+    angle = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * 0.01)])
+    angle = angle + 0.015 * np.clip((t - 8.0) / 0.15, 0, 1) - 0.08 * np.clip((t - 29.8) / 0.19, 0, 1)
+    channels = {
+        "gyro": Channel(rate + 2e-3 * np.random.default_rng(1).standard_normal(len(t)), "rad/s", "instant"),
+        "table_angle": Channel(angle, "rad", "instant", source="encoder"),
+    }
+    run = Recording(t, channels)
+    parts = measured_parts((run,), (slice(0, 3000),), "gyro", (np.ones(3000, bool),))
+    rows = lost_rows((run,), "gyro", settled(parts))
+    left = {i for row in rows for i in range(row.start, row.stop)}
+    assert set(range(802, 814)) < left
+    assert set(range(2984, 2999)) < left
+    assert len(left) < 150
+    steps = replace(channels["table_angle"], values=np.interp(t, [0, 10, 11, 20, 30], [0, 5, 5, -4, -4]))
+    table = Recording(t, {**channels, "table_angle": steps})
+    assert measured_parts((table,), (slice(0, 3000),), "gyro", (np.ones(3000, bool),)) == []
