@@ -101,12 +101,10 @@ def judged(runs: int, changes: Mapping[str, Any], kept: Path | None = None) -> J
     names = [q.name for q in task.quantities]
     estimator = find(ESTIMATORS, "batch_gls")(task.datasheet)
     errors, sd, squares = ([] if kept is None or not kept.exists() else [np.load(kept)[key]] for key in _KEYS)
-    least = np.zeros(0)
-    while (first := sum(map(len, squares))) < runs or not len(least):
-        played = roll_out(task, "nineteen_positions", None, range(first, first + min(TOGETHER, max(1, runs - first))))
-        if not len(least):
-            told = bounds(task.datasheet, played.recording(0), tuple(names))
-            least = np.array([told[name] for name in names])
+    told = bounds(task.datasheet, roll_out(task, "nineteen_positions", None, range(1)).recording(0), tuple(names))
+    least = np.array([told[name] for name in names])
+    while (first := sum(map(len, squares))) < runs:
+        played = roll_out(task, "nineteen_positions", None, range(first, min(first + TOGETHER, runs)))
         found = estimator.estimate(_after(estimator, played))
         at = [found.names.index(name) for name in names]
         e = found.mean[:, at] - np.stack([played.truth[name] for name in names], axis=-1)
