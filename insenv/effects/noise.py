@@ -249,7 +249,7 @@ class Quantization(NoiseEffect):
 
     id = "quantization"
     title = "quantization"
-    meaning = "noise from the finite step of the angle read-out"
+    meaning = "noise from the finite step of a read-out"
     linear = (Param("Q", OUTPUT + " s", sd=1e-5, bound=0.01, low=0.0),)
     source = "IEEE Std 952-1997, annex C.1.5; Q is the standard deviation of the angle error"
 

@@ -52,8 +52,8 @@ FIRST, SLOWER = 3, 3.0
 #: Fewest jumps that tell an acceleration and a delay.
 LEAST_JUMPS = 3
 #: Rows for which a table stands at its rate before and after a jump, the share of the jump within which it does, and
-#: the steps in which an angle shows it at most.
-STANDS, AS_ONE, LONGEST_JUMP = 6, 0.02, 4
+#: the steps in which an angle shows it at most, and the change of a row, in its noise, that many of which would show.
+STANDS, AS_ONE, LONGEST_JUMP, SEEN = 6, 0.02, 4, 0.2
 
 
 def slewed(recording: Recording, target: str) -> Recording:
@@ -200,16 +200,17 @@ def jumping(recording: Recording, target: str, run: int) -> tuple[RejectedRows, 
     assert u is not None
     left = channel.values - u * share
     noise = 1.4826 / np.sqrt(2) * float(np.median(np.abs(np.diff(left))))
-    change = np.abs(np.diff(u)) * abs(share) > JUMP * noise
+    change = np.abs(np.diff(u)) * abs(share) > SEEN * noise
     reason, found = "the table's rate jumps within this row, and its angle does not tell when", []
     edges = np.flatnonzero(np.diff(np.concatenate([[False], change, [False]])))
     for first, last in zip(edges[::2], edges[1::2], strict=True):
         before, after = slice(first - STANDS + 1, first + 1), slice(last, last + STANDS)
         if first - STANDS + 1 < 0 or last + STANDS > len(u) or last - first > LONGEST_JUMP:
             continue
-        allowed = OFF * noise + AS_ONE * abs(u[last] - u[first]) * abs(share)
+        jump = AS_ONE * abs(u[last] - u[first])
+        allowed = OFF * noise + jump * abs(share)
         beside = np.concatenate([left[before], left[after]])
-        stands = max(np.ptp(u[before]), np.ptp(u[after])) * abs(share) < allowed
+        stands = max(np.ptp(u[before]), np.ptp(u[after])) < jump
         if last > first + 1 and stands and np.abs(beside - np.median(beside)).max() < allowed:
             found.append(RejectedRows(target, run, int(first) + 1, int(last), reason, "ramp"))
     return tuple(found)
