@@ -78,7 +78,9 @@ def with_sets(tracks: Sequence[Track], alpha: float) -> list[Track]:
         Level of the doubts.
     """
     together = _together(tracks, alpha)
-    return [_with_set(track) if i in together or doubted(track, alpha) else track for i, track in enumerate(tracks)]
+    return [
+        _with_set(track, alpha) if i in together or doubted(track, alpha) else track for i, track in enumerate(tracks)
+    ]
 
 
 def doubted(track: Track, alpha: float) -> bool:
@@ -131,7 +133,7 @@ def _fitted(rows: AllRows, hit: Hit) -> tuple[Problem, Fit]:
     return rows.problem, solve(rows.problem, with_term(rows.fit.model, hit.term), start=rows.fit.noise.power)
 
 
-def _with_set(track: Track) -> Track:
+def _with_set(track: Track, alpha: float) -> Track:
     """The track with the likeliest law that may be, or as it is where there is none."""
     rows = of_all_rows(track)
     if rows is None:
@@ -143,6 +145,8 @@ def _with_set(track: Track) -> Track:
     score = held_out_score(problem, fit)
     for hit, larger, after in _confirmed(track, fit, score, keys):
         likely = next(one for one in laws if one.candidate.effect.key == hit.candidate.effect.key)
+        if after.rms >= score.rms and log_p_by_itself(track, likely) >= math.log(alpha):
+            continue  # it foretells nothing better, and all rows do not ask for it
         step = Step(
             replace(hit, likelihood_ratio=likely.likelihood_ratio),
             score,
