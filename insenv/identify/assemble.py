@@ -48,7 +48,7 @@ from insenv.identify.fit.uncertainty import covariance, estimates, noise_estimat
 from insenv.identify.loop import Outcome
 from insenv.identify.next.experiment import Unsettled, next_experiments
 from insenv.identify.prepare.excess import Structure, structure
-from insenv.identify.prepare.gain import as_declared, is_undeclared, undeclared_gain
+from insenv.identify.prepare.gain import as_declared, undeclared_gain
 from insenv.identify.prepare.line_effects import hold_effect, line_effects, rounding_effect, saturation_effect
 from insenv.identify.prepare.vibration import went_away
 from insenv.identify.search.detectable import Sensitivity
@@ -139,7 +139,8 @@ def _target(
     lines, hold = track.prepared.lines, track.prepared.held.hold
     earth = earth_findings(track, alpha)
     coarse = _rounding(track, alpha, scores := (held_out_score(plain, before), held_out_score(problem, track.fit)))
-    verdict = _verdict(track, bool(lines or coarse), left, earth)
+    gain = undeclared_gain(problem, track.fit, track.prepared.model, scores)
+    verdict = _verdict(track, bool(lines or coarse or gain), left, earth)
     own = _own_estimates(track)
     first = estimates(plain, before)
     declared = set(track.prepared.model)
@@ -156,7 +157,7 @@ def _target(
         added=(
             *_saturation(track, recordings, scores),
             *coarse,
-            *undeclared_gain(problem, track.fit, track.prepared.model, scores),
+            *gain,
             *found,
             *((hold_effect(hold, *(score.rms for score in scores)),) if hold else ()),
             *(line_effects(lines, problem, _with_lines(track), scores[1].rms, track.finer) if lines else ()),
@@ -251,13 +252,12 @@ def _rounding(track: Track, alpha: float, scores: tuple[Score, Score]) -> tuple[
     return (rounding_effect(problem.coarse.step, p_value, problem, *(score.rms for score in scores)),)
 
 
-def _verdict(track: Track, in_samples: bool, left: Structure, earth: EarthFindings) -> str:
+def _verdict(track: Track, beside: bool, left: Structure, earth: EarthFindings) -> str:
     physical = [s for s in track.steps if not s.hit.candidate.generic]
     more = bool(left.reasons) or earth.departs
     if earth.suspects or any(r.keys for r in track.rivalries) or (track.steps and track.instead):
         return "confounded"
-    gained = is_undeclared(track.problem, track.prepared.model)
-    if physical or in_samples or track.prepared.held.hold or track.prepared.rails or gained:
+    if physical or beside or track.prepared.held.hold or track.prepared.rails:
         return "effects-found-incomplete" if more else "effects-found"
     if track.steps:
         return "generic-only"

@@ -26,8 +26,8 @@ from insenv.data.manifest.spec import CHANNELS, INCREMENTS, ChannelSpec, Manifes
 INCREDIBLE, UNMOVED, TRAVELLED = 0.4, 0.1, 1.0
 #: Share of the readings' square sum from which on they do follow the table, by however little.
 FOLLOWS = 0.5
-#: Departure from a known ratio within which it is that one: scale factors of cheap sensors are off by several per cent.
-SAME = 0.08
+#: Departure from a known ratio within which it is that one: data sheets of cheap gyros grant 3 to 4 per cent.
+SAME = 0.05
 #: What is so much farther off than the nearest ratio is not said beside it.
 FARTHER, CLOSE = 2.0, 0.03
 #: The same for the size of gravity, which biases of cheap triads change.
@@ -44,8 +44,10 @@ LARGEST_BIAS = 0.02
 CHANGING = 0.1
 #: Temperatures that laboratories have [K].
 COLDEST, HOTTEST = 150.0, 520.0
-#: Ratios that a wrong range setting gives.
-RANGES = (2.0, 4.0, 8.0, 16.0)
+#: Ratios that a wrong range setting gives, and a point in the wrong place.
+RANGES = (2.0, 4.0, 8.0, 10.0, 16.0, 100.0, 1000.0)
+#: Standard deviations by which a gain is beyond what is credible, where it is known to no two per cent.
+SURE = 3.0
 #: Least rate of turn that stands out of an encoder's noise [rad/s].
 TURNING = 0.01
 
@@ -156,7 +158,9 @@ def _turning(manifest: Manifest, recordings: Sequence[Recording], target: str) -
         remedies = _remedies(manifest, recordings[0].dt, target, size, SAME)
         if remedies:
             raise InputError(_wrong(manifest, target, "the rate that it was exposed to", value, remedies))
-    if gain.sd > VAGUE * max(1.0, size) or abs(value - 1) <= INCREDIBLE or gain.rate < TURNING:
+    # Errors of the reference make a gain smaller, and none larger.
+    larger = gain.explained > FOLLOWS and size - SURE * gain.sd > 1 + INCREDIBLE
+    if (gain.sd > VAGUE * max(1.0, size) and not larger) or abs(value - 1) <= INCREDIBLE or gain.rate < TURNING:
         return ()
     if size < UNMOVED and gain.explained < FOLLOWS and _travelled(recordings, target) > TRAVELLED:
         raise InputError(
@@ -275,13 +279,13 @@ def _other_units(manifest: Manifest, channel: str, power: float) -> Iterator[Rem
         return
     dimension = _dimension(manifest, channel)
     declared, _ = scale_to_si(spec.unit, dimension, "")
-    for unit in UNITS[dimension]:
+    minus = "-" if declared < 0 else ""  # an axis that was declared the other way stays so
+    others = [(unit, unit if not minus else f"-1 {unit}", "") for unit in UNITS[dimension]]
+    others += [(unit, f"{minus}{unit}", ", and converted twice") for unit in TWICE.get(dimension, ())]
+    for unit, shown, why in others:
         size, _ = scale_to_si(unit, dimension, "")
-        yield Remedy(f'channels.{channel}.unit = "{unit}" (declared "{spec.unit}")', float((declared / size) ** power))
-    for unit in TWICE.get(dimension, ()):
-        size, _ = scale_to_si(unit, dimension, "")
-        words = f'channels.{channel}.unit = "{unit}" (declared "{spec.unit}", and converted twice)'
-        yield Remedy(words, float((declared / size) ** power))
+        words = f'channels.{channel}.unit = "{shown}" (declared "{spec.unit}"{why})'
+        yield Remedy(words, float((abs(declared) / size) ** power))
 
 
 def _other_quantity(manifest: Manifest, target: str, dt: float) -> Iterator[Remedy]:

@@ -38,7 +38,7 @@ def as_declared(problem: Problem, declared: Model) -> Problem:
 
 
 def undeclared_gain(problem: Problem, fit: Fit, declared: Model, scores: tuple[Score, Score]) -> tuple[Added, ...]:
-    """The gain as a finding; none where it is declared, or the search has found what is left of it.
+    """The gain as a finding; none where it is declared, or what the search has found holds what is left of it.
 
     Parameters
     ----------
@@ -51,8 +51,12 @@ def undeclared_gain(problem: Problem, fit: Fit, declared: Model, scores: tuple[S
     """
     if not is_undeclared(problem, declared) or any(term.effect.id == SCALE for term in fit.model):
         return ()
-    term = Term(ScaleFactor())
-    (left,) = estimates(problem, solve(problem, (*fit.model, term), start=fit.noise.power))[term]
+    # A curve of the rate without a cause would hold it.
+    named, term = tuple(term for term in fit.model if not term.effect.generic), Term(ScaleFactor())
+    rows = estimates(problem, solve(problem, (*named, term), start=fit.noise.power))[term]
+    if not rows:
+        return ()
+    (left,) = rows
     value = problem.gain - 1
     row = replace(left, value=value, sd=math.hypot(left.sd, left.value - value))
     p_value = min(1.0, 2 * math.exp(max(log_tail(abs(row.value) / row.sd), -690.0)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -62,6 +63,15 @@ def test_the_likely_mistake_is_named(tmp_path: Path, name: str, words: str) -> N
     wanted = {"gyro", "table_angle", "time"}
     one = next(b for seed in range(200) if set((b := bench(seed)).says) == wanted and not b.says["gyro"][2])
     assert words in said(damages(one)[name](one).write(tmp_path, "wrong"))
+
+
+def test_the_sign_of_a_declared_unit_stays(tmp_path: Path) -> None:
+    """An axis that was declared the other way, in a wrong unit."""
+    says = ("gyro", "deg/s", "")
+    one = next(b for seed in range(200) if (b := bench(seed)).says.get("gyro") == says and "table_angle" in b.says)
+    turned = Bench({**one.columns, "gyro": -np.pi / 180 * one.columns["gyro"]}, one.says, one.targets)
+    turned = replace(turned, says={**one.says, "gyro": ("gyro", "-1 deg/s", "")})
+    assert 'channels.gyro.unit = "-1 rad/s" (declared "-1 deg/s")' in said(turned.write(tmp_path, "minus"))
 
 
 def test_column_names_that_contradict(tmp_path: Path) -> None:

@@ -13,12 +13,12 @@ from insenv.core.errors import InputError
 DT, N = 0.02, 4000
 
 
-def written(folder: Path, gain: float, declared: str = '"bias"') -> Path:
-    """A gyro of which the axis sees ``gain`` of a table that is turned by hand."""
+def written(folder: Path, gain: float, declared: str = '"bias"', bent: float = 0.0) -> Path:
+    """A gyro of which the axis sees ``gain`` of a table that is turned by hand, with a ``bent`` response."""
     rng = np.random.default_rng(5)
     t = DT * np.arange(N)
     rate = 1.5 * np.sin(0.9 * t) * np.sin(0.13 * t) + 0.5 * np.sin(2.1 * t)
-    read = gain * rate + 0.003 + 0.005 * rng.standard_normal(N)
+    read = gain * rate + bent * np.sin(7 * rate) + 0.003 + 0.005 * rng.standard_normal(N)
     shown = rate + 1e-3 * rng.standard_normal(N)
     np.savetxt(folder / "run.csv", np.column_stack([t, read, shown]), "%.9g", ",", header="t,g,w", comments="")
     (folder / "run.toml").write_text(
@@ -41,6 +41,14 @@ def test_an_undeclared_gain_is_named_with_its_size(tmp_path: Path, gain: float) 
     assert scale.p_value < 1e-6
     assert found.held_out.after < 0.1 * found.held_out.before
     assert found.verdict in ("effects-found", "effects-found-incomplete")
+
+
+def test_it_is_named_beside_a_curve_without_a_cause(tmp_path: Path) -> None:
+    """A curve of the rate holds a gain as well: of the two the gain has a cause."""
+    (found,) = close(written(tmp_path, 0.2, bent=0.05)).targets
+    assert any(added.generic for added in found.added)
+    (scale,) = (added for added in found.added if added.effect == "scale_factor")
+    assert abs(scale.parameters[0].value + 0.8) < 0.1
 
 
 def test_a_declared_gain_is_an_estimate_and_no_finding(tmp_path: Path) -> None:
