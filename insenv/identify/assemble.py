@@ -18,6 +18,7 @@ from insenv.effects.base import NoiseEffect
 from insenv.effects.noise import readings_density
 from insenv.identify.clean import systematic
 from insenv.identify.clean.outliers import rows_of_bins
+from insenv.identify.clean.plausibility import UNMOVED
 from insenv.identify.earth.findings import (
     EarthFindings,
     cautions,
@@ -44,7 +45,7 @@ from insenv.identify.findings import (
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.heldout import Score, held_out_score, residual
 from insenv.identify.fit.problem import NOISE_TERMS, Problem, Term
-from insenv.identify.fit.uncertainty import covariance, estimates, noise_estimates
+from insenv.identify.fit.uncertainty import SCALE, covariance, estimates, noise_estimates
 from insenv.identify.loop import Outcome
 from insenv.identify.next.experiment import Unsettled, next_experiments
 from insenv.identify.prepare.excess import Structure, structure
@@ -135,13 +136,14 @@ def _target(
     left = structure(problem, track.fit, declared_noise, alpha)
     lost = systematic.sentences(recordings, problem.target, track.prepared.rejected)
     went = went_away(problem, track.fit) if track.finer and not declared_noise else ()
-    left = replace(left, reasons=(*left.reasons, *unfinished(track, alpha), *lost, *went))
+    own = _own_estimates(track)
+    apart = _follows_nothing(problem, own)
+    left = replace(left, reasons=(*left.reasons, *apart, *unfinished(track, alpha), *lost, *went))
     lines, hold = track.prepared.lines, track.prepared.held.hold
     earth = earth_findings(track, alpha)
     coarse = _rounding(track, alpha, scores := (held_out_score(plain, before), held_out_score(problem, track.fit)))
     gain = undeclared_gain(problem, track.fit, track.prepared.model, scores)
     verdict = _verdict(track, bool(lines or coarse or gain), left, earth)
-    own = _own_estimates(track)
     first = estimates(plain, before)
     declared = set(track.prepared.model)
     found = tuple(_added(track, index, step, own[step.hit.term]) for index, step in enumerate(track.steps))
@@ -202,6 +204,18 @@ def _incredible(problem: Problem, own: Mapping[Term, tuple[Estimate, ...]]) -> t
                     f"this kind has it ({low:.3g} to {high:.3g}): check unit, sign and column of {problem.target}."
                 )
     return tuple(said)
+
+
+def _follows_nothing(problem: Problem, own: Mapping[Term, tuple[Estimate, ...]]) -> tuple[str, ...]:
+    """A word where a gyro reads next to nothing of what it was exposed to, and a scale factor of -1 is told for it."""
+    gains = [(1 + row.value, row.sd) for term, rows in own.items() if term.effect.id == SCALE for row in rows]
+    for gain, sd in gains if problem.turns else ():
+        if abs(gain) < max(UNMOVED, SURE * sd) and sd < 1 / SURE:
+            return (
+                f"{problem.target} reads {gain:.2g} +- {sd:.1g} of the rate that it was exposed to: it does not follow "
+                "it. Check the column, the axis and the clocks of both",
+            )
+    return ()
 
 
 def _saturation(track: Track, recordings: tuple[Recording, ...], scores: tuple[Score, Score]) -> tuple[Added, ...]:

@@ -43,6 +43,9 @@ AS_GOOD = 0.9
 SHREDDED = 0.1
 #: Fewest rows that tell a gain, longest lag [s], and rows of a run that are looked at.
 FEWEST, LONGEST, MOST_ROWS = 64, 0.5, 40_000
+#: Longest lag of two clocks that were never set by each other [s], the correlation, squared, from which on the reading
+#: follows the input, and by how much it must be larger there.
+FARTHEST, FOLLOWS, FAR_BETTER = 2.0, 0.25, 4.0
 #: Logarithm of the likelihood ratio from which the lag is a filter's, and frequencies beside each other that count as
 #: one; share of the square sum of the rate at those of the motion.
 DECISIVE, CORRELATED, MOTION = 5.0, 2.0, 0.999
@@ -345,16 +348,28 @@ def _coarse(one: Stretch) -> float:
     """The lag at which reading and input correlate most [s].
 
     Of a table that swings evenly every half swing does nearly as well, every other one with the gain turned round: of
-    peaks as good as the best the one nearest to no lag is taken.
+    peaks as good as the best the one nearest to no lag is taken. Two clocks may be further apart than any one is late:
+    where next to nothing is alike within `LONGEST`, lags up to `FARTHEST` are asked, and one counts that is.
     """
+    lag, alike = _most_alike(one, LONGEST)
+    if alike < FOLLOWS:
+        far, then = _most_alike(one, FARTHEST)
+        if then > max(FOLLOWS, FAR_BETTER * alike):
+            return far
+    return lag
+
+
+def _most_alike(one: Stretch, longest: float) -> tuple[float, float]:
+    """The lag of at most ``longest`` at which reading and input correlate most [s], and the correlation squared."""
     dt = one.exposure.motion.dt
-    most = min(int(LONGEST / dt), len(one.y) // 4)
+    most = min(int(longest / dt), len(one.y) // 4)
     both, power = correlation(one.input(0.0), one.y, one.known, most)
     alike = both**2 / np.maximum(power, 1e-300)
     best = int(np.argmax(alike))
     peaks = 1 + np.flatnonzero((alike[1:-1] >= alike[:-2]) & (alike[1:-1] >= alike[2:]))
     good = np.append(peaks[alike[peaks] > AS_GOOD * alike[best]], best)
-    return float((int(good[np.argmin(np.abs(good - most))]) - most) * dt)
+    at = int(good[np.argmin(np.abs(good - most))])
+    return (at - most) * dt, float(alike[at])
 
 
 def _measured(recording: Recording) -> bool:
@@ -407,7 +422,7 @@ def fitted(
             if s.run in lag_of and gain:
                 change = float(theta[2 + 2 * k] / size[2 + 2 * k]) / gain
                 change = float(np.clip(change, -5 * s.exposure.motion.dt, 5 * s.exposure.motion.dt))
-                lags[s.run] = float(np.clip(lags[s.run] + change, -2 * LONGEST, 2 * LONGEST))
+                lags[s.run] = float(np.clip(lags[s.run] + change, -FARTHEST - LONGEST, FARTHEST + LONGEST))
                 moved = max(moved, abs(change) / s.exposure.motion.dt)
         if spread:
             far = FAR * spread + np.concatenate(late)

@@ -55,6 +55,26 @@ def test_a_filter_a_delay_and_a_mean_are_told_apart(form: str, seed: int) -> Non
     assert response.gain == pytest.approx(GAIN, abs=2e-3)
 
 
+@pytest.mark.parametrize("apart", [0.75, -1.6])
+def test_clocks_that_are_far_apart_are_found(apart: float) -> None:
+    """Two clocks that were never set by each other: nothing is alike within half a second."""
+    rng = np.random.default_rng(4)
+    t = DT * np.arange(N)
+    waves = [(rng.uniform(0.3, 1), f, rng.uniform(0, 6)) for f in np.linspace(0.3, 1.9, 12)]
+
+    def rate(at: Floats) -> Floats:
+        return np.asarray(np.sum([a * np.sin(2 * np.pi * f * at + p) for a, f, p in waves], axis=0))
+
+    encoder = rate(t + apart) + 0.02 * rng.standard_normal(N)
+    gyro = 0.8 * rate(t) + 0.3 * rng.standard_normal(N)
+    channels = {"gyro": Channel(gyro, "rad/s"), "table_rate": Channel(encoder, "rad/s", source="encoder")}
+    run = with_reference(Recording(t, channels))
+    (found,) = responding((run,), (slice(0, N),), "gyro", ())
+    response = found.responses.get("gyro", Response())
+    assert response.lag == pytest.approx(apart, abs=0.01)
+    assert response.gain == pytest.approx(0.8, abs=0.02) or response.gain == 1.0
+
+
 @pytest.mark.parametrize("windows", [5.0, 10.0, 40.0])
 def test_a_mean_is_undone(windows: float) -> None:
     """A sine that swings once in so many windows; 0.4 % off at five of them, by the fourth power less beyond."""

@@ -13,11 +13,11 @@ from insenv.core.errors import InputError
 DT, N = 0.02, 4000
 
 
-def written(folder: Path, gain: float, declared: str = '"bias"', bent: float = 0.0) -> Path:
+def written(folder: Path, gain: float, declared: str = '"bias"', bent: float = 0.0, size: float = 1.0) -> Path:
     """A gyro of which the axis sees ``gain`` of a table that is turned by hand, with a ``bent`` response."""
     rng = np.random.default_rng(5)
     t = DT * np.arange(N)
-    rate = 1.5 * np.sin(0.9 * t) * np.sin(0.13 * t) + 0.5 * np.sin(2.1 * t)
+    rate = size * (1.5 * np.sin(0.9 * t) * np.sin(0.13 * t) + 0.5 * np.sin(2.1 * t))
     read = gain * rate + bent * np.sin(7 * rate) + 0.003 + 0.005 * rng.standard_normal(N)
     shown = rate + 1e-3 * rng.standard_normal(N)
     np.savetxt(folder / "run.csv", np.column_stack([t, read, shown]), "%.9g", ",", header="t,g,w", comments="")
@@ -56,6 +56,13 @@ def test_a_declared_gain_is_an_estimate_and_no_finding(tmp_path: Path) -> None:
     assert not any(added.effect == "scale_factor" for added in found.added)
     (c,) = (row for row in found.estimates_after if row.effect == "scale_factor")
     assert c.value == pytest.approx(-0.8, abs=0.01)
+
+
+def test_a_scale_factor_of_minus_one_is_no_answer(tmp_path: Path) -> None:
+    """Of a table that turns too little for a refusal: the reading has nothing of it."""
+    (found,) = close(written(tmp_path, 0.0, '"bias", "scale_factor"', size=0.1)).targets
+    assert found.verdict == "unexplained-structure"
+    assert any("does not follow it" in reason for reason in found.reasons)
 
 
 def test_what_follows_nothing_of_the_table_is_refused(tmp_path: Path) -> None:
