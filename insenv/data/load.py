@@ -23,7 +23,7 @@ from insenv.data.readers import Column, Table, read_table
 from insenv.data.readers.table import rows_of
 from insenv.data.renewals import with_renewals
 from insenv.data.resample import resampled, spread
-from insenv.data.sampling import Sampling, UnevenError, at_mean_rate, check_forwards, round_rate, sampling
+from insenv.data.sampling import Sampling, UnevenError, at_mean_rate, check_forwards, in_packets, round_rate, sampling
 from insenv.data.words import Mended, with_words
 
 #: SI unit of the channels of each dimension.
@@ -142,6 +142,12 @@ def _read_run(manifest: Manifest, run: RunSpec, words: Mended) -> Recording:
 
 def _taken(manifest: Manifest, run: RunSpec, table: Table, t: Floats) -> tuple[Table, Sampling, tuple[str, ...]]:
     """The rows and when they were taken."""
+    if _nothing_turns(manifest) and in_packets(t):
+        if (even := at_mean_rate(run.file, t, table.place)) is not None:
+            return table, even, ()
+        found = "most rows have the stamp of others, as if they had come in packets, and these follow no even rate"
+        rate = (len(t) - 1) / float(t[-1] - t[0])
+        raise InputError(f'{run.file}: {found}; wanted the rate instead, as time = {{ rate = "{rate:.4g} Hz" }}')
     try:
         return table, sampling(run.file, t, table.place, table.values.get("table_angle")), ()
     except UnevenError:

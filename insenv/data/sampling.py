@@ -29,6 +29,8 @@ AWAY, SHARE_AWAY = 1.0, 0.01
 #: rows beyond which that is how they are written.
 AT_ONCE, SEVERAL, MOST_AT_ONCE = 0.1, 3, 0.2
 
+#: Share of the steps from which on pauses are those between packets.
+OFTEN = 0.01
 #: Seconds that are counted from so long ago that their rounding is more than this share of a period count from row 0.
 COARSE = 1e-9
 
@@ -98,6 +100,13 @@ def sampling(path: Path, t: Floats, place: Callable[[int], str], angle: Floats |
     origin = 0.0 if grain < COARSE * clock.period else float(t[0])
     taken = _mended(path, t - origin, t[0] - origin, replace(clock, quantum=max(clock.quantum, grain)), place, angle)
     return replace(taken, t=increasing(path, taken.t, place))
+
+
+def in_packets(t: Floats) -> bool:
+    """Whether rows came in packets: most steps are nearly none beside the mean one, and pauses are no rare gaps."""
+    steps = np.diff(t)
+    mean = float(steps.mean()) if len(steps) else 0.0
+    return mean > 0 and float(np.median(steps)) < AT_ONCE * mean and float(np.mean(steps > mean)) > OFTEN
 
 
 def at_mean_rate(path: Path, t: Floats, place: Callable[[int], str]) -> Sampling | None:

@@ -43,6 +43,19 @@ def test_rows_written_in_bursts_follow_each_other_at_their_mean_rate(tmp_path: P
     assert any("at rest, rows are taken to follow each other at their mean rate" in note for note in run.notes)
 
 
+def test_rows_of_packets_follow_each_other_or_want_a_rate(tmp_path: Path) -> None:
+    """18 rows a stamp; packets of one delay are told from such as wait for seconds, and both from rests far apart."""
+    taken = 0.01 * np.arange(7200.0)
+    stamp = np.repeat(taken[17::18], 18)
+    run = read(tmp_path, stamp)
+    assert len(run) == len(stamp)
+    np.testing.assert_allclose(np.diff(run.t), 0.01, rtol=5e-3)
+    with pytest.raises(InputError, match=r"packets, and these follow no even rate; wanted .* rate = .\d+"):
+        read(tmp_path, stamp + 3.0 * np.sin(stamp / 12.0))
+    rests = np.concatenate([taken, taken + 1e4])
+    assert len(read(tmp_path, rests)) == len(rests)
+
+
 def test_a_rate_that_changes_is_resampled(tmp_path: Path) -> None:
     steps = np.concatenate([np.full(3000, 0.01), np.full(3000, 0.03)]) * np.random.default_rng(2).uniform(
         0.5, 1.5, 6000
