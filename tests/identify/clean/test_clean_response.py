@@ -59,7 +59,7 @@ def test_a_filter_a_delay_and_a_mean_are_told_apart(form: str, seed: int) -> Non
 def test_clocks_that_are_far_apart_are_found(apart: float) -> None:
     """Two clocks that were never set by each other: nothing is alike within half a second."""
     rng = np.random.default_rng(4)
-    t = DT * np.arange(N)
+    t: Floats = np.arange(0.0, N) * DT
     waves = [(rng.uniform(0.3, 1), f, rng.uniform(0, 6)) for f in np.linspace(0.3, 1.9, 12)]
 
     def rate(at: Floats) -> Floats:
