@@ -56,8 +56,6 @@ OF_MOTION = 0.5
 MOST_PARABOLAS, WORTH = 12, 0.002
 #: Multiples of that frequency that curves of the motion have.
 HARMONICS = 8
-#: Share of the motion at its frequency below which a tone is a part of that motion, by a gain of its own there.
-PART_OF_MOTION = 0.02
 
 
 def search(
@@ -168,7 +166,7 @@ def _tone_hit(problem: Problem, fit: Fit, base: Reference, count: float) -> Hit:
     term, ratio, gained = _coherent(problem, fit, base, term, resolution)
     found = deviate(problem, base, term, ratio, gained)
     best = Hit(Candidate(Tone(), (term,)), term, ratio, trials * count, found, term.size)
-    if _of_the_motion(problem, term) or _part_of_the_motion(problem, fit, term):
+    if _of_the_motion(problem, term):
         return replace(
             best,
             deviate=-np.inf,
@@ -185,22 +183,6 @@ def _of_the_motion(problem: Problem, term: Term) -> bool:
     u = problem.bins.mean(tuple(e.u for e in problem.exposures))
     swings = (_swing(u[run], problem.bins.width) for run in _runs(problem))
     return any(_multiple(term.shape[0], *swing) for swing in swings if swing is not None)
-
-
-def _part_of_the_motion(problem: Problem, fit: Fit, term: Term) -> bool:
-    """Whether the table moves at the frequency of a tone by so much that the tone is a small part of it, in any run."""
-    if not problem.turns:
-        return False
-    larger = solve(problem, with_term(fit.model, term), start=fit.noise.power)
-    theta = larger.theta[larger.design.term == len(fit.model)]
-    u, time = problem.bins.mean(tuple(e.u for e in problem.exposures)), problem.bins.time
-    moves = 0.0
-    for rows in (rows for rows in _runs(problem) if len(rows) >= 8):
-        window = np.sin(np.pi * (np.arange(len(rows)) + 0.5) / len(rows)) ** 2
-        wave = np.exp(-2j * np.pi * term.shape[0] * time[rows])
-        off = u[rows] - np.average(u[rows], weights=window)
-        moves = max(moves, 2 * float(np.abs((window * off) @ wave)) / float(window.sum()))
-    return float(np.abs(theta).max(initial=0.0)) < PART_OF_MOTION * moves
 
 
 def _runs(problem: Problem) -> list[NDArray[np.int64]]:
