@@ -54,6 +54,8 @@ LEAST_JUMPS = 3
 #: Rows for which a table stands at its rate before and after a jump, the share of the jump within which it does, and
 #: the steps in which an angle shows it at most, and the change of a row, in its noise, that many of which would show.
 STANDS, AS_ONE, LONGEST_JUMP, SEEN = 6, 0.02, 4, 0.2
+#: Share of the jumps between that by which means are off, none, and instants, a half; deviations in which it is told.
+INSTANT, SURE = 0.25, 3.0
 
 
 def slewed(recording: Recording, target: str) -> Recording:
@@ -191,7 +193,8 @@ def _from_rest(left: Floats, u: Floats, end: int, pace: float) -> _Approach | No
 def jumping(recording: Recording, target: str, run: int) -> tuple[RejectedRows, ...]:
     """Rows within which the rate of a table jumps whose angle alone was read: nothing tells when in the row.
 
-    A reading that is late by a row and more differs beside them as well: that is a skew, and all rows stay.
+    A reading that is late by a row and more differs beside them as well: that is a skew, and all rows stay. So they do
+    where the readings are means, which have of a ramp what the angle has.
     """
     share, channel = table_share(recording, target), recording.channels[target]
     if "table_angle" not in recording.channels or not share or channel.delay:
@@ -202,6 +205,8 @@ def jumping(recording: Recording, target: str, run: int) -> tuple[RejectedRows, 
     noise = 1.4826 / np.sqrt(2) * float(np.median(np.abs(np.diff(left))))
     change = np.abs(np.diff(u)) * abs(share) > SEEN * noise
     reason, found = "the table's rate jumps within this row, and its angle does not tell when", []
+    jumps: list[float] = []
+    off: list[float] = []
     edges = np.flatnonzero(np.diff(np.concatenate([[False], change, [False]])))
     for first, last in zip(edges[::2], edges[1::2], strict=True):
         before, after = slice(first - STANDS + 1, first + 1), slice(last, last + STANDS)
@@ -213,4 +218,13 @@ def jumping(recording: Recording, target: str, run: int) -> tuple[RejectedRows, 
         stands = max(np.ptp(u[before]), np.ptp(u[after])) < jump
         if last > first + 1 and stands and np.abs(beside - np.median(beside)).max() < allowed:
             found.append(RejectedRows(target, run, int(first) + 1, int(last), reason, "ramp"))
-    return tuple(found)
+            jumps.append((u[last] - u[first]) * share)
+            off.append(float(np.sum(left[first + 1 : last] - np.median(beside))))
+    return tuple(found) if _of_instants(np.array(jumps), np.array(off), noise) else ()
+
+
+def _of_instants(jumps: Floats, off: Floats, noise: float) -> bool:
+    """Whether readings within jumps may be such at instants: off by half of one, where means are by nothing."""
+    power = float(jumps @ jumps)
+    share, sd = (abs(float(off @ jumps)) / power, noise / np.sqrt(power)) if power else (0.0, 0.0)
+    return power > 0 and share + SURE * sd > INSTANT

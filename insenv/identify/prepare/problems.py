@@ -53,9 +53,6 @@ CYCLES_PER_BIN = 8
 LEFT = 0.5
 #: Share of the samples' variance from which a line is worth a word though the bins do not feel it.
 LEAST_LINE = 0.01
-#: Deviations from which on a line that holds its phase all the time is told however small it is: mains, a clock, a
-#: servo. Of a million rows noise makes one of 7 in one recording of 100 000.
-SURE_LINE = 7.0
 #: Part of a row by which a hold time may be off a whole number of them; fitted bins that must be left of whole holds.
 WHOLE_ROWS, FEWEST_BINS = 1e-3, 200
 #: Share of the square sum of the acceleration below the frequency that the motion reaches.
@@ -614,8 +611,7 @@ def _lines(
         values = _sample_residual(recording, span, problem, model)
         found += find_lines(t, recording.dt, values, step, run, 0.6 / problem.bins.width)
     noise = _bin_noise(problem)
-    sure = problem.commanded or not problem.turns
-    return tuple(x for x in found if _matters(x, problem.bins.width, noise, sure))
+    return tuple(x for x in found if _matters(x, problem.bins.width, noise))
 
 
 def _samples(
@@ -639,14 +635,8 @@ def _of_hold(line: Line, hold: Hold, problem: Problem) -> bool:
     return abs(off - round(off)) / hold.hold <= 2 * reach and round(off) > 0
 
 
-def _matters(line: Line, width: float, noise: float, sure: bool) -> bool:
-    """Whether a line is a visible part of the samples or leaks into the bins beside their own noise.
-
-    Where what is left is ``sure`` to be the instrument's, and no error of a reference, a steady one is told that is
-    surely one wave.
-    """
-    if sure and line.steady and line.amplitude > SURE_LINE * line.amplitude_sd:
-        return True
+def _matters(line: Line, width: float, noise: float) -> bool:
+    """Whether a line is a visible part of the samples, or leaks into the bins beside their own noise."""
     return line.share > LEAST_LINE or line.amplitude / (np.pi * line.frequency * width) > noise
 
 

@@ -171,17 +171,3 @@ def test_a_line_above_the_bin_rate_is_reported_as_a_tone_and_taken_out() -> None
     assert found.held_out.after < found.held_out.before
     assert found.held_out.after == pytest.approx(plain.held_out.after, rel=0.02)
     assert found.verdict == "effects-found"
-
-
-def test_a_small_line_that_holds_its_phase_is_told() -> None:
-    """Eight standard deviations of 7200 fitted rows: 0.9 % of their variance, and nothing in means over 0.5 s."""
-    run = gyro_run("rest", 4, duration=1200.0, noise={"angle_random_walk": 0.5 * DEG_PER_HOUR})
-    gyro = run.recording.channels["gyro"]
-    row = 0.5 * DEG_PER_HOUR / np.sqrt(0.1)
-    mains = 8 * row * np.sqrt(2 / 7200) * np.cos(2 * np.pi * 4.0 * (run.recording.t - run.recording.t[0]))
-    noisy = replace(
-        run.recording, channels={**run.recording.channels, "gyro": replace(gyro, values=gyro.values + mains)}
-    )
-    found = closed(noisy).targets[0]
-    assert [added.effect for added in found.added] == ["tone"]
-    assert found.added[0].parameters[0].value == pytest.approx(4.0, abs=1e-3)
