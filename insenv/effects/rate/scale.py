@@ -205,9 +205,9 @@ class ScaleFactorAnomaly(CurveEffect):
         return np.concatenate([_centres(magnitude, share * largest) for share in WIDTHS])
 
     def unseen(self, motion: Motion, shape: tuple[float, ...]) -> str:
-        """A fault of which no rate reaches the middle is any curve that rises to the end: none that is local."""
-        beyond = shape[0] > float(np.abs(motion.rate).max(initial=0.0)) * (1 + 1e-6)
-        return "its middle lies beyond the largest rate" if beyond else ""
+        """A fault of which no rate passes the middle is any curve that rises to the end: none that is local."""
+        beyond = shape[0] > float(np.abs(motion.rate).max(initial=0.0)) * (1 - 1e-3)
+        return "no rate lies beyond its middle" if beyond else ""
 
 
 def _centres(magnitude: Floats, width: float) -> Floats:
