@@ -1,5 +1,7 @@
-"""Messages of `/imu` (imu_driver/Vectornav) of the ROS bag as a table, which insenv does not read: time stamps of the
-headers, rates [rad/s], accelerations [m/s^2]."""
+"""Messages of `/imu` (imu_driver/Vectornav) of a ROS bag as a table: insenv reads no bags.
+
+Time stamps of the headers, rates [rad/s], accelerations [m/s^2].
+"""
 
 import struct
 from collections.abc import Iterator
