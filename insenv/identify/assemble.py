@@ -141,7 +141,8 @@ def _target(
     left = replace(left, reasons=(*left.reasons, *apart, *unfinished(track, alpha), *lost, *went))
     lines, hold = track.prepared.lines, track.prepared.held.hold
     earth = earth_findings(track, alpha)
-    coarse = _rounding(track, alpha, scores := (held_out_score(plain, before), held_out_score(problem, track.fit)))
+    scores = held_out_score(plain, before), held_out_score(problem, track.fit)
+    coarse = _rounding(track, alpha, scores)
     gain = undeclared_gain(problem, track.fit, track.prepared.model, scores)
     verdict = _verdict(track, bool(lines or coarse or gain), left, earth)
     first = estimates(plain, before)

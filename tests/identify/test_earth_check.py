@@ -25,7 +25,8 @@ from insenv.identify.findings import Estimate, TargetFindings
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import Problem
 from insenv.identify.next.procedures import Turning, procedures
-from insenv.identify.prepare.problems import declared_model, prepare
+from insenv.identify.prepare.declared import declared_model
+from insenv.identify.prepare.problems import prepare
 from insenv.identify.search.earth_rate import LATITUDE_SD, TILT_SD, Check, check, due_level, horizontal
 
 DEG = np.pi / 180

@@ -17,7 +17,8 @@ from insenv.effects.tone import Tone
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Term
 from insenv.identify.fit.uncertainty import estimates
-from insenv.identify.prepare.problems import declared_model, prepare
+from insenv.identify.prepare.declared import declared_model
+from insenv.identify.prepare.problems import prepare
 from insenv.identify.search.recurrence import not_both_ways, not_in_all_runs, scattered
 from insenv.identify.search.round import _swing, search
 from insenv.identify.search.scan import reference

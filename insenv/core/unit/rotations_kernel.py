@@ -13,17 +13,11 @@ rests. Each run goes through the same scalar code alone, so that a row of a batc
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any
 
 from insenv.core.compiled import jit
 
 
-def _compiled(function: Callable[..., Any]) -> Any:
-    return jit(function)
-
-
-@_compiled
+@jit
 def _turned(axis, c, s, v):
     """Return components in axes that are turned about one of them."""
     if axis == 0:
@@ -33,7 +27,7 @@ def _turned(axis, c, s, v):
     return c * v[0] + s * v[1], c * v[1] - s * v[0], v[2]
 
 
-@_compiled
+@jit
 def _looked(chain, turns, angles, row, i):
     """Bring the turns of a row's axes to sample i; return whether one of them changed."""
     changed = i == 0
@@ -48,7 +42,7 @@ def _looked(chain, turns, angles, row, i):
     return changed
 
 
-@_compiled
+@jit
 def _through(chain, turns, v):
     """Return a vector behind the whole chain."""
     for j in range(chain.shape[0]):
@@ -56,7 +50,7 @@ def _through(chain, turns, v):
     return v
 
 
-@_compiled
+@jit
 def _spun(chain, turns, rates, row, i):
     """Return the rate behind the chain whose axes turn at these rates."""
     v = (0.0, 0.0, 0.0)
@@ -73,7 +67,7 @@ def _spun(chain, turns, rates, row, i):
     return v
 
 
-@_compiled
+@jit
 def _turning(rates, row, i):
     """Return whether an axis has a rate."""
     for m in range(rates.shape[1]):  # noqa: SIM110 - no generator is compiled
@@ -82,7 +76,7 @@ def _turning(rates, row, i):
     return False
 
 
-@_compiled
+@jit
 def _rests(angles, rates, row):
     """Return whether no angle changes and nothing turns."""
     for m in range(angles.shape[1]):
@@ -96,7 +90,7 @@ def _rests(angles, rates, row):
     return True
 
 
-@_compiled
+@jit
 def carried(chain, fixed, angles, vectors, out):
     """Carry a constant vector of each run, (R, 3), into ``out``, shape (1, 3, R, n).
 
@@ -110,7 +104,7 @@ def carried(chain, fixed, angles, vectors, out):
             out[0, 0, row, i], out[0, 1, row, i], out[0, 2, row, i] = v
 
 
-@_compiled
+@jit
 def spun(chain, fixed, angles, rates, out):
     """Rate against the base at each sample, (1, 3, R, n), for ``rates`` (R, k, n); the rest as of `carried`."""
     for row in range(out.shape[2]):
@@ -126,7 +120,7 @@ def spun(chain, fixed, angles, rates, out):
             out[0, 0, row, i], out[0, 1, row, i], out[0, 2, row, i] = v
 
 
-@_compiled
+@jit
 def felt(chain, fixed, angles, rates, earth, force, out):
     """Mean inertial rates and mean forces, (2, 3, R, n), by Simpson's rule of the Earth's rate and the force.
 

@@ -9,15 +9,10 @@ from functools import partial
 import numpy as np
 
 from insenv.core.errors import InputError
-from insenv.core.motion import Motion
 from insenv.core.recording import Channel, Floats, Recording, Response
-from insenv.core.series.coarse import Coarse, coarse
-from insenv.data.exposure import CHANNEL_OF, expose
+from insenv.data.exposure import expose
 from insenv.data.manifest.spec import Manifest
-from insenv.data.reference import order
 from insenv.data.split import RowUse
-from insenv.effects.base import CurveEffect, DrivenEffect, NoiseEffect
-from insenv.effects.catalogue import by_key
 from insenv.effects.rate.scale import ScaleFactor
 from insenv.effects.timing import TimingSkew
 from insenv.identify.clean.bursts import without_bursts
@@ -25,36 +20,26 @@ from insenv.identify.clean.doubtful import Settled, agreeing, doubted, measured_
 from insenv.identify.clean.holds import LEAST_SHARE, MOST_SHARE, WHOLE, Hold, Look, agrees, find_hold, without_hold
 from insenv.identify.clean.lost import lost_rows
 from insenv.identify.clean.motion import at_rest
-from insenv.identify.clean.outliers import leaving_out, outliers, without_outliers
+from insenv.identify.clean.outliers import leaving_out, without_outliers
 from insenv.identify.clean.rails import Rail, find_rails, without_rails
 from insenv.identify.clean.ramps import jumping, slewed
 from insenv.identify.clean.response import responding, with_held
-from insenv.identify.clean.triads import of_others, turns_left_out, without_turns
+from insenv.identify.clean.triads import turns_left_out, without_turns
 from insenv.identify.findings import RejectedRows, SampleSpectrum
-from insenv.identify.fit.bins import gather
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Model, Problem, Term, regressors
+from insenv.identify.prepare.binned import binned, enough
+from insenv.identify.prepare.declared import declared_model
 from insenv.identify.prepare.lines import SAME_LINE, Line, find_lines, quantum
 from insenv.identify.prepare.samples import sample_spectrum
+from insenv.identify.prepare.widths import FEWEST_BINS, rows_of_motion, rows_per_bin, whole_holds, whole_rows
 
-#: Fitted bins aimed at, and the most that are used.
-BINS, MOST_BINS = 2000, 20000
-#: Cells of all runs together: where curves are evaluated.
-MOST_CELLS = 60000
-#: Bins per turn of the table, so that angle harmonics survive.
-BINS_PER_TURN = 8
-#: Share of the table's rate from which an axis lies along the table's: within half a degree.
-ALONG = float(np.cos(np.deg2rad(0.5)))
-#: Longest bin chosen unasked [s].
-LONGEST_BIN = 5.0
 #: Cycles of the slowest rejected line in a bin.
 CYCLES_PER_BIN = 8
 #: Share of the square sum of the motion that bins which reject a line must leave.
 LEFT = 0.5
 #: Share of the samples' variance from which a line is worth a word though the bins do not feel it.
 LEAST_LINE = 0.01
-#: Part of a row by which a hold time may be off a whole number of them; fitted bins that must be left of whole holds.
-WHOLE_ROWS, FEWEST_BINS = 1e-3, 200
 #: Share of the square sum of the acceleration below the frequency that the motion reaches.
 MOTION = 0.95
 
@@ -109,53 +94,88 @@ def prepare(
     """
     _series(manifest)
     model = declared_model(manifest, recordings, target)
+    ready = _ready(manifest, recordings, uses, target, model, holds, width)
+    lines = _recurring(_lines(ready.recordings, ready.uses, ready.plain, model), ready.plain) if tones else ()
+    lines = tuple(line for line in lines if not _of_hold_or_motion(line, ready.held.hold, ready.plain))
+    rows = _rejecting_rows(manifest, ready, lines)
+    plain = ready.plain if rows == ready.rows else binned(manifest, ready.measured, ready.uses, target, rows)
+    if lines:
+        problem = _without_lines(manifest, ready, lines, rows, model, target)
+    else:
+        problem = plain if ready.held.hold is None else binned(manifest, ready.recordings, ready.uses, target, rows)
+    plain = _clipping(manifest, ready.clean, ready.uses, target, rows, plain)
+    samples = partial(_samples, ready.recordings, ready.uses, plain, model, lines)
+    return Prepared(plain, problem, model, lines, ready.held, ready.rejected, ready.clean.rails, samples)
+
+
+@dataclass(frozen=True)
+class _Ready:
+    """Recordings with their responses, without rows that are no measurements and without a hold, and their bins.
+
+    ``measured`` ones have the hold still, and ``plain`` is of these.
+    """
+
+    recordings: tuple[Recording, ...]
+    measured: tuple[Recording, ...]
+    uses: tuple[RowUse, ...]
+    clean: _Clean
+    rejected: tuple[RejectedRows, ...]
+    held: Look
+    rows: int
+    plain: Problem
+
+
+def _ready(
+    manifest: Manifest,
+    recordings: tuple[Recording, ...],
+    uses: tuple[RowUse, ...],
+    target: str,
+    model: Model,
+    holds: bool,
+    width: float,
+) -> _Ready:
     uses, moving = at_rest(manifest, recordings, uses, target)
-    rows = _rows_per_bin(manifest, recordings, uses, width)
+    rows = rows_per_bin(manifest, recordings, uses, width)
     fit = tuple(use.fit for use in uses)
     recordings, jumps = _without_jumps(recordings, target)
     recordings = responding(recordings, _spans(recordings, uses), target, model, fit, forms=not holds)
-    told = settled(parts := doubted(recordings, _spans(recordings, uses), target, fit))
-    rows = _rows_of_motion(manifest, uses, rows_per_motion(parts, told), rows)
+    parts = doubted(recordings, _spans(recordings, uses), target, fit)
+    told = settled(parts)
+    rows = rows_of_motion(manifest, uses, rows_per_motion(parts, told), rows)
     followed = told or settled(measured_parts(recordings, _spans(recordings, uses), target, fit))
-    recordings, rejected = (
-        (clean := _clean(recordings, target, rows, (*moving, *jumps), followed)).recordings,
-        clean.rejected,
-    )
+    clean = _clean(recordings, target, rows, (*moving, *jumps), followed)
+    recordings, rejected = clean.recordings, clean.rejected
     rows = _agreeing(manifest, recordings, uses, target, rows, model) if told else rows
-    plain = _problem(manifest, recordings, uses, target, rows, reject_lines=False)
+    plain = binned(manifest, recordings, uses, target, rows)
     kept = without_turns(recordings, uses, plain, model)
     if kept is not uses:
         uses, rejected = kept, (*rejected, *turns_left_out(recordings, target))
-        plain = _problem(manifest, recordings, uses, target, rows, reject_lines=False)
-    _enough(manifest, plain, model, target)
+        plain = binned(manifest, recordings, uses, target, rows)
+    enough(manifest, plain, model, target)
     held, measured, recordings = _held(recordings, uses, plain, model) if holds else (Look(), recordings, recordings)
-    rows = _whole_holds(manifest, measured, uses, held.hold, rows)
-    plain = _problem(manifest, measured, uses, target, rows, reject_lines=False)
-    lines = _recurring(_lines(recordings, uses, plain, model), plain) if tones else ()
-    lines = tuple(line for line in lines if not _of_hold_or_motion(line, held.hold, plain))
-    if not lines:
-        free = plain if held.hold is None else _problem(manifest, recordings, uses, target, rows, reject_lines=False)
-        plain = _clipping(manifest, clean, uses, target, rows, plain)
-        return Prepared(
-            plain, free, model, (), held, rejected, clean.rails, partial(_samples, recordings, uses, plain, model, ())
-        )
-    wandering = [line.frequency for line in lines if not line.steady]
-    if wandering and manifest.held_out.averaging is None:
-        wide = int(np.ceil(max(_rejecting(line) for line in lines if not line.steady) / recordings[0].dt))
-        if wide > rows:
-            rows = wide
-            plain = _problem(manifest, measured, uses, target, rows, reject_lines=False)
-    freed = tuple(_without_steady(r, target, lines, run) for run, r in enumerate(recordings))
-    problem = _problem(manifest, freed, uses, target, rows, reject_lines=False)
-    if wandering:
-        rejecting = _problem(manifest, freed, uses, target, rows, reject_lines=True)
-        if _scatter(rejecting, model) < _scatter(problem, model):
-            problem = rejecting
-    plain = _clipping(manifest, clean, uses, target, rows, plain)
-    return Prepared(
-        plain, problem, model, lines, held, rejected, clean.rails,
-        partial(_samples, recordings, uses, plain, model, lines),
-    )  # fmt: skip
+    rows = whole_holds(manifest, measured, uses, held.hold, rows)
+    plain = binned(manifest, measured, uses, target, rows)
+    return _Ready(recordings, measured, uses, clean, rejected, held, rows, plain)
+
+
+def _rejecting_rows(manifest: Manifest, ready: _Ready, lines: tuple[Line, ...]) -> int:
+    """Rows of a bin whose window rejects the lines that wander, if there are any."""
+    wandering = [_rejecting(line) for line in lines if not line.steady]
+    if not wandering or manifest.held_out.averaging is not None:
+        return ready.rows
+    return max(ready.rows, int(np.ceil(max(wandering) / ready.recordings[0].dt)))
+
+
+def _without_lines(
+    manifest: Manifest, ready: _Ready, lines: tuple[Line, ...], rows: int, model: Model, target: str
+) -> Problem:
+    """Bins with steady lines subtracted, and by a window that rejects those that wander if that leaves less."""
+    freed = tuple(_without_steady(r, target, lines, run) for run, r in enumerate(ready.recordings))
+    problem = binned(manifest, freed, ready.uses, target, rows)
+    if all(line.steady for line in lines):
+        return problem
+    rejecting = binned(manifest, freed, ready.uses, target, rows, reject_lines=True)
+    return rejecting if _scatter(rejecting, model) < _scatter(problem, model) else problem
 
 
 def _without_jumps(
@@ -279,7 +299,7 @@ def _clipping(
     """What the declared model is judged on: with the rows at a rail, which it takes for readings."""
     if not clean.rails:
         return plain
-    return _problem(manifest, clean.clipping, uses, target, rows, reject_lines=False)
+    return binned(manifest, clean.clipping, uses, target, rows)
 
 
 def _held(
@@ -302,7 +322,7 @@ def _held(
         hold = replace(hold, share=share, share_sd=sd, phases=beside.phases)
     recordings = with_lags
     freed = tuple(without_hold(r, plain, run, hold) for run, r in enumerate(recordings))
-    if not _whole_rows(hold, recordings[0].dt):
+    if not whole_rows(hold, recordings[0].dt):
         return Look(hold), recordings, freed
     ahead = [round(phase / recordings[0].dt) for phase in hold.phases]
 
@@ -324,14 +344,6 @@ def _unheld(
     return responding(bare, _spans(recordings, uses), target, model, tuple(use.fit for use in uses))
 
 
-def _rows_of_motion(manifest: Manifest, uses: tuple[RowUse, ...], told: int, rows: int) -> int:
-    """Rows of a bin that holds no faster motion than measured references tell, if enough bins are left."""
-    if manifest.held_out.averaging is not None:
-        return rows
-    wide = min(told, sum(int(use.fit.sum()) for use in uses) // FEWEST_BINS)
-    return _divisible(wide, sum(len(use.fit) for use in uses)) if wide > rows else rows
-
-
 def _agreeing(
     manifest: Manifest,
     recordings: tuple[Recording, ...],
@@ -348,7 +360,7 @@ def _agreeing(
     free = (*(t for t in model if not isinstance(t.effect, (ScaleFactor, TimingSkew))), Term(ScaleFactor()))
     wide = rows
     while manifest.held_out.averaging is None and (wide == rows or fitted >= FEWEST_BINS * wide):
-        problem = _problem(manifest, recordings, uses, target, wide, reject_lines=False)
+        problem = binned(manifest, recordings, uses, target, wide)
         fit = solve(problem, (*free, Term(TimingSkew(), per_run=True)))
         own = np.flatnonzero(fit.design.term == len(free) - 1)
         if not len(own):
@@ -356,22 +368,6 @@ def _agreeing(
         found.append((wide, float(fit.theta[own[0]]), float(fit.sd[own[0]])))
         wide *= 2
     return agreeing(found) if found else rows
-
-
-def _whole_rows(hold: Hold, dt: float) -> bool:
-    return abs(hold.hold / dt - round(hold.hold / dt)) < WHOLE_ROWS
-
-
-def _whole_holds(
-    manifest: Manifest, recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], hold: Hold | None, rows: int
-) -> int:
-    """Rows of a bin that holds whole renewals: within one, noise is held too, and is not white."""
-    dt = recordings[0].dt
-    if hold is None or manifest.held_out.averaging is not None or not _whole_rows(hold, dt):
-        return rows
-    each = round(hold.hold / dt)
-    wide = each * -(-rows // each)
-    return wide if sum(int(use.fit.sum()) for use in uses) >= FEWEST_BINS * wide else rows
 
 
 def _spans(recordings: tuple[Recording, ...], uses: tuple[RowUse, ...]) -> tuple[slice, ...]:
@@ -395,208 +391,6 @@ def _scatter(problem: Problem, model: Model) -> float:
     left = problem.y - solve(problem, model).predicted()
     steps = np.concatenate([np.diff(left[b.start : b.stop]) for b in problem.fitted])
     return float(np.mean(steps**2))
-
-
-def declared_model(manifest: Manifest, recordings: tuple[Recording, ...], target: str) -> Model:
-    """Terms of the declared effects.
-
-    Raises
-    ------
-    InputError
-        If a declared effect is unknown, is noise or driven by it, has a shape to be searched, or needs a channel that
-        is not there.
-    """
-    where = f"{manifest.path}: model.declared"
-    motions = [expose(r, target).motion for r in (_head(recording) for recording in recordings)]
-    terms = []
-    for key in manifest.model.declared:
-        effect = by_key(key, where=where)
-        if of_others(manifest, recordings, target, effect, motions):
-            continue
-        if isinstance(effect, NoiseEffect):
-            raise InputError(f"{where} names {key!r}, which is noise; wanted it in the [noise] table")
-        if isinstance(effect, DrivenEffect):
-            raise InputError(f"{where} names {key!r}, which is driven by chance and cannot be fitted; leave it out")
-        if isinstance(effect, CurveEffect) and effect.shapes:
-            names = " and ".join(p.name for p in effect.shapes)
-            raise InputError(f"{where} names {key!r}, whose {names} would have to be found first; leave it out")
-        missing = sorted({CHANNEL_OF.get(n.partition(".")[0], n) for m in motions for n in effect.missing(m)})
-        if effect.of_earth:
-            _wants_latitude(recordings, where)
-            missing = []
-        if missing:
-            raise InputError(f"{where} names {key!r}, which needs the channel {', '.join(missing)}; the file has none")
-        if not effect.of_earth or any(_sees_north(m) for m in motions):
-            # On an accelerometer that turns, that wave is how the table leans: in each run as it was set up then.
-            leans = effect.of_earth and target.startswith("accel")
-            terms.append(Term(effect, per_run=leans or effect.id == "bias" and _bias_per_run(manifest, recordings)))
-    return tuple(terms)
-
-
-def _sees_north(motion: Motion) -> bool:
-    """Whether the axis turns through the horizontal Earth rate: not where it lies along the table's, or nothing turns.
-
-    Its known vertical part needs no term. What a mount that is not quite along the axis sees is found like any effect.
-    """
-    return motion.angle is not None and abs(motion.projection) < ALONG
-
-
-def _head(recording: Recording) -> Recording:
-    """The first rows of a recording: enough to see which references there are."""
-    channels = {n: replace(c, values=c.values[:16]) for n, c in recording.channels.items()}
-    left_out = {name: mask[:16] for name, mask in recording.left_out.items()}
-    return replace(recording, t=recording.t[:16], channels=channels, segments=(), left_out=left_out)
-
-
-def _wants_latitude(recordings: tuple[Recording, ...], where: str) -> None:
-    for recording in recordings:
-        if recording.site.latitude is None:
-            raise InputError(f"{where} names 'earth_rate', which needs site.latitude; the manifest has none")
-
-
-def _bias_per_run(manifest: Manifest, recordings: tuple[Recording, ...]) -> bool:
-    """A bias belongs to its power-up, unless it is said to be common or the runs are positions of one set-up."""
-    if manifest.model.bias is not None:
-        return manifest.model.bias == "per-run"
-    return len({replace(recording.mounting, base_turned=0.0) for recording in recordings}) == 1
-
-
-def _rows_per_bin(
-    manifest: Manifest, recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], least: float = 0.0
-) -> int:
-    """Rows of a bin, which is at least ``least`` seconds long where the manifest says nothing."""
-    dt = recordings[0].dt
-    for recording in recordings:
-        if abs(recording.dt / dt - 1) > 0.02:
-            raise InputError(
-                f"{recording.label}: sampled every {recording.dt:.6g} s, {recordings[0].label} every {dt:.6g} s; "
-                "wanted one rate for all runs"
-            )
-    if manifest.held_out.averaging is not None:
-        rows = int(round(manifest.held_out.averaging / dt))
-        if rows < 1:
-            raise InputError(
-                f"{manifest.path}: held_out.averaging = {manifest.held_out.averaging:g} s is shorter than the "
-                f"sampling period, {dt:g} s"
-            )
-        if rows > max(map(len, recordings)):
-            raise InputError(
-                f"{manifest.path}: held_out.averaging = {manifest.held_out.averaging:g} s is longer than the "
-                f"recording, {max(len(r) * r.dt for r in recordings):g} s"
-            )
-        return rows
-    if least:
-        return round(least / dt)
-    fitted = sum(int(use.fit.sum()) for use in uses) * dt
-    width = min(_nice(fitted / BINS), LONGEST_BIN)
-    turn = min((_quickest_turn(r) for r in recordings), default=np.inf)
-    width = max(min(width, turn / BINS_PER_TURN), fitted / MOST_BINS)
-    return _divisible(max(_fewest_rows(recordings), int(round(width / dt))), sum(map(len, recordings)))
-
-
-def _fewest_rows(recordings: tuple[Recording, ...]) -> int:
-    """Two rows of a bin where a noisy angle is read between its edges: neighbouring bins would share a reading."""
-    noisy = [r.table is not None and not r.table.still and r.table.of == "angle" for r in recordings]
-    return 2 if any(noisy) else 1
-
-
-def _nice(x: float) -> float:
-    """The largest of 1, 2, 5 times a power of ten that does not exceed ``x``."""
-    power = 10.0 ** np.floor(np.log10(x))
-    return float(power * max(m for m in (1, 2, 5) if m * power <= x * (1 + 1e-9)))
-
-
-def _quickest_turn(recording: Recording) -> float:
-    """Shortest time that the table takes for a turn [s]."""
-    n = min(max(2, len(recording) // 1000), len(recording) - 1)
-    if "table_angle" in recording.channels:
-        angle = recording.channels["table_angle"].values
-        rate = float(np.abs((angle[n:] - angle[:-n]) / (recording.t[n:] - recording.t[:-n])).max())
-    elif "table_rate" in recording.channels:
-        rate = float(np.abs(recording.channels["table_rate"].values).max())
-    else:
-        return np.inf
-    return 2 * np.pi / rate if rate > 0 else np.inf
-
-
-def _divisible(rows_per_bin: int, total_rows: int) -> int:
-    """As many rows to a bin, or a few less where their cells would be whole bins: 13 rows have no other divisor.
-
-    Within a long cell the table changes its rate, and what is not linear in the rate is wrong there.
-    """
-    most = 2 * max(1.0, total_rows / MOST_CELLS)
-    tried = range(rows_per_bin, int(0.8 * rows_per_bin), -1)
-    return next((n for n in tried if _rows_per_cell(n, total_rows) <= most), rows_per_bin)
-
-
-def _rows_per_cell(rows_per_bin: int, total_rows: int) -> int:
-    """The smallest divisor of a bin that keeps the number of cells in bounds."""
-    least = max(1.0, total_rows / MOST_CELLS)
-    return min(d for d in range(1, rows_per_bin + 1) if rows_per_bin % d == 0 and (d >= least or d == rows_per_bin))
-
-
-def _problem(
-    manifest: Manifest,
-    recordings: tuple[Recording, ...],
-    uses: tuple[RowUse, ...],
-    target: str,
-    rows_per_bin: int,
-    reject_lines: bool,
-) -> Problem:
-    per_cell = _rows_per_cell(rows_per_bin, sum(map(len, recordings)))
-    with_earth = "earth_rate" in manifest.model.declared
-    reference = manifest.model.reference_temperature
-    exposures = tuple(expose(r, target, per_cell, reference, with_earth) for r in recordings)
-    bins = gather(
-        exposures,
-        tuple(u.fit for u in uses),
-        tuple(u.held_out for u in uses),
-        rows_per_bin // per_cell,
-        per_cell,
-        reject_lines,
-    )
-    if not any(b.fitted for b in bins.blocks) or all(b.fitted for b in bins.blocks):
-        kind = "held-out" if any(b.fitted for b in bins.blocks) else "fitted"
-        raise InputError(
-            f"{manifest.path}: no whole bin of {bins.width:g} s lies in the {kind} rows of {target!r}; "
-            "wanted longer stretches or a shorter held_out.averaging"
-        )
-    y = bins.mean(tuple(e.y - e.motion.rate for e in exposures))
-    turning = any(np.ptp(e.u) for e in exposures)
-    out = () if turning else outliers(y, bins.blocks)
-    rounded = _coarse(recordings, target) if turning else None
-    exact = turning and all(_commanded(recording) for recording in recordings)
-    unit = recordings[0].channels[target].unit
-    return Problem(target, unit, exposures, bins, y, out, commanded=exact, coarse=rounded)
-
-
-def _commanded(recording: Recording) -> bool:
-    """Whether the reference is a command, or has no noise of its own."""
-    names = order(recording)
-    return bool(names) and recording.channels[names[0]].source == "command"
-
-
-def _coarse(recordings: tuple[Recording, ...], target: str) -> Coarse | None:
-    """What rounding of a target that is read at instants leaves, in the run in which it leaves most."""
-    if recordings[0].channels[target].covers == "interval":
-        return None
-    rates = [r.channels.get("table_rate") for r in recordings]
-    each = [
-        coarse(r.channels[target].values, None if rate is None else rate.values)
-        for r, rate in zip(recordings, rates, strict=True)
-    ]
-    return max((one for one in each if one is not None), key=lambda one: one.rms, default=None)
-
-
-def _enough(manifest: Manifest, problem: Problem, model: Model, target: str) -> None:
-    bins = sum(b.n for b in problem.fitted)
-    parameters = sum(len(problem.names(term)) for term in model)
-    if bins < parameters + 8:
-        raise InputError(
-            f"{manifest.path}: {target!r} has {bins} fitted bins of {problem.bins.width:g} s for {parameters} "
-            "declared parameters and the noise; wanted at least "
-            f"{parameters + 8}: a longer recording or a shorter held_out.averaging"
-        )
 
 
 def _lines(

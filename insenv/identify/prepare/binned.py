@@ -1,0 +1,89 @@
+"""One target in bins, as a problem that can be fitted."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from insenv.core.errors import InputError
+from insenv.core.recording import Recording
+from insenv.core.series.coarse import Coarse, coarse
+from insenv.data.exposure import expose
+from insenv.data.manifest.spec import Manifest
+from insenv.data.reference import order
+from insenv.data.split import RowUse
+from insenv.identify.clean.outliers import outliers
+from insenv.identify.fit.bins import gather
+from insenv.identify.fit.problem import Model, Problem
+from insenv.identify.prepare.widths import rows_per_cell
+
+
+def binned(
+    manifest: Manifest,
+    recordings: tuple[Recording, ...],
+    uses: tuple[RowUse, ...],
+    target: str,
+    rows_per_bin: int,
+    reject_lines: bool = False,
+) -> Problem:
+    """The target in bins of some rows, whose window rejects lines if need be.
+
+    Raises
+    ------
+    InputError
+        If no whole bin lies in the fitted rows, or in those held out.
+    """
+    per_cell = rows_per_cell(rows_per_bin, sum(map(len, recordings)))
+    with_earth = "earth_rate" in manifest.model.declared
+    reference = manifest.model.reference_temperature
+    exposures = tuple(expose(r, target, per_cell, reference, with_earth) for r in recordings)
+    bins = gather(
+        exposures,
+        tuple(u.fit for u in uses),
+        tuple(u.held_out for u in uses),
+        rows_per_bin // per_cell,
+        per_cell,
+        reject_lines,
+    )
+    if not any(b.fitted for b in bins.blocks) or all(b.fitted for b in bins.blocks):
+        kind = "held-out" if any(b.fitted for b in bins.blocks) else "fitted"
+        raise InputError(
+            f"{manifest.path}: no whole bin of {bins.width:g} s lies in the {kind} rows of {target!r}; "
+            "wanted longer stretches or a shorter held_out.averaging"
+        )
+    y = bins.mean(tuple(e.y - e.motion.rate for e in exposures))
+    turning = any(np.ptp(e.u) for e in exposures)
+    out = () if turning else outliers(y, bins.blocks)
+    rounded = _coarse(recordings, target) if turning else None
+    exact = turning and all(_commanded(recording) for recording in recordings)
+    unit = recordings[0].channels[target].unit
+    return Problem(target, unit, exposures, bins, y, out, commanded=exact, coarse=rounded)
+
+
+def _commanded(recording: Recording) -> bool:
+    """Whether the reference is a command, or has no noise of its own."""
+    names = order(recording)
+    return bool(names) and recording.channels[names[0]].source == "command"
+
+
+def _coarse(recordings: tuple[Recording, ...], target: str) -> Coarse | None:
+    """What rounding of a target that is read at instants leaves, in the run in which it leaves most."""
+    if recordings[0].channels[target].covers == "interval":
+        return None
+    rates = [r.channels.get("table_rate") for r in recordings]
+    each = [
+        coarse(r.channels[target].values, None if rate is None else rate.values)
+        for r, rate in zip(recordings, rates, strict=True)
+    ]
+    return max((one for one in each if one is not None), key=lambda one: one.rms, default=None)
+
+
+def enough(manifest: Manifest, problem: Problem, model: Model, target: str) -> None:
+    """Raise InputError where the fitted bins are too few for the declared parameters and the noise."""
+    bins = sum(b.n for b in problem.fitted)
+    parameters = sum(len(problem.names(term)) for term in model)
+    if bins < parameters + 8:
+        raise InputError(
+            f"{manifest.path}: {target!r} has {bins} fitted bins of {problem.bins.width:g} s for {parameters} "
+            "declared parameters and the noise; wanted at least "
+            f"{parameters + 8}: a longer recording or a shorter held_out.averaging"
+        )

@@ -1,0 +1,84 @@
+"""The declared model as terms of a fit: which effects, with a coefficient in each run or one for all."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from insenv.core.errors import InputError
+from insenv.core.motion import Motion
+from insenv.core.recording import Recording
+from insenv.data.exposure import CHANNEL_OF, expose
+from insenv.data.manifest.spec import Manifest
+from insenv.effects.base import CurveEffect, DrivenEffect, NoiseEffect
+from insenv.effects.catalogue import by_key
+from insenv.identify.clean.triads import of_others
+from insenv.identify.fit.problem import Model, Term
+
+#: Share of the table's rate from which an axis lies along the table's: within half a degree.
+ALONG = float(np.cos(np.deg2rad(0.5)))
+
+
+def declared_model(manifest: Manifest, recordings: tuple[Recording, ...], target: str) -> Model:
+    """Terms of the declared effects.
+
+    Raises
+    ------
+    InputError
+        If a declared effect is unknown, is noise or driven by it, has a shape to be searched, or needs a channel that
+        is not there.
+    """
+    where = f"{manifest.path}: model.declared"
+    motions = [expose(r, target).motion for r in (_head(recording) for recording in recordings)]
+    terms = []
+    for key in manifest.model.declared:
+        effect = by_key(key, where=where)
+        if of_others(manifest, recordings, target, effect, motions):
+            continue
+        if isinstance(effect, NoiseEffect):
+            raise InputError(f"{where} names {key!r}, which is noise; wanted it in the [noise] table")
+        if isinstance(effect, DrivenEffect):
+            raise InputError(f"{where} names {key!r}, which is driven by chance and cannot be fitted; leave it out")
+        if isinstance(effect, CurveEffect) and effect.shapes:
+            names = " and ".join(p.name for p in effect.shapes)
+            raise InputError(f"{where} names {key!r}, whose {names} would have to be found first; leave it out")
+        missing = sorted({CHANNEL_OF.get(n.partition(".")[0], n) for m in motions for n in effect.missing(m)})
+        if effect.of_earth:
+            _wants_latitude(recordings, where)
+            missing = []
+        if missing:
+            raise InputError(f"{where} names {key!r}, which needs the channel {', '.join(missing)}; the file has none")
+        if not effect.of_earth or any(_sees_north(m) for m in motions):
+            # On an accelerometer that turns, that wave is how the table leans: in each run as it was set up then.
+            leans = effect.of_earth and target.startswith("accel")
+            terms.append(Term(effect, per_run=leans or effect.id == "bias" and _bias_per_run(manifest, recordings)))
+    return tuple(terms)
+
+
+def _sees_north(motion: Motion) -> bool:
+    """Whether the axis turns through the horizontal Earth rate: not where it lies along the table's, or nothing turns.
+
+    Its known vertical part needs no term. What a mount that is not quite along the axis sees is found like any effect.
+    """
+    return motion.angle is not None and abs(motion.projection) < ALONG
+
+
+def _head(recording: Recording) -> Recording:
+    """The first rows of a recording: enough to see which references there are."""
+    channels = {n: replace(c, values=c.values[:16]) for n, c in recording.channels.items()}
+    left_out = {name: mask[:16] for name, mask in recording.left_out.items()}
+    return replace(recording, t=recording.t[:16], channels=channels, segments=(), left_out=left_out)
+
+
+def _wants_latitude(recordings: tuple[Recording, ...], where: str) -> None:
+    for recording in recordings:
+        if recording.site.latitude is None:
+            raise InputError(f"{where} names 'earth_rate', which needs site.latitude; the manifest has none")
+
+
+def _bias_per_run(manifest: Manifest, recordings: tuple[Recording, ...]) -> bool:
+    """A bias belongs to its power-up, unless it is said to be common or the runs are positions of one set-up."""
+    if manifest.model.bias is not None:
+        return manifest.model.bias == "per-run"
+    return len({replace(recording.mounting, base_turned=0.0) for recording in recordings}) == 1
