@@ -53,7 +53,11 @@ a verdict that says that something is left; **wrong, stated** under one that hol
 test that was not taken; **crashed** a traceback.
 
 Facts that were mended after a part was opened say so. A recording without an answer yet is not counted. The recordings
-are their owners', and no copy is kept here: repository and commit are in the tables.
+are their owners', and no copy is kept here: repository and commit are in the tables. The manifests are kept, in
+`scripts/studies/measured/library`; `library.py` there fetches a part and lays it out, `board.py` closes the loop on
+all of it:
+
+    python library.py ninth FOLDER && python board.py FOLDER/ninth ANSWERS && python judge.py facts_ninth.toml ANSWERS
 
 No public recording of a fibre-optic or ring-laser gyro on a rate table was found, and no thermal soak of hours.
 """
