@@ -8,8 +8,8 @@ import numpy as np
 ROWS = 4
 
 means = np.loadtxt("raw/meassure_data/razor_9dof/meanListAccel.csv", delimiter=",")
-for name, step in (("bench432", 3), ("bench65", 20)):
-    positions = means[::step]
+for name, first, step in (("bench432", 0, 3), ("bench65", 10, 20)):
+    positions = means[first::step]
     labels = np.repeat(np.arange(len(positions)), ROWS)
     np.savetxt(
         f"{name}.csv",

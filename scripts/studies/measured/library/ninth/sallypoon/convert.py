@@ -1,6 +1,7 @@
-"""Gyro z of a model car beside the rate of turn that its motor controller works out, on the gyro's rows.
+"""Gyro z of a model car beside the heading that its motor controller sums up of its rate of turn.
 
-Both stand in a ROS bag, each message with its stamp; the rate of turn is drawn straight between its rows.
+Both stand in a ROS bag, each message with its stamp; the heading is drawn straight between its
+rows.
 """
 
 import bz2
@@ -44,9 +45,10 @@ gyro, turn = [], []
 for topic, stamp, body in messages("raw/data/raw/vesc_odom/vesc_servo_gain_m10_0.bag"):
     if topic == b"razor/imu":  # a quaternion with its covariance, three rates
         gyro.append((stamp, struct.unpack_from("<3d", body, 13 * 8)[2]))
-    elif topic == b"/vesc/odom":  # the child's frame, a pose with its covariance, three velocities, three rates
+    elif topic == b"/vesc/odom":  # the child's frame, three coordinates, a quaternion
         (name,) = struct.unpack_from("<I", body)
-        turn.append((stamp, struct.unpack_from("<6d", body, 4 + name + 43 * 8)[5]))
-(time, rate), (seen, turned) = np.array(gyro).T, np.array(turn).T
+        z, w = struct.unpack_from("<7d", body, 4 + name)[5:]
+        turn.append((stamp, 2 * np.arctan2(z, w)))
+(time, rate), (seen, heading) = np.array(gyro).T, np.array(turn).T
 both = (time >= seen[0]) & (time <= seen[-1])
-np.savez("drive.npz", t=(time - time[0])[both], gz=rate[both], rate=np.interp(time, seen, turned)[both])
+np.savez("drive.npz", t=(time - time[0])[both], gz=rate[both], heading=np.interp(time, seen, np.unwrap(heading))[both])
