@@ -18,7 +18,7 @@ so that of a vehicle's triad, right-forward-up, the z gyro sees all of a turn an
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -128,7 +128,7 @@ def expose(
         rate=table.reference * share + vertical,
         angle=table.angle,
         rate_edges=None if table.rate_edges is None else table.rate_edges * share + vertical,
-        turn_rate=_turn_rate(recording, target, edges),
+        turn_rate=_turn_rate(cells),
         temperature=_temperature(recording, cell_of_row, n),
         base_tilt=_base_tilt(recording, target, edges),
         force=_others(recording, cell_of_row, n, "accel_") if target.startswith("gyro") else {},
@@ -156,6 +156,14 @@ class _Table:
 
 
 @dataclass(frozen=True)
+class _Angle:
+    """The table's angle as a function of time, and at the edges of the cells."""
+
+    of_time: Callable[[Floats], Floats]
+    at_edges: Floats
+
+
+@dataclass(frozen=True)
 class _Cells:
     """The cells of a target, and what is known of the table on them."""
 
@@ -164,6 +172,7 @@ class _Cells:
     cell_of_row: NDArray[np.int64]
     count: NDArray[np.int64]
     edges: Floats
+    angles: dict[tuple[str, ...], _Angle] = field(default_factory=dict)
 
     def table(self, share: float, reading: Floats) -> _Table:
         """The table as an instrument that sees ``share`` of it, and reads ``reading``, tells it from jitter."""
@@ -175,8 +184,6 @@ class _Cells:
             # The noise of an encoder is no motion: neither to subtract nor to make a curve of.
             return _Table(np.zeros(n), np.zeros(n), np.zeros(n + 1), np.full(n + 1, behind.angle[0]))
         reference = self._rate(names)
-        angle = _angle_function(self.recording, names)
-        assert angle is not None
         told = programme(self.recording)
         if behind is not None:
             rate, at_edges = self._smoothed(behind)
@@ -189,7 +196,7 @@ class _Cells:
             rate, at_edges = self._by_programme(told, rate, at_edges)
         # The integral of a noisy rate wanders away from the angle.
         measured = names[0] == "table_rate" and behind is not None
-        return _Table(reference, rate, at_edges, None if measured else angle(self.edges))
+        return _Table(reference, rate, at_edges, None if measured else self._angle(names).at_edges)
 
     def _smoothed(self, behind: Trajectory) -> tuple[Floats, Floats]:
         """The rate behind a noisy reading, over the cells and at the edges; zero where the table stops."""
@@ -219,12 +226,30 @@ class _Cells:
     def _step(self) -> float:
         return float(self.edges[1] - self.edges[0])
 
+    def _angle(self, names: tuple[str, ...]) -> _Angle:
+        """The table's angle from the first of the channels ``names``: a curve through all rows is made once."""
+        if names not in self.angles:
+            angle = _angle_function(self.recording, names)
+            assert angle is not None
+            self.angles[names] = _Angle(angle, angle(self.edges))
+        return self.angles[names]
+
+    def rate_edges(self, names: tuple[str, ...]) -> Floats:
+        """Rate of the table at the edges: central differences over one cell, or one sampling period of a rate."""
+        angle = self._angle(names).of_time
+        # Over one sampling period the corners of a rate stay sharp; an angle's noise would be as large as can be.
+        half = 0.5 * (self.recording.dt if names[0] == "table_rate" else self._step)
+        rate: Floats = (angle(self.edges + half) - angle(self.edges - half)) / (2 * half)
+        if len(rate) > 3:
+            # Half a cell beyond the ends the angle is a guess, and its error would stand for an acceleration.
+            rate[[0, -1]] = 2 * rate[[1, -2]] - rate[[2, -3]]
+        return rate
+
     def _rate(self, names: tuple[str, ...]) -> Floats:
         """Mean rate over the cells, from the first of the channels ``names``."""
         recording = self.recording
         channel = recording.channels[names[0]]
-        full = _table_rate(recording, self.edges, names)
-        assert full is not None
+        full = np.diff(self._angle(names).at_edges) / self._step
         if self._read_beside(names):
             # Read at the very times of the target: a mean with its neighbours would mix their noise, and where a ramp
             # begins it is no reading at an instant.
@@ -241,9 +266,8 @@ class _Cells:
         self, names: tuple[str, ...], reference: Floats, share: float, reading: Floats
     ) -> tuple[Floats, Floats]:
         """The rate behind the jitter of a reading, over the cells and at the edges."""
-        recording, n = self.recording, len(self.count)
-        told = names[0] == "table_rate"
-        at_edges = _rate_edges(recording, self.edges, names)
+        n, told = len(self.count), names[0] == "table_rate"
+        at_edges = self.rate_edges(names)
         if not share:
             return reference, at_edges
         calm = followed(reference, reading / share, self.count > 0, "rate" if told else "angle")
@@ -279,7 +303,7 @@ class _Cells:
         there &= np.concatenate([there[:1], there[1:] & there[:-1]]) & np.concatenate(
             [there[1:] & there[:-1], there[-1:]]
         )
-        edges = _rate_edges(recording, self.edges, (told,))
+        edges = self.rate_edges((told,))
         at_both = np.concatenate([there[:1], there[1:] & there[:-1], there[-1:]])
         return np.where(there & holds, commanded, rate), np.where(at_both, edges, at_edges)
 
@@ -372,11 +396,6 @@ def _angle_function(recording: Recording, preferred: tuple[str, ...]) -> Callabl
     return None
 
 
-def _table_rate(recording: Recording, edges: Floats, preferred: tuple[str, ...]) -> Floats | None:
-    angle = _angle_function(recording, preferred)
-    return None if angle is None else np.diff(angle(edges)) / (edges[1] - edges[0])
-
-
 def _of_rows(
     recording: Recording,
     target: str,
@@ -417,25 +436,12 @@ def table_share(recording: Recording, target: str) -> float:
     return _shares(recording, target)[0] * recording.responses.get(target, Response()).gain
 
 
-def _rate_edges(recording: Recording, edges: Floats, names: tuple[str, ...]) -> Floats:
-    """Rate of the table at the edges: central differences over one cell, or one sampling period of a rate."""
-    angle = _angle_function(recording, names)
-    assert angle is not None
-    # Over one sampling period the corners of a rate stay sharp; an angle's noise would be as large as can be.
-    half = 0.5 * (recording.dt if names[0] == "table_rate" else edges[1] - edges[0])
-    rate: Floats = (angle(edges + half) - angle(edges - half)) / (2 * half)
-    if len(rate) > 3:
-        # Half a cell beyond the ends the angle is a guess, and its error would stand for an acceleration.
-        rate[[0, -1]] = 2 * rate[[1, -2]] - rate[[2, -3]]
-    return rate
-
-
-def _turn_rate(recording: Recording, target: str, edges: Floats) -> Floats | None:
+def _turn_rate(cells: _Cells) -> Floats | None:
     """Rate of the table at the edges, of an accelerometer; None where no table turns."""
-    names = order(recording)
-    if not target.startswith("accel") or not names or (recording.table is not None and recording.table.still):
+    behind, names = cells.recording.table, order(cells.recording)
+    if not cells.target.startswith("accel") or not names or (behind is not None and behind.still):
         return None
-    return _rate_edges(recording, edges, names)
+    return cells.rate_edges(names)
 
 
 def _temperature(recording: Recording, cell_of_row: NDArray[np.int64], n: int) -> Floats | None:

@@ -107,13 +107,20 @@ def noise_freedom(problem: Problem, power: Floats, energy: Floats) -> float:
     zero too; a variance estimated with nu degrees of freedom has var(log S) = 2 / nu. What is slow meets noise that
     only a few slow modes tell.
     """
+    limits = None if problem.most is None else problem.most.tobytes()
+    shares, size, covariance = problem.remember_last(("noise known", limits), power, lambda: _known(problem, power))
+    pull = (energy / max(float(energy.sum()), 1e-300)) @ shares
+    variance = float((pull / size) @ covariance @ (pull / size))
+    return float(np.clip(2 / max(variance, 1e-9), 2.0, len(shares)))
+
+
+def _known(problem: Problem, power: Floats) -> tuple[Floats, Floats, Floats]:
+    """Share of each noise power in each mode, and how the powers are known: a size and a covariance beside it."""
     free = slice(None) if problem.most is None else problem.most > 0
     shapes, power = problem.modes().shapes[:, free], power[free]
-    pull = (energy / max(float(energy.sum()), 1e-300)) @ (shapes / (shapes @ power)[:, None])
     groups = problem.grouping()
     relative = groups.shapes[:, free] / (groups.shapes[:, free] @ power)[:, None]
     information = 0.5 * (relative * groups.count[:, None]).T @ relative
     size = np.sqrt(np.diag(information))
     covariance = np.linalg.pinv(information / np.outer(size, size), rcond=1e-8, hermitian=True)
-    variance = float((pull / size) @ covariance @ (pull / size))
-    return float(np.clip(2 / max(variance, 1e-9), 2.0, len(shapes)))
+    return shapes / (shapes @ power)[:, None], size, covariance

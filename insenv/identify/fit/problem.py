@@ -8,7 +8,7 @@ is a tuple of terms; a term is an effect, at a fixed shape where it has one.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
@@ -162,6 +162,18 @@ class Problem:
     def transformed(self, term: Term) -> Floats:
         """Transformed regressors of the fitted blocks, shape (modes, k)."""
         return self.remember(("transformed", term), lambda: transform(self.fitted, self.columns(term)))
+
+    def transformed_together(self, terms: Sequence[Term]) -> list[Floats]:
+        """The same of several terms, those that are not remembered in one piece: calls of short transforms add up."""
+        fresh = [term for term in terms if ("transformed", term) not in self.cache]
+        if len(fresh) > 1:
+            columns = [self.columns(term) for term in fresh]
+            ends = np.cumsum([c.shape[1] for c in columns])
+            changed = transform(self.fitted, np.concatenate(columns, axis=1))
+            for term, end, own in zip(fresh, ends, columns, strict=True):
+                part = np.ascontiguousarray(changed[:, end - own.shape[1] : end])
+                self.cache[("transformed", term)] = part
+        return [self.transformed(term) for term in terms]
 
     def _columns(self, term: Term) -> Floats:
         binned = self.bins.mean(tuple(regressors(term.effect, e, term.shape) for e in self.exposures))

@@ -86,11 +86,21 @@ def _power(part: Floats, chirps: NDArray[np.complex64]) -> NDArray[np.float32]:
     n, have = chirps.shape[1], part != 0
     series = np.where(have, part - part.sum() / have.sum(), 0.0).astype(np.float32)
     both = fft(series * chirps[:, : len(part)], 2 * n, axis=1, overwrite_x=True)
-    waves = np.arange(2 * FEWEST_WAVES, n - 1)
-    found = np.concatenate([both[:, waves], both[1:, -waves]])
-    power = np.asarray((found.real**2 + found.imag**2) * (2 / have.sum()), dtype=np.float32)
+    first, rises = 2 * FEWEST_WAVES, len(both)
+    power = np.empty((2 * rises - 1, n - 1 - first), np.float32)
+    for rows, found in ((power[:rises], both[:, first : n - 1]), (power[rises:], both[1:, -first : 1 - n : -1])):
+        np.square(found.real, out=rows)
+        rows += np.square(found.imag)
+    np.multiply(power, 2 / have.sum(), out=power, casting="same_kind")
     broad = power.shape[1] // BROAD + OWN + 1
-    around = uniform_filter1d(power, broad) * broad - uniform_filter1d(power, OWN) * OWN
+    around = uniform_filter1d(power, broad)
+    around *= broad
+    near = uniform_filter1d(power, OWN)
+    near *= OWN
+    around -= near
     # The mean is itself of few values (two frequencies for each of Fourier's): F, not chi-square.
     known = np.float32(broad - OWN)
-    return np.minimum(power, known * np.log1p(2 * power / np.maximum(around, 1e-6)))
+    beside = np.divide(np.multiply(power, 2, out=near), np.maximum(around, 1e-6, out=around), out=near)
+    beside = np.log1p(beside, out=beside)
+    beside *= known
+    return np.minimum(power, beside, out=power)

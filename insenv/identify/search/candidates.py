@@ -151,8 +151,8 @@ def stacked(problem: Problem, found: tuple[Candidate, ...]) -> list[Floats]:
 
 
 def _stacked(problem: Problem, terms: tuple[Term, ...]) -> Floats:
-    first = problem.transformed(terms[0])
-    rows = np.empty((first.shape[1], len(terms), len(first)))
-    for j, term in enumerate(terms):
-        rows[:, j] = problem.transformed(term).T
+    columns = problem.transformed_together(terms)
+    rows = np.empty((columns[0].shape[1], len(terms), len(columns[0])))
+    for j, own in enumerate(columns):
+        rows[:, j] = own.T
     return rows

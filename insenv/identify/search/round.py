@@ -233,8 +233,9 @@ def _coherent(problem: Problem, fit: Fit, base: Reference, term: Term, resolutio
     if len(frequencies) > MOST_LOBES:
         strongest = np.argsort(coherent_power(problem, fit, frequencies))[-MOST_LOBES:]
         frequencies = frequencies[np.sort(strongest)]
-    for frequency in frequencies.tolist():
-        moved = replace(term, shape=(frequency,))
+    lobes = [replace(term, shape=(frequency,)) for frequency in frequencies.tolist()]
+    problem.transformed_together(lobes)
+    for moved in lobes:
         tried = likelihood_ratio(problem, base, (*base.model, moved))
         if tried[0] > best[1]:
             best = (moved, *tried)

@@ -12,6 +12,7 @@ independent candidates, is measured on simulated noise of this very recording (`
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -123,8 +124,14 @@ class Hit:
 def score(problem: Problem, fit: Fit, found: tuple[Candidate, ...], seed: int) -> list[Scores]:
     """Score statistics of all candidates, with their null distribution by simulated noise."""
     weight, q, residual = whitened(problem, fit)
-    noise = np.random.Generator(np.random.SFC64(seed)).standard_normal((len(weight), NULL_RUNS))
+    noise = _noise(seed, len(weight))
     return [_score_one(block, weight, q, residual, noise) for block in stacked(problem, found)]
+
+
+@lru_cache(maxsize=1)
+def _noise(seed: int, modes: int) -> Floats:
+    """White noise of the null distribution, shape (modes, runs): the same in every round and of every target alike."""
+    return np.random.Generator(np.random.SFC64(seed)).standard_normal((modes, NULL_RUNS))
 
 
 def _score_one(block: Floats, weight: Floats, q: Floats, residual: Floats, noise: Floats) -> Scores:
