@@ -1,7 +1,7 @@
 """Rates of a 3DM-GX3-25 beside the angles that the attitude it sends turns through.
 
-Columns: roll, pitch, yaw [deg], accelerations, rates [rad/s], magnetic field, time. The angle about a body axis is the
-sum of its part of the rotations between rows.
+Columns: roll, pitch, yaw [deg], accelerations, rates [rad/s], magnetic field, step of time. The angle about a body
+axis is the sum of its part of the rotations between rows.
 """
 
 import numpy as np
@@ -11,6 +11,6 @@ data = np.loadtxt("raw/flat_motion2.txt")
 attitude = Rotation.from_euler("ZYX", data[:, [2, 1, 0]], degrees=True)
 turned = (attitude[:-1].inv() * attitude[1:]).as_rotvec()
 angle = np.vstack([np.zeros(3), np.cumsum(turned, axis=0)])
-rows = np.column_stack([data[:, 12], data[:, 6:9], angle])
-names = "time,gyro_x,gyro_y,gyro_z,angle_x,angle_y,angle_z"
+rows = np.column_stack([data[:, 6:9], angle])
+names = "gyro_x,gyro_y,gyro_z,angle_x,angle_y,angle_z"
 np.savetxt("flat.csv", rows, delimiter=",", header=names, comments="", fmt="%.9g")

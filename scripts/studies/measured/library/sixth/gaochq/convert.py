@@ -1,4 +1,4 @@
-"""Roll, pitch, yaw of the navigation unit as angles about the body axes, beside the gyros.
+"""Roll, pitch, yaw of the navigation unit as angles about the body axes, beside the gyros (all in radians).
 
 The angle about a body axis is the sum of its part of the rotations between rows. The files are text without times.
 """
@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 for name in ("NAV", "NAV2"):
     data = np.loadtxt(f"raw/datasets/{name}_data.bin")
-    attitude = Rotation.from_euler("ZYX", data[:, [11, 10, 9]], degrees=True)
+    attitude = Rotation.from_euler("ZYX", data[:, [11, 10, 9]])
     turned = (attitude[:-1].inv() * attitude[1:]).as_rotvec()
     angle = np.vstack([np.zeros(3), np.cumsum(turned, axis=0)])
     names = "gyro_x,gyro_y,gyro_z,angle_x,angle_y,angle_z"
