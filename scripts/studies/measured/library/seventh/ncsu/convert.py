@@ -1,7 +1,8 @@
 """Two launches of a box: the descent of the fourth, its rates beside the estimated attitude, and the rests on the pad.
 
 The box lies at 45 degrees to the axes of the estimate about z. The angle about an axis is the sum of its part of the
-rotations between rows. A rest is what the log calls state S.
+rotations between rows. A rest is what the log calls state S, without its last 0.45 s: the motor burns
+then.
 """
 
 import csv
@@ -24,6 +25,7 @@ def numbers(launch: int, columns: tuple[str, ...], state: str = "") -> NDArray[n
 
 for launch in (1, 4):
     rest = numbers(launch, ("timestamp_seconds", *GYRO, *ACCEL, "temperature_celsius"), "S")
+    rest = rest[rest[:, 0] < rest[-1, 0] - 0.45]
     names = "time,gyro_x,gyro_y,gyro_z,accel_x,accel_y,accel_z,temperature"
     np.savetxt(f"pad{launch}.csv", rest, delimiter=",", header=names, comments="", fmt="%.9g")
 
