@@ -1,7 +1,6 @@
 """Gyro z of a model car beside the heading that its motor controller sums up of its rate of turn.
 
-Both stand in a ROS bag, each message with its stamp; the heading is drawn straight between its
-rows.
+Both stand in a ROS bag, each message with its stamp; the heading is drawn straight between its rows.
 """
 
 import bz2

@@ -1,8 +1,8 @@
 """Gyro z of a skid-steered robot beside the heading of its four wheels, on the gyro's rows.
 
-The counters (front right, front left, rear right, rear left) give the quarter millimetres since the last reading; right
-less left over the track of the drawing (476.25 mm outside, 311.15 mm inside, in the middle) is a turn. The heading is
-drawn straight between its rows.
+The counters (front right, front left, rear right, rear left) give what each wheel has rolled since the last reading,
+2.2 mm a count; right less left over the track of the drawing (the mean of 476.25 and 311.15 mm) is a turn. The heading
+is drawn straight between its rows.
 """
 
 import numpy as np
