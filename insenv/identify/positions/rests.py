@@ -260,12 +260,15 @@ def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
 
 
 def _labelled(recording: Recording, s: Floats) -> tuple[list[tuple[int, int]], list[str]]:
-    """Labelled stretches that stand still, and what is said of the others."""
+    """Labelled stretches that stand still, and what is said of the others.
+
+    A window that is longer than a stretch tells of its neighbours: a stretch so short is a rest by its label.
+    """
     width, limit = window_rows(recording), threshold(s)
     kept, moving = [], []
     for segment in recording.segments:
-        inner = slice(segment.start + width // 2, max(segment.stop - width // 2, segment.start + width // 2 + 1))
-        if float(np.mean(s[inner] >= limit)) > MOVING_SHARE:
+        inner = s[segment.start + width // 2 : segment.stop - width // 2 + 1]
+        if segment.stop - segment.start >= width and float(np.mean(inner >= limit)) > MOVING_SHARE:
             moving.append(segment.label)
         else:
             kept.append((segment.start, segment.stop))

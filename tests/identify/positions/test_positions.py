@@ -141,6 +141,18 @@ def test_labels_are_rests_but_for_those_that_move() -> None:
     assert any("segment turn left out" in text for text in found.remarks)
 
 
+@pytest.mark.parametrize("rows", [2, 4, 7, 8])
+def test_a_label_of_few_rows_is_a_rest_whatever_the_next_position_is(rows: int) -> None:
+    """A table of positions, each with a few readings: no window is of one position alone."""
+    run = recording(Case(rests=12, rest_s=3.0, turn_s=1.0), 4)
+    still = np.concatenate([np.arange(200 * k + 20, 200 * k + 20 + rows) for k in range(12)])
+    channels = {n: replace(c, values=c.values[still]) for n, c in run.channels.items()}
+    segments = tuple(Segment(f"at {k}", rows * k, rows * k + rows) for k in range(12))
+    table = replace(run, t=run.dt * np.arange(len(still)), channels=channels, segments=segments)
+    found = find_rests(manifest(ACCELS, CALIBRATED), (table,), list(table.channels))
+    assert len(found.rests) == 12 and not any("moves" in text for text in found.remarks)
+
+
 @pytest.mark.parametrize(("positions", "held"), [("even", [2, 4, 6]), ("odd", [1, 3, 5]), ((3, 4), [3, 4])])
 def test_what_is_held_out(positions: str | tuple[int, ...], held: list[int]) -> None:
     model = manifest(ACCELS, CALIBRATED, HeldOut(positions=positions))
