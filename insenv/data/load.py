@@ -255,7 +255,7 @@ def columns(manifest: Manifest, file: Path | None = None) -> list[Column]:
     found = [
         Column(name, spec.column, label=name == "segment")
         for name, spec in manifest.channels.items()
-        if spec.file == file and (name != "time" or (spec.rate is None and spec.column != "row"))
+        if spec.file == file and not (name in ("time", "segment") and (spec.rate is not None or spec.column == "row"))
     ]
     spec = manifest.channels.get("time")
     beside = [] if spec is None or spec.nanoseconds is None or file is not None else [spec.nanoseconds]
@@ -274,8 +274,12 @@ def _with_other_files(manifest: Manifest, run: RunSpec, table: Table) -> Table:
     return table
 
 
-def recording(manifest: Manifest, run: RunSpec, table: Table, t: Floats, dt: float | Floats) -> Recording:
+def recording(
+    manifest: Manifest, run: RunSpec, table: Table, t: Floats, dt: float | Floats, first: int = 0
+) -> Recording:
     """Rows of a file as a recording in SI units: at times ``t``, their increments over the time ``dt`` that they cover.
+
+    ``first`` is the number of row 0 in the file, counted from 0.
 
     Raises
     ------
@@ -284,7 +288,11 @@ def recording(manifest: Manifest, run: RunSpec, table: Table, t: Floats, dt: flo
     """
     names = [name for name in manifest.channels if name not in ("time", "segment")]
     channels = {name: _channel(manifest, run, table, name, dt) for name in names}
-    segments = _segments(table.labels["segment"]) if "segment" in manifest.channels else ()
+    segments: tuple[Segment, ...] = ()
+    if manifest.segment_is_row:
+        segments = tuple(Segment(str(first + k + 1), k, k + 1) for k in range(len(table)))
+    elif "segment" in manifest.channels:
+        segments = _segments(table.labels["segment"])
     found = Recording(t, channels, segments, _site(run.site, table.site), run.mounting, run.label)
     return _with_whole_turns(found, manifest, run, table)
 

@@ -74,7 +74,7 @@ def _recording(manifest: Manifest, run: RunSpec, table: Table, seen: _Seen) -> t
     elif len(t) > 1:
         load.check_sampling(run.file, np.append(seen.t, t), lambda row: table.place(row - 1))
     dt = Recording(t, {}).dt if seen.dt is None else seen.dt
-    recording = load.recording(manifest, run, table, t, dt)
+    recording = load.recording(manifest, run, table, t, dt, seen.rows)
     if "segment" in manifest.channels and not recording.segments:
         recording = replace(recording, segments=(Segment("", 0, 0),))
     angle, power = None, seen.power

@@ -155,6 +155,31 @@ def test_a_file_without_time_is_asked_for_its_rate(tmp_path: Path) -> None:
     assert drafted(path, time__rate="row").channels[0].column == "row"
 
 
+def faces(count: int, seed: int = 1) -> dict[str, Floats]:
+    """Means of a triad in six faces, or in attitudes all round; biased, and one axis long by 2 %."""
+    random = np.random.default_rng(seed)
+    up = np.concatenate([np.eye(3), -np.eye(3)]) if count == 6 else random.standard_normal((count, 3))
+    force = STANDARD_GRAVITY * up / np.linalg.norm(up, axis=1, keepdims=True) * [1.02, 1.0, 1.0] + [0.1, -0.1, 0.05]
+    return {f"a{x} (m/s^2)": values for x, values in zip("xyz", force.T, strict=True)}
+
+
+@pytest.mark.parametrize("count", [6, 24, 200])
+def test_a_table_of_positions_is_one_without_a_time_or_with_a_useless_one(count: int, tmp_path: Path) -> None:
+    for columns in (faces(count), {"t": np.arange(4.0 * count, step=4.0), **faces(count)}):
+        path = table(tmp_path / f"{len(columns)}.csv", columns)
+        found = drafted(path)
+        assert not found.questions and found.procedure.value == "multi-position"
+        (tmp_path / "faces.toml").write_text(manifest_text(found, tmp_path / "faces.toml"))
+        (read,) = read_recordings(load_manifest(tmp_path / "faces.toml"))
+        assert [(s.start, s.stop) for s in read.segments] == [(k, k + 1) for k in range(count)]
+        assert np.allclose(read.channels["accel_x"].values, columns["ax (m/s^2)"])
+
+
+def test_rows_of_a_series_are_no_positions(tmp_path: Path) -> None:
+    found = drafted(table(tmp_path / "a.csv", {k: v[::4] for k, v in turned_by_hand().items() if k != "t"}))
+    assert "segment" not in {channel.name for channel in found.channels}
+
+
 def test_a_rate_above_the_header_is_taken(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     path.write_text("Fs,200\nInitialization time,36.5\ngyro [deg/s]\n" + "1.5\n2.5\n" * 99)

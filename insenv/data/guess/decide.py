@@ -68,7 +68,8 @@ def draft(listings: Sequence[Listing], answers: Mapping[str, str]) -> Draft:
     roles = assign(longest, answers)
     notes = dict.fromkeys([*(n for one in listings for n in one.notes), *words, *roles.notes])
     said = _Said(questions=list(roles.questions), notes=list(notes))
-    period = _time(said, roles, longest, answers)
+    positions = _are_positions(roles, listings)
+    period = _time(said, roles, longest, answers, positions)
     units = rates.decided(roles, period, answers)
     said.questions += units.questions
     said.notes += units.notes
@@ -77,7 +78,9 @@ def draft(listings: Sequence[Listing], answers: Mapping[str, str]) -> Draft:
             said.channels.append(_instrument(roles, units, name))
     _table(said, roles, units)
     _others(said, roles, answers)
-    procedure = _procedure(roles, listings)
+    if positions:
+        said.channels.append(Channel("segment", "row", "", Choice("", "each row is a position", "numbers")))
+    procedure = _procedure(roles, listings, positions)
     mounting = dict(units.mounting)
     if procedure.value == "static" and "axes" not in mounting:
         _axes(mounting, roles, units)
@@ -94,7 +97,7 @@ def draft(listings: Sequence[Listing], answers: Mapping[str, str]) -> Draft:
         mounting=mounting,
         read=_reading(listings),
         resample=_resample(listings, said.channels[0], roles),
-        left_out=roles.left_out,
+        left_out=(*roles.left_out, *_unused(roles, said.channels[0])),
         notes=tuple(said.notes),
     )
 
@@ -129,11 +132,14 @@ def _psins(files: tuple[Path, ...]) -> Draft:
 # ----------------------------------------------------------------------------------------------------- time
 
 
-def _time(said: _Said, roles: Roles, listing: Listing, answers: Mapping[str, str]) -> float | None:
-    """The channel time; the period of the rows [s], where it is known."""
-    if "time" not in roles.by_channel:
+def _time(said: _Said, roles: Roles, listing: Listing, answers: Mapping[str, str], positions: bool) -> float | None:
+    """The channel time; the period of the rows [s], where it is known: ``positions`` need none."""
+    role = roles.by_channel.get("time")
+    if positions and "time.rate" not in answers and (role is None or not (role.heading.unit or "time.unit" in answers)):
+        said.channels.append(Channel("time", "row", "", Choice("", "positions in their order", "assumed")))
+        return None
+    if role is None:
         return _rate(said, listing, answers)
-    role = roles.by_channel["time"]
     clock = numbers.clock(role.column.values)
     heading, column = role.column.heading, role.column.key
     choice = _time_unit(said, role.heading.unit, clock, answers, heading or f"column {column}")
@@ -142,6 +148,12 @@ def _time(said: _Said, roles: Roles, listing: Listing, answers: Mapping[str, str
     if choice.value is None:
         return None
     return scale_to_si(choice.value, "time", "time.unit")[0] * clock.step
+
+
+def _unused(roles: Roles, time: Channel) -> tuple[str, ...]:
+    """A column of time that positions do without."""
+    there = "time" in roles.by_channel and time.column == "row"
+    return (str(roles.by_channel["time"].column.heading),) if there else ()
 
 
 def _rate(said: _Said, listing: Listing, answers: Mapping[str, str]) -> float | None:
@@ -280,19 +292,38 @@ def _temperature(stated: str | None, values: Floats, answers: Mapping[str, str])
 # ---------------------------------------------------------------------------------------------------- model
 
 
-def _procedure(roles: Roles, listings: Sequence[Listing]) -> Choice:
+def _procedure(roles: Roles, listings: Sequence[Listing], positions: bool) -> Choice:
     """Table, several positions or static."""
-    if {"table", "table_rate", "table_angle"} & set(roles.by_channel):
+    if _of_table(roles):
         return Choice("rate-table", "a column of the table", "stated")
-    names = roles.triad("accel")
-    if not names or any(roles.by_channel[name].heading.increment for name in names):
+    if positions:
+        return Choice("multi-position", "neighbouring rows read gravity from elsewhere", "numbers")
+    force = _force(roles, listings)
+    if force is None:
         return Choice("static", "no table, no accelerometers that tell of attitudes", "assumed")
-    keys = [roles.by_channel[name].column.key for name in names]
-    force = [np.column_stack([c.values for k in keys for c in one.columns if c.key == k]) for one in listings]
     count = numbers.attitudes(np.concatenate(force))
     if count >= SEVERAL:
         return Choice("multi-position", f"rests in {count} attitudes", "numbers")
     return Choice("static", "no table; rests in few attitudes", "numbers")
+
+
+def _of_table(roles: Roles) -> bool:
+    return bool({"table", "table_rate", "table_angle"} & set(roles.by_channel))
+
+
+def _force(roles: Roles, listings: Sequence[Listing]) -> list[Floats] | None:
+    """The accelerometers of each file, shape (n, 3), in the file's unit; None where they are no triad of readings."""
+    names = roles.triad("accel")
+    if not names or any(roles.by_channel[name].heading.increment for name in names):
+        return None
+    keys = [roles.by_channel[name].column.key for name in names]
+    return [np.column_stack([c.values for k in keys for c in one.columns if c.key == k]) for one in listings]
+
+
+def _are_positions(roles: Roles, listings: Sequence[Listing]) -> bool:
+    """Whether the files are tables of positions, with the means of each in a row."""
+    force = None if _of_table(roles) else _force(roles, listings)
+    return force is not None and all(map(numbers.are_positions, force))
 
 
 def _axes(mounting: dict[str, Choice], roles: Roles, units: Units) -> None:

@@ -4,6 +4,7 @@ gravity     |f| = 9.8 or 1 at rest                    -> m/s^2, g; a power of tw
 turning     df/dt = -s (w x f), f gravity in the triad -> s: rad/s per unit of the gyros, and that the axes agree
 table       gyro = gain * table                       -> which pair of units makes the gain 1
 clock       the step of the stamps, and their epoch   -> s, ms, us, ns
+positions   neighbouring rows read gravity from elsewhere -> each row is one
 wraps       an angle that jumps by a full turn        -> deg, rad, turns
 """
 
@@ -35,6 +36,8 @@ GYRO_COUNTS = ("1/131 deg/s", "1/65.5 deg/s", "1/32.8 deg/s", "1/16.4 deg/s", "8
 TURNED, FOLLOWS = 0.8, 0.9
 #: Jumps of a command that must be there.
 JUMPS = 3
+#: Rows of a table of positions.
+FEWEST_POSITIONS, MOST_POSITIONS = 4, 5000
 #: Rows of a block, blocks that must turn, and how far a gain may be from a unit's.
 BLOCK, TURNING_BLOCKS, UNIT_TOLERANCE = 10, 20, 0.12
 
@@ -219,6 +222,16 @@ def attitudes(force: Floats) -> int:
         if all(float(one @ other) < np.cos(20 * DEG) for other in found):
             found.append(one)
     return len(found)
+
+
+def are_positions(force: Floats) -> bool:
+    """Whether each row is a position of its own, and no row of a series: neighbours read gravity from elsewhere."""
+    if not FEWEST_POSITIONS <= len(force) <= MOST_POSITIONS:
+        return False
+    size = np.linalg.norm(force, axis=1)
+    f = force / np.maximum(size, 1e-300)[:, None]
+    apart = np.sum(f[1:] * f[:-1], axis=1) < np.cos(20 * DEG)
+    return float(np.mean(np.abs(size / np.median(size) - 1) < 0.25)) > 0.9 and float(apart.mean()) > 0.5
 
 
 def up(force: Floats) -> str:

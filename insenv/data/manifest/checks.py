@@ -219,6 +219,8 @@ def channels(
     for name in tables:
         if name not in CHANNELS:
             raise InputError(f"{path}: unknown channel {name!r} in [channels]; {nearest(name, CHANNELS)}")
+    if "time" not in tables and "segment" in tables and tables["segment"].column == "row":
+        tables = {"time": schema.ChannelTable(column="row"), **tables}
     if "time" not in tables and not psins:
         raise InputError(f'{path}: channels.time is missing; wanted its column, or its rate as in "100 Hz"')
     found = {name: _channel(name, spec, f"{path}: channels.{name}") for name, spec in tables.items()}

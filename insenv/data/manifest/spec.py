@@ -100,7 +100,7 @@ class ChannelSpec:
     Attributes
     ----------
     column : str or int
-        Name, or 0-based index; "row" of the time channel means the row's index.
+        Name, or 0-based index; "row" of the time means the row's index, of the segments that each row is one.
     unit : str or None
         None: as the file's header says.
     quantity : "rate", "increment" or None
@@ -232,4 +232,12 @@ class Manifest:
     @property
     def time_is_row(self) -> bool:
         """Whether the recording's time is its row index, one row counted as one second."""
-        return "time" in self.channels and self.channels["time"].column == "row"
+        return self._is_row("time")
+
+    @property
+    def segment_is_row(self) -> bool:
+        """Whether each row is a segment: a table of positions, with the means of each."""
+        return self._is_row("segment")
+
+    def _is_row(self, name: str) -> bool:
+        return name in self.channels and self.channels[name].column == "row"

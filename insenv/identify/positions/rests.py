@@ -293,6 +293,8 @@ def _held_out(manifest: Manifest, recordings: Sequence[Recording], rests: Sequen
 
 
 def _counted(recordings: Sequence[Recording], rests: Sequence[Rest], used: str) -> str:
+    if all(r.stop - r.start == 1 for r in rests):
+        return f"{len(rests)} rests of one row each: {used}"
     lengths = [(r.stop - r.start) * recordings[r.run].dt for r in rests]
     span = f"{min(lengths):.3g} to {max(lengths):.3g} s long"
     return f"{len(rests)} rests, {span}: {used}"
