@@ -218,9 +218,9 @@ def rotations(
 
 
 def _whole(recordings: Sequence[Recording], rests: Sequence[Rest], a: int, b: int) -> bool:
-    """Whether no gap in time lies between two rests."""
-    at = rests[a].stop - 1
-    return any(p.start <= at and rests[b].start < p.stop for p in recordings[rests[a].run].pieces())
+    """Whether the turn between two rests was recorded: there are rows of it, and no gap in time."""
+    at, pieces = rests[a].stop - 1, recordings[rests[a].run].pieces()
+    return at + 1 < rests[b].start and any(p.start <= at and rests[b].start < p.stop for p in pieces)
 
 
 def _turn(recording: Recording, before: Rest, after: Rest, bias: Floats, bias_after: Floats) -> Turn:

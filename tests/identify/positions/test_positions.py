@@ -153,6 +153,21 @@ def test_a_label_of_few_rows_is_a_rest_whatever_the_next_position_is(rows: int) 
     assert len(found.rests) == 12 and not any("moves" in text for text in found.remarks)
 
 
+def test_gyros_in_a_table_of_positions_are_judged_by_their_means() -> None:
+    """The turns between the rows were not recorded; a g-sensitivity shows all the same."""
+    rng = np.random.default_rng(5)
+    up = rng.standard_normal((30, 3))
+    force = 9.81 * up / np.linalg.norm(up, axis=1, keepdims=True) + 1e-3 * rng.standard_normal((30, 3))
+    rate = 0.01 + 2e-4 * force[:, [1, 2, 0]] + 1e-4 * rng.standard_normal((30, 3))
+    channels = {f"accel_{a}": Channel(force[:, i], "m/s^2") for i, a in enumerate("xyz")}
+    channels |= {f"gyro_{a}": Channel(rate[:, i], "rad/s") for i, a in enumerate("xyz")}
+    segments = tuple(Segment(str(k), k, k + 1) for k in range(30))
+    run = Recording(np.arange(30.0), channels, segments, Site(gravity=9.81), label="table")
+    found = trace_positions(manifest((*GYROS, *ACCELS), ("accel_bias", "bias")), (run,))
+    assert found.gyro is None
+    assert [names(part.outcome) for part in found.at_rest] == [["g_sensitivity"]] * 3
+
+
 @pytest.mark.parametrize(("positions", "held"), [("even", [2, 4, 6]), ("odd", [1, 3, 5]), ((3, 4), [3, 4])])
 def test_what_is_held_out(positions: str | tuple[int, ...], held: list[int]) -> None:
     model = manifest(ACCELS, CALIBRATED, HeldOut(positions=positions))
