@@ -28,7 +28,7 @@ UNSIGNED = ("sample_hold", "timing_skew")
 WORDS = {
     "the unit moves": ("moves", "moved", "motion", "not at rest"),
     "no rests": ("no rest", "never at rest", "not at rest", "rests are", "rests to fit"),
-    "factor": ("factor of", "check the unit", "range setting"),
+    "factor": ("factor of", "check the unit", "range setting", "times the rate that it was exposed to"),
     "rests": ("rest",),
     "wraps": ("no rest", "never at rest", "not at rest", "with a sign, read without"),
 }
