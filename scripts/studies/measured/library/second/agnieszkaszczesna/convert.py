@@ -11,4 +11,4 @@ for name, file in TRIALS.items():
     turn = Rotation.from_quat(np.roll(log[:, 1:5], -1, axis=1))
     angle = np.concatenate([[0.0], np.cumsum((turn[:-1].inv() * turn[1:]).as_rotvec()[:, 2])])
     table = np.column_stack([log[:, 0], log[:, 10], angle])
-    np.savetxt(f"{name}.csv", table, delimiter=",", header="time,gyro_z,angle", comments="", fmt="%.7g")
+    np.savetxt(f"{name}.csv", table, delimiter=",", header="time,gyro_z,angle", comments="", fmt="%.12g")

@@ -14,4 +14,4 @@ def gyro_y(unit: int) -> tuple[np.ndarray, np.ndarray]:
 (time, own), (other, reference) = gyro_y(4), gyro_y(1)
 there = (time >= other[0]) & (time <= other[-1])
 table = np.column_stack([time[there], own[there], np.interp(time[there], other, reference)])
-np.savetxt("pair.csv", table, delimiter=",", header="time,dot4,dot1", comments="", fmt="%.9g")
+np.savetxt("pair.csv", table, delimiter=",", header="time,dot4,dot1", comments="", fmt="%.12g")

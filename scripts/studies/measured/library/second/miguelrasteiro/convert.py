@@ -16,4 +16,4 @@ for folder in ("eV50p", "V_300"):
     angle = -np.concatenate([[0.0], np.cumsum((turn[:-1].inv() * turn[1:]).as_rotvec()[:, 2])])
     table = np.column_stack([log["MATLABtime"].ravel()[known], gyro[known], angle])
     name = folder.lower()
-    np.savetxt(f"{name}.csv", table, delimiter=",", header="time,gyro_z,angle", comments="", fmt="%.7g")
+    np.savetxt(f"{name}.csv", table, delimiter=",", header="time,gyro_z,angle", comments="", fmt="%.12g")

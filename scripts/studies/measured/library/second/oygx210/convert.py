@@ -53,4 +53,4 @@ own = own[there]
 beside = [np.interp(own[:, 0], reference[:, 0], reference[:, k]) for k in (1, 2, 3)]
 table = np.column_stack([own[:, 0] - own[0, 0], own[:, 1:], *beside])
 head = "time,sbg_x,sbg_y,sbg_z,ixblue_x,ixblue_y,ixblue_z"
-np.savetxt("rotations.csv", table, delimiter=",", header=head, comments="", fmt="%.7g")
+np.savetxt("rotations.csv", table, delimiter=",", header=head, comments="", fmt="%.12g")

@@ -20,4 +20,4 @@ there = (time >= frames[0]) & (time <= frames[-1])
 angles = [np.interp(time[there], frames, a) for a in angle.T]
 table = np.column_stack([time[there] - frames[0], gyro[there], *angles])
 head = "time,gyro_x,gyro_y,gyro_z,angle_x,angle_y,angle_z"
-np.savetxt("drive.csv", table, delimiter=",", header=head, comments="", fmt="%.8g")
+np.savetxt("drive.csv", table, delimiter=",", header=head, comments="", fmt="%.12g")

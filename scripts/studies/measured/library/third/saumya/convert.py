@@ -18,4 +18,4 @@ for run in (1, 2, 3):
     counts = unit["vals"][[4, 5, 3]][:, there]
     table = np.column_stack([time[there] - time[0], *counts, *angles])
     head = "time,x,y,z,angle_x,angle_y,angle_z"
-    np.savetxt(f"run{run}.csv", table, delimiter=",", header=head, comments="", fmt="%.7g")
+    np.savetxt(f"run{run}.csv", table, delimiter=",", header=head, comments="", fmt="%.12g")

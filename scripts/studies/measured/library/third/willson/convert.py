@@ -14,4 +14,4 @@ for run in (20, 21):
     there = (time >= passed[0]) & (time <= passed[-1])
     angle = np.interp(time[there], passed, heading)
     table = np.column_stack([time[there] - passed[0], unit["angular_velocity"][2][there], angle])
-    np.savetxt(f"robot{run}.csv", table, delimiter=",", header="time,gyro_z,heading", comments="", fmt="%.8g")
+    np.savetxt(f"robot{run}.csv", table, delimiter=",", header="time,gyro_z,heading", comments="", fmt="%.12g")

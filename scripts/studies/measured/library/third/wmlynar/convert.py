@@ -12,4 +12,4 @@ for name in ("rotating", "driving_around"):
     passed, heading = odometry[:, 0], np.unwrap(odometry[:, 1])
     gyro = gyro[(gyro[:, 0] >= passed[0]) & (gyro[:, 0] <= passed[-1])]
     table = np.column_stack([gyro[:, 0] - gyro[0, 0], gyro[:, 1], np.interp(gyro[:, 0], passed, heading)])
-    np.savetxt(f"{name}.csv", table, delimiter=",", header="time,gyro,heading", comments="", fmt="%.8g")
+    np.savetxt(f"{name}.csv", table, delimiter=",", header="time,gyro,heading", comments="", fmt="%.12g")
