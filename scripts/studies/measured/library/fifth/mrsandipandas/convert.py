@@ -42,4 +42,4 @@ for run in ("30_1", "45_2", "90_2"):
     gyro = [b[f"Gyr_{axis}"][inside] for axis in "XZ"]
     rows = np.column_stack([at - at[0], *gyro, np.sqrt(0.5) * (x + y), z])
     names = "time,gyro_x,gyro_z,other_x,other_z"
-    np.savetxt(f"board{run}.csv", rows, delimiter=",", header=names, comments="", fmt="%.9g")
+    np.savetxt(f"board{run}.csv", rows, delimiter=",", header=names, comments="", fmt="%.15g")

@@ -13,4 +13,4 @@ heading = np.unwrap(Rotation.from_quat(quaternion).as_euler("ZYX")[:, 0])
 rate = [float(found[stamp]["field.angular_velocity.z"]) for stamp in stamps]
 time = 1e-9 * (np.array(stamps) - stamps[0])
 rows = np.column_stack([time, rate, heading])
-np.savetxt("boat1.csv", rows, delimiter=",", header="time,gyro_z,heading", comments="", fmt="%.9g")
+np.savetxt("boat1.csv", rows, delimiter=",", header="time,gyro_z,heading", comments="", fmt="%.15g")

@@ -13,4 +13,4 @@ numbers = np.array([[float(cell[k]) for k in (0, 1, 6, 7, 8, 9, 21)] for cell in
 time = numbers[:, 0] - numbers[0, 0] + 1e-9 * numbers[:, 1]
 yaw = np.unwrap(Rotation.from_quat(numbers[:, 2:6]).as_euler("ZYX")[:, 0])
 table = np.column_stack([time - time[0], numbers[:, 6], yaw])
-np.savetxt("circles.csv", table, delimiter=",", header="time,gyro_z,yaw", comments="", fmt="%.9g")
+np.savetxt("circles.csv", table, delimiter=",", header="time,gyro_z,yaw", comments="", fmt="%.15g")

@@ -15,4 +15,4 @@ quaternion = [[float(row[f"imu.orientation.{k}"]) for k in "xyzw"] for row in ro
 yaw = np.unwrap(Rotation.from_quat(quaternion).as_euler("ZYX")[:, 0])
 rate = [float(row["imu.angular_velocity.z"]) for row in rows]
 table = np.column_stack([np.array(stamp) - stamp[0], rate, yaw])
-np.savetxt("circles.csv", table, delimiter=",", header="time,gyro_z,yaw", comments="", fmt="%.9g")
+np.savetxt("circles.csv", table, delimiter=",", header="time,gyro_z,yaw", comments="", fmt="%.15g")

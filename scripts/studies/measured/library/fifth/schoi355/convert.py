@@ -21,4 +21,4 @@ for run, unit in ((2, 1), (2, 3), (1, 4)):
     seen = (time >= known[0]) & (time <= known[-1]) & (known[after] - known[after - 1] < 0.2)
     rows = np.column_stack([time, imu[:, 3], heading])[seen]
     name = f"ugv{run}_imu{unit}.csv"
-    np.savetxt(name, rows, delimiter=",", header="time,gyro_z,heading", comments="", fmt="%.9g")
+    np.savetxt(name, rows, delimiter=",", header="time,gyro_z,heading", comments="", fmt="%.15g")

@@ -14,4 +14,4 @@ turned = (attitude[:-1].inv() * attitude[1:]).as_rotvec()
 angle = np.vstack([np.zeros(3), np.cumsum(turned, axis=0)])
 names = "time,gyro_x,gyro_y,gyro_z,angle_x,angle_y,angle_z"
 rows = np.column_stack([gyro[turning], angle])
-np.savetxt("phone.csv", rows, delimiter=",", header=names, comments="", fmt="%.9g")
+np.savetxt("phone.csv", rows, delimiter=",", header=names, comments="", fmt="%.15g")

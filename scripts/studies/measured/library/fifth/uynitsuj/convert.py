@@ -17,4 +17,4 @@ inside = imu[(imu[:, 0] >= sent[0, 0]) & (imu[:, 0] <= sent[-1, 0])]
 angles = [np.interp(inside[:, 0], sent[:, 0], angle[:, k]) for k in range(3)]
 rows = np.column_stack([1e-6 * inside[:, 0], inside[:, 1:], *angles])
 names = "time,gyro_x,gyro_y,gyro_z,angle_x,angle_y,angle_z"
-np.savetxt("flight.csv", rows, delimiter=",", header=names, comments="", fmt="%.9g")
+np.savetxt("flight.csv", rows, delimiter=",", header=names, comments="", fmt="%.15g")

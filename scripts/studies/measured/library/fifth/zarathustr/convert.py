@@ -13,4 +13,4 @@ turned = (attitude[:-1].inv() * attitude[1:]).as_rotvec()
 angle = np.vstack([np.zeros(3), np.cumsum(turned, axis=0)])
 rows = np.column_stack([data[:, 6:9], angle])
 names = "gyro_x,gyro_y,gyro_z,angle_x,angle_y,angle_z"
-np.savetxt("flat.csv", rows, delimiter=",", header=names, comments="", fmt="%.9g")
+np.savetxt("flat.csv", rows, delimiter=",", header=names, comments="", fmt="%.15g")

@@ -27,7 +27,7 @@ for launch in (1, 4):
     rest = numbers(launch, ("timestamp_seconds", *GYRO, *ACCEL, "temperature_celsius"), "S")
     rest = rest[rest[:, 0] < rest[-1, 0] - 0.45]
     names = "time,gyro_x,gyro_y,gyro_z,accel_x,accel_y,accel_z,temperature"
-    np.savetxt(f"pad{launch}.csv", rest, delimiter=",", header=names, comments="", fmt="%.9g")
+    np.savetxt(f"pad{launch}.csv", rest, delimiter=",", header=names, comments="", fmt="%.15g")
 
 flight = numbers(4, ("timestamp_seconds", *GYRO, *QUATERNION))
 chute = flight[flight[:, 0] >= 3393.0]
@@ -38,4 +38,4 @@ raw_x, raw_y, raw_z = chute[:, 1:4].T
 half = np.sqrt(0.5)
 rows = np.column_stack([chute[:, 0] - chute[0, 0], raw_x, half * (raw_x - raw_y), half * (raw_x + raw_y), raw_z, angle])
 names = "time,raw_x,gyro_x,gyro_y,gyro_z,angle_x,angle_y,angle_z"
-np.savetxt("chute.csv", rows, delimiter=",", header=names, comments="", fmt="%.9g")
+np.savetxt("chute.csv", rows, delimiter=",", header=names, comments="", fmt="%.15g")

@@ -18,4 +18,4 @@ attitude = Rotation.from_matrix(matrix)
 turned = (attitude[:-1].inv() * attitude[1:]).as_rotvec()
 angle = np.vstack([np.zeros(3), np.cumsum(turned, axis=0)])
 names = "gyro_x,gyro_y,gyro_z,angle_x,angle_y,angle_z"
-np.savetxt("xsens.csv", np.column_stack([gyro, angle]), delimiter=",", header=names, comments="", fmt="%.9g")
+np.savetxt("xsens.csv", np.column_stack([gyro, angle]), delimiter=",", header=names, comments="", fmt="%.15g")

@@ -19,7 +19,7 @@ def save(path: str, gyro: NDArray[np.float64], reference: NDArray[np.float64], w
     rows = gyro[(gyro[:, 0] >= reference[0, 0]) & (gyro[:, 0] <= reference[-1, 0])]
     read = [np.interp(rows[:, 0], reference[:, 0], reference[:, k]) for k in (1, 2, 3)]
     names = "time,gyro_x,gyro_y,gyro_z," + ",".join(f"{word}_{axis}" for axis in "xyz")
-    np.savetxt(path, np.column_stack([rows, *read]), delimiter=",", header=names, comments="", fmt="%.9g")
+    np.savetxt(path, np.column_stack([rows, *read]), delimiter=",", header=names, comments="", fmt="%.15g")
 
 
 for name, folder in (("iphone", "data"), ("android", "data2")):

@@ -29,4 +29,4 @@ angle = np.vstack([np.zeros(3), np.cumsum(turned, axis=0)])
 time = 1e-9 * (np.array(stamps) - stamps[0])
 names = "time,gyro_x,gyro_y,gyro_z,angle_x,angle_y,angle_z"
 rows = np.column_stack([time, told[:, 9:12], angle])
-np.savetxt("circles.csv", rows, delimiter=",", header=names, comments="", fmt="%.9g")
+np.savetxt("circles.csv", rows, delimiter=",", header=names, comments="", fmt="%.15g")

@@ -14,4 +14,4 @@ for name in ("clearIMU", "vn7Hard", "vn30HS"):
     angle = np.vstack([np.zeros(3), np.cumsum(turned, axis=0)])
     rows = np.column_stack([data[:, 0] - data[0, 0], data[:, 5:8], angle])
     names = "time,gyro_x,gyro_y,gyro_z,angle_x,angle_y,angle_z"
-    np.savetxt(f"{name}.csv", rows, delimiter=",", header=names, comments="", fmt="%.9g")
+    np.savetxt(f"{name}.csv", rows, delimiter=",", header=names, comments="", fmt="%.15g")

@@ -21,4 +21,4 @@ for found in re.finditer(rb"\$VNYMR,([-+.,0-9]*)", bag):
     rows.append((seconds + 1e-9 * nanoseconds, numbers[11], numbers[0]))
 table = np.array(rows)
 table[:, 0] -= table[0, 0]
-np.savetxt("circles.csv", table, delimiter=",", header="time,gyro_z,yaw", comments="", fmt="%.9g")
+np.savetxt("circles.csv", table, delimiter=",", header="time,gyro_z,yaw", comments="", fmt="%.15g")

@@ -24,7 +24,7 @@ def save(path: str, names: str, rows: list[tuple[float, ...]]) -> None:
     """A table whose time is counted from its first row."""
     table = np.array(rows)
     table[:, 0] -= table[0, 0]
-    np.savetxt(path, table, delimiter=",", header=names, comments="", fmt="%.9g")
+    np.savetxt(path, table, delimiter=",", header=names, comments="", fmt="%.15g")
 
 
 with (HERE / "data_going_in_circles/imu.csv").open(newline="") as file:

@@ -17,4 +17,4 @@ after = np.searchsorted(gyro[:, 0], matrix[:, 0]) - 1
 angles = [np.interp(np.arange(after[-1] + 1), after, angle[:, k]) for k in range(3)]
 rows = np.column_stack([gyro[: after[-1] + 1, 1:], *angles])
 names = "gyro_x,gyro_y,gyro_z,angle_x,angle_y,angle_z"
-np.savetxt("xio33.csv", rows, delimiter=",", header=names, comments="", fmt="%.9g")
+np.savetxt("xio33.csv", rows, delimiter=",", header=names, comments="", fmt="%.15g")

@@ -15,4 +15,4 @@ course = np.arctan2(east[2:] - east[:-2], north[2:] - north[:-2])
 moved = time[1:-1] >= 86.6
 table = np.column_stack([time[1:-1], gyro[1:-1]])[moved]
 rows = np.column_stack([table, np.unwrap(course[moved])])
-np.savetxt("lap.csv", rows, delimiter=",", header="time,gyro_z,course", comments="", fmt="%.9g")
+np.savetxt("lap.csv", rows, delimiter=",", header="time,gyro_z,course", comments="", fmt="%.15g")

@@ -19,4 +19,4 @@ for run in (1, 2, 3):
     angles = [np.interp(time[inside], known, angle[:, k]) for k in range(3)]
     rows = np.column_stack([at, imu["vals"][[4, 5, 3]].T[inside], *angles])
     names = "time,gyro_x,gyro_y,gyro_z,angle_x,angle_y,angle_z"
-    np.savetxt(f"run{run}.csv", rows, delimiter=",", header=names, comments="", fmt="%.9g")
+    np.savetxt(f"run{run}.csv", rows, delimiter=",", header=names, comments="", fmt="%.15g")

@@ -26,4 +26,4 @@ def sheet(number: int, column: str) -> NDArray[np.float64]:
 imu, wheel = sheet(2, "F"), sheet(3, "F")
 time, known = np.arange(imu.size) / 30.0, np.arange(wheel.size) / 50.0
 table = np.column_stack([time, imu, np.interp(time, known, wheel)])[time <= known[-1]]
-np.savetxt("random.csv", table, delimiter=",", header="time,imu,wheel", comments="", fmt="%.9g")
+np.savetxt("random.csv", table, delimiter=",", header="time,imu,wheel", comments="", fmt="%.15g")

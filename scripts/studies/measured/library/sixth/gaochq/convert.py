@@ -13,4 +13,4 @@ for name in ("NAV", "NAV2"):
     angle = np.vstack([np.zeros(3), np.cumsum(turned, axis=0)])
     names = "gyro_x,gyro_y,gyro_z,angle_x,angle_y,angle_z"
     rows = np.column_stack([data[:, 3:6], angle])
-    np.savetxt(f"{name.lower()}.csv", rows, delimiter=",", header=names, comments="", fmt="%.9g")
+    np.savetxt(f"{name.lower()}.csv", rows, delimiter=",", header=names, comments="", fmt="%.15g")

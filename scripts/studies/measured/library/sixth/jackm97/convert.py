@@ -7,4 +7,4 @@ pose = np.loadtxt("raw/wean_sensors/wean/wean_wide_interesting.localpose.log", u
 time, pose_time = gyro[:, 0] - gyro[0, 0], pose[:, 0] - pose[0, 0]
 yaw = np.interp(time, pose_time, np.unwrap(pose[:, 1]))
 rows = np.column_stack([time, gyro[:, 1], yaw])[time <= pose_time[-1]]
-np.savetxt("wean.csv", rows, delimiter=",", header="time,rate,yaw", comments="", fmt="%.9g")
+np.savetxt("wean.csv", rows, delimiter=",", header="time,rate,yaw", comments="", fmt="%.15g")

@@ -37,4 +37,4 @@ time, known = 1e-9 * (stamps[inside] - at[0]), 1e-9 * (at - at[0])
 angles = [np.interp(time, known, angle[:, k]) for k in range(3)]
 rows = np.column_stack([time, rate[inside], *angles])
 names = "time,gyro_x,gyro_y,gyro_z,angle_x,angle_y,angle_z"
-np.savetxt("imu_7.csv", rows, delimiter=",", header=names, comments="", fmt="%.9g")
+np.savetxt("imu_7.csv", rows, delimiter=",", header=names, comments="", fmt="%.15g")

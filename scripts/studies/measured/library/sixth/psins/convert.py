@@ -18,4 +18,4 @@ at = np.searchsorted(mems[:, 6], ins[:, 9] + 1e-6) - 1
 gyro = np.diff(total[at], axis=0, prepend=np.zeros((1, 3)))
 rows = np.column_stack([ins[:, 9], gyro, angle])[1:]
 names = "time,gyro_x,gyro_y,gyro_z,angle_x,angle_y,angle_z"
-np.savetxt("mems_ins.csv", rows, delimiter=",", header=names, comments="", fmt="%.10g")
+np.savetxt("mems_ins.csv", rows, delimiter=",", header=names, comments="", fmt="%.15g")
