@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-REST, HAND = 60.0, 85.8
+REST, HAND = 60.0, 86.0
 
 folder = "raw/calibrationData/2020_07_15"
 lines = Path(folder, "2020_07_15_trial2_mmagent2_imu_calibration_remote.csv").read_text().splitlines()[2:]
