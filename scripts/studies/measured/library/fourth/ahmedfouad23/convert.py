@@ -20,5 +20,5 @@ np.savetxt(
     delimiter=",",
     header="time,gyro_x,gyro_z,angle_x,angle_z",
     comments="",
-    fmt="%.8g",
+    fmt="%.12g",
 )

@@ -25,7 +25,7 @@ def sensor(folder, name):
 
 
 def write(file, names, columns):
-    np.savetxt(file, columns, delimiter=",", header=names, comments="", fmt="%.9g")
+    np.savetxt(file, columns, delimiter=",", header=names, comments="", fmt="%.12g")
 
 
 first, second = sensor(PHONE, "gyroscope_uncalibrated_4"), sensor(PHONE, "second_gyroscope_uncalibrated_23")

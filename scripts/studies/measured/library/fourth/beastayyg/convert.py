@@ -46,5 +46,5 @@ np.savetxt(
     delimiter=",",
     header="time,gyro_y,second_y,angle_y,temperature",
     comments="",
-    fmt="%.9g",
+    fmt="%.12g",
 )

@@ -45,7 +45,7 @@ def imu(file, topic):
 
 
 def write(file, names, *columns):
-    np.savetxt(file, np.column_stack(columns), delimiter=",", header=names, comments="", fmt="%.8g")
+    np.savetxt(file, np.column_stack(columns), delimiter=",", header=names, comments="", fmt="%.12g")
 
 
 FOLDER = "raw/imu_filter_madgwick/sample"

@@ -14,5 +14,5 @@ np.savetxt(
     delimiter=",",
     header="time,gyro_x,gyro_z,angle_x,angle_z",
     comments="",
-    fmt="%.9g",
+    fmt="%.12g",
 )

@@ -62,5 +62,5 @@ np.savetxt(
     delimiter=",",
     header="time,gyro,heading",
     comments="",
-    fmt="%.8g",
+    fmt="%.12g",
 )

@@ -15,5 +15,5 @@ np.savetxt(
     delimiter=",",
     header="time,gyro_x,angle_x",
     comments="",
-    fmt="%.9g",
+    fmt="%.12g",
 )

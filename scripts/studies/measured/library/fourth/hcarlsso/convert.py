@@ -14,5 +14,5 @@ for unit in (1, 3):
         delimiter=",",
         header="accel_x,accel_y,accel_z,rest",
         comments="",
-        fmt="%.8g",
+        fmt="%.12g",
     )

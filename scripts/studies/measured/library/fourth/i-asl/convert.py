@@ -69,5 +69,5 @@ for flight, (begin, axis, optical) in FLIGHTS.items():
         delimiter=",",
         header=f"time,gyro_{axis},angle_{axis}",
         comments="",
-        fmt="%.8g",
+        fmt="%.12g",
     )

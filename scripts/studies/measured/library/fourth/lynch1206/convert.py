@@ -16,5 +16,5 @@ np.savetxt(
     delimiter=",",
     header="time,gyro_z,angle_z",
     comments="",
-    fmt="%.9g",
+    fmt="%.12g",
 )
