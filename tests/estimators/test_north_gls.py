@@ -334,8 +334,8 @@ def test_the_belief_is_honest(name: str, policy: type[ConstantRate | Bidirection
     scenario = load(f"north_finder/{name}")
     sheet = datasheet(scenario)
     estimator, z = NorthGls(sheet), []
-    for first in range(0, 300, 50):
-        recording, azimuth = play(scenario, policy(sheet), range(first, first + 50))
-        mean, sd = estimator.estimate(estimator.update(estimator.reset(50), recording)).of("azimuth")
+    for first in range(0, 300, 100):
+        recording, azimuth = play(scenario, policy(sheet), range(first, first + 100))
+        mean, sd = estimator.estimate(estimator.update(estimator.reset(100), recording)).of("azimuth")
         z.append(wrapped(mean - azimuth) / sd)
     assert rms(np.concatenate(z)) == pytest.approx(1.0, abs=0.15)

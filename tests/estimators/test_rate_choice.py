@@ -174,10 +174,10 @@ def _deviations(
     """Root mean square errors of north over 400 runs of the realistic instrument [arcsec]."""
     scenario = load("north_finder/realistic", {} if tilt is None else {"table.tilt": f"{tilt} deg"})
     sheet, errors = datasheet(scenario), []
-    for first in range(0, 400, 50):
-        recording, azimuth = play(scenario, policy(sheet), range(first, first + 50))
+    for first in range(0, 400, 100):
+        recording, azimuth = play(scenario, policy(sheet), range(first, first + 100))
         plugins = [make(sheet) for make in estimators]
-        found = [p.estimate(p.update(p.reset(50), recording)).of("azimuth")[0] for p in plugins]
+        found = [p.estimate(p.update(p.reset(100), recording)).of("azimuth")[0] for p in plugins]
         errors.append([wrapped(mean - azimuth) for mean in found])
     together: Floats = np.concatenate(errors, axis=-1)
     return [float(x) / ARCSEC for x in np.sqrt(np.mean(together**2, axis=-1))]

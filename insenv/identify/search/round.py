@@ -65,9 +65,16 @@ def search(
 
     ``family`` is the number of candidates of the whole search, later passes included: what p-values are corrected for.
     """
-    base = reference(problem, fit.model, fit.noise.power)
+    base = problem.remember_last("reference", fit, lambda: reference(problem, fit.model, fit.noise.power))
     hits = by_fit_alone(problem, fit, base, found, seed, family, tones)
-    return sorted((confronted(problem, fit, base, hit) for hit in hits), key=lambda hit: -hit.rank)
+
+    def judged(hit: Hit) -> Hit:
+        if not hit.candidate.effect.line:
+            return confronted(problem, fit, base, hit)
+        again: Hit = problem.remember_last("line judged", hit, lambda: confronted(problem, fit, base, hit))
+        return again
+
+    return sorted(map(judged, hits), key=lambda hit: -hit.rank)
 
 
 def by_fit_alone(
@@ -77,8 +84,8 @@ def by_fit_alone(
     scores = score(problem, fit, found, seed)
     count = CALIBRATION * family
     hits = [_hit(problem, base, c, s, count) for c, s in zip(found, scores, strict=True) if s.testable]
-    if tones:
-        hits.append(_tone_hit(problem, fit, base, count))
+    if tones:  # asked again with the curves that explain without naming a cause, of the same fit
+        hits.append(problem.remember_last(("line", count), fit, lambda: _tone_hit(problem, fit, base, count)))
     hits.sort(key=lambda hit: -hit.rank)
     best = [hit if hit.candidate.effect.line else refined(problem, base, hit) for hit in hits[:REFINED]]
     return best + hits[REFINED:]

@@ -195,7 +195,17 @@ def reference(problem: Problem, model: Model, start: Floats | None = None) -> Re
 
 
 def likelihood_ratio(problem: Problem, base: Reference, model: Model) -> tuple[float, int]:
-    """Twice the gain in log-likelihood of ``model`` over ``base``, noise fitted anew, and the parameters gained."""
+    """Twice the gain in log-likelihood of ``model`` over ``base``, noise fitted anew, and the parameters gained.
+
+    Remembered: what several targets have in common, and what stands in an effect's place, is asked again and again.
+    """
+    limits = None if problem.most is None else problem.most.tobytes()
+    key = ("ratio", model, limits, base.noise.power.tobytes(), base.noise.loglik, base.parameters)
+    found: tuple[float, int] = problem.remember(key, lambda: _likelihood_ratio(problem, base, model))
+    return found
+
+
+def _likelihood_ratio(problem: Problem, base: Reference, model: Model) -> tuple[float, int]:
     cross, prior = pooled(problem, model)
     noise = fit_noise(cross, prior, restricted=False, start=base.noise.power, most=problem.most)
     return 2 * (noise.loglik - base.noise.loglik), len(prior) - base.parameters

@@ -25,7 +25,9 @@ def settled(track: Track, alpha: float, seed: int, progress: Progress) -> Track:
             break
         step, better = swaps[0]
         assert better is not None
-        track = _swapped(track, step, better, alpha)
+        if (swapped := _swapped(track, step, better, alpha)) is track:
+            break  # its rivals would be the same again
+        track = swapped
     return track
 
 
