@@ -135,9 +135,8 @@ def held_part(motion: Motion, u: Floats, hold: float, phase: float) -> Floats:
     return SampleHold().apply(u, later, np.array([1.0, hold]), first)[0]
 
 
-def stretch(recording: Recording, target: str, run: int, span: slice) -> Stretch | None:
+def stretch(exposure: Exposure, run: int, span: slice) -> Stretch | None:
     """The liveliest cells of a fitted span; None where the table does not change its rate."""
-    exposure = expose(recording, target)
     cells = exposure.cell_of_row[span]
     cells = cells[cells >= 0]
     if len(cells) < FEWEST:
@@ -151,9 +150,8 @@ def stretch(recording: Recording, target: str, run: int, span: slice) -> Stretch
     return Stretch(run, exposure, start, stop) if np.ptp(u) > CHANGING * np.abs(u).max() else None
 
 
-def in_pieces(recording: Recording, target: str, run: int, rows: NDArray[np.bool_]) -> Stretch | None:
+def in_pieces(exposure: Exposure, run: int, rows: NDArray[np.bool_]) -> Stretch | None:
     """All cells of a run of which no stretch is long enough, those of ``rows`` alone to be fitted."""
-    exposure = expose(recording, target)
     cells = exposure.cell_of_row[rows]
     cells = cells[cells >= 0]
     if len(cells) < FEWEST // 8 or cells[-1] - cells[0] > MOST_ROWS:
@@ -172,11 +170,12 @@ def stretches(
     rows: tuple[NDArray[np.bool_], ...] = (),
 ) -> list[Stretch]:
     """The `stretch` of each recording that has one; of one that gaps cut to pieces, its fitted ``rows``."""
-    whole = [stretch(one, target, run, span) for run, (one, span) in enumerate(zip(recordings, spans, strict=True))]
+    exposures = [expose(one, target) for one in recordings]
+    whole = [stretch(one, run, span) for run, (one, span) in enumerate(zip(exposures, spans, strict=True))]
     few = not any(whole)
-    for run, (recording, fit) in enumerate(zip(recordings, rows, strict=False)):
+    for run, (exposure, fit) in enumerate(zip(exposures, rows, strict=False)):
         if few or spans[run].stop - spans[run].start < SHREDDED * int(fit.sum()):
-            whole[run] = in_pieces(recording, target, run, fit) or whole[run]
+            whole[run] = in_pieces(exposure, run, fit) or whole[run]
     return [one for one in whole if one]
 
 

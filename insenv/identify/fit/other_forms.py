@@ -36,7 +36,8 @@ def added_variance(problem: Problem, fit: Fit, terms: Iterable[Term]) -> Floats:
         index = fit.model.index(term)
         for effect in term.effect.others():
             other = replace(term, effect=effect)
-            change, weight = _instead(problem, fit, index, other)
+            key = ("other form", fit.model, fit.noise.power.tobytes(), index, other)
+            change, weight = problem.remember(key, lambda i=index, o=other: _instead(problem, fit, i, o))
             grown += weight * np.where(fit.design.term == index, 0.0, change) ** 2
     return grown
 

@@ -36,6 +36,11 @@ class Beside:
 
 def beside_response(problem: Problem, fit: Fit) -> Beside | None:
     """A fit beside the response of the reference; None where no gyro turns, or nothing is fitted."""
+    found: Beside | None = problem.remember_last("beside response", fit, lambda: _beside_response(problem, fit))
+    return found
+
+
+def _beside_response(problem: Problem, fit: Fit) -> Beside | None:
     rows, data = whitened_rows(problem, fit.design, fit.noise.power)
     p, n = rows.shape[1], len(problem.data())
     if not p or not problem.target.startswith("gyro") or not problem.turns:

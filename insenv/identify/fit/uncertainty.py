@@ -118,7 +118,11 @@ def covariance(problem: Problem, fit: Fit) -> Covariance:
 
 
 def _all_slopes(problem: Problem, fit: Fit) -> dict[Term, _Slopes]:
-    return {term: _slopes(problem, fit, index) for index, term in enumerate(fit.model) if term.shape}
+    def made() -> dict[Term, _Slopes]:
+        return {term: _slopes(problem, fit, index) for index, term in enumerate(fit.model) if term.shape}
+
+    slopes: dict[Term, _Slopes] = problem.remember_last("slopes", fit, made)
+    return slopes
 
 
 def _root(row: Estimate, unit: str) -> Estimate:
@@ -150,6 +154,11 @@ def _standard_deviations(sd: Floats, fit: Fit, slopes: dict[Term, _Slopes]) -> t
 
 def _joint(problem: Problem, fit: Fit, slopes: dict[Term, _Slopes], beside: Beside | None) -> Floats:
     """Covariance of the linear parameters and of the shapes of each term (SI), shape (p, p)."""
+    found: Floats = problem.remember_last("joint", fit, lambda: _joined(problem, fit, slopes, beside))
+    return found
+
+
+def _joined(problem: Problem, fit: Fit, slopes: dict[Term, _Slopes], beside: Beside | None) -> Floats:
     weight = 1 / np.sqrt(spectrum(problem, fit.noise.power))
     blocks = [fit.design.transformed, *(s.columns for s in slopes.values())]
     columns = np.column_stack(blocks) * weight[:, None]

@@ -152,9 +152,11 @@ def _ready(
         uses, rejected = kept, (*rejected, *turns_left_out(recordings, target))
         plain = binned(manifest, recordings, uses, target, rows)
     enough(manifest, plain, model, target)
+    before = recordings, rows
     held, measured, recordings = _held(recordings, uses, plain, model) if holds else (Look(), recordings, recordings)
     rows = whole_holds(manifest, measured, uses, held.hold, rows)
-    plain = binned(manifest, measured, uses, target, rows)
+    if measured is not before[0] or rows != before[1]:
+        plain = binned(manifest, measured, uses, target, rows)
     return _Ready(recordings, measured, uses, clean, rejected, held, rows, plain)
 
 

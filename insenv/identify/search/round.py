@@ -67,14 +67,7 @@ def search(
     """
     base = problem.remember_last("reference", fit, lambda: reference(problem, fit.model, fit.noise.power))
     hits = by_fit_alone(problem, fit, base, found, seed, family, tones)
-
-    def judged(hit: Hit) -> Hit:
-        if not hit.candidate.effect.line:
-            return confronted(problem, fit, base, hit)
-        again: Hit = problem.remember_last("line judged", hit, lambda: confronted(problem, fit, base, hit))
-        return again
-
-    return sorted(map(judged, hits), key=lambda hit: -hit.rank)
+    return sorted((confronted(problem, fit, base, hit) for hit in hits), key=lambda hit: -hit.rank)
 
 
 def by_fit_alone(
@@ -98,6 +91,15 @@ def confronted(problem: Problem, fit: Fit, base: Reference, hit: Hit) -> Hit:
     """
     if log_tail(hit.deviate) > np.log(SUGGESTED):
         return hit
+    limits = None if problem.most is None else problem.most.tobytes()
+    noise = (limits, fit.noise.power.tobytes(), base.noise.power.tobytes(), base.noise.loglik)
+    own = (hit.candidate.effect.key, hit.term, hit.likelihood_ratio, hit.looks, hit.deviate, hit.size, hit.remark)
+    key = ("confronted", fit.model, base.model, *noise, *own)
+    judged: Hit = problem.remember(key, lambda: _confronted(problem, fit, base, hit))
+    return judged
+
+
+def _confronted(problem: Problem, fit: Fit, base: Reference, hit: Hit) -> Hit:
     larger = solve(problem, with_term(fit.model, hit.term), start=fit.noise.power)
     beyond = _beyond_bounds(problem, larger) or unseen(problem, hit.term.effect, hit.term.shape)
     if beyond:
