@@ -1,6 +1,6 @@
 """Error-free motion -> increments -> mechanisation: what is left, per sampling rate, as a page of Markdown.
 
-python scripts/strapdown_closure.py > docs/results/strapdown_closure.md
+python scripts/studies/strapdown_closure.py > docs/strapdown.md
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ Error-free motion, integrated to increments (`insenv.navigation.truth`), goes th
 left is the error of the algorithm and of rounding. This page is written by
 
 ```sh
-python scripts/strapdown_closure.py > docs/strapdown.md
+python scripts/studies/strapdown_closure.py > docs/strapdown.md
 ```
 
 Latitude 38 deg, height 380 m; heading 30 deg, pitch 2 deg, roll -3 deg at the start, known exactly. Speed: the largest.
