@@ -20,6 +20,7 @@ from insenv.data.split import RowUse
 from insenv.effects.base import Effect
 from insenv.effects.catalogue import CATALOGUE
 from insenv.effects.own import ALL
+from insenv.effects.timing import SampleHold
 from insenv.effects.tone import Tone
 from insenv.identify.clean.settling import settled_by, without_start
 from insenv.identify.findings import NotTestable
@@ -244,15 +245,15 @@ def _begin(
     """A target before its search; bins of ``width`` at least, lines and holds found in the ``samples`` taken out."""
     tones = any(effect.line for effect in catalogue)
     made = any(recording.period is not None for recording in recordings)
-    holds = not made and any(effect.id == "sample_hold" for effect in catalogue)
+    holds = not made and any(effect.id == SampleHold.id for effect in catalogue)
     prepared = prepare(manifest, recordings, uses, target, tones and samples, holds and samples, width)
     found, blind = candidates(prepared.problem, catalogue)
     declared = {term.effect.key for term in prepared.model}
     if prepared.held.hold is not None or prepared.held.excluded:  # the samples told: means tell less of it
-        declared = declared | {"sample_hold"}
+        declared = declared | {SampleHold.id}
     if made:
-        blind = (*blind, *(NotTestable(c.effect.key, (), OF_MEANS) for c in found if c.effect.id == "sample_hold"))
-        declared = declared | {"sample_hold"}
+        blind = (*blind, *(NotTestable(c.effect.key, (), OF_MEANS) for c in found if c.effect.id == SampleHold.id))
+        declared = declared | {SampleHold.id}
     found = tuple(c for c in found if c.effect.key not in declared)
     fit = solve(prepared.problem, prepared.model)
     score = held_out_score(prepared.problem, fit)

@@ -9,6 +9,9 @@ import math
 
 import numpy as np
 
+from insenv.effects.noise import Quantization
+from insenv.effects.timing import SampleHold
+from insenv.effects.tone import Tone
 from insenv.identify.clean.holds import Hold
 from insenv.identify.clean.rails import Rail
 from insenv.identify.findings import Added, Estimate
@@ -35,15 +38,15 @@ def line_effects(
 def hold_effect(hold: Hold, before: float, after: float) -> Added:
     """A found ``sample_hold``; held-out errors as plain means and with it taken out."""
     parameters = (
-        Estimate("sample_hold", "c", hold.share, hold.share_sd, "1"),
-        Estimate("sample_hold", "hold", hold.hold, hold.hold_sd, "s"),
+        Estimate(SampleHold.id, "c", hold.share, hold.share_sd, "1"),
+        Estimate(SampleHold.id, "hold", hold.hold, hold.hold_sd, "s"),
         *(
-            Estimate("sample_hold", "phase" if len(hold.phases) == 1 else f"phase[{run}]", phase, hold.hold_sd, "s")
+            Estimate(SampleHold.id, "phase" if len(hold.phases) == 1 else f"phase[{run}]", phase, hold.hold_sd, "s")
             for run, phase in enumerate(hold.phases, start=1)
         ),
     )
     return Added(
-        effect="sample_hold",
+        effect=SampleHold.id,
         order=None,
         parameters=parameters,
         p_value=hold.p_value,
@@ -93,9 +96,9 @@ def saturation_effect(rails: tuple[Rail, ...], problem: Problem, losses: str, be
 def rounding_effect(step: float, p_value: float, problem: Problem, before: float, after: float) -> Added:
     """A found ``quantization``: rounding that the noise of the readings does not blur."""
     return Added(
-        effect="quantization",
+        effect=Quantization.id,
         order=None,
-        parameters=(Estimate("quantization", "step", step, KNOWN * step, problem.unit),),
+        parameters=(Estimate(Quantization.id, "step", step, KNOWN * step, problem.unit),),
         p_value=max(p_value, 1e-300),
         likelihood_ratio=-2 * math.log(max(p_value, 1e-300)),
         confounded_with=(),
@@ -123,14 +126,14 @@ def _effect(group: tuple[Line, ...], problem: Problem, before: float, after: flo
     frequencies = [line.frequency for line in group]
     spread = max(max(frequencies) - min(frequencies), strongest.frequency_sd)
     parameters = [
-        Estimate("tone", "f", float(np.mean(frequencies)), spread, "Hz"),
-        Estimate("tone", "amplitude", strongest.amplitude, strongest.amplitude_sd, problem.unit),
+        Estimate(Tone.id, "f", float(np.mean(frequencies)), spread, "Hz"),
+        Estimate(Tone.id, "amplitude", strongest.amplitude, strongest.amplitude_sd, problem.unit),
     ]
     if strongest.steady and len(group) == 1:
         sd = strongest.amplitude_sd / strongest.amplitude
-        parameters.append(Estimate("tone", "phase", strongest.phase, sd, "rad"))
+        parameters.append(Estimate(Tone.id, "phase", strongest.phase, sd, "rad"))
     return Added(
-        effect="tone",
+        effect=Tone.id,
         order=None,
         parameters=tuple(parameters),
         p_value=strongest.p_value,
