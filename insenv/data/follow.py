@@ -77,6 +77,11 @@ def followed(rate: Floats, reading: Floats, known: NDArray[np.bool_], of: Litera
     return np.where(np.abs(calm) <= GAMMA * jitter / width**falls, 0.0, found)
 
 
+def follows(change: Floats, smooth: Floats, reading: Floats, known: NDArray[np.bool_]) -> bool:
+    """Whether an instrument reads what a smooth motion leaves out of a table's, shape (n,) each: it was motion."""
+    return _follows(_alongside(change, reading, known) - smooth, change - smooth, known)
+
+
 def _alongside(rate: Floats, reading: Floats, known: NDArray[np.bool_]) -> Floats:
     """The reading at the time and in the unit of the rate, where the two tell shift and ratio, shape (n,)."""
     most = min(LONGEST, len(rate) // 8)

@@ -23,7 +23,16 @@ from insenv.data.readers import Column, Table, read_table
 from insenv.data.readers.table import rows_of
 from insenv.data.renewals import with_renewals
 from insenv.data.resample import resampled, spread
-from insenv.data.sampling import Sampling, UnevenError, at_mean_rate, check_forwards, in_packets, round_rate, sampling
+from insenv.data.sampling import (
+    Sampling,
+    UnevenError,
+    at_mean_rate,
+    by_the_clock,
+    check_forwards,
+    in_packets,
+    round_rate,
+    sampling,
+)
 from insenv.data.words import Mended, with_words
 
 #: SI unit of the channels of each dimension.
@@ -125,7 +134,7 @@ def _read_run(manifest: Manifest, run: RunSpec, words: Mended) -> Recording:
         if once is not None:
             table, t, shared = once[0], once[1].t, (*once[2], *once[1].notes)
         else:
-            t, shared = spread(t)
+            t, shared = by_the_clock(t, table.values.get("table_angle")) or spread(t)
         notes = (*notes, *shared)
         own = np.append(np.median(np.diff(t)), np.diff(t))
         uneven = with_renewals(without_leaps(replace(recording(manifest, run, table, t, own), notes=notes)))

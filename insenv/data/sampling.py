@@ -31,6 +31,8 @@ AT_ONCE, SEVERAL, MOST_AT_ONCE = 0.1, 3, 0.2
 
 #: Share of the steps from which on pauses are those between packets.
 OFTEN = 0.01
+#: Share of its roughness by the stamps that the angle of a table has at most by the clock, where means were asked for.
+SMOOTHER = 0.8
 #: Seconds that are counted from so long ago that their rounding is more than this share of a period count from row 0.
 COARSE = 1e-9
 
@@ -134,6 +136,22 @@ def at_mean_rate(path: Path, t: Floats, place: Callable[[int], str]) -> Sampling
     return Sampling(even, period, (f"{text}, up to {away:.2g} s off their stamps",))
 
 
+def by_the_clock(t: Floats, angle: Floats | None) -> tuple[Floats, tuple[str, ...]] | None:
+    """Times of rows that are to be made means, shape (n,) [s], and what was done; None where the stamps stand.
+
+    Rows that a link brings two by two have stamps half a period early and late about an even clock. That the clock is
+    right, and no stamp, the table's ``angle`` says: it is smoother by it.
+    """
+    clock = clock_of(t - t[0])
+    even = clock.even + t[0]
+    if angle is None or not clock.steady or clock.jitter < NEGLIGIBLE * clock.period or (np.diff(even) <= 0).any():
+        return None
+    own = np.arange(len(t)) if (np.diff(t) > 0).all() else np.unique(t, return_index=True)[1]
+    if not roughness(even[own], angle[own]) < SMOOTHER * roughness(t[own], angle[own]):
+        return None
+    return even, (_jitters(clock),)
+
+
 def _mended(  # noqa: PLR0913 -- what the file has, and its clock
     path: Path, t: Floats, start: float, clock: Clock, place: Callable[[int], str], angle: Floats | None
 ) -> Sampling:
@@ -157,9 +175,12 @@ def _mended(  # noqa: PLR0913 -- what the file has, and its clock
         pressed = _at_one_instant(t, clock.period)
         more = f"{int(pressed.sum())} rows stand at one instant with others, or beside them: left out"
         return Sampling(t, own_steps(t, clock.period), (note, more) if pressed.any() else (note,), pressed)
+    return Sampling(even, clock.period, (_jitters(clock), *notes), doubtful)
+
+
+def _jitters(clock: Clock) -> str:
     text = f"time stamps jitter by {_share(clock)} of the period (one sigma) about an even clock of"
-    note = f"{text} {1 / clock.period:.6g} Hz: its times are taken"
-    return Sampling(even, clock.period, (note, *notes), doubtful)
+    return f"{text} {1 / clock.period:.6g} Hz: its times are taken"
 
 
 def _remarks(off: Mask, leaps: Mask, left: Floats, place: Callable[[int], str]) -> tuple[str, ...]:

@@ -176,3 +176,31 @@ def test_stops_between_moves_stand_still() -> None:
     assert np.mean(exposure.u[: len(stopped)][stopped] == 0) > 0.98
     moving = (t // 30 % 2 == 1)[1:] & ((t % 30 > 2) & (t % 30 < 28))[1:]
     assert np.all(exposure.u[: len(moving)][moving] > 0.19)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_swing_of_a_few_rows_that_a_gyro_reads_is_no_noise_of_the_encoder(seed: int) -> None:
+    """An attitude at 5 Hz of a hand that goes to and fro in 0.8 s: differences of its rows are motion.
+
+    The same rows beside a gyro that reads nothing of them are taken for an encoder with noise.
+    """
+    rng = np.random.default_rng(seed)
+    t = 0.2 * np.arange(400.0)
+    phase = np.cumsum(2 * np.pi * 0.2 * (1.25 + 0.2 * rng.standard_normal(400)))
+    angle = 0.4 * np.sin(phase)
+    gyro = np.append(0.0, np.diff(angle) / 0.2) + 1e-2 * rng.standard_normal(400)
+    channels = {"table_angle": Channel(angle, "rad", source="encoder")}
+    alone = with_reference(Recording(t, channels))
+    beside = with_reference(Recording(t, {**channels, "gyro": Channel(gyro, "rad/s", "interval")}))
+    assert alone.table is not None
+    assert beside.table is None
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_the_noise_of_an_encoder_that_no_gyro_reads_stays_noise(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    read = TURNED + 3e-3 * rng.standard_normal(N)
+    gyro = Channel(SWING + 1e-3 * rng.standard_normal(N), "rad/s")
+    run = with_reference(Recording(T, {"gyro": gyro, "table_angle": Channel(read, "rad", source="encoder")}))
+    assert run.table is not None
+    assert abs(run.table.noise / 3e-3 - 1) < 0.1

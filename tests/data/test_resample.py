@@ -57,3 +57,28 @@ def test_readings_that_were_read_twice_are_left_out(tmp_path: Path, more: str) -
     assert any("the others keep a clock" in note for note in run.notes), run.notes
     apart = np.diff(run.t)
     np.testing.assert_allclose(apart[apart < 1.5 * run.dt], 0.02 if more else 0.01, rtol=1e-3)
+
+
+@pytest.mark.parametrize("uneven", [False, True])
+def test_means_of_rows_that_came_in_pairs_are_those_of_the_clock(tmp_path: Path, uneven: bool) -> None:
+    """A link brings two rows at once, one of them a period late: the angle is smooth by the clock, no stamp is right.
+
+    Of rows that were taken when their stamps say, as far apart as these, the stamps stand.
+    """
+    rng = np.random.default_rng(4)
+    clock = 0.025 * np.arange(2000.0)
+    stamps = clock + np.where(np.arange(2000) % 2, 4e-4, 0.025) - 2e-4 * rng.random(2000)
+    stamps = np.maximum.accumulate(stamps)
+    angle, rate = swing(stamps if uneven else clock, 0.7)
+    rows = np.column_stack([stamps, rate + 1e-3 * rng.standard_normal(2000), angle])
+    np.savetxt(tmp_path / "run.csv", rows, "%.9g", ",", header="t,g,a", comments="")
+    (tmp_path / "run.toml").write_text(
+        'data = "run.csv"\n[channels]\ntime = { column = "t", unit = "s" }\n'
+        'gyro = { column = "g", unit = "rad/s" }\ntable_angle = { column = "a", unit = "rad", source = "encoder" }\n'
+        '[model]\ntarget = "gyro"\ndeclared = ["bias"]\n[fit]\nresample = "5 Hz"\n'
+    )
+    (run,) = read_recordings(load_manifest(tmp_path / "run.toml"))
+    assert any("about an even clock" in note for note in run.notes) is not uneven
+    told = np.diff(run.channels["table_angle"].values) / run.dt
+    left = run.channels["gyro"].values[1:] - told
+    assert np.std(left) < (0.08 if uneven else 0.015)

@@ -156,11 +156,14 @@ def _turning(manifest: Manifest, recordings: Sequence[Recording], target: str) -
     size, value = abs(gain.value), gain.value
     if abs(size - 1) > INCREDIBLE and gain.sd < VAGUE * size:
         remedies = _remedies(manifest, recordings[0].dt, target, size, SAME)
-        if remedies:
+        if remedies and not _rather_a_range(size, remedies[0]):
             raise InputError(_wrong(manifest, target, "the rate that it was exposed to", value, remedies))
     # Errors of the reference make a gain smaller, and none larger.
     larger = gain.explained > FOLLOWS and size - SURE * gain.sd > 1 + INCREDIBLE
-    if (gain.sd > VAGUE * max(1.0, size) and not larger) or abs(value - 1) <= INCREDIBLE or gain.rate < TURNING:
+    if (gain.sd > VAGUE * max(1.0, size) and not larger) or abs(value - 1) <= INCREDIBLE:
+        return ()
+    # An encoder's noise turns nothing; by however little a table turns, a gyro that follows it tells a gain.
+    if gain.rate < TURNING and gain.explained < FOLLOWS:
         return ()
     if size < UNMOVED and gain.explained < FOLLOWS and _travelled(recordings, target) > TRAVELLED:
         raise InputError(
@@ -183,6 +186,12 @@ def _turning(manifest: Manifest, recordings: Sequence[Recording], target: str) -
     return (
         f"{target} reads {value:.4g} times the rate that it was exposed to, further from 1 than any gyro is: {why}.",
     )
+
+
+def _rather_a_range(size: float, remedy: Remedy) -> bool:
+    """Whether a gain is that of a wrong range or of a point in the wrong place, and by far no unit's: 10 is no rpm."""
+    off = min(abs(float(np.log(size / x))) for n in RANGES for x in (n, 1 / n))
+    return FARTHER * off + CLOSE < abs(float(np.log(size / remedy.ratio)))
 
 
 def _table_disagrees(manifest: Manifest, recordings: Sequence[Recording]) -> tuple[str, ...]:

@@ -32,7 +32,7 @@ from insenv.identify.prepare.binned import binned, enough
 from insenv.identify.prepare.declared import declared_model
 from insenv.identify.prepare.lines import SAME_LINE, Line, find_lines, quantum
 from insenv.identify.prepare.samples import sample_spectrum
-from insenv.identify.prepare.widths import FEWEST_BINS, rows_of_motion, rows_per_bin, whole_holds, whole_rows
+from insenv.identify.prepare.widths import FEWEST_AGREEING, rows_of_motion, rows_per_bin, whole_holds, whole_rows
 
 #: Cycles of the slowest rejected line in a bin.
 CYCLES_PER_BIN = 8
@@ -356,12 +356,14 @@ def _agreeing(
 ) -> int:
     """Rows of the shortest bins from which on the gain is that of longer ones, by the noise and the weights of the fit.
 
-    Noise that the fit takes for slow gives fast motion weight, of which a reference with errors tells the least.
+    Noise that the fit takes for slow gives fast motion weight, of which a reference with errors tells the least. Where
+    gains do not agree bins may be few: of a yaw in steps of 0.1 deg means of 0.4 s read 0.13 of a slow turn, and means
+    of 1.5 s and 3 s all of it.
     """
     fitted, found = sum(int(use.fit.sum()) for use in uses), []
     free = (*(t for t in model if not isinstance(t.effect, (ScaleFactor, TimingSkew))), Term(ScaleFactor()))
     wide = rows
-    while manifest.held_out.averaging is None and (wide == rows or fitted >= FEWEST_BINS * wide):
+    while manifest.held_out.averaging is None and (wide == rows or fitted >= FEWEST_AGREEING * wide):
         problem = binned(manifest, recordings, uses, target, wide)
         fit = solve(problem, (*free, Term(TimingSkew(), per_run=True)))
         own = np.flatnonzero(fit.design.term == len(free) - 1)

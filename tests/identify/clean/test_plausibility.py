@@ -98,3 +98,20 @@ def test_a_caution_stands_above_the_figures(tmp_path: Path) -> None:
     (target,) = found.targets
     assert "reversed" in target.cautions[0]
     assert summary(found).index("Caution: The input axis of gyro is reversed") < summary(found).index("Held-out error")
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_point_in_the_wrong_place_is_said_of_slow_turns_too(tmp_path: Path, seed: int) -> None:
+    """Rates of a hand that are ten times those of its attitude, for whose clock is ten times too fast."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(3000) * 0.1
+    rate = 3e-3 * np.sin(2 * np.pi * t / 17) + 3e-3 * np.sin(2 * np.pi * t / 41 + seed)
+    angle = np.cumsum(rate) * 0.1 + 2e-4 * rng.standard_normal(len(t))
+    rows = np.column_stack([t, 10.0 * rate + 2e-3 * rng.standard_normal(len(t)), angle])
+    np.savetxt(tmp_path / "run.csv", rows, "%.9g", ",", header="t,g,a", comments="")
+    (tmp_path / "run.toml").write_text(
+        'data = "run.csv"\n[channels]\ntime = { column = "t", unit = "s" }\n'
+        'gyro = { column = "g", unit = "rad/s" }\ntable_angle = { column = "a", unit = "rad" }\n'
+        '[model]\ntarget = "gyro"\ndeclared = ["bias"]\n'
+    )
+    assert "a factor of 10" in said(tmp_path / "run.toml")

@@ -1,0 +1,53 @@
+"""Bins as long as it takes until a gain beside a coarse reference is that of longer ones."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+from simulated_runs import manifest, use
+
+from insenv.core.recording import Channel, Floats, Recording
+from insenv.data.reference import with_reference
+from insenv.data.renewals import with_renewals
+from insenv.identify.findings import Estimate
+from insenv.identify.fit.gls import solve
+from insenv.identify.fit.uncertainty import estimates
+from insenv.identify.prepare.problems import prepare
+
+STEP = np.deg2rad(0.1)
+
+
+def wandering(rng: np.random.Generator, n: int, time: float, rms: float) -> Floats:
+    """A slow rate [rad/s], rows of 10 ms."""
+    rate = gaussian_filter1d(rng.standard_normal(n), time / 0.01)
+    return np.asarray(rms * rate / rate.std())
+
+
+def flight(seed: int) -> Recording:
+    """A yaw of 4 mrad/s in noisy steps of 0.1 deg at 12.5 Hz, drawn straight; the gyro reads some of the roll."""
+    rng = np.random.default_rng(seed)
+    n = 13000
+    t: Floats = 0.01 * np.arange(n, dtype=np.float64)
+    yaw, roll = wandering(rng, n, 6.0, 4e-3), wandering(rng, n, 2.0, 4e-2)
+    gyro = 1.02 * yaw - 2e-3 + 0.06 * roll + 5e-4 * rng.standard_normal(n)
+    angle = np.cumsum(yaw) * 0.01
+    read = np.round((angle[::8] + 0.6 * STEP * rng.standard_normal(-(-n // 8))) / STEP) * STEP
+    drawn = np.interp(t, t[::8], read)
+    return Recording(t, {"gyro": Channel(gyro, "rad/s"), "table_angle": Channel(drawn, "rad", source="encoder")})
+
+
+def told(seed: int) -> dict[str, Estimate]:
+    run = with_reference(with_renewals(flight(seed)))
+    prepared = prepare(manifest(), (run,), (use(len(run.t)),), "gyro", holds=False)
+    fit = solve(prepared.problem, prepared.model)
+    return {row.effect: row for rows in estimates(prepared.problem, fit).values() for row in rows}
+
+
+def test_a_slow_turn_beside_a_coarse_angle_has_its_gain() -> None:
+    """Means of 0.4 s, of which 200 are left, read half of such turns and said so to 0.13: z of 4 rms."""
+    found = [told(seed) for seed in range(6)]
+    off = np.array([(one["scale_factor"].value - 0.02, one["scale_factor"].sd) for one in found])
+    assert np.sqrt(np.mean((off[:, 0] / off[:, 1]) ** 2)) < 2.2
+    assert np.mean(np.abs(off[:, 0])) < 0.4
+    assert np.all(off[:, 1] < 0.4)
+    assert all(abs(one["bias"].value + 2e-3) < 4 * one["bias"].sd for one in found)
