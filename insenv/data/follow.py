@@ -34,6 +34,8 @@ from insenv.core.recording import Floats
 GAMMA = 4.0
 #: Share of what the windows leave out that the instrument must follow for it to be motion.
 FOLLOWED = 0.5
+#: Share of the square sum of what was left out that an instrument may miss of a motion.
+UNREAD = 0.1
 #: Width of a window up to which a sample stands at a corner of the motion, and what jitter makes at most there, in its
 #: standard deviations.
 NARROW, LARGEST = 5, 2.5
@@ -78,8 +80,10 @@ def followed(rate: Floats, reading: Floats, known: NDArray[np.bool_], of: Litera
 
 
 def follows(change: Floats, smooth: Floats, reading: Floats, known: NDArray[np.bool_]) -> bool:
-    """Whether an instrument reads what a smooth motion leaves out of a table's, shape (n,) each: it was motion."""
-    return _follows(_alongside(change, reading, known) - smooth, change - smooth, known)
+    """Whether an instrument reads nearly all that a smooth motion leaves out of a table's, shape (n,) each."""
+    left = (change - smooth)[known]
+    unread = left - (_alongside(change, reading, known) - smooth)[known]
+    return bool(float(unread @ unread) < UNREAD * float(left @ left))
 
 
 def _alongside(rate: Floats, reading: Floats, known: NDArray[np.bool_]) -> Floats:

@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from insenv.core.recording import GAP, Channel, Floats, Origin, Recording
 from insenv.core.series.trajectory import Of, Trajectory, reading_noise, trajectory
@@ -34,48 +33,36 @@ def with_reference(recording: Recording) -> Recording:
     encoder = next((name for name in order(recording) if told[name].source == "encoder"), None)
     if encoder is None:
         return recording
-    channel, rows = told[encoder], _read(recording, told[encoder])
+    channel = told[encoder]
     over = channel.covers == "interval"
-    t, values = recording.t[rows] - channel.delay, channel.values[rows]
-    table = trajectory(t, max(channel.every, recording.dt), values, TABLE[encoder], over)
-    if table is not None and not table.still and _is_motion(recording, rows, encoder, table):
+    table = trajectory(recording.t - channel.delay, recording.dt, channel.values, TABLE[encoder], over)
+    if table is not None and not table.still and _is_motion(recording, encoder, table):
         table = None
     return replace(recording, table=table)
 
 
-def _read(recording: Recording, channel: Channel) -> NDArray[np.int64]:
-    """Rows that stand for the readings of a channel: all, or one to each time from reading to reading.
-
-    Between readings a curve has no noise of its own, and rows of it tell none.
-    """
-    if channel.every <= recording.dt:
-        return np.arange(len(recording))
-    own = np.arange(recording.t[0], recording.t[-1] + 0.5 * recording.dt, channel.every)
-    return np.unique(np.minimum(np.searchsorted(recording.t, own - 0.5 * recording.dt), len(recording) - 1))
-
-
-def _is_motion(recording: Recording, rows: NDArray[np.int64], encoder: str, table: Trajectory) -> bool:
-    """Whether a gyro reads more than half of what is taken for noise of the encoder.
+def _is_motion(recording: Recording, encoder: str, table: Trajectory) -> bool:
+    """Whether a gyro reads nearly all of what is taken for noise of the encoder.
 
     Differences tell no noise where the table swings within a few rows: of an angle that was read at 5 Hz and goes to
     and fro in 0.8 s they are motion.
     """
     channel = recording.channels[encoder]
-    t = recording.t[rows] - channel.delay
-    apart = np.diff(t) <= GAP * max(channel.every, recording.dt)
+    t = recording.t - channel.delay
+    apart = np.diff(t) <= GAP * recording.dt
     if TABLE[encoder] == "angle":
-        change, smooth = np.diff(channel.values[rows]), np.diff(table.angle_at(t))
+        change, smooth = np.diff(channel.values), np.diff(table.angle_at(t))
     else:
-        own = channel.values[rows], table.rate_at(t)
+        own = channel.values, table.rate_at(t)
         change, smooth = (0.5 * (v[1:] + v[:-1]) * np.diff(t) for v in own)
     gyros = [c for name, c in recording.channels.items() if name.partition("_")[0] == "gyro"]
-    return any(follows(change, smooth, np.diff(_turned(gyro, recording.t)[rows]), apart) for gyro in gyros)
+    return any(follows(change, smooth, _turned(gyro, recording.t), apart) for gyro in gyros)
 
 
 def _turned(gyro: Channel, t: Floats) -> Floats:
-    """How far a gyro says that it has turned at each row, shape (n,)."""
+    """How far a gyro says that it has turned from row to row, shape (n - 1,)."""
     mean = gyro.values[1:] if gyro.covers == "interval" else 0.5 * (gyro.values[1:] + gyro.values[:-1])
-    return np.append(0.0, np.cumsum(mean * np.diff(t)))
+    return np.asarray(mean * np.diff(t))
 
 
 def order(recording: Recording) -> tuple[str, ...]:

@@ -44,6 +44,7 @@ from insenv.identify.findings import (
 )
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.heldout import Score, held_out_score, residual
+from insenv.identify.fit.parts import apart as parts_apart
 from insenv.identify.fit.problem import NOISE_TERMS, Problem, Term
 from insenv.identify.fit.uncertainty import SCALE, covariance, estimates, noise_estimates
 from insenv.identify.loop import Outcome
@@ -64,6 +65,8 @@ from insenv.identify.switches import Lazy, switchable
 WANDER = 2.0
 #: Standard deviations by which a parameter must be beyond what is credible to be said so.
 SURE = 3.0
+#: Chance of so different a gain in the parts of a recording below which it is said.
+PARTS_APART = 1e-3
 #: Causes of rows that are left out which have a sentence of their own.
 TOLD = ("saturation", "burst")
 
@@ -136,9 +139,9 @@ def _target(
     left = structure(problem, track.fit, declared_noise, alpha)
     lost = systematic.sentences(recordings, problem.target, track.prepared.rejected)
     went = went_away(problem, track.fit) if track.finer and not declared_noise else ()
-    own = _own_estimates(track)
+    own, differs = _by_parts(track, _own_estimates(track))
     apart = _follows_nothing(problem, own)
-    left = replace(left, reasons=(*left.reasons, *apart, *unfinished(track, alpha), *lost, *went))
+    left = replace(left, reasons=(*left.reasons, *apart, *differs, *unfinished(track, alpha), *lost, *went))
     lines, hold = track.prepared.lines, track.prepared.held.hold
     earth = earth_findings(track, alpha)
     scores = held_out_score(plain, before), held_out_score(problem, track.fit)
@@ -251,6 +254,29 @@ def _own_estimates(track: Track) -> dict[Term, tuple[Estimate, ...]]:
     if len(named) == len(fit.model):
         return estimates(problem, fit, added)
     return estimates(problem, fit) | estimates(problem, solve(problem, named), added)
+
+
+def _by_parts(
+    track: Track, own: dict[Term, tuple[Estimate, ...]]
+) -> tuple[dict[Term, tuple[Estimate, ...]], tuple[str, ...]]:
+    """The estimates with a scale factor no surer than parts of the recording agree, and a word where they do not."""
+    problem = track.problem
+    term = next((t for t, rows in own.items() if t.effect.id == SCALE and len(rows) == 1), None)
+    if term is None or not problem.turns or not problem.target.startswith("gyro"):
+        return own, ()
+    named = tuple(t for t in track.fit.model if not t.effect.generic)
+    fit = track.fit if len(named) == len(track.fit.model) else solve(problem, named)
+    (row,) = own[term]
+    found = parts_apart(problem, fit, term)
+    if found is None:
+        return own, ()
+    own = own | {term: (replace(row, sd=math.hypot(row.sd, problem.gain * math.sqrt(found.added))),)}
+    if found.chance >= PARTS_APART:
+        return own, ()
+    gains, deviations = problem.gain * (1 + found.values), abs(problem.gain) * found.deviations
+    told = ", ".join(f"{g:.4g} ± {s:.1g}" for g, s in zip(gains, deviations, strict=True))
+    what = "runs" if len(np.unique(problem.bins.run)) > 1 else "quarters of the fitted motion"
+    return own, (f"the gain is not the same in the {what}: {told} (p = {found.chance:.1g})",)
 
 
 def _with_lines(track: Track) -> float:

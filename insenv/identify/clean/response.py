@@ -272,9 +272,7 @@ def likelier(
     leads = all(lag <= 0 for run, lag in filtered.lags.items() if run in lag_of)
     if leads and filtered.log_likelihood > best.log_likelihood + DECISIVE:
         best = filtered
-    # So does a mean of it; an output that is late was itself filtered, and is sharper by no form of the reference.
-    late = any(lag > 0 for run, lag in delayed.lags.items() if run in lag_of)
-    mean = None if late else _mean_over(parts, delayed.lags, lag_of, held)
+    mean = _mean_over(parts, delayed.lags, lag_of, held)
     if mean is not None and mean.log_likelihood > max(
         delayed.log_likelihood + DECISIVE, best.log_likelihood + ONE_MORE
     ):

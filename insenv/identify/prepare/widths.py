@@ -20,9 +20,8 @@ BINS_PER_TURN = 8
 LONGEST_BIN = 5.0
 #: Part of a row by which a hold time may be off a whole number of them; fitted bins that must be left of whole holds.
 WHOLE_ROWS, FEWEST_BINS = 1e-3, 200
-#: Fitted bins that must be left of means that hold what a measured reference tells, and of means whose gain shorter
-#: ones are asked to have.
-FEWEST_OF_MOTION, FEWEST_AGREEING = 60, 24
+#: Fitted bins that must be left of means whose gain shorter ones are asked to have.
+FEWEST_AGREEING = 24
 
 
 def rows_per_bin(
@@ -62,7 +61,7 @@ def rows_of_motion(manifest: Manifest, uses: tuple[RowUse, ...], told: int, rows
     """Rows of a bin that holds no faster motion than measured references tell, if enough bins are left."""
     if manifest.held_out.averaging is not None:
         return rows
-    wide = min(told, sum(int(use.fit.sum()) for use in uses) // FEWEST_OF_MOTION)
+    wide = min(told, sum(int(use.fit.sum()) for use in uses) // FEWEST_BINS)
     return _divisible(wide, sum(len(use.fit) for use in uses)) if wide > rows else rows
 
 
