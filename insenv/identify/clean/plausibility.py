@@ -189,9 +189,9 @@ def _turning(manifest: Manifest, recordings: Sequence[Recording], target: str) -
 
 
 def _rather_a_range(size: float, remedy: Remedy) -> bool:
-    """Whether a gain is that of a wrong range or of a point in the wrong place, and by far no unit's: 10 is no rpm."""
+    """Whether a gain is nearer to that of a wrong range, or of a point in the wrong place, than to that of a unit."""
     off = min(abs(float(np.log(size / x))) for n in RANGES for x in (n, 1 / n))
-    return FARTHER * off + CLOSE < abs(float(np.log(size / remedy.ratio)))
+    return FARTHER * off < abs(float(np.log(size / remedy.ratio)))
 
 
 def _table_disagrees(manifest: Manifest, recordings: Sequence[Recording]) -> tuple[str, ...]:

@@ -24,7 +24,7 @@ def wandering(rng: np.random.Generator, n: int, time: float, rms: float) -> Floa
 
 
 def flight(seed: int) -> Recording:
-    """A yaw that turns thrice by 20 mrad/s, in noisy steps of 0.1 deg at 12.5 Hz, drawn straight; the gyro reads some of the roll."""
+    """A yaw that turns thrice by 20 mrad/s, in noisy steps of 0.1 deg at 12.5 Hz; the gyro reads some of the roll."""
     rng = np.random.default_rng(seed)
     n = 13000
     t: Floats = 0.01 * np.arange(n, dtype=np.float64)
