@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from positions_cases import ACCELS, GYROS, Case, G, manifest, recording, scales
+from scipy.signal import lfilter
 from simulated_runs import manifest as series_manifest
 from simulated_runs import use
 
@@ -61,6 +62,20 @@ def test_an_accelerometers_own_noise_and_drift_are_no_specific_force() -> None:
     said = reasons(unit(1, common=0.4))
     assert "instruments at rest do by themselves" in said["g_sensitivity"]
     assert "instruments at rest do by themselves" in said["cross_axis"]
+
+
+def test_tails_and_slow_noise_of_a_row_a_second_are_no_rate() -> None:
+    """Nothing averages them: by the median step alone all 20 such units moved."""
+    assert all("instruments at rest do by" in reasons(slow(seed)).get("cross_axis", "") for seed in range(20))
+
+
+def slow(seed: int) -> Recording:
+    """Gyros at rest read each second, their noise with the tails of a chip, and half of it left a row later."""
+    rng = np.random.default_rng(seed)
+    n = 1000
+    noise = lfilter([1.0], [1.0, -0.5], 0.006 * rng.standard_t(4, (3, n)))
+    channels = {f"gyro_{axis}": Channel(each, "rad/s") for axis, each in zip("xyz", noise, strict=True)}
+    return Recording(np.arange(1.0, n + 1), channels, site=Site(gravity=G), label="slow")
 
 
 def test_a_unit_that_is_tilted_can_show_g_sensitivity() -> None:

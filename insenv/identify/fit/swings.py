@@ -30,6 +30,8 @@ FEWEST, ENOUGH, PARTS = 3.0, 4.0, 10
 CHANCE, NO_CHANCE = 0.1, 0.025
 #: Swings of which one is one of many, and the share of a usual swing's weight that tells nothing.
 MANY, UNTOLD = 8, 1e-3
+#: Length of the windows in which a unit at rest is shaken or still [s], and the fewest bins of one.
+SHAKEN, BINS = 2.0, 4
 #: Departure from the middle of the input, in its root mean square, by which a side of it is told.
 LEAST = 0.2
 
@@ -43,10 +45,27 @@ def by_swings(problem: Problem, curve: Floats, left: Floats) -> tuple[float, flo
     curve, left : ndarray, shape (modes,)
         Whitened; what of the curve is in ``left`` all the time is taken out of it.
     """
+    return _scattering(problem, curve, left, _pieces(problem))
+
+
+def by_seconds(problem: Problem, curve: Floats, left: Floats) -> tuple[float, float]:
+    """The same of a unit at rest that is shaken now and then: by bins and by windows of `SHAKEN` seconds."""
+    return _scattering(problem, curve, left, _windows(problem))
+
+
+def windows_of(problem: Problem, curve: Floats) -> float:
+    """In how many windows of `SHAKEN` seconds a curve lies, by the squares of its weights."""
+    weight = np.bincount(_windows(problem)[1], in_time(problem, curve) ** 2)
+    return float(weight.sum() ** 2 / max(float(np.sum(weight**2)), 1e-300))
+
+
+def _scattering(
+    problem: Problem, curve: Floats, left: Floats, labels: tuple[NDArray[np.int64], ...]
+) -> tuple[float, float]:
     phi, e = in_time(problem, curve), in_time(problem, left)
     e = e - phi * float(phi @ e) / max(float(phi @ phi), 1e-300)
     worst, freedom = 1.0, np.inf
-    for label in _pieces(problem):
+    for label in labels:
         weight = np.bincount(label, phi * phi)
         count = float(weight.sum() ** 2 / max(np.sum(weight**2), 1e-300))
         if count <= FEWEST:
@@ -107,6 +126,14 @@ def _pieces(problem: Problem) -> tuple[NDArray[np.int64], ...]:
     """Which piece each fitted bin lies in: swings, four swings, tenths of the time, runs."""
     made: tuple[NDArray[np.int64], ...] = problem.remember("pieces", lambda: tuple(_labels(problem)))
     return made
+
+
+def _windows(problem: Problem) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Which bin each fitted bin is, and which window of `SHAKEN` seconds and a few bins it lies in."""
+    rows = np.concatenate([np.arange(b.start, b.stop) for b in problem.fitted])
+    long = max(SHAKEN, BINS * problem.bins.width)
+    key = np.column_stack([problem.bins.run[rows], np.floor(problem.bins.time[rows] / long)])
+    return np.arange(len(rows)), np.unique(key, axis=0, return_inverse=True)[1].ravel()
 
 
 def _labels(problem: Problem) -> Iterator[NDArray[np.int64]]:

@@ -29,6 +29,8 @@ LEAST = {
 }
 #: Deviations of a mean by the white noise of its bins that real motion covers: the quantiles of noise cover 4.7.
 BEYOND = 8.0
+#: What the inner quantiles of a normal variable cover, in its deviations.
+OF_NORMAL = 4.65
 #: Angle from which on a table turned [rad].
 TURNED = 0.01
 
@@ -54,6 +56,8 @@ def _covered(problem: Problem, cells: tuple[Floats, ...]) -> float:
     _, group = np.unique(np.column_stack([bins.run, second]), axis=0, return_inverse=True)
     count = np.bincount(group.ravel())
     low, high = np.quantile(np.bincount(group.ravel(), values) / count, INNER)
-    # Slow rows are averaged little: then the white noise of the channel covers much by itself.
-    white = float(np.median(np.abs(np.diff(values)))) / 0.6745 / np.sqrt(2 * np.median(count))
+    # Slow rows are averaged little: then the white noise of the channel covers much by itself, its tails more so.
+    steps = np.diff(values)
+    tails = float(np.ptp(np.quantile(steps, INNER))) / OF_NORMAL
+    white = max(float(np.median(np.abs(steps))) / 0.6745, tails) / np.sqrt(2 * np.median(count))
     return float(high - low) if high - low > BEYOND * white else 0.0

@@ -33,6 +33,7 @@ from insenv.identify.search.scan import (
     score,
     term_freedom,
 )
+from insenv.identify.search.shaken import beside_shaking
 
 #: Frequencies at most that a tone is tried at, of those that blocks far apart tell from each other.
 MOST_LOBES = 64
@@ -111,7 +112,7 @@ def _confronted(problem: Problem, fit: Fit, base: Reference, hit: Hit) -> Hit:
     z, information = held_out_deviate(problem, fit, larger, freedom)
     joint = joint_deviate(log_tail(hit.deviate), hit.likelihood_ratio, z, information)
     hit = beside_rounding(problem, larger, replace(hit, deviate=joint, held_out=z, alone=0.0, unrounded=0.0))
-    return beside_reference_errors(problem, fit, base, hit)
+    return beside_reference_errors(problem, fit, base, beside_shaking(problem, base, hit))
 
 
 def _beyond_bounds(problem: Problem, fit: Fit) -> str:
