@@ -258,7 +258,8 @@ def _begin(
     fit = solve(prepared.problem, prepared.model)
     score = held_out_score(prepared.problem, fit)
     level = due_level(recordings) if any(t.effect.of_earth for t in prepared.model) else None
-    return Track(prepared, found, blind, fit, score, tones, level=level)
+    once = len({recording.mounting for recording in recordings}) == 1
+    return Track(prepared, found, blind, fit, score, tones, level=level, one_mounting=once)
 
 
 def _searched(track: Track, generic: bool, seed: int, progress: Progress) -> Track:

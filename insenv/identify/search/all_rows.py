@@ -29,7 +29,7 @@ from insenv.identify.search.tracks import Track
 
 @dataclass(frozen=True)
 class AllRows:
-    """All rows of a run as one stretch, the model without slow causes fitted to them, and these added to it.
+    """All rows of each run as one stretch, the model without slow causes fitted to them, and these added to it.
 
     ``steps`` are the steps of the bias, which are no law; ``laws`` are the others.
     """
@@ -41,7 +41,7 @@ class AllRows:
 
 
 def of_all_rows(track: Track, seed: int = 0) -> AllRows | None:
-    """Slow causes by all rows of a single run at rest; None where none is tried. Curves without a cause are left out.
+    """Slow causes by all rows of a unit at rest; None where none is tried. Curves without a cause are left out.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def of_all_rows(track: Track, seed: int = 0) -> AllRows | None:
         Of the simulated noise.
     """
     tried = tuple(c for c in track.candidates if c.effect.key in DRIFTS or is_thermal(c.effect) or is_step(c.effect))
-    if len(track.problem.exposures) > 1 or track.problem.turns or all(is_step(c.effect) for c in tried):
+    if track.problem.turns or all(is_step(c.effect) for c in tried):
         return None
     model = tuple(term for term in track.fit.model if not term.effect.generic)
 
@@ -67,7 +67,7 @@ def of_all_rows(track: Track, seed: int = 0) -> AllRows | None:
 
 
 def surest_slow(track: Track, seed: int = 0) -> tuple[Hit, float] | None:
-    """The slow cause that all rows of a single run at rest speak for most, and its p-value; None where none is tried.
+    """The slow cause that all rows of a unit at rest speak for most, and its p-value; None where none is tried.
 
     Parameters
     ----------

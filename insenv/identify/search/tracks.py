@@ -68,6 +68,7 @@ class Track:
     ``level`` is the horizontal Earth rate that is due, where it is declared and can be checked. ``instead`` are the
     noise terms that would explain as well what was added, where the noise is held to what was declared. ``finer`` is
     the length of means that held vibration, and were merged (`insenv.identify.prepare.vibration`) [s]; else 0.
+    ``one_mounting`` says that no run was mounted otherwise than the others.
     """
 
     prepared: Prepared
@@ -84,6 +85,7 @@ class Track:
     level: Level | None = None
     instead: tuple[str, ...] = ()
     finer: float = 0.0
+    one_mounting: bool = True
 
     @property
     def problem(self) -> Problem:

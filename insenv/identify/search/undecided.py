@@ -34,6 +34,7 @@ from insenv.identify.search.rivals import Rivalry
 from insenv.identify.search.round import by_fit_alone, with_term
 from insenv.identify.search.scan import Hit, reference
 from insenv.identify.search.tracks import Step, Track
+from insenv.identify.search.turn_on import each_its_own, turned_on_anew
 
 #: Probability with which noise alone gives the likelihood ratio from which on a law is its rival.
 CHANCE = 0.05
@@ -46,14 +47,21 @@ def leaning(track: Track, alpha: float) -> tuple[str, ...]:
     named = any(not step.hit.candidate.effect.line for step in track.steps)
     if named or track.problem.turns or any(r.of_box or r.fails for r in track.refusals):
         return ()
-    hits = [hit for hit in track.last_physical if hit.candidate.effect.key in DRIFTS]
-    found = min(hits, key=lambda hit: log_p_by_itself(track, hit), default=None)
-    if found is None or (log_p := log_p_by_itself(track, found)) >= np.log(alpha):
+    hits = [hit for hit in track.last_physical if _is_slow(hit)]
+    found = min(hits, key=lambda hit: _log_p_among_its_like(track, hit), default=None)
+    if found is None or (log_p := _log_p_among_its_like(track, found)) >= np.log(alpha):
         return _by_all_rows(track, alpha)
     return (
         f"{found.candidate.effect.key} explains the data better than noise does (p = {np.exp(log_p):.1g} by itself, "
         f"{found.p_value:.1g} among all that was tried): not decided between it and a random walk",
     )
+
+
+def _log_p_among_its_like(track: Track, hit: Hit) -> float:
+    """Logarithm of the p-value by itself; of what the temperature does among all that it may do."""
+    thermal = is_thermal(hit.candidate.effect)
+    like = sum(is_thermal(one.candidate.effect) for one in track.last_physical) if thermal else 1
+    return min(0.0, log_p_by_itself(track, hit) + math.log(like))
 
 
 def _by_all_rows(track: Track, alpha: float) -> tuple[str, ...]:
@@ -91,7 +99,8 @@ def doubted(track: Track, alpha: float) -> bool:
     refused = any(_is_slow(r.hit) and (r.of_box or r.fails or r.unsized) for r in track.refusals)
     smooth = any(r.hit.candidate.generic for r in track.refusals)
     went = bool(track.finer) and bool(went_away(track.problem, track.fit))
-    return generic or refused or smooth or went or bool(leaning(track, alpha))
+    anew = bool(turned_on_anew(track, alpha))
+    return generic or refused or smooth or went or anew or bool(leaning(track, alpha))
 
 
 def _is_open(track: Track) -> bool:
@@ -106,7 +115,8 @@ def _is_slow(hit: Hit) -> bool:
 
 def _together(tracks: Sequence[Track], alpha: float) -> set[int]:
     """Channels that drift together by all rows, where nothing was named on any of them."""
-    able = [(i, rows) for i, t in enumerate(tracks) if (rows := _open(t)) is not None]
+    single = [(i, t) for i, t in enumerate(tracks) if len(t.problem.exposures) == 1]
+    able = [(i, rows) for i, t in single if (rows := _open(t)) is not None]
     out: set[int] = set()
     for key in DRIFTS:
         hits = {i: hit for i, rows in able for hit in rows.laws if hit.candidate.effect.key == key}
@@ -153,7 +163,7 @@ def _with_set(track: Track, alpha: float) -> Track:
             after,
             math.exp(log_p_by_itself(track, likely)),
         )
-        others = [one for one in (*laws, *_steps_beyond(track, rows, likely)) if one is not likely]
+        others = [one for one in (*laws, *_anew(track), *_steps_beyond(track, rows, likely)) if one is not likely]
         found = Rivalry(_keys(others), None, tuple(one.term for one in others), noise=_noise(rows))
         before = [r for s, r in zip(track.steps, track.rivalries, strict=True) if s in steps]
         refusals = tuple(r for r in track.refusals if not _is_slow(r.hit) and not r.hit.candidate.generic)
@@ -213,6 +223,13 @@ def _steps_beyond(track: Track, rows: AllRows, law: Hit) -> Iterator[Hit]:
     for hit in rows.steps:
         if _is_rival(hit) and log_p_by_itself(track, hit) < log_p_by_itself(track, law):
             yield hit
+
+
+def _anew(track: Track) -> Iterator[Hit]:
+    """A bias of each run, where several runs were to have one."""
+    hit = each_its_own(track)
+    if hit is not None and _is_rival(hit):
+        yield hit
 
 
 def _noise(rows: AllRows) -> tuple[str, ...]:

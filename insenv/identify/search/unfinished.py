@@ -8,6 +8,7 @@
 * A drift that axes of the unit have together, and that is not told on this one.
 * A drift of a unit at rest that would be significant if nothing else had been tried, or a slow cause that is so by all
   rows, the held-out ones too.
+* A bias of a unit at rest that is not the same in its runs.
 * A step of a unit at rest that noise which does not jump would make less than once in a thousand times.
 * Tones at multiples of one frequency: one wave that is no sine, and has a cause that no tone names.
 * A curve without a cause beside effects that have one.
@@ -28,6 +29,7 @@ from insenv.identify.search.round import against
 from insenv.identify.search.rounded import log_p_unrounded
 from insenv.identify.search.scan import Hit
 from insenv.identify.search.tracks import MOST_ADDED, Track
+from insenv.identify.search.turn_on import turned_on_anew
 from insenv.identify.search.undecided import leaning
 
 #: What is far beyond the level: so many times less likely.
@@ -48,6 +50,7 @@ def unfinished(track: Track, alpha: float) -> tuple[str, ...]:
         *_rounded(track, alpha),
         *_of_the_box(track),
         *leaning(track, alpha),
+        *turned_on_anew(track, alpha),
         *_jumping(track, alpha),
         *_waves(track),
         *_curves(track),
