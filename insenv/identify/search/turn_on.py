@@ -3,15 +3,18 @@ r"""Several runs of one unit at rest: whether its bias is the same in all of the
 A bias changes from one power-up to the next, with the temperature, or where the unit was set down anew. Where one bias
 was declared for all runs the noise can take the differences of their levels for its own wander, slower than a run and
 the larger for that. With a level of its own for each of n runs beside the model, the noise fitted anew, the likelihood
-ratio L gains n - 1 parameters, and is judged as that of an effect (`insenv.identify.search.scan`): noise that wanders
-from run to run does so within the runs.
+ratio L of all rows gains n - 1 parameters, and is judged as that of an effect (`insenv.identify.search.scan`): noise
+that wanders from run to run does so within the runs.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from insenv.effects.bias import Bias
+from insenv.identify.fit.bins import of_one_use
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Term
 from insenv.identify.search.candidates import Candidate
@@ -24,12 +27,12 @@ ANEW = Term(Bias(), per_run=True)
 
 
 def each_its_own(track: Track) -> Hit | None:
-    """A bias of each run beside the model, by the fitted rows; None where one for all was not asked for at rest."""
+    """A bias of each run beside the model, by all rows; None where one for all was not asked for at rest."""
     problem, model = track.problem, track.fit.model
-    runs = len({block.run for block in problem.fitted})
     common = any(term.effect == ANEW.effect and not term.per_run for term in model)
-    if runs < 2 or problem.turns or not common or not track.one_mounting:
+    if len(problem.exposures) < 2 or problem.turns or not common or not track.one_mounting:
         return None
+    problem = replace(problem, bins=of_one_use(problem.bins), cache={})
     base = reference(problem, model, track.fit.noise.power)
     ratio, gained = likelihood_ratio(problem, base, with_term(model, ANEW))
     found = deviate(problem, base, ANEW, ratio, gained)
