@@ -18,6 +18,7 @@ from insenv.effects.timing import TimingSkew
 from insenv.identify.clean.bursts import without_bursts
 from insenv.identify.clean.doubtful import Settled, agreeing, doubted, measured_parts, rows_per_motion, settled
 from insenv.identify.clean.holds import LEAST_SHARE, MOST_SHARE, WHOLE, Hold, Look, agrees, find_hold, without_hold
+from insenv.identify.clean.knocks import knocks
 from insenv.identify.clean.lost import lost_rows
 from insenv.identify.clean.motion import at_rest
 from insenv.identify.clean.outliers import leaving_out, without_outliers
@@ -260,7 +261,10 @@ def _clean(
     lost = tuple(row for row in lost_rows(free, target, told) if not any(_touch(row, clip) for clip in clipped))
     free = tuple(_leaving_out(r, target, run, lost) for run, r in enumerate(free))
     free, outlying = without_outliers(free, target, longest)
-    outlying = (*lost, *outlying)
+    rang = tuple(k for run, r in enumerate(free) for k in knocks(r, target, run))
+    rang = tuple(k for k in rang if not any(_overlap(k, m) for m in moving))
+    free = tuple(_leaving_out(r, target, run, rang) for run, r in enumerate(free))
+    outlying = (*lost, *outlying, *rang)
     free, events = without_bursts(free, target)
     events = tuple(e for e in events if not any(_overlap(e, m) for m in moving))
     others = (*moving, *outlying, *events)

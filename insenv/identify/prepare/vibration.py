@@ -7,6 +7,12 @@ at rest is as fast, so where there is a hump, once the lines are found, means ar
     y_j = (y_2j + y_2j+1) / 2,        X_j = (X_2j + X_2j+1) / 2
 
 which is exact: a mean of means is one of the samples. Lines that the longer means no longer resolve are subtracted.
+
+A filter of the chip that leaves no hump beyond the noise terms is followed by them, and slower modes pay for that: of a
+low pass at some hertz the slope is flicker to them, and flicker goes on to the slowest modes, where there is none. So
+means are merged as well where the noise fitted to short ones does not foretell the long ones: with l the restricted
+log likelihood of the long ones, 2 (l of noise fitted to them - l of that of the short ones) is chi-squared with as many
+degrees of freedom as there are noise terms.
 """
 
 from __future__ import annotations
@@ -14,12 +20,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.special import chdtrc
 
 from insenv.effects.base import Effect
 from insenv.identify.fit.bins import merged
 from insenv.identify.fit.gls import Fit
 from insenv.identify.fit.heldout import residual
-from insenv.identify.fit.problem import Model, Problem, Term
+from insenv.identify.fit.noise import fit_noise, loglik
+from insenv.identify.fit.problem import NOISE_TERMS, Model, Problem, Term, pooled
 from insenv.identify.prepare.excess import broad_p
 from insenv.identify.prepare.lines import FALSE_ALARM, Line, periodogram
 
@@ -42,10 +50,19 @@ def doublings(problem: Problem, fit: Fit, tried: tuple[Effect, ...]) -> int:
     moves = problem.turns
     if moves or any(need.partition(".")[0] in MOTION for effect in tried for need in effect.needs):
         return 0
-    if broad_p(problem, fit) >= HUMP:
-        return 0
     fitted, width = sum(b.n for b in problem.fitted), problem.bins.width
-    return max(0, int(np.log2(min(fitted / FEWEST, LONGEST / width))))
+    times = max(0, int(np.log2(min(fitted / FEWEST, LONGEST / width))))
+    if not times or (broad_p(problem, fit) >= HUMP and _foretold_p(problem, fit, times) >= HUMP):
+        return 0
+    return times
+
+
+def _foretold_p(problem: Problem, fit: Fit, times: int) -> float:
+    """Probability that the noise of means so many times doubled differs by so much from that fitted to short ones."""
+    products, prior = pooled(averaged(problem, times), fit.model)
+    free = fit_noise(products, prior, restricted=True, start=fit.noise.power)
+    foretold, _ = loglik(products, fit.noise.power, prior, restricted=True)
+    return float(chdtrc(len(NOISE_TERMS), max(0.0, 2 * (free.loglik - foretold))))
 
 
 def averaged(problem: Problem, times: int) -> Problem:

@@ -1,0 +1,63 @@
+"""Knocks: moments in which an instrument at rest is much louder than in the rest of its run.
+
+Somebody touches the table, a motor starts, the unit is put down at the very start: for a second a channel rings. Single
+rows of that are outliers (`insenv.identify.clean.outliers`); the others are within the noise of no other second, and
+with them in the fit the noise is louder and slower than it is, and hides every drift. Of windows of `WINDOW` seconds
+and `ROWS` rows at least, one is a knock where the scatter s about its mean is beyond `LOUDER` times the median one,
+
+    s^2 > LOUDER^2 max(median s^2, q^2 / 4),      q the step to which readings are rounded,
+
+and so are those beside it that ring on, beyond `RINGS` times. White noise is so loud never, and a step only in the
+window in which it happens. Where more than `MOST` of the rows were so, or one lasts, that is how the unit is.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_propagation
+
+from insenv.core.recording import Recording
+from insenv.core.series.rounding import rounding
+from insenv.core.series.stretches import stretches
+from insenv.identify.findings import RejectedRows
+
+#: Length of a window [s], and its fewest rows; fewest windows of a run.
+WINDOW, ROWS, FEWEST = 0.5, 12, 40
+#: Times the median scatter from which on a window is a knock, and from which on its neighbours ring.
+LOUDER, RINGS = 4.0, 2.0
+#: Largest share of the rows that knocks are, and that one of them is.
+MOST, LONGEST = 0.05, 0.04
+
+
+def knocks(recording: Recording, target: str, run: int = 0) -> tuple[RejectedRows, ...]:
+    """Rows in which ``target`` rings, in order of time; none where a table turns."""
+    if {"table_angle", "table_rate"} & set(recording.channels) or recording.mounting.table_axis:
+        return ()
+    values = recording.channels[target].values
+    rows = max(ROWS, int(round(WINDOW / recording.dt)))
+    count = len(values) // rows
+    if count < FEWEST:
+        return ()
+    mask, scatter = _loud(values[: count * rows].reshape(count, rows), rounding(values))
+    ends = [(start * rows, stop * rows if stop < count else len(values)) for start, stop in stretches(mask)]
+    ends = [(start, stop) for start, stop in ends if stop - start <= max(LONGEST * len(values), 2 * rows)]
+    if sum(stop - start for start, stop in ends) > MOST * len(values):
+        return ()
+    return tuple(
+        RejectedRows(target, run, start, stop, f"a knock: {_most(scatter, start, stop, rows):.2g} times as loud")
+        for start, stop in ends
+    )
+
+
+def _loud(windows: NDArray[np.float64], step: float) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
+    """Which windows, shape (windows, rows), are knocks, and how loud each is beside the median one."""
+    scatter = windows.std(axis=1)
+    usual = max(float(np.median(scatter)), 0.5 * step)
+    times = scatter / usual if usual > 0 else np.zeros(len(scatter))
+    return binary_propagation(times > LOUDER, mask=times > RINGS), times
+
+
+def _most(times: NDArray[np.float64], start: int, stop: int, rows: int) -> float:
+    """How loud the loudest of the windows between two rows is."""
+    return float(times[start // rows : -(-stop // rows)].max())
