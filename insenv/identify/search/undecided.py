@@ -22,10 +22,12 @@ from dataclasses import replace
 import numpy as np
 from scipy.special import chdtri
 
+from insenv.core.recording import Floats
 from insenv.identify.clean.settling import settled_by
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.heldout import MOST_GROWTH, Score, confirms, held_out_score, rescored
-from insenv.identify.fit.problem import NOISE_TERMS, Problem
+from insenv.identify.fit.noise import fit_noise
+from insenv.identify.fit.problem import NOISE_TERMS, Model, Problem, pooled
 from insenv.identify.prepare.vibration import went_away
 from insenv.identify.search.all_rows import AllRows, of_all_rows, surest_slow
 from insenv.identify.search.jumps import is_step
@@ -38,6 +40,11 @@ from insenv.identify.search.turn_on import each_its_own, turned_on_anew
 
 #: Probability with which noise alone gives the likelihood ratio from which on a law is its rival.
 CHANCE = 0.05
+#: Likelihood ratio over white noise from which on the level changes for certain, and the odds for a law over a walk
+#: from which on that is said.
+CERTAIN, LIKELIER = 25.0, 50.0
+#: Noise whose level does not stay.
+WANDERING = ("bias_instability", "rate_random_walk")
 #: Share of the slowest mode's variance that a noise term must make to be told.
 SHARE = 0.1
 
@@ -68,11 +75,52 @@ def _by_all_rows(track: Track, alpha: float) -> tuple[str, ...]:
     """A slow cause that the fitted rows do not tell from a walk of the noise, and all rows do."""
     found = surest_slow(track)
     if found is None or (p := found[1]) >= alpha:
-        return ()
+        return _in_place_of_a_walk(track)
     return (
         f"{found[0].candidate.effect.key} explains all rows, the held-out ones too, better than noise does (p = "
         f"{p:.1g} by itself): no rows are left that could refuse it",
     )
+
+
+def _in_place_of_a_walk(track: Track) -> tuple[str, ...]:
+    """A law without which there is a walk of the noise, and with which there is none, likelier than that."""
+    found = max(_beside_white(track), key=lambda one: one[1], default=None)
+    if found is None or found[1] < math.log(LIKELIER):
+        return ()
+    hit, gain, ratio = found
+    return (
+        f"{hit.candidate.effect.key} beside white noise is {math.exp(min(gain, 99.0)):.2g} times as likely by all rows "
+        f"as the walk of the noise that stands for it ({math.sqrt(ratio):.2g} deviations of white noise): not decided "
+        "between them",
+    )
+
+
+def _beside_white(track: Track) -> Iterator[tuple[Hit, float, float]]:
+    """Laws that are certain if noise does not wander: how much likelier than a walk, and the ratio beside white noise.
+
+    A law and a walk have a coefficient each; the shapes of a law are paid for (Akaike).
+    """
+    rows = of_all_rows(track)
+    if rows is None:
+        return
+    model, wander = rows.fit.model, _wandering()
+    still = np.where(np.isin(np.arange(len(NOISE_TERMS)), wander), 0.0, np.inf)
+
+    def loglik(model: Model, most: Floats | None) -> float:
+        return fit_noise(*pooled(rows.problem, model), restricted=False, most=most).loglik
+
+    walk, white = loglik(model, None), loglik(model, still)
+    if 2 * (walk - white) < CERTAIN:
+        return
+    for hit in rows.laws:
+        with_it = loglik(with_term(model, hit.term), still)
+        if 2 * (with_it - white) >= CERTAIN:
+            yield hit, with_it - walk - len(hit.term.shape), 2 * (with_it - white)
+
+
+def _wandering() -> list[int]:
+    """The noise terms that wander."""
+    return [i for i, term in enumerate(NOISE_TERMS) if term.id in WANDERING]
 
 
 def with_sets(tracks: Sequence[Track], alpha: float) -> list[Track]:
