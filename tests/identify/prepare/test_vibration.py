@@ -13,7 +13,7 @@ from scipy.signal import butter, sosfilt
 from simulated_runs import gyro_run, manifest, use
 
 from insenv.close import close
-from insenv.core.recording import Floats
+from insenv.core.recording import Channel, Floats, Recording, Site
 from insenv.effects.catalogue import by_key
 from insenv.identify.findings import TargetFindings
 from insenv.identify.fit.gls import solve
@@ -96,3 +96,31 @@ def test_white_noise_and_a_unit_that_moves_are_left_as_they_are() -> None:
     fit = solve(problem, (Term(by_key("bias")),))
     assert doublings(problem, fit, ()) == 0
     assert doublings(problem, fit, (by_key("g_sensitivity"),)) == 0
+
+
+def passed_low(seed: int, hertz: float) -> Floats:
+    """White noise, half of it behind a low pass of the first order as chips have one, for a minute at 50 Hz."""
+    rng = np.random.default_rng(seed)
+    inner, own = rng.standard_normal((2, 3000))
+    slow = sosfilt(butter(1, hertz, fs=50.0, output="sos"), inner) if hertz else inner
+    return WHITE * (slow / slow.std() + own)
+
+
+def merged_by(values: Floats) -> int:
+    """How often means of a gyro at rest are to be merged."""
+    run = Recording(
+        np.arange(1.0, len(values) + 1) / 50.0, {"gyro_x": Channel(values, "rad/s")}, site=Site(gravity=9.8)
+    )
+    made = prepare(manifest(("gyro_x",), ("bias",)), (run,), (use(len(values)),), "gyro_x", tones=False, holds=False)
+    return doublings(made.problem, solve(made.problem, made.model), ())
+
+
+@pytest.mark.parametrize("hertz", [3.0, 5.0])
+def test_noise_behind_a_low_pass_is_judged_on_longer_means(hertz: float) -> None:
+    """No hump stands out of it; but its slope is flicker to the noise, which then hides every drift."""
+    assert all(merged_by(passed_low(seed, hertz)) > 0 for seed in range(4))
+
+
+def test_white_noise_and_a_walk_are_judged_on_short_ones() -> None:
+    walks = (1e-2 * WHITE * np.cumsum(np.random.default_rng(seed).standard_normal(3000)) for seed in range(10))
+    assert not any(merged_by(passed_low(seed, 0.0) + walk) for seed, walk in enumerate(walks))

@@ -1,0 +1,63 @@
+"""Knocks: for a second a unit at rest rings, and what is left of that in the fit makes the noise louder and slower."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from simulated_runs import manifest, use
+
+from insenv.core.recording import Channel, Floats, Recording, Site
+from insenv.identify.clean.knocks import knocks
+from insenv.identify.fit.gls import solve
+from insenv.identify.prepare.problems import prepare
+
+RATE, SECONDS, WHITE = 50.0, 60.0, 1e-3
+
+
+def rest(seed: int, touched: tuple[float, ...] = (), height: float = 7.0, tails: float = np.inf) -> Recording:
+    """A gyro at rest for a minute, that rings from each instant on for some tenths of a second."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(1.0, SECONDS * RATE + 1) / RATE
+    noise = rng.standard_normal(len(t)) if np.isinf(tails) else rng.standard_t(tails, len(t))
+    return recorded(t, WHITE * (noise + sum((ringing(t - at, height) for at in touched), np.zeros(len(t)))))
+
+
+def ringing(t: Floats, height: float) -> Floats:
+    """What dies away at 2 Hz after an instant, in deviations of the noise."""
+    return np.where(t > 0, height * np.sin(4 * np.pi * t) * np.exp(-np.maximum(t, 0.0) / 0.25), 0.0)
+
+
+def recorded(t: Floats, values: Floats) -> Recording:
+    """A gyro of a unit at rest."""
+    return Recording(t, {"gyro_x": Channel(values, "rad/s")}, site=Site(gravity=9.8), label="touched")
+
+
+def test_a_touch_is_found_where_it_is_and_nothing_else() -> None:
+    for seed in range(10):
+        first, second = knocks(rest(seed, (0.0, 20.1), 30.0), "gyro_x")
+        assert first.start == 0
+        assert second.start <= 20.1 * RATE + 5 < second.stop
+        assert max(first.stop - first.start, second.stop - second.start) <= 2 * RATE
+
+
+def test_noise_and_its_tails_are_none() -> None:
+    assert not any(knocks(rest(seed), "gyro_x") for seed in range(20))
+    assert not any(knocks(rest(seed, tails=5.0), "gyro_x") for seed in range(20))
+
+
+def test_what_lasts_or_comes_all_the_time_is_how_the_unit_is() -> None:
+    t = np.arange(1.0, SECONDS * RATE + 1) / RATE
+    noise = np.random.default_rng(1).standard_normal(len(t))
+    assert knocks(recorded(t, noise * np.where(t > 50, 8.0, 1.0)), "gyro_x") == ()
+    assert knocks(rest(1, tuple(np.arange(0.0, 60.0, 4.0)), 30.0), "gyro_x") == ()
+
+
+@pytest.mark.parametrize("touched", [(0.0,), (0.0, 3.0)])
+def test_the_noise_is_that_of_the_rest(touched: tuple[float, ...]) -> None:
+    """With what outliers leave of one touch there is no white noise any more, and flicker as large as its deviation."""
+    run = rest(5, touched, 30.0)
+    problem = prepare(manifest(("gyro_x",), ("bias",)), (run,), (use(len(run)),), "gyro_x", False, False)
+    fit = solve(problem.problem, problem.model)
+    white, flicker = np.sqrt(fit.noise.power[:2])
+    assert white == pytest.approx(WHITE / np.sqrt(RATE), rel=0.05)
+    assert flicker < 0.3 * WHITE
