@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.recording import GAP, Floats, Recording
+from insenv.core.series.rounding import EPSILONS
 from insenv.core.series.stretches import stretches
 
 Indices = NDArray[np.int64]
@@ -37,6 +38,11 @@ STRAIGHT, NEARBY, ROUNDING, STRAIGHTEST = 0.02, 8, 20.0, 0.3
 AROUND, INSIDE, LIKE_INSIDE, DIGITS = 33, 35, 3.0, 1e-8
 #: Share of the rows on the way that bend by nothing, from which on lines are exactly straight.
 EXACT = 0.6
+#: By so many steps of a file's digits rounded lines bend; rows on the way change, and corners bend, by more.
+ROUNDED_LINES, CLEAR = 2.5, 10.0
+#: Which of the bends that are any is the least one, how far others are from its multiples as a share of it, how many
+#: are no further, and up to which multiple they are looked at: then it is a step of digits.
+LEAST, OFF, MULTIPLES, FAR = 0.01, 0.05, 0.9, 20.0
 #: Share of a step by which stamps of an even clock are off by rounding.
 ROUNDED = 0.02
 #: Share of the readings after less than three times the usual number of rows; of these 90 % lie within as many rows as
@@ -107,8 +113,8 @@ def renewals(t: Floats, values: Floats) -> Renewals | None:
         before = t[jumps[0]] - _period(t, usual) * np.arange(first, 0, -1.0)
         when, readings = np.append(before, t[at]), np.append(np.full(first, values[0]), values[at])
         return Renewals(_through(when, readings, t, even), _period(t, usual), held=True)
-    for x in (_clock(t), rows):
-        corners, meet, heights, exact = _corners(x, values)
+    lines = [(x, *_corners(x, values)) for x in (_clock(t), rows)]
+    for x, corners, meet, heights, exact in sorted(lines, key=lambda each: not each[-1]):
         usual, even = _usual(corners, t, exact)
         if usual >= STRAIGHT_ROWS:
             place, heights = _with_lines(x, values, meet, heights, usual)
@@ -163,7 +169,9 @@ def _corners(x: Floats, values: Floats) -> tuple[Indices, Floats, Floats, bool]:
 
     slope = np.diff(values) / np.diff(x)
     bend = np.abs(np.diff(slope))
+    step = _digits(values) * (1.0 / np.diff(x)[1:] + 1.0 / np.diff(x)[:-1]) / 2.0
     bend[bend < DIGITS * np.ptp(values) / np.median(np.diff(x))] = 0.0
+    bend[bend < ROUNDED_LINES * step] = 0.0
     near = maximum_filter1d(bend, 2 * NEARBY + 1, mode="nearest")
     bent = (bend > STRAIGHT * near) & (bend > ROUNDING * float(np.quantile(bend, STRAIGHTEST)))
     if np.mean(bent) <= MOST_BENT:
@@ -171,8 +179,9 @@ def _corners(x: Floats, values: Floats) -> tuple[Indices, Floats, Floats, bool]:
     groups = stretches(bent)
     if not groups or np.mean([b - a <= 2 for a, b in groups]) < SHARP:
         return np.empty(0, np.int64), np.empty(0), np.empty(0), False
-    moved = slope[1:] != 0
-    exact = bool(moved.any() and np.mean(bend[moved] == 0) > EXACT)
+    moved = np.abs(slope[1:]) > CLEAR * step
+    clear = np.median([(bend[a:b] - CLEAR * step[a:b]).max() for a, b in groups]) > 0
+    exact = bool(clear and moved.any() and np.mean(bend[moved] == 0) > EXACT)
     rows, at, readings = [], [], []
     for a, b in groups:
         # Bend i is at row i + 1; two bent rows have the corner between them, where the lines on both sides meet.
@@ -185,6 +194,17 @@ def _corners(x: Floats, values: Floats) -> tuple[Indices, Floats, Floats, bool]:
         at.append(place)
         readings.append(values[one] + before * (place - x[one]))
     return np.array(rows), np.array(at), np.array(readings), exact
+
+
+def _digits(values: Floats) -> float:
+    """The step of a file's digits, of which nearly all small second differences are multiples; 0 where none shows."""
+    bends = np.abs(np.diff(values, 2))
+    bends = bends[bends > EPSILONS * np.spacing(np.abs(values).max())]
+    if not len(bends):
+        return 0.0
+    step = float(np.quantile(bends, LEAST))
+    near = bends[bends < FAR * step] / step
+    return step if float(np.mean(np.abs(near - np.rint(near)) < OFF)) > MULTIPLES else 0.0
 
 
 def _filled(at: Indices, usual: int, n: int) -> Indices:
