@@ -1,10 +1,12 @@
 """Whether an instrument that nothing turned has moved at all, for effects of force and of the rates of other axes.
 
 At rest an accelerometer shows its own noise, lines and drift beside gravity, and a gyro its own: none of that is a
-specific force or a rate, and what two channels have in common by their electronics, or by a floor that shakes, is no
+specific force, and what two channels have in common by their electronics, or by a floor that shakes, is no
 sensitivity of the one to the other. Without a table such a regressor counts if its means over a second cover more than
-instruments at rest do by themselves: 0.1 m/s^2, as a tilt of 0.6 deg does, and 0.6 deg/s. Single knocks do not count.
-A vibration counts if its mean square over a second covers the square of that.
+instruments at rest do by themselves: 0.1 m/s^2, as a tilt of 0.6 deg does. Single knocks do not count. A vibration
+counts if its mean square over a second covers the square of that. Rates of the other gyros never do, however large: a
+unit that sways about an axis between two of them is read by both, and only a table tells which of it the one should
+have read.
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from insenv.core.motion import Motion
 from insenv.core.recording import Floats
 from insenv.effects.base import Effect
 from insenv.identify.fit.problem import Problem
@@ -21,14 +24,14 @@ from insenv.identify.fit.problem import Problem
 AVERAGING = 1.0
 #: Quantiles between which they are.
 INNER = (0.01, 0.99)
-#: What they cover at least where something moves: of specific forces [m/s^2] and their squares, of rates [rad/s].
+#: What they cover at least where something moves: of specific forces [m/s^2] and of their squares.
 LEAST = {
     "force": (0.1, "specific force", "m/s^2"),
-    "cross_rate": (0.01, "rate about the other axes", "rad/s"),
     "vibration": (0.01, "mean square of the vibration", "(m/s^2)^2"),
 }
-#: Deviations of a mean by the white noise of its bins that real motion covers: the quantiles of noise cover 4.7.
-BEYOND = 8.0
+#: Deviations of a mean by the white noise of its bins that real motion covers: the quantiles of white noise cover 4.7,
+#: those of noise of which half is left a row later 6.6.
+BEYOND = 10.0
 #: What the inner quantiles of a normal variable cover, in its deviations.
 OF_NORMAL = 4.65
 #: Angle from which on a table turned [rad].
@@ -37,6 +40,8 @@ TURNED = 0.01
 
 def unmoved(problem: Problem, effect: Effect) -> str:
     """Why an effect of force or of cross rates cannot be told from noise at rest; empty if it can."""
+    if "cross_rate" in effect.needs and not any(_turned(e.motion) for e in problem.exposures):
+        return "no channel tells how the unit turned: gyros that read alike may have swayed about an axis between them"
     needs = [need for need in LEAST if any(n.partition(".")[0] == need for n in effect.needs)]
     if not needs or any(e.motion.angle is not None and np.ptp(e.motion.angle) > TURNED for e in problem.exposures):
         return ""
@@ -47,6 +52,11 @@ def unmoved(problem: Problem, effect: Effect) -> str:
     if covered >= least:
         return ""
     return f"the {what} covers {covered:.2g} {unit}, which instruments at rest do by themselves; nothing moved"
+
+
+def _turned(motion: Motion) -> bool:
+    """Whether a table is known to have turned the unit."""
+    return motion.angle is not None or motion.rate_edges is not None or bool(np.any(motion.rate))
 
 
 def _covered(problem: Problem, cells: tuple[Floats, ...]) -> float:
