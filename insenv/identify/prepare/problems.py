@@ -37,7 +37,7 @@ from insenv.identify.prepare.widths import FEWEST_AGREEING, rows_of_motion, rows
 
 #: Cycles of the slowest rejected line in a bin.
 CYCLES_PER_BIN = 8
-#: Share of the square sum of the motion that bins which reject a line must leave.
+#: Share of the square sum of the motion that bins which reject a line, or are longer than they need be, must leave.
 LEFT = 0.5
 #: Share of the samples' variance from which a line is worth a word though the bins do not feel it.
 LEAST_LINE = 0.01
@@ -362,13 +362,17 @@ def _agreeing(
 
     Noise that the fit takes for slow gives fast motion weight, of which a reference with errors tells the least. Where
     gains do not agree bins may be few: of a yaw in steps of 0.1 deg means of 0.4 s read 0.13 of a slow turn, and means
-    of 1.5 s and 3 s all of it.
+    of 1.5 s and 3 s all of it. Bins that lose half of the motion tell of no gain: those of 0.8 s of a stride of 1 s.
     """
-    fitted, found = sum(int(use.fit.sum()) for use in uses), []
+    fitted, found, motion = sum(int(use.fit.sum()) for use in uses), [], 0.0
     free = (*(t for t in model if not isinstance(t.effect, (ScaleFactor, TimingSkew))), Term(ScaleFactor()))
     wide = rows
     while manifest.held_out.averaging is None and (wide == rows or fitted >= FEWEST_AGREEING * wide):
         problem = binned(manifest, recordings, uses, target, wide)
+        left = float(np.var(problem.bins.mean(tuple(e.u for e in problem.exposures))))
+        motion = max(motion, left)
+        if left < LEFT * motion:
+            break
         fit = solve(problem, (*free, Term(TimingSkew(), per_run=True)))
         own = np.flatnonzero(fit.design.term == len(free) - 1)
         if not len(own):

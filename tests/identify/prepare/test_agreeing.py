@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from scipy.ndimage import gaussian_filter1d
 from simulated_runs import manifest, use
 
@@ -12,6 +13,8 @@ from insenv.data.renewals import with_renewals
 from insenv.identify.findings import Estimate
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.uncertainty import estimates
+from insenv.identify.prepare import problems
+from insenv.identify.prepare.declared import declared_model
 from insenv.identify.prepare.problems import prepare
 
 STEP = np.deg2rad(0.1)
@@ -52,3 +55,15 @@ def test_a_slow_turn_beside_a_coarse_angle_has_its_gain() -> None:
     assert np.sqrt(np.mean((off[:, 0] / off[:, 1]) ** 2)) < 2.2
     assert np.mean(np.abs(off[:, 0])) < 0.1
     assert all(abs(one["bias"].value + 2e-3) < 4 * one["bias"].sd for one in found)
+
+
+def test_however_gains_differ_bins_keep_half_of_the_motion(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A thigh that swings once a second: gains in bins as long as a stride may agree, and tell nothing."""
+    monkeypatch.setattr(problems, "agreeing", lambda found: found[-1][0])
+    t: Floats = 0.01 * np.arange(9000, dtype=np.float64)
+    gyro = 2.0 * np.cos(2 * np.pi * t) + 0.05 * np.random.default_rng(1).standard_normal(len(t))
+    angle = np.sin(2 * np.pi * t) / np.pi
+    run = Recording(t, {"gyro": Channel(gyro, "rad/s"), "table_angle": Channel(angle, "rad", source="encoder")})
+    asked, uses = manifest(), (use(len(t)),)
+    rows = problems._agreeing(asked, (run,), uses, "gyro", 5, declared_model(asked, (run,), "gyro"))
+    assert rows == 40  # a mean over T keeps sinc(T f)^2 of the power: 0.57 at 0.4 s, 0.05 at 0.8 s
