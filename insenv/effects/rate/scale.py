@@ -132,6 +132,7 @@ class ScaleFactorAsymmetry(LinearEffect):
     hides = "rate"
     instruments = ("gyro",)
     of_rate = True
+    of_senses = True
 
     def basis(self, u: Floats, motion: Motion) -> Floats:
         """Magnitude of the input, shape (..., n, 1)."""
