@@ -9,7 +9,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from simulated_runs import manifest, use
+from scipy.signal import lfilter
+from simulated_runs import closed, manifest, use
 
 from insenv.core.recording import Channel, Floats, Recording, Response
 from insenv.effects.catalogue import by_key
@@ -152,3 +153,28 @@ def test_of_which_one_tells_all_there_is_no_scatter() -> None:
     p, z = scattered(np.array([1.0, 5.0]), np.array([1e-9, 1e9]))
     assert p == pytest.approx(1.0, abs=1e-6)
     assert z == pytest.approx(1e9, rel=1e-6)
+
+
+def drive(seed: int, stops: int) -> Recording:
+    """A car in turns both ways beside its estimated heading, which wanders while it stands: `stops` times."""
+    rng = np.random.default_rng(seed)
+    n = 600 * stops
+    t = 0.5 * np.arange(1.0, n + 1)
+    phase = np.arange(n) % 600
+    moves = phase >= 150
+    rate = np.where(moves, 0.3 * np.sin(2 * np.pi * (phase - 150) / 150), 0.0)
+    wander = lfilter([1.0], [1.0, -0.8], rng.standard_normal(n))
+    read = rate + np.where(moves, 0.0, 6e-4 * wander / wander.std())
+    gyro = rate + 1e-4 * rng.standard_normal(n)
+    channels = {
+        "gyro": Channel(gyro, "rad/s", "interval"),
+        "table_rate": Channel(read, "rad/s", "interval", source="encoder"),
+    }
+    return Recording(t, channels)
+
+
+def test_what_a_heading_wanders_in_one_stop_is_no_law() -> None:
+    """Four drives; lines and noise may be named by chance, a curve of the rate not once."""
+    for seed in range(4):
+        (found,) = closed(drive(seed, stops=1), manifest(declared=("bias", "scale_factor"))).targets
+        assert not {a.effect for a in found.added} & {"lock_in", "dead_band", "scale_factor_anomaly"}

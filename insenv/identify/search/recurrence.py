@@ -17,6 +17,9 @@ What a filter, a soft mount or a motor that swings after a reversal leaves goes 
 law of the rate is the same at one rate whether the table speeds up or slows down: with a coefficient of its own in
 either, the two scatter as those of runs do.
 
+Of a vehicle that stands, an attitude that is estimated wanders by itself, and no gyro with it: a dead band or a lock-in
+would explain that. A curve of which all lies in one or two such rests is no law.
+
 Source: R. DerSimonian and N. Laird, Meta-analysis in clinical trials, Controlled Clinical Trials 7 (1986) 177.
 
 A line that only one of several runs has while a table turns is how the table shook in it: the instrument was the same.
@@ -30,6 +33,7 @@ import numpy as np
 from scipy.special import chdtrc
 
 from insenv.core.recording import Floats
+from insenv.core.series.stretches import stretches
 from insenv.effects.base import Effect
 from insenv.effects.bias import Bias
 from insenv.effects.rate.scale import ScaleFactor
@@ -42,6 +46,10 @@ from insenv.identify.search.scan import Reference
 
 #: Probability of such a scatter by chance, below which there is one; deviate that the mean over runs must have then.
 CHANCE, LEAST = 1e-2, 3.0
+#: Share of the largest rate below which a table may rest, bins of a rest at least, and share of what a reference
+#: wanders there up to which its mean is nothing; share of what a curve explains that is all of it, and how many rests
+#: tell no law.
+RESTS, LONG, ABOUT_ZERO, ALL_OF_IT, FEW = 0.03, 8, 0.5, 0.9, 2
 #: Effects that know which way the rate changes, as a response does (`Effect.of_response`), though they are none.
 OF_HISTORY = ("scale_factor_hysteresis", "self_heating")
 #: Share of the weights that is nothing.
@@ -124,6 +132,40 @@ def not_both_ways(problem: Problem, fit: Fit, base: Reference, term: Term) -> st
     size = float(np.max(np.abs(theta[:2])))
     told = " and ".join(f"{c / size:.2g} ± {s / size:.1g}" for c, s in zip(theta[:2], deviations, strict=True))
     return f"not the same where the table speeds up and slows down, as a law of the rate would be: {told} of the larger"
+
+
+def of_a_rest(problem: Problem, fit: Fit, term: Term) -> str:
+    """Why a curve of the rate is no law: it explains how the reference wanders at rest, and no more; empty if not.
+
+    Parameters
+    ----------
+    problem : Problem
+    fit : Fit
+        The model without it.
+    term : Term
+    """
+    if problem.commanded or not _curve_of_rate(term.effect, term):
+        return ""
+    u = problem.bins.mean(tuple(e.u for e in problem.exposures))
+    fitted = np.zeros(len(u), bool)
+    for block in problem.fitted:
+        fitted[block.start : block.stop] = True
+    slow = stretches(fitted & (np.abs(u) < RESTS * float(np.abs(u).max())))
+    wanders = [
+        (a, b) for a, b in slow if b - a >= LONG and abs(u[a:b].mean()) < ABOUT_ZERO * np.sqrt(np.mean(u[a:b] ** 2))
+    ]
+    if not 0 < len(wanders) <= FEW:
+        return ""
+    design, column = fit.design.matrix[fitted], problem.columns(term)[fitted, 0]
+    column = column - design @ np.linalg.lstsq(design, column, rcond=1e-10)[0]
+    left = (problem.y - fit.predicted())[fitted]
+    size = float(column @ left / (column @ column))
+    explained = np.zeros(len(u))
+    explained[fitted] = 2 * size * column * left - (size * column) ** 2
+    at_rest = sum(float(explained[a:b].sum()) for a, b in wanders)
+    if at_rest < ALL_OF_IT * float(explained.sum()):
+        return ""
+    return "all of it lies in a rest, in which the reference wanders by itself, as an estimated attitude does"
 
 
 def _knows_change(effect: Effect) -> bool:
