@@ -1,0 +1,17 @@
+"""Rates of a unit in the hand beside the angles that its own attitude turned about its own axes."""
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+rows = np.genfromtxt("raw/imu_data.csv", delimiter=",", skip_header=1)
+attitude = Rotation.from_quat(rows[:, 8:12])
+turned = (attitude[:-1].inv() * attitude[1:]).as_rotvec()
+angles = np.concatenate((np.zeros((1, 3)), np.cumsum(turned, axis=0)))
+np.savetxt(
+    "hand.csv",
+    np.column_stack((rows[:, 1], rows[:, 5:8], angles)),
+    fmt="%.8f",
+    delimiter=",",
+    header="t,gx,gy,gz,angle_x,angle_y,angle_z",
+    comments="",
+)
