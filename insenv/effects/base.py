@@ -105,8 +105,6 @@ class Effect(ABC):
         Instruments that can have it.
     of_rate : bool
         Whether it follows the input rate: where that never changes nothing tells it from a bias.
-    of_senses : bool
-        Whether it is another one in either sense of rotation: where only one is turned it is a scale factor.
     of_time : bool
         Whether it follows the time from the start of the run: on another run's clock it is another curve.
     local : bool
@@ -154,7 +152,6 @@ class Effect(ABC):
     source: ClassVar[str] = ""
     instruments: ClassVar[tuple[Instrument, ...]] = ("gyro", "accelerometer")
     of_rate: ClassVar[bool] = False
-    of_senses: ClassVar[bool] = False
     of_time: ClassVar[bool] = False
     local: ClassVar[bool] = False
     sudden: ClassVar[bool] = False

@@ -168,17 +168,3 @@ def test_a_wave_of_the_angle_is_tried_on_a_quarter_of_it(sweep: float, told: tup
     problem = prepare(manifest(), (one,), (use(len(t)),), "gyro", holds=False, tones=False).problem
     found, _ = candidates(problem, tuple(by_key(f"encoder_harmonic:{order}") for order in (1, 2, 3, 4)))
     assert tuple(int(c.effect.key[-1]) for c in found) == told
-
-
-@pytest.mark.parametrize(("other_way", "told"), [(0.0, False), (-0.002, False), (-0.05, True), (-0.3, True)])
-def test_a_table_that_turns_one_way_shows_no_asymmetry(other_way: float, told: bool) -> None:
-    """A rest, of which an encoder that jitters makes both senses, and turns of 0.3 rad/s one way."""
-    rng = np.random.default_rng(7)
-    rate = np.repeat([0.0, 0.3, other_way, 0.3, 0.0], 2000) + 1e-4 * rng.standard_normal(10000)
-    gyro = rate + 1e-3 * rng.standard_normal(10000)
-    t = 0.01 * np.arange(1.0, 10001.0)
-    run = Recording(t, {"gyro": Channel(gyro, "rad/s", "interval"), "table_rate": Channel(rate, "rad/s", "interval")})
-    problem = prepare(manifest(), (run,), (use(len(t)),), "gyro", tones=False, holds=False).problem
-    found, blind = candidates(problem, (by_key("scale_factor_asymmetry"),))
-    assert bool(found) == told
-    assert [one.needs for one in blind] == ([] if told else [("both senses",)])

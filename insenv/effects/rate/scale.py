@@ -132,7 +132,6 @@ class ScaleFactorAsymmetry(LinearEffect):
     hides = "rate"
     instruments = ("gyro",)
     of_rate = True
-    of_senses = True
 
     def basis(self, u: Floats, motion: Motion) -> Floats:
         """Magnitude of the input, shape (..., n, 1)."""

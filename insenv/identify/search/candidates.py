@@ -20,8 +20,6 @@ from insenv.identify.search.real_motion import unmoved
 
 #: Share of the fitted time at either end in which no step is looked for.
 END_SHARE = 0.05
-#: Share of the square sum of the rate that both senses of rotation have at least: a hundredth of the rate in one.
-SENSE = 1e-4
 #: Arc, in radians of a wave of the table's angle, below which the wave is no wave but a gain: on a quarter of one its
 #: rate hardly leaves that of the table. Beside a reference that comes late all of a wave, for less of it is a part of
 #: what its lag leaves. The same in radians of the table for what has no order.
@@ -60,9 +58,6 @@ def candidates(
         if effect.id == "encoder_harmonic" and not any(e.motion.projection for e in problem.exposures):
             blind.append(NotTestable(effect.key, (), "the axis sees nothing of the table's rate"))
             continue
-        if effect.of_senses and _turns_one_way(problem):
-            blind.append(NotTestable(effect.key, ("both senses",), "the table turns one way, but for what is noise"))
-            continue
         if "angle" in effect.needs and (still := _without_motion(problem, effect)):
             blind.append(NotTestable(effect.key, (), still))
             continue
@@ -88,12 +83,6 @@ def _missing(problem: Problem, effect: Effect) -> tuple[str, ...]:
         fields.add("rate")
     channels = {CHANNEL_OF.get(need.partition(".")[0], need) for need in fields}
     return tuple(sorted(channels))
-
-
-def _turns_one_way(problem: Problem) -> bool:
-    """Whether one sense has next to nothing of the table's motion: at rest an encoder jitters, and no gyro with it."""
-    u = np.concatenate([e.u for e in problem.exposures])
-    return float(min(np.sum(u[u > 0] ** 2), np.sum(u[u < 0] ** 2))) < SENSE * float(np.sum(u**2))
 
 
 def _without_motion(problem: Problem, effect: Effect) -> str:

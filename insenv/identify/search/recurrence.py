@@ -17,8 +17,8 @@ What a filter, a soft mount or a motor that swings after a reversal leaves goes 
 law of the rate is the same at one rate whether the table speeds up or slows down: with a coefficient of its own in
 either, the two scatter as those of runs do.
 
-Of a vehicle that stands, an attitude that is estimated wanders by itself, and no gyro with it: a dead band or a lock-in
-would explain that. A curve of which all lies in one or two such rests is no law.
+Of a vehicle that stands, an attitude that is estimated wanders by itself, and no gyro with it: a dead band, a
+lock-in or an asymmetry would explain that. A curve of which all lies in one or two such rests is no law.
 
 Source: R. DerSimonian and N. Laird, Meta-analysis in clinical trials, Controlled Clinical Trials 7 (1986) 177.
 

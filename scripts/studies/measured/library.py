@@ -17,13 +17,13 @@ import re
 import shutil
 import subprocess
 import sys
-import tarfile
 import tomllib
 from collections.abc import Iterator, Mapping
 from fnmatch import fnmatchcase
 from io import BytesIO
 from pathlib import Path
 from typing import Any
+from zipfile import ZipFile
 
 HERE = Path(__file__).resolve().parent
 BRACES = re.compile(r"\{([^{}]*)\}")
@@ -94,8 +94,8 @@ def _extract(clone: Path, commit: str, path: str, here: Path) -> None:
     if without:
         raise LookupError(f"no file {without[0]!r} in {clone.name} at {commit[:10]}")
     literal = [f":(literal){file}" for file in files]
-    with tarfile.open(fileobj=BytesIO(_git(clone, "archive", "--format=tar", commit, "--", *literal))) as packed:
-        packed.extractall(here / "raw", filter="data")
+    with ZipFile(BytesIO(_git(clone, "archive", "--format=zip", commit, "--", *literal))) as packed:
+        packed.extractall(here / "raw")
 
 
 def _git(clone: Path, *words: str) -> bytes:
