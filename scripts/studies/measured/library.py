@@ -3,16 +3,17 @@
     python library.py PART FOLDER [--clones DIR]
 
 A part is `facts_PART.toml`: its `[sources]` say repository, commit and files. `library/PART/SOURCE/` holds the
-manifests of a source and, where a file is no table that insenv reads, a `convert.py` that writes one. In
-FOLDER/PART/SOURCE the files of the owner stand under `raw/`, beside them the manifests. Clones are made in DIR with
-git, or found there as `OWNER+NAME` or `OWNER+NAME/repo`. Files that are there are left; no recording is kept in this
-repository.
+manifests of a source and, where a file is no table that insenv reads, a `convert.py` that writes one (with what
+stands beside this script, as `ros_bag`). In FOLDER/PART/SOURCE the files of the owner stand under `raw/`, beside them
+the manifests. Clones are made in DIR with git, or found there as `OWNER+NAME` or `OWNER+NAME/repo`. Files that are
+there are left; no recording is kept in this repository.
 """
 
 from __future__ import annotations
 
 import argparse
 import itertools
+import os
 import re
 import shutil
 import subprocess
@@ -60,7 +61,8 @@ def lay_out(part: str, name: str, source: Mapping[str, Any], folder: Path, clone
     for file in manifests.iterdir():
         shutil.copy(file, here / file.name)
     if (here / "convert.py").exists():
-        subprocess.run([sys.executable, "convert.py"], cwd=here, check=True, capture_output=True, text=True)
+        found = os.environ | {"PYTHONPATH": str(HERE)}
+        subprocess.run([sys.executable, "convert.py"], cwd=here, check=True, capture_output=True, text=True, env=found)
 
 
 def patterns(path: str) -> Iterator[str]:

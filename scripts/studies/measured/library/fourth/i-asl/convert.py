@@ -4,43 +4,24 @@ The clocks are set to each other to a tenth of a second; the optical body's axes
 angles. Rows in which the optical system saw nothing are zeros.
 """
 
-import bz2
 import struct
 from pathlib import Path
 
 import numpy as np
+from ros_bag import CONNECTION, MESSAGE, records
 from scipy.spatial.transform import Rotation
 
 # of each flight: the bag's first row on the optical clock [s]; of the gyro that is wanted: its axis, the optical one
 FLIGHTS = {1: (1.3, "z", "-z"), 2: (-0.7, "x", "x"), 3: (0.9, "z", "-z")}
 
 
-def records(data):
-    """The records of a ROS bag: fields of the header, and the data; chunks are opened."""
-    place = 0
-    while place < len(data):
-        (size,) = struct.unpack_from("<I", data, place)
-        head, place = data[place + 4 : place + 4 + size], place + 4 + size
-        (size,) = struct.unpack_from("<I", data, place)
-        body, place = data[place + 4 : place + 4 + size], place + 4 + size
-        fields = {}
-        while head:
-            (n,) = struct.unpack_from("<I", head)
-            key, _, value = head[4 : 4 + n].partition(b"=")
-            fields[key], head = value, head[4 + n :]
-        if fields[b"op"] == b"\x05":
-            yield from records(bz2.decompress(body) if fields[b"compression"] == b"bz2" else body)
-        else:
-            yield fields, body
-
-
 def messages(file, topic):
     """Stamps of a topic's messages, and what follows their headers."""
     topics = {}
-    for fields, body in records(Path(file).read_bytes().partition(b"\n")[2]):
-        if fields[b"op"] == b"\x07":
+    for fields, body in records(Path(file)):
+        if fields[b"op"] == CONNECTION:
             topics[fields[b"conn"]] = fields[b"topic"]
-        elif fields[b"op"] == b"\x02" and topics[fields[b"conn"]] == topic:
+        elif fields[b"op"] == MESSAGE and topics[fields[b"conn"]] == topic:
             _, seconds, nanoseconds, n = struct.unpack_from("<IIII", body)
             yield seconds + nanoseconds * 1e-9, body[16 + n :]
 

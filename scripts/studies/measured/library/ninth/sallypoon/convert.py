@@ -3,39 +3,20 @@
 Both stand in a ROS bag, each message with its stamp; the heading is drawn straight between its rows.
 """
 
-import bz2
 import struct
 from pathlib import Path
 
 import numpy as np
-
-
-def records(data):
-    """The records of a ROS bag: fields of the header, and the data; chunks are opened."""
-    place = 0
-    while place < len(data):
-        (size,) = struct.unpack_from("<I", data, place)
-        head, place = data[place + 4 : place + 4 + size], place + 4 + size
-        (size,) = struct.unpack_from("<I", data, place)
-        body, place = data[place + 4 : place + 4 + size], place + 4 + size
-        fields = {}
-        while head:
-            (n,) = struct.unpack_from("<I", head)
-            key, _, value = head[4 : 4 + n].partition(b"=")
-            fields[key], head = value, head[4 + n :]
-        if fields[b"op"] == b"\x05":
-            yield from records(bz2.decompress(body) if fields[b"compression"] == b"bz2" else body)
-        else:
-            yield fields, body
+from ros_bag import CONNECTION, MESSAGE, records
 
 
 def messages(file):
     """Topic, stamp, and what follows the header of each message."""
     topics = {}
-    for fields, body in records(Path(file).read_bytes().partition(b"\n")[2]):
-        if fields[b"op"] == b"\x07":
+    for fields, body in records(Path(file)):
+        if fields[b"op"] == CONNECTION:
             topics[fields[b"conn"]] = fields[b"topic"]
-        elif fields[b"op"] == b"\x02":
+        elif fields[b"op"] == MESSAGE:
             seconds, nanoseconds, name = struct.unpack_from("<3I", body, 4)
             yield topics[fields[b"conn"]], seconds + nanoseconds * 1e-9, body[16 + name :]
 
