@@ -17,10 +17,11 @@ from insenv.effects.catalogue import by_key
 from insenv.effects.tone import Tone
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Term
+from insenv.identify.fit.scatter import scatter
 from insenv.identify.fit.uncertainty import estimates
 from insenv.identify.prepare.declared import declared_model
 from insenv.identify.prepare.problems import prepare
-from insenv.identify.search.recurrence import not_both_ways, not_in_all_runs, scattered
+from insenv.identify.search.recurrence import not_both_ways, not_in_all_runs
 from insenv.identify.search.round import _swing, search
 from insenv.identify.search.scan import reference
 
@@ -134,7 +135,8 @@ def test_the_deviation_of_a_gain_knows_how_runs_differ(scatter: float) -> None:
 
 def test_the_mean_of_runs_that_agree_is_the_weighted_one() -> None:
     values, deviations = np.array([1.0, 1.1, 0.9]), np.array([0.1, 0.2, 0.2])
-    p, z = scattered(values, deviations)
+    found = scatter(values, deviations)
+    p, z = found.chance, found.deviate
     w = 1 / deviations**2
     assert p > 0.5
     assert z == pytest.approx(float(values @ w / np.sqrt(w.sum())))
@@ -143,14 +145,16 @@ def test_the_mean_of_runs_that_agree_is_the_weighted_one() -> None:
 def test_runs_that_scatter_are_worth_their_scatter() -> None:
     """With deviations that are nothing beside the scatter, z is the mean over its standard error."""
     values = np.array([3.0, -1.0, 2.0, 0.5])
-    p, z = scattered(values, np.full(4, 1e-6))
+    found = scatter(values, np.full(4, 1e-6))
+    p, z = found.chance, found.deviate
     assert p < 1e-6
     assert z == pytest.approx(float(values.mean() / (values.std(ddof=1) / 2)), rel=1e-6)
 
 
 def test_of_which_one_tells_all_there_is_no_scatter() -> None:
     """A deviation that is nothing beside the other's: the mean is that one's, by its own deviation."""
-    p, z = scattered(np.array([1.0, 5.0]), np.array([1e-9, 1e9]))
+    found = scatter(np.array([1.0, 5.0]), np.array([1e-9, 1e9]))
+    p, z = found.chance, found.deviate
     assert p == pytest.approx(1.0, abs=1e-6)
     assert z == pytest.approx(1e9, rel=1e-6)
 

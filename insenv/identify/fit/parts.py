@@ -3,12 +3,10 @@ r"""Whether the gain is the same in the parts of a recording: runs, or quarters 
 With a scale factor g_k +- s_k of its own in each of K parts, all else in common, what the parts scatter beyond chance
 is no noise that the fit knows of (a reference of another lag or slip in each part, another temperature, another unit):
 
-    Q = sum (g_k - g)^2 / s_k^2  ~  chi^2_{K-1},      t^2 by DerSimonian and Laird,      var(g) += t^2 / K
+    var(g) += t^2 / K,      t^2 the variance between them (`insenv.identify.fit.scatter`)
 
 Each s_k has what the response of the reference adds, and is larger where what is left differs from swing to swing
 (`insenv.identify.fit.swings`).
-
-Source: R. DerSimonian and N. Laird, Meta-analysis in clinical trials, Controlled Clinical Trials 7 (1986) 177.
 """
 
 from __future__ import annotations
@@ -17,13 +15,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import chdtrc
 
 from insenv.core.recording import Floats
 from insenv.identify.fit.gls import Fit, spectrum
 from insenv.identify.fit.noise import transform
 from insenv.identify.fit.problem import Problem, Term
 from insenv.identify.fit.reference_variance import beside_response
+from insenv.identify.fit.scatter import scatter
 from insenv.identify.fit.swings import by_swings
 
 #: Parts of a single run, and the fewest bins of one.
@@ -77,15 +75,9 @@ def apart(problem: Problem, fit: Fit, term: Term) -> Apart | None:
     beside = beside_response(problem, fit)
     added = float(beside.added[own[0]]) / fit.design.scale[own[0]] ** 2 if beside else 0.0
     variance = np.array([by_swings(problem, w, left)[0] for w in weights.T[:k]]) * np.diag(inverse)[:k] / size[:k] ** 2
-    return _scatter(values[:k], np.sqrt(variance + added))
-
-
-def _scatter(values: Floats, deviations: Floats) -> Apart:
-    w = 1 / deviations**2
-    mean = float(values @ w / w.sum())
-    q, free = float((values - mean) ** 2 @ w), len(values) - 1
-    room = float(w.sum() - w @ w / w.sum())
-    return Apart(values, deviations, float(chdtrc(free, q)), max(0.0, (q - free) / room) if room > 0 else 0.0)
+    deviations = np.sqrt(variance + added)
+    found = scatter(values[:k], deviations)
+    return Apart(values[:k], deviations, found.chance, found.between)
 
 
 def _parts(problem: Problem, column: Floats) -> NDArray[np.int64]:

@@ -2,10 +2,8 @@ r"""Whether what was found in all runs together is in each of them: a law of an 
 
 A curve of the rate (a cubic, a local anomaly) is fitted once more with a coefficient of its own in each run, c_r with
 the standard deviation s_r. Beyond chance their scatter is that of something else which differs from run to run: the
-gain, the lag, how fast the table moved. The coefficient is then worth what a mean over runs that scatter is worth,
-
-    Q = sum_r (c_r - c)^2 / s_r^2,      t^2 = max(0, (Q - (k - 1)) / (sum w - sum w^2 / sum w)),      w = 1 / s_r^2
-    c = sum_r c_r v_r / sum v,  v_r = 1 / (s_r^2 + t^2),      z = c sqrt(sum v)
+gain, the lag, how fast the table moved. The coefficient is then worth what a mean over runs that scatter is worth
+(`insenv.identify.fit.scatter`).
 
 Each c_r stands beside a level of the run: of a steady rate a run tells nothing but one number, which is no coefficient.
 
@@ -20,8 +18,6 @@ either, the two scatter as those of runs do.
 Of a vehicle that stands, an attitude that is estimated wanders by itself, and no gyro with it: a dead band, a
 lock-in or an asymmetry would explain that. A curve of which all lies in one or two such rests is no law.
 
-Source: R. DerSimonian and N. Laird, Meta-analysis in clinical trials, Controlled Clinical Trials 7 (1986) 177.
-
 A line that only one of several runs has while a table turns is how the table shook in it: the instrument was the same.
 """
 
@@ -30,7 +26,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.special import chdtrc
 
 from insenv.core.recording import Floats
 from insenv.core.series.stretches import stretches
@@ -41,6 +36,7 @@ from insenv.effects.timing import TimingSkew
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.noise import transform
 from insenv.identify.fit.problem import Model, Problem, Term
+from insenv.identify.fit.scatter import scatter
 from insenv.identify.fit.swings import by_swings
 from insenv.identify.search.scan import Reference
 
@@ -52,8 +48,6 @@ CHANCE, LEAST = 1e-2, 3.0
 RESTS, LONG, ABOUT_ZERO, ALL_OF_IT, FEW = 0.03, 8, 0.5, 0.9, 2
 #: Effects that know which way the rate changes, as a response does (`Effect.of_response`), though they are none.
 OF_HISTORY = ("scale_factor_hysteresis", "self_heating")
-#: Share of the weights that is nothing.
-ROUNDING = 1e-12
 #: Change of the rate, in its root mean square, up to which a table turns steadily.
 STEADY = 0.1
 #: Share of the line's largest amplitude that a run must be able to show, in this many standard deviations.
@@ -87,7 +81,7 @@ def not_in_all_runs(problem: Problem, fit: Fit, term: Term) -> str:
     each = solve(problem, model, start=fit.noise.power)
     own = np.flatnonzero(each.design.term == len(model) - 1)
     values, deviations = each.theta[own], each.sd[own]
-    if len(own) < 2 or scattered(values, deviations)[0] > CHANCE or scattered(values, deviations)[1] > LEAST:
+    if len(own) < 2 or not _differ(values, deviations):
         return ""
     size = float(np.max(np.abs(values)))
     told = ", ".join(f"{c / size:.2g} ± {s / size:.1g}" for c, s in zip(values, deviations, strict=True))
@@ -126,12 +120,17 @@ def not_both_ways(problem: Problem, fit: Fit, base: Reference, term: Term) -> st
     deviations = np.array([np.sqrt(cov[k, k] * by_swings(problem, columns[:, k], left)[0]) for k in (0, 1)])
     if not np.all(deviations > 0) or not theta[:2].any():
         return ""
-    chance, mean = scattered(theta[:2], deviations)
-    if chance > CHANCE or mean > LEAST:
+    if not _differ(theta[:2], deviations):
         return ""
     size = float(np.max(np.abs(theta[:2])))
     told = " and ".join(f"{c / size:.2g} ± {s / size:.1g}" for c, s in zip(theta[:2], deviations, strict=True))
     return f"not the same where the table speeds up and slows down, as a law of the rate would be: {told} of the larger"
+
+
+def _differ(values: Floats, deviations: Floats) -> bool:
+    """Whether coefficients scatter beyond chance, and their mean is worth nothing then."""
+    found = scatter(values, deviations)
+    return found.chance <= CHANCE and found.deviate <= LEAST
 
 
 def of_a_rest(problem: Problem, fit: Fit, term: Term) -> str:
@@ -192,17 +191,6 @@ def _beside_response(problem: Problem, fit: Fit, term: Term) -> float:
     each = solve(problem, (*free, term), start=fit.noise.power)
     own = np.flatnonzero(each.design.term == len(free))
     return float(np.max(np.abs(each.theta[own]) / each.sd[own])) if len(own) else np.inf
-
-
-def scattered(values: Floats, deviations: Floats) -> tuple[float, float]:
-    """Probability of the scatter of the runs' coefficients by chance, and the deviate of their mean beside it."""
-    w = 1 / deviations**2
-    mean = float(values @ w / w.sum())
-    q, free = float((values - mean) ** 2 @ w), len(values) - 1
-    room = float(w.sum() - w @ w / w.sum())
-    between = max(0.0, (q - free) / room) if room > ROUNDING * float(w.sum()) else 0.0  # one of them tells it all
-    v = 1 / (deviations**2 + between)
-    return float(chdtrc(free, q)), float(abs(values @ v) / np.sqrt(v.sum()))
 
 
 def _of_one_run(problem: Problem, fit: Fit, term: Term) -> str:
