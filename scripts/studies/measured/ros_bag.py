@@ -10,6 +10,10 @@ import struct
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
+
+from insenv.core.recording import Floats
+
 #: Kinds of records that the converters look at, in the field "op": of chunks, connections and messages.
 CHUNK, CONNECTION, MESSAGE = b"\x05", b"\x07", b"\x02"
 
@@ -17,6 +21,23 @@ CHUNK, CONNECTION, MESSAGE = b"\x05", b"\x07", b"\x02"
 def records(bag: Path) -> Iterator[tuple[dict[bytes, bytes], bytes]]:
     """Fields of the header, and the data, of each record; chunks are opened."""
     return _records(bag.read_bytes().partition(b"\n")[2])
+
+
+def messages(file: str, topic: bytes) -> Iterator[tuple[float, bytes]]:
+    """Stamps [s] of a topic's messages that begin with a header, and what follows it."""
+    topics = {}
+    for fields, body in records(Path(file)):
+        if fields[b"op"] == CONNECTION:
+            topics[fields[b"conn"]] = fields[b"topic"]
+        elif fields[b"op"] == MESSAGE and topics[fields[b"conn"]] == topic:
+            _, seconds, nanoseconds, n = struct.unpack_from("<IIII", body)
+            yield seconds + nanoseconds * 1e-9, body[16 + n :]
+
+
+def imu(file: str, topic: bytes) -> tuple[Floats, Floats, Floats]:
+    """Times [s], quaternions (x, y, z, w) and rates [rad/s] of sensor_msgs/Imu: shapes (n,), (n, 4), (n, 3)."""
+    rows = np.array([(stamp, *struct.unpack_from("<16d", body)) for stamp, body in messages(file, topic)])
+    return rows[:, 0], rows[:, 1:5], rows[:, 14:17]
 
 
 def _records(data: bytes) -> Iterator[tuple[dict[bytes, bytes], bytes]]:

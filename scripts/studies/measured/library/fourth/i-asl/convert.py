@@ -4,32 +4,12 @@ The clocks are set to each other to a tenth of a second; the optical body's axes
 angles. Rows in which the optical system saw nothing are zeros.
 """
 
-import struct
-from pathlib import Path
-
 import numpy as np
-from ros_bag import CONNECTION, MESSAGE, records
+from ros_bag import imu
 from scipy.spatial.transform import Rotation
 
 # of each flight: the bag's first row on the optical clock [s]; of the gyro that is wanted: its axis, the optical one
 FLIGHTS = {1: (1.3, "z", "-z"), 2: (-0.7, "x", "x"), 3: (0.9, "z", "-z")}
-
-
-def messages(file, topic):
-    """Stamps of a topic's messages, and what follows their headers."""
-    topics = {}
-    for fields, body in records(Path(file)):
-        if fields[b"op"] == CONNECTION:
-            topics[fields[b"conn"]] = fields[b"topic"]
-        elif fields[b"op"] == MESSAGE and topics[fields[b"conn"]] == topic:
-            _, seconds, nanoseconds, n = struct.unpack_from("<IIII", body)
-            yield seconds + nanoseconds * 1e-9, body[16 + n :]
-
-
-def imu(file, topic):
-    """Times, quaternions (x, y, z, w) and rates [rad/s] of an inertial unit's messages."""
-    rows = np.array([(stamp, *struct.unpack_from("<16d", body)) for stamp, body in messages(file, topic)])
-    return rows[:, 0], rows[:, 1:5], rows[:, 14:17]
 
 
 def turned(attitude):
