@@ -38,7 +38,13 @@ from insenv.identify.prepare.wandering import lost, wanders, without_line
 from insenv.identify.search.candidates import candidates
 from insenv.identify.search.earth_rate import due_level
 from insenv.identify.search.jumps import is_step, one_of_many
-from insenv.identify.search.one_box import (
+from insenv.identify.search.round import at_shape, search, with_term
+from insenv.identify.search.scan import Hit, likelihood_ratio, reference
+from insenv.identify.search.settle import settled, sized
+from insenv.identify.search.size import unsized, unsized_together
+from insenv.identify.search.tracks import MOST_ADDED, Progress, Refusal, Step, Track
+from insenv.identify.search.undecided import with_sets
+from insenv.identify.search.unit.one_box import (
     DOUBT,
     DRIFTS,
     LEAST,
@@ -51,12 +57,6 @@ from insenv.identify.search.one_box import (
     surest,
     warmed,
 )
-from insenv.identify.search.round import at_shape, search, with_term
-from insenv.identify.search.scan import Hit, likelihood_ratio, reference
-from insenv.identify.search.settle import settled, sized
-from insenv.identify.search.size import unsized, unsized_together
-from insenv.identify.search.tracks import MOST_ADDED, Progress, Refusal, Step, Track
-from insenv.identify.search.undecided import with_sets
 
 #: Effects of one physical cause on several targets: judged on all of them together.
 SHARED = tuple(sorted(effect.id for effect in ALL if effect.of_base))

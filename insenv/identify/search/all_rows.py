@@ -21,10 +21,10 @@ from insenv.identify.fit.bins import of_one_use
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import Problem
 from insenv.identify.search.jumps import is_step
-from insenv.identify.search.one_box import DRIFTS, is_thermal, log_p_by_itself
 from insenv.identify.search.round import by_fit_alone
 from insenv.identify.search.scan import Hit, reference
 from insenv.identify.search.tracks import Track
+from insenv.identify.search.unit.one_box import DRIFTS, is_thermal, log_p_by_itself
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from insenv.data.exposure import CHANNEL_OF
 from insenv.effects.base import CurveEffect, Effect, LinearEffect, NoiseEffect
 from insenv.identify.findings import NotTestable
 from insenv.identify.fit.problem import Problem, Term
-from insenv.identify.search.real_motion import unmoved
+from insenv.identify.search.unit.real_motion import unmoved
 
 #: Share of the fitted time at either end in which no step is looked for.
 END_SHARE = 0.05

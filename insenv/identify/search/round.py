@@ -33,7 +33,7 @@ from insenv.identify.search.scan import (
     score,
     term_freedom,
 )
-from insenv.identify.search.shaken import beside_shaking
+from insenv.identify.search.unit.shaken import beside_shaking
 
 #: Frequencies at most that a tone is tried at, of those that blocks far apart tell from each other.
 MOST_LOBES = 64

@@ -31,12 +31,12 @@ from insenv.identify.fit.problem import NOISE_TERMS, Model, Problem, pooled
 from insenv.identify.prepare.vibration import went_away
 from insenv.identify.search.all_rows import AllRows, of_all_rows, surest_slow
 from insenv.identify.search.jumps import is_step
-from insenv.identify.search.one_box import DRIFTS, LEAST, in_common, is_thermal, log_p_by_itself, looks_of, surest
 from insenv.identify.search.rivals import Rivalry
 from insenv.identify.search.round import by_fit_alone, with_term
 from insenv.identify.search.scan import Hit, reference
 from insenv.identify.search.tracks import Step, Track
-from insenv.identify.search.turn_on import each_its_own, turned_on_anew
+from insenv.identify.search.unit.one_box import DRIFTS, LEAST, in_common, is_thermal, log_p_by_itself, looks_of, surest
+from insenv.identify.search.unit.turn_on import each_its_own, turned_on_anew
 
 #: Probability with which noise alone gives the likelihood ratio from which on a law is its rival.
 CHANCE = 0.05

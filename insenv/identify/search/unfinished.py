@@ -23,14 +23,14 @@ from insenv.core.recording import Floats
 from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.problem import Problem
 from insenv.identify.search.jumps import is_step
-from insenv.identify.search.one_box import DRIFTS
 from insenv.identify.search.reference_errors import log_p_alone
 from insenv.identify.search.round import against
 from insenv.identify.search.rounded import log_p_unrounded
 from insenv.identify.search.scan import Hit
 from insenv.identify.search.tracks import MOST_ADDED, Track
-from insenv.identify.search.turn_on import turned_on_anew
 from insenv.identify.search.undecided import leaning
+from insenv.identify.search.unit.one_box import DRIFTS
+from insenv.identify.search.unit.turn_on import turned_on_anew
 
 #: What is far beyond the level: so many times less likely.
 FAR = 10.0

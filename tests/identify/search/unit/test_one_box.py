@@ -10,7 +10,7 @@ import pytest
 
 from insenv.close import close
 from insenv.identify.fit.evidence import log_tail
-from insenv.identify.search.one_box import LEAST, surest
+from insenv.identify.search.unit.one_box import LEAST, surest
 
 AXES = ("gyro_x", "gyro_y", "gyro_z")
 
