@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
+from turned import body_angles
 
 REST, HAND = 60.0, 86.0
 
@@ -20,7 +21,6 @@ rest = np.column_stack((time, rows[:, :6]))[time < REST]
 np.savetxt("rest.csv", rest, fmt=["%.9f", *["%g"] * 6], delimiter=",", header="t,ax,ay,az,gx,gy,gz", comments="")
 hand = (time >= HAND) & (np.abs(np.linalg.norm(rows[:, 9:13], axis=1) - 1) < 0.01)
 attitude = Rotation.from_quat(rows[hand][:, [10, 11, 12, 9]])
-turned = (attitude[:-1].inv() * attitude[1:]).as_rotvec()
-angles = np.concatenate((np.zeros((1, 3)), np.cumsum(turned, axis=0))).T
+angles = body_angles(attitude).T
 names = ("gx", "gy", "gz", "angle_x", "angle_y", "angle_z")
 np.savez("hand.npz", t=time[hand], **dict(zip(names, [*rows[hand, 3:6].T, *angles], strict=True)))

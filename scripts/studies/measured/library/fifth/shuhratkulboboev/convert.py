@@ -5,13 +5,13 @@ The angle about a body axis is the sum of its part of the rotations between rows
 
 import numpy as np
 from scipy.spatial.transform import Rotation
+from turned import body_angles
 
 sent = np.loadtxt("raw/Orientation.csv", delimiter=",", skiprows=1, usecols=(1, 4, 3, 2, 5))
 gyro = np.loadtxt("raw/Gyroscope.csv", delimiter=",", skiprows=1, usecols=(1, 4, 3, 2))
 turning = gyro[:, 0] >= gyro[-1, 0] - 49.0
 attitude = Rotation.from_quat(sent[turning, 1:])
-turned = (attitude[:-1].inv() * attitude[1:]).as_rotvec()
-angle = np.vstack([np.zeros(3), np.cumsum(turned, axis=0)])
+angle = body_angles(attitude)
 names = "time,gyro_x,gyro_y,gyro_z,angle_x,angle_y,angle_z"
 rows = np.column_stack([gyro[turning], angle])
 np.savetxt("phone.csv", rows, delimiter=",", header=names, comments="", fmt="%.15g")

@@ -5,14 +5,14 @@ The angle about a body axis is the sum of its part of the rotations between reco
 
 import numpy as np
 from scipy.spatial.transform import Rotation
+from turned import body_angles
 
 with open("raw/CSV/log100sel.csv") as file:
     records = [line.split(",") for line in file]
 imu = np.array([[float(r[k]) for k in (1, 2, 3, 4)] for r in records if r[0] == "IMU"])
 sent = np.array([[float(r[k]) for k in (1, 7, 5, 3)] for r in records if r[0] == "ATT"])
 attitude = Rotation.from_euler("ZYX", sent[:, 1:], degrees=True)
-turned = (attitude[:-1].inv() * attitude[1:]).as_rotvec()
-angle = np.vstack([np.zeros(3), np.cumsum(turned, axis=0)])
+angle = body_angles(attitude)
 inside = imu[(imu[:, 0] >= sent[0, 0]) & (imu[:, 0] <= sent[-1, 0])]
 angles = [np.interp(inside[:, 0], sent[:, 0], angle[:, k]) for k in range(3)]
 rows = np.column_stack([1e-6 * inside[:, 0], inside[:, 1:], *angles])

@@ -7,14 +7,14 @@ z, x, y. Pictures in which the unit was not seen are left out.
 import numpy as np
 from scipy.io import loadmat
 from scipy.spatial.transform import Rotation
+from turned import body_angles
 
 for run in (4, 5, 7, 8, 9):
     imu, capture = loadmat(f"raw/imu/imuRaw{run}.mat"), loadmat(f"raw/vicon/viconRot{run}.mat")
     matrices = np.moveaxis(capture["rots"], 2, 0)
     seen = np.isfinite(matrices).all(axis=(1, 2))
     attitude = Rotation.from_matrix(matrices[seen])
-    turned = (attitude[:-1].inv() * attitude[1:]).as_rotvec()
-    angle = np.vstack([np.zeros(3), np.cumsum(turned, axis=0)])
+    angle = body_angles(attitude)
     known, time = capture["ts"].ravel()[seen], imu["ts"].ravel()
     inside = (time >= known[0]) & (time <= known[-1])
     at = time[inside] - time[0]

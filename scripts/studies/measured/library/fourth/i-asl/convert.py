@@ -7,13 +7,14 @@ angles. Rows in which the optical system saw nothing are zeros.
 import numpy as np
 from ros_bag import imu
 from scipy.spatial.transform import Rotation
+from turned import body_angles
 
 # of each flight: the bag's first row on the optical clock [s]; of the gyro that is wanted: its axis, the optical one
 FLIGHTS = {1: (1.3, "z", "-z"), 2: (-0.7, "x", "x"), 3: (0.9, "z", "-z")}
 
 
 def turned(attitude):
-    return np.concatenate((np.zeros((1, 3)), np.cumsum((attitude[:-1].inv() * attitude[1:]).as_rotvec(), axis=0)))
+    return body_angles(attitude)
 
 
 for flight, (begin, axis, optical) in FLIGHTS.items():

@@ -10,6 +10,7 @@ import csv
 import numpy as np
 from scipy.interpolate import interp1d
 from scipy.spatial.transform import Rotation
+from turned import body_angles
 
 SENSOR, CAMERAS, WINDOW = 204.8, 100.0, 0.1
 
@@ -30,7 +31,7 @@ def angles(markers):
     u, _, v = np.linalg.svd(np.einsum("ki,nkj->nij", body, markers - markers.mean(axis=1, keepdims=True)))
     proper = np.stack((np.ones(len(u)), np.ones(len(u)), np.linalg.det(u @ v)), axis=1)
     turned = Rotation.from_matrix(np.einsum("nji,nj,nkj->nik", v, proper, u))
-    return np.concatenate((np.zeros((1, 3)), np.cumsum((turned[:-1].inv() * turned[1:]).as_rotvec(), axis=0)))
+    return body_angles(turned)
 
 
 unit, seen = columns("imu_sample.csv"), columns("mocap_sample.csv")

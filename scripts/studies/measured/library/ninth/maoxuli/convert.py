@@ -9,14 +9,14 @@ from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
+from turned import body_angles
 
 NUMBER = re.compile(r"(?<![a-z])-?\d+(?:\.\d+)?")
 
 lines = Path("raw/imu.txt").read_text().splitlines()
 rows = np.array([[float(number) for number in NUMBER.findall(line)] for line in lines if line.strip()])
 time, gyro, attitude = rows[:, 0] / 1e3, rows[:, 4:7], Rotation.from_euler("ZYX", rows[:, :-4:-1], degrees=True)
-turned = (attitude[:-1].inv() * attitude[1:]).as_rotvec()
-angles = np.concatenate((np.zeros((1, 3)), np.cumsum(turned, axis=0)))
+angles = body_angles(attitude)
 np.savetxt(
     "hand.csv",
     np.column_stack((time, gyro, angles)),

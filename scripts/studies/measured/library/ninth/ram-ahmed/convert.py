@@ -1,24 +1,24 @@
 """Rates of a VN-100 beside the angles that its own attitude turned about its own axes.
 
-The attitude is the yaw, pitch and roll of the unit's message ($VNYMR): what it turned from row to row, summed up.
-Times are those at which the rows arrived.
+The attitude is that of the unit's sentence: what it turned from row to row, summed up. Times are those at which the
+rows arrived.
 """
 
 import csv
 
 import numpy as np
 from scipy.spatial.transform import Rotation
+from turned import body_angles
+from vectornav import ATTITUDE, RATES, sentence
 
 with open("raw/LAB3/src/Analysis/moving_data.csv", newline="") as file:
-    rows = [(float(row["Time"]), row["raw_data"].split("*")[0].split(",")) for row in csv.DictReader(file)]
+    rows = [(float(row["Time"]), sentence(row["raw_data"].encode())) for row in csv.DictReader(file)]
 time = np.array([t for t, _ in rows])
-message = np.array([words[1:] for _, words in rows], float)
-attitude = Rotation.from_euler("ZYX", message[:, :3], degrees=True)
-turned = (attitude[:-1].inv() * attitude[1:]).as_rotvec()
-angles = np.concatenate((np.zeros((1, 3)), np.cumsum(turned, axis=0)))
+told = np.array([numbers for _, numbers in rows])
+angles = body_angles(Rotation.from_euler("ZYX", told[:, ATTITUDE], degrees=True))
 np.savetxt(
     "hand.csv",
-    np.column_stack((time - time[0], message[:, 9:12], angles)),
+    np.column_stack((time - time[0], told[:, RATES], angles)),
     fmt="%.7f",
     delimiter=",",
     header="t,gx,gy,gz,angle_x,angle_y,angle_z",

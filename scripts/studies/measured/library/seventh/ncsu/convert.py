@@ -10,6 +10,7 @@ import csv
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
+from turned import body_angles
 
 GYRO = tuple(f"raw_angular_rate_{axis}_deg_per_s" for axis in "xyz")
 ACCEL = tuple(f"raw_acceleration_{axis}_gs" for axis in "xyz")
@@ -32,8 +33,7 @@ for launch in (1, 4):
 flight = numbers(4, ("timestamp_seconds", *GYRO, *QUATERNION))
 chute = flight[flight[:, 0] >= 3393.0]
 attitude = Rotation.from_quat(chute[:, 4:])
-turned = (attitude[:-1].inv() * attitude[1:]).as_rotvec()
-angle = np.vstack([np.zeros(3), np.cumsum(turned, axis=0)])
+angle = body_angles(attitude)
 raw_x, raw_y, raw_z = chute[:, 1:4].T
 half = np.sqrt(0.5)
 rows = np.column_stack([chute[:, 0] - chute[0, 0], raw_x, half * (raw_x - raw_y), half * (raw_x + raw_y), raw_z, angle])

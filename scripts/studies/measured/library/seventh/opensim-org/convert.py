@@ -6,6 +6,7 @@ other in the file.
 
 import numpy as np
 from scipy.spatial.transform import Rotation
+from turned import body_angles
 
 FILE = "raw/OpenSim/Tests/shared/IMUData/Xsens/MT_012005D6_031-000_00B421AF.txt"
 
@@ -15,7 +16,6 @@ rows = [cell for cell in cells if cell[0].isdigit()]
 gyro = np.array([[float(c) for c in row[17:20]] for row in rows])
 matrix = np.array([[float(c) for c in row[23:32]] for row in rows]).reshape(-1, 3, 3).transpose(0, 2, 1)
 attitude = Rotation.from_matrix(matrix)
-turned = (attitude[:-1].inv() * attitude[1:]).as_rotvec()
-angle = np.vstack([np.zeros(3), np.cumsum(turned, axis=0)])
+angle = body_angles(attitude)
 names = "gyro_x,gyro_y,gyro_z,angle_x,angle_y,angle_z"
 np.savetxt("xsens.csv", np.column_stack([gyro, angle]), delimiter=",", header=names, comments="", fmt="%.15g")

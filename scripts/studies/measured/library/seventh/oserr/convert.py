@@ -6,12 +6,12 @@ between rows. The files name two columns alike.
 
 import numpy as np
 from scipy.spatial.transform import Rotation
+from turned import body_angles
 
 for name, path in (("walk", "exp1/exp1-1"), ("car", "exp3/exp3-3")):
     data = np.loadtxt(f"raw/data/ios/{path}.csv", delimiter=",", skiprows=1, usecols=range(7))
     attitude = Rotation.from_euler("ZXY", data[:, [3, 2, 1]])
-    turned = (attitude[:-1].inv() * attitude[1:]).as_rotvec()
-    angle = np.vstack([np.zeros(3), np.cumsum(turned, axis=0)])
+    angle = body_angles(attitude)
     rows = np.column_stack([data[:, 0] - data[0, 0], data[:, 4:7], angle])
     names = "time,gyro_x,gyro_y,gyro_z,angle_x,angle_y,angle_z"
     np.savetxt(f"{name}.csv", rows, delimiter=",", header=names, comments="", fmt="%.15g")

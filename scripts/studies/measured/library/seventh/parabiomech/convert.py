@@ -7,6 +7,7 @@ the rotations between rows.
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
+from turned import body_angles
 
 
 def table(path: str, *columns: int) -> NDArray[np.float64]:
@@ -28,6 +29,5 @@ for name, folder in (("iphone", "data"), ("android", "data2")):
 
 sent = table("data2/Orientation", 4, 3, 2, 5)
 attitude = Rotation.from_quat(sent[:, 1:])
-turned = (attitude[:-1].inv() * attitude[1:]).as_rotvec()
-angle = np.vstack([np.zeros(3), np.cumsum(turned, axis=0)])
+angle = body_angles(attitude)
 save("orientation.csv", corrected, np.column_stack([sent[:, 0], angle]), "angle")

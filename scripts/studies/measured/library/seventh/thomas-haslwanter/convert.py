@@ -6,13 +6,13 @@ of its part of the rotations between matrices.
 
 import numpy as np
 from scipy.spatial.transform import Rotation
+from turned import body_angles
 
 HERE = "raw/tests/data/data_xio/00033"
 gyro = np.loadtxt(f"{HERE}_CalInertialAndMag.csv", delimiter=",", skiprows=1)[:, :4]
 matrix = np.loadtxt(f"{HERE}_RotationMatrix.csv", delimiter=",", skiprows=1)
 attitude = Rotation.from_matrix(matrix[:, 1:].reshape(-1, 3, 3))
-turned = (attitude[:-1].inv() * attitude[1:]).as_rotvec()
-angle = np.vstack([np.zeros(3), np.cumsum(turned, axis=0)])
+angle = body_angles(attitude)
 after = np.searchsorted(gyro[:, 0], matrix[:, 0]) - 1
 angles = [np.interp(np.arange(after[-1] + 1), after, angle[:, k]) for k in range(3)]
 rows = np.column_stack([gyro[: after[-1] + 1, 1:], *angles])

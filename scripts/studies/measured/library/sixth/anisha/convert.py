@@ -7,12 +7,12 @@ z, x, y.
 import numpy as np
 from scipy.io import loadmat
 from scipy.spatial.transform import Rotation
+from turned import body_angles
 
 for run in (1, 2, 3):
     imu, capture = loadmat(f"raw/imu/imuRaw{run}.mat"), loadmat(f"raw/vicon/viconRot{run}.mat")
     attitude = Rotation.from_matrix(np.moveaxis(capture["rots"], 2, 0))
-    turned = (attitude[:-1].inv() * attitude[1:]).as_rotvec()
-    angle = np.vstack([np.zeros(3), np.cumsum(turned, axis=0)])
+    angle = body_angles(attitude)
     known, time = capture["ts"].ravel(), imu["ts"].ravel()
     inside = (time >= known[0]) & (time <= known[-1])
     at = time[inside] - time[0]

@@ -5,12 +5,12 @@ The angle about a body axis is the sum of its part of the rotations between rows
 
 import numpy as np
 from scipy.spatial.transform import Rotation
+from turned import body_angles
 
 for name in ("NAV", "NAV2"):
     data = np.loadtxt(f"raw/datasets/{name}_data.bin")
     attitude = Rotation.from_euler("ZYX", data[:, [11, 10, 9]])
-    turned = (attitude[:-1].inv() * attitude[1:]).as_rotvec()
-    angle = np.vstack([np.zeros(3), np.cumsum(turned, axis=0)])
+    angle = body_angles(attitude)
     names = "gyro_x,gyro_y,gyro_z,angle_x,angle_y,angle_z"
     rows = np.column_stack([data[:, 3:6], angle])
     np.savetxt(f"{name.lower()}.csv", rows, delimiter=",", header=names, comments="", fmt="%.15g")

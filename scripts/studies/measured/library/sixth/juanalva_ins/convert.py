@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
+from turned import body_angles
 
 HERE = Path("raw/06_05_2026/SC")
 
@@ -30,8 +31,7 @@ def read(name: str, words: tuple[str, ...]) -> tuple[NDArray[np.int64], NDArray[
 stamps, rate = read("imu_7.csv", ("estAngularRateX", "estAngularRateY", "estAngularRateZ"))
 at, quaternion = read("cuatEst_7.csv", tuple(f"estOrientQuaternion[0-{k}]" for k in range(4)))
 attitude = Rotation.from_quat(quaternion[:, [1, 2, 3, 0]])
-turned = (attitude[:-1].inv() * attitude[1:]).as_rotvec()
-angle = np.vstack([np.zeros(3), np.cumsum(turned, axis=0)])
+angle = body_angles(attitude)
 inside = (stamps >= at[0]) & (stamps <= at[-1])
 time, known = 1e-9 * (stamps[inside] - at[0]), 1e-9 * (at - at[0])
 angles = [np.interp(time, known, angle[:, k]) for k in range(3)]

@@ -7,12 +7,12 @@ rotations between rows, so that a gyro on that axis can be held against it.
 import numpy as np
 from scipy.io import loadmat
 from scipy.spatial.transform import Rotation
+from turned import body_angles
 
 told = loadmat("raw/data/transfer_align_fog_mems.mat")
 mems, ins = told["mimu"], told["fogavp"]
 attitude = Rotation.from_euler("ZXY", ins[:, [2, 0, 1]])
-turned = (attitude[:-1].inv() * attitude[1:]).as_rotvec()
-angle = np.vstack([np.zeros(3), np.cumsum(turned, axis=0)])
+angle = body_angles(attitude)
 total = np.cumsum(mems[:, :3], axis=0)
 at = np.searchsorted(mems[:, 6], ins[:, 9] + 1e-6) - 1
 gyro = np.diff(total[at], axis=0, prepend=np.zeros((1, 3)))

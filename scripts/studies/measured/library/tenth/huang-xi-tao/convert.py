@@ -2,11 +2,11 @@
 
 import numpy as np
 from scipy.spatial.transform import Rotation
+from turned import body_angles
 
 rows = np.genfromtxt("raw/imu_data.csv", delimiter=",", skip_header=1)
 attitude = Rotation.from_quat(rows[:, 8:12])
-turned = (attitude[:-1].inv() * attitude[1:]).as_rotvec()
-angles = np.concatenate((np.zeros((1, 3)), np.cumsum(turned, axis=0)))
+angles = body_angles(attitude)
 np.savetxt(
     "hand.csv",
     np.column_stack((rows[:, 1], rows[:, 5:8], angles)),

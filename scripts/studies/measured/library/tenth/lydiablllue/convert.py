@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
+from turned import body_angles
 
 raw = Path("raw/imu_data/2.2-2023-11-14_00-05-50")
 gyro = np.genfromtxt(raw / "GyroscopeUncalibrated.csv", delimiter=",", names=True)
 turn = np.genfromtxt(raw / "Orientation.csv", delimiter=",", names=True)
 attitude = Rotation.from_quat(np.column_stack([turn[name] for name in ("qx", "qy", "qz", "qw")]))
-turned = (attitude[:-1].inv() * attitude[1:]).as_rotvec()
-angles = np.concatenate((np.zeros((1, 3)), np.cumsum(turned, axis=0)))
+angles = body_angles(attitude)
 time = turn["seconds_elapsed"]
 gyro = gyro[(gyro["seconds_elapsed"] >= time[0]) & (gyro["seconds_elapsed"] <= time[-1])]
 at = [np.interp(gyro["seconds_elapsed"], time, angle) for angle in angles.T]

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
+from turned import body_angles
 
 for number in (35, 38):
     rows = np.genfromtxt(Path(f"raw/data/own/SensorConnectData_{number}.csv"), delimiter=",", skip_header=1)
     rows = rows[np.isfinite(rows).all(axis=1)]
     attitude = Rotation.from_euler("ZYX", rows[:, [12, 11, 10]])
-    turned = (attitude[:-1].inv() * attitude[1:]).as_rotvec()
-    angles = np.concatenate((np.zeros((1, 3)), np.cumsum(turned, axis=0)))
+    angles = body_angles(attitude)
     np.savetxt(
         f"foot{number}.csv",
         np.column_stack((rows[:, 0], rows[:, 4:7], angles)),
