@@ -92,17 +92,24 @@ def insenv(context: click.Context) -> None:
     help="Write the calibration, for insenv apply.",
 )
 @click.option("--effects", help="Try these effects only, separated by commas.")
+@click.option(
+    "--formula",
+    "formula_path",
+    type=click.Path(path_type=Path),
+    help="Seek a formula for what no effect explains, and write it as an effect: my_effect.py.",
+)
 @click.option("--alpha", default=0.01, show_default=True, help="Probability of a false discovery, per target.")
 @click.option("--seed", default=0, show_default=True, help="Seed of the noise that calibrates the search.")
 @click.option("--in-environment", is_flag=True, help="MANIFEST is a scenario: play it, and what would settle it.")
 @click.option("--budget", help="Instrument time of all its runs; ten times the first by default: '2 h'.")
 @click.option("--estimator", help="Plug-in that finds the quantity in question; the usual one of its task.")
-def close_loop(
+def close_loop(  # noqa: PLR0913 -- an argument for each option
     manifest: str,
     json_path: Path | None,
     html_path: Path | None,
     calibration_path: Path | None,
     effects: str | None,
+    formula_path: Path | None,
     alpha: float,
     seed: int,
     **played: Any,
@@ -116,13 +123,15 @@ def close_loop(
     from insenv.calibration import calibration
     from insenv.close import close, opened
     from insenv.data.init import is_data
+    from insenv.report.formula import check_path, write_effects
     from insenv.report.html import write_html
     from insenv.report.json import write_json
     from insenv.report.text import summary
 
     check_reports(json_path, html_path)
     check_folder(calibration_path)
-    _belong_together({"effects": effects, "calibration": calibration_path}, played)
+    check_path(formula_path)
+    _belong_together({"effects": effects, "calibration": calibration_path, "formula": formula_path}, played)
     if played["in_environment"]:
         _settle(manifest, (json_path, html_path), (alpha, seed), played)
         return
@@ -132,7 +141,14 @@ def close_loop(
         raise InputError(f"{calibration_path}: named for the calibration and for a report; wanted two files")
     if is_data(Path(manifest)):
         manifest = str(of_data(Path(manifest)))
-    found = close(manifest, None if effects is None else effects.split(","), alpha, seed, Progress())
+    found = close(
+        manifest,
+        None if effects is None else effects.split(","),
+        alpha,
+        seed,
+        Progress(),
+        formula=formula_path is not None,
+    )
     # Files first, and of them the one that takes time: a pipe that breaks or Ctrl-C then costs neither half.
     if html_path is not None:
         write_html(found, html_path)
@@ -140,7 +156,10 @@ def close_loop(
         write_json(found, json_path)
     if calibration_path is not None:
         calibration(found, opened(manifest)).save(calibration_path)
-    tell(summary(found, width(100)), html_path, json_path, calibration_path, verdict=_verdict(found))
+    shown = summary(found, width(100))
+    if formula_path is not None and write_effects(found, formula_path) is not None:
+        shown += f"\n\nThe next search tries it: effects = [{str(formula_path)!r}] below [model], and --allow-code"
+    tell(shown, html_path, json_path, calibration_path, verdict=_verdict(found))
 
 
 def _verdict(found: Findings) -> str:

@@ -24,14 +24,15 @@ from insenv.identify.clean.common import common_mode, common_remarks
 from insenv.identify.clean.motion import motion_cautions
 from insenv.identify.clean.plausibility import implausible
 from insenv.identify.findings import Findings
-from insenv.identify.loop import trace
+from insenv.identify.formula import formulas_of
+from insenv.identify.loop import Outcome, trace
 from insenv.identify.positions.findings import position_findings
 from insenv.identify.positions.on_axes.findings import unit_findings
 from insenv.identify.positions.on_axes.trace import on_axes, trace_unit
 from insenv.identify.positions.trace import trace_positions
 
 
-def close(
+def close(  # noqa: PLR0913 -- as the options of the command
     manifest: str | Path,
     effects: Sequence[str] | None = None,
     alpha: float = 0.01,
@@ -39,6 +40,7 @@ def close(
     progress: Callable[[str], None] = lambda text: None,
     limits: Limits | None = None,
     allow_code: bool = False,
+    formula: bool = False,
 ) -> Findings:
     """Find the residual of the declared model and the effects that it lacks.
 
@@ -58,6 +60,8 @@ def close(
         Of the table, for the next experiment; without them it goes no faster than it has gone.
     allow_code : bool
         Whether the manifest may name effects as "module:Name".
+    formula : bool
+        Whether a formula is sought for what no effect explains (`insenv.identify.formula`).
 
     Raises
     ------
@@ -68,10 +72,10 @@ def close(
     tried = None if effects is None else _chosen(effects)
     read = opened(manifest, progress, allow_code)
     progress("reading the recording")
-    return close_on(read, by_power_up(read_recordings(read)), tried, alpha, seed, progress, limits)
+    return close_on(read, by_power_up(read_recordings(read)), tried, alpha, seed, progress, limits, formula)
 
 
-def close_on(
+def close_on(  # noqa: PLR0913 -- as of `close`
     read: Manifest,
     recordings: tuple[Recording, ...],
     tried: tuple[Effect, ...] | None = None,
@@ -79,6 +83,7 @@ def close_on(
     seed: int = 0,
     progress: Callable[[str], None] = lambda text: None,
     limits: Limits | None = None,
+    formula: bool = False,
 ) -> Findings:
     """As `close`, on recordings in memory, one per run, that are as ``read`` says.
 
@@ -89,6 +94,8 @@ def close_on(
     """
     _check(alpha, seed)
     doubts = implausible(read, recordings)
+    more = tuple(_effect(key, f"{read.path}: model.effects") for key in read.model.effects)
+    tried = (*catalogue(), *more) if tried is None and more else tried
     if read.procedure == "multi-position" and on_axes(recordings):
         unit = trace_unit(read, recordings, tried, alpha, progress)
         found = unit_findings(read, recordings, unit, remarks(recordings), alpha, seed)
@@ -101,9 +108,17 @@ def close_on(
         )
         said = [name for name, channel in read.channels.items() if channel.source is not None]
         found = findings(read, recordings, outcome, (*remarks(recordings), *sentences(recordings, said)), limits)
+        if formula:
+            found = _with_formulas(found, outcome, progress)
     common = common_mode(read, recordings)
     found = replace(found, common_mode=common, remarks=(*found.remarks, *common_remarks(common)), filing=read.filing())
     return _with_doubts(_with_doubts(found, motion_cautions(recordings, found.rows_rejected)), doubts)
+
+
+def _with_formulas(found: Findings, outcome: Outcome, progress: Callable[[str], None]) -> Findings:
+    """The findings, with what a search among formulas came to on each target."""
+    sought = formulas_of(outcome, progress)
+    return replace(found, targets=tuple(replace(t, formulas=sought[t.target]) for t in found.targets))
 
 
 def _check(alpha: float, seed: int) -> None:
@@ -146,11 +161,11 @@ def _chosen(effects: Sequence[str]) -> tuple[Effect, ...]:
     return tuple(_effect(key.strip()) for key in dict.fromkeys(effects))
 
 
-def _effect(key: str) -> Effect:
+def _effect(key: str, where: str = "effects to try") -> Effect:
     """One of the effects to try."""
-    effect = by_key(key, where="effects to try")
+    effect = by_key(key, where=where)
     if isinstance(effect, NoiseEffect):
-        raise InputError(f"effects to try: {key!r} is noise, which is always fitted; wanted other effects")
+        raise InputError(f"{where}: {key!r} is noise, which is always fitted; wanted other effects")
     if isinstance(effect, DrivenEffect):
-        raise InputError(f"effects to try: {key!r} is driven by chance and cannot be fitted; wanted other effects")
+        raise InputError(f"{where}: {key!r} is driven by chance and cannot be fitted; wanted other effects")
     return effect

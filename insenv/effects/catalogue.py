@@ -1,26 +1,26 @@
 """All effects, by their names in the contract, and those that installed packages add.
 
 A package adds effects by the entry-point group ``insenv.effects``: its name there is the effect's id. Anywhere else
-``module:Name`` names a class. What is added is checked as it is loaded (`insenv.effects.check`).
+``module:Name`` names a class, and ``file.py`` the one in a file. What is added is checked as it is loaded
+(`insenv.effects.check`).
 """
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from difflib import get_close_matches
 from functools import cache
 
 from insenv.core.errors import InputError
-from insenv.core.plugins import EFFECTS, find, names
+from insenv.core.plugins import EFFECTS, find, is_code, names
 from insenv.effects.base import Effect
 from insenv.effects.own import ALL, CATALOGUE, RESERVED, TRIAD
 
 __all__ = ["ALL", "CATALOGUE", "RESERVED", "TRIAD", "by_key", "catalogue", "described", "plug_in_of"]
 
 
-#: How a class that is no entry point is named.
-_MODULE = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")
+#: Effects that were loaded as code, by their id: findings tell them by it.
+_loaded: dict[str, Effect] = {}
 
 
 def catalogue() -> tuple[Effect, ...]:
@@ -41,6 +41,7 @@ def described(name: str) -> tuple[str, str, str]:
     own = next((effect for effect in ALL if effect.id == name), None)
     if own is None and name in names(EFFECTS):
         own = _plug_in(name)
+    own = own or _loaded.get(name)
     return ("", "", "") if own is None else (own.title, own.meaning, own.accelerometer_title)
 
 
@@ -78,10 +79,13 @@ def by_key(key: str, plug_in: str = "", where: str = "") -> Effect:
 def _named(key: str, plug_in: str) -> Effect:
     name, colon, order = key.partition(":")
     found = next((effect for effect in ALL if effect.id == name), None)
-    if found is None and _MODULE.fullmatch(key):
-        return _plug_in(key)
+    if found is None and is_code(key):
+        found = _plug_in(key)
+        _loaded[found.id] = found
+        return found
     if found is None and (name in names(EFFECTS) or plug_in):
         found = _plug_in(name if name in names(EFFECTS) else plug_in)
+    found = _loaded.get(name) if found is None else found
     if found is None:
         known = tuple(dict.fromkeys((*(effect.id for effect in ALL), *names(EFFECTS))))
         near = get_close_matches(name, known, 1)
@@ -112,7 +116,7 @@ def _plug_in(name: str) -> Effect:
             f"effect {name!r} cannot be made ({error!r}); wanted a class that takes no arguments"
         ) from None
     said = check_effect(effect)
-    if ":" not in name and isinstance(effect, Effect) and effect.id != name:
+    if not is_code(name) and isinstance(effect, Effect) and effect.id != name:
         said = [f"its id is {effect.id!r}; wanted that of its entry point", *said]
     if said:
         more = f" ({len(said) - 1} more: insenv.effects.check.check_effect lists them)" if said[1:] else ""

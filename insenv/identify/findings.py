@@ -306,6 +306,44 @@ class Switchable:
 
 
 @dataclass(frozen=True)
+class FoundFormula:
+    """A product of what was recorded that explains what no effect does, as `insenv.effects.formula` reads it.
+
+    Attributes
+    ----------
+    formula : str
+    parameters : tuple of Estimate
+    p_value : float
+        With all looks of the search.
+    likelihood_ratio : float
+        Over the model without it and without curves that have no cause.
+    alike : tuple of str
+        Formulas that this recording does not tell from it, likeliest first.
+    held_out_before, held_out_after : float
+    instead_of : tuple of str
+        Effects that were added and explain less than it does; the figures are then without them.
+    """
+
+    formula: str
+    parameters: tuple[Estimate, ...]
+    p_value: float
+    likelihood_ratio: float
+    alike: tuple[str, ...]
+    held_out_before: float
+    held_out_after: float
+    instead_of: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Formulas:
+    """What a search among formulas came to: how many were ``tried``, the one that was ``found``, and else why none."""
+
+    tried: int
+    found: FoundFormula | None = None
+    reason: str = ""
+
+
+@dataclass(frozen=True)
 class TargetFindings:
     """All that was found on one target channel.
 
@@ -332,6 +370,7 @@ class TargetFindings:
     derived: tuple[Derived, ...] = ()
     cautions: tuple[str, ...] = ()
     covariance: Covariance | None = None
+    formulas: Formulas | None = None
     switchable: Callable[[], Switchable | None] = field(default=lambda: None, compare=False, repr=False)
     samples: Callable[[], SampleSpectrum | None] = field(default=lambda: None, compare=False, repr=False)
 

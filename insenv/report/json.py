@@ -25,6 +25,7 @@ from insenv.identify.findings import (
     NextExperiment,
     TargetFindings,
 )
+from insenv.report import formula
 
 SCHEMA = "insenv.close-loop/1"
 
@@ -106,6 +107,7 @@ def _blocks(target: TargetFindings) -> Block:
         "next_experiment": [_experiment(one) for one in target.next_experiment],
         "derived": [_derived(one) for one in target.derived],
         "cautions": list(target.cautions),
+        **({"formula": sought} if (sought := formula.block(target)) is not None else {}),
     }
 
 
@@ -132,6 +134,11 @@ def _blocks_of_several(targets: tuple[TargetFindings, ...]) -> Block:
         "next_experiment": joined(lambda b: b["next_experiment"]),
         "derived": joined(lambda b: b["derived"]),
         "cautions": {name: block["cautions"] for name, block in each.items()},
+        **(
+            {"formula": {n: b["formula"] for n, b in each.items()}}
+            if all("formula" in b for b in each.values())
+            else {}
+        ),
     }
 
 

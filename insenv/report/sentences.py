@@ -15,6 +15,7 @@ from insenv.identify.findings import (
     RejectedRows,
     TargetFindings,
 )
+from insenv.report import formula
 from insenv.report.found import chances, listed
 from insenv.report.quantities import Unit, number, p_value, percent, span, unit_for
 from insenv.report.words import key_of, listing, name
@@ -104,7 +105,7 @@ def cautions(findings: Findings) -> list[str]:
 
 def sureness(target: TargetFindings, alpha: float) -> list[str]:
     """How sure the verdict is: sentences with the figures that stand behind it, and what would settle it."""
-    said = [*chances(target.added), *map(_sentence, target.reasons), _outcome(target)]
+    said = [*chances(target.added), *map(_sentence, target.reasons), _outcome(target), *formula.sentences(target)]
     if target.verdict == "nothing-significant":
         said.append(
             f"A false alarm of the whole search was allowed in {percent(alpha)} of recordings; "

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from insenv.core.errors import InputError, nearest
 from insenv.core.filing import Filing
-from insenv.core.plugins import check_code
+from insenv.core.plugins import beside, check_code
 from insenv.core.recording import Mounting, Site
 from insenv.core.units import quantity
 from insenv.data.manifest import schema
@@ -74,7 +74,7 @@ SUFFIXES: Mapping[str, str] = {
     ".rda": "rda",
     ".rdata": "rda",
 }
-_EFFECT = re.compile(r"[a-z][a-z0-9_]*(:[1-9][0-9]*)?|[A-Za-z_][\w.]*:[A-Za-z_]\w*")
+_EFFECT = re.compile(r"[a-z][a-z0-9_]*(:[1-9][0-9]*)?|[A-Za-z_][\w.]*:[A-Za-z_]\w*|.+\.py(:[A-Za-z_]\w*)?")
 _COORDINATES = {
     "R": (1, 0, 0),
     "L": (-1, 0, 0),
@@ -303,16 +303,20 @@ def model(table: schema.ModelTable, channels: Mapping[str, ChannelSpec], path: P
             raise InputError(f"{path}: model.target = {target!r} is no instrument in [channels]; {hint}")
     if not targets:
         raise InputError(f"{path}: model.target = []; wanted at least one channel")
-    for effect in table.declared:
-        if not _EFFECT.fullmatch(effect):
-            raise InputError(f"{path}: model.declared has {shown(effect)}; wanted a name, name:order or module:Name")
-        check_code(effect, f"{path}: model.declared")
-    for key, names in (("target", targets), ("declared", tuple(table.declared))):
+    for key, effects in (("declared", table.declared), ("effects", table.effects)):
+        for effect in effects:
+            if not _EFFECT.fullmatch(effect):
+                wanted = "wanted a name, name:order, module:Name or file.py"
+                raise InputError(f"{path}: model.{key} has {shown(effect)}; {wanted}")
+            check_code(effect, f"{path}: model.{key}")
+    lists = {"target": targets, "declared": tuple(table.declared), "effects": tuple(table.effects)}
+    for key, names in lists.items():
         if len(set(names)) < len(names):
             raise InputError(f"{path}: model.{key} = {shown(list(names))}; wanted each name once")
     reference, where = table.reference_temperature, f"{path}: model.reference_temperature"
     kelvin = Model.reference_temperature if reference is None else _positive(reference, "temperature", where)
-    return Model(targets, tuple(table.declared), kelvin, table.procedure, table.bias)
+    declared, more = (tuple(beside(e, path.parent) for e in lists[key]) for key in ("declared", "effects"))
+    return Model(targets, declared, kelvin, table.procedure, table.bias, more)
 
 
 def noise(table: schema.ManifestTable, targets: tuple[str, ...], path: Path) -> dict[str, dict[str, float]]:

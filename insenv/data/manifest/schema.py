@@ -108,6 +108,7 @@ class ModelTable(Table):
 
     target: Names
     declared: list[str]
+    effects: list[str] = field(default_factory=list)
     reference_temperature: str | None = None
     procedure: Literal["static", "rate-table", "multi-position"] | None = None
     bias: Literal["common", "per-run"] | None = None

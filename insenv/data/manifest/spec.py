@@ -141,13 +141,17 @@ class ChannelSpec:
 
 @dataclass(frozen=True)
 class Model:
-    """What is to be explained and what the declared model has; ``reference_temperature`` in kelvin."""
+    """What is to be explained and what the declared model has; ``reference_temperature`` in kelvin.
+
+    ``effects`` are those of other authors that are tried beside the catalogue.
+    """
 
     targets: tuple[str, ...]
     declared: tuple[str, ...]
     reference_temperature: float = 298.15
     procedure: Procedure | None = None
     bias: Literal["common", "per-run"] | None = None
+    effects: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,353 @@
+"""An effect made from a formula: a product of powers of what was recorded, times a coefficient.
+
+    c x y          x, y of   u, |u|, u^2, u|u|, u^3, 1/u    rate of the input axis
+                             du/dt, |du/dt|, (du/dt)^2      its derivative
+                             (T - T_ref), |T - T_ref|, (T - T_ref)^2, (T - T_ref)^3, dT/dt, |dT/dt|, (dT/dt)^2
+                             t, t^2                         time from the start of the run
+                             cos(n a + p), n = 1 to 4       table angle; c cos p and -c sin p are the coefficients
+                             f_x, |f_x|, f_x^2, v_x, ...    specific force along an axis, mean square of the vibration
+    c lag(x y)     tau dL/dt = x y - L,    L = x y at the start of the run
+
+The mean of each factor over the interval stands for the factor; 1/u is nothing where the table stands (`STANDS`). The
+coefficient has the unit of what is measured over that of the product, in base units. An effect of this kind is a class
+with a text:
+
+    class BiasOfHeatedMotion(Formula):
+        id = "bias_of_heated_motion"
+        formula = "u^2 * (T - T_ref)"
+        linear = (coefficient(formula, "gyro", sd=1e-4),)
+        source = "..."
+
+All else of an effect (what it needs, whether it follows the rate or the time) is read from the text.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any, ClassVar
+
+import numpy as np
+
+from insenv.core.errors import InputError
+from insenv.core.motion import Motion, interval_slope
+from insenv.core.recording import Floats
+from insenv.effects.base import Effect, Instrument, LinearEffect, MemoryEffect, Param
+from insenv.effects.forms import columns, first_order, known, spread, time_constants, wave
+from insenv.effects.thermal import temperature_excess
+
+#: Rate below which a table stands, and one over the rate is nothing [rad/s]: 0.06 deg/s.
+STANDS = 1e-3
+#: Orders of the table's angle.
+ORDERS = (1, 2, 3, 4)
+#: Between the factors of a formula, and what opens one of which the first-order lag is meant.
+TIMES, LAG = " * ", "lag("
+#: Base units, in the order in which they are written.
+_BASES = ("rad", "m", "s", "K")
+#: What is measured, in base units.
+_MEASURED: dict[str, dict[str, int]] = {"gyro": {"rad": 1, "s": -1}, "accelerometer": {"m": 1, "s": -2}}
+
+
+@dataclass(frozen=True)
+class Factor:
+    """One factor of a formula.
+
+    Attributes
+    ----------
+    text : str
+    driver : str
+        What was recorded: factors of one driver are not multiplied with each other.
+    unit : dict
+        Exponents of the base units.
+    simplicity : int
+        Rank among the factors of the driver, 1 for the plainest.
+    means : callable
+        Means over the intervals, one column or two: of the input and the motion, for an effect of this name.
+    needs : tuple of str
+    of_rate, of_time : bool
+    """
+
+    text: str
+    driver: str
+    unit: dict[str, int]
+    simplicity: int
+    means: Callable[[Floats, Motion, str], tuple[Floats, ...]]
+    needs: tuple[str, ...] = ()
+    of_rate: bool = False
+    of_time: bool = False
+
+
+def _powers(
+    driver: str,
+    bare: str,
+    unit: dict[str, int],
+    mean: Callable[[Floats, Motion, str], Floats],
+    kinds: tuple[str, ...],
+    **flags: Any,
+) -> list[Factor]:
+    """Factors of one driver: ``bare`` is how it is written between bars."""
+    single = bare if bare.isidentifier() else f"({bare})"
+    forms: dict[str, tuple[str, int, int, Callable[[Floats], Floats]]] = {
+        "1": (single if " " in bare or bare.isidentifier() else bare, 1, 1, lambda x: x),
+        "||": (f"|{bare}|", 1, 2, np.abs),
+        "2": (f"{single}^2", 2, 2, np.square),
+        "x|x|": (f"{bare}|{bare}|", 2, 3, lambda x: x * np.abs(x)),
+        "3": (f"{single}^3", 3, 3, lambda x: x * x * x),
+        "-1": (f"1/{bare}", -1, 3, _inverse),
+    }
+
+    def factor(kind: str) -> Factor:
+        text, power, rank, of = forms[kind]
+        own = {base: power * exponent for base, exponent in unit.items()}
+        return Factor(text, driver, own, rank, lambda u, motion, key: (of(mean(u, motion, key)),), **flags)
+
+    return [factor(kind) for kind in kinds]
+
+
+def _word(text: str) -> str:
+    """A factor in letters and digits: "abs_temp_rate"."""
+    if text.startswith("cos("):
+        return f"angle{text[4] if text[4].isdigit() else 1}"
+    word = {"u|u|": "u_abs_u", "1/u": "inverse_u"}.get(text, text)
+    for old, new in (("du/dt", "u_rate"), ("dT/dt", "temp_rate"), ("T - T_ref", "temp"), ("^", "")):
+        word = word.replace(old, new)
+    opened = "abs_" if word.startswith("|") else ""
+    return opened + "".join(c for c in word if c.isalnum() or c == "_")
+
+
+def _inverse(x: Floats) -> Floats:
+    moves = np.abs(x) > STANDS
+    return np.where(moves, 1 / np.where(moves, x, 1.0), 0.0)
+
+
+def _waves() -> list[Factor]:
+    def means(order: int) -> Callable[[Floats, Motion, str], tuple[Floats, ...]]:
+        def both(u: Floats, motion: Motion, key: str) -> tuple[Floats, ...]:
+            angle = known(motion, "angle", key)
+            return wave(angle, order, 1.0, 0.0), wave(angle, order, 0.0, 1.0)
+
+        return both
+
+    return [Factor(f"cos({'' if n == 1 else f'{n} '}a + p)", "a", {}, n, means(n), needs=("angle",)) for n in ORDERS]
+
+
+def _of_axes(letter: str, name: str, unit: dict[str, int], kinds: tuple[str, ...]) -> list[Factor]:
+    """Factors of a field that has an array for each axis."""
+
+    def mean(axis: str) -> Callable[[Floats, Motion, str], Floats]:
+        def of_axis(u: Floats, motion: Motion, key: str) -> Floats:
+            values = getattr(motion, name)
+            if axis not in values:
+                raise InputError(f"effect {key!r} needs {name}.{axis}, which the exposure lacks")
+            return np.asarray(values[axis])
+
+        return of_axis
+
+    return [
+        factor
+        for axis in "xyz"
+        for factor in _powers(
+            f"{letter}_{axis}", f"{letter}_{axis}", unit, mean(axis), kinds, needs=(f"{name}.{axis}",)
+        )
+    ]
+
+
+def _rate(u: Floats, motion: Motion, key: str) -> Floats:
+    return u
+
+
+def _rate_slope(u: Floats, motion: Motion, key: str) -> Floats:
+    return interval_slope(known(motion, "rate_edges", key), motion.dt)
+
+
+def _temperature_slope(u: Floats, motion: Motion, key: str) -> Floats:
+    return interval_slope(known(motion, "temperature", key), motion.dt)
+
+
+_WARM = {"needs": ("temperature",)}
+#: All factors, by their text.
+FACTORS: dict[str, Factor] = {
+    factor.text: factor
+    for factor in (
+        *_powers("u", "u", {"rad": 1, "s": -1}, _rate, ("1", "||", "2", "x|x|", "3", "-1"), of_rate=True),
+        *_powers(
+            "du/dt",
+            "du/dt",
+            {"rad": 1, "s": -2},
+            _rate_slope,
+            ("1", "||", "2"),
+            needs=("rate_edges",),
+            of_rate=True,
+        ),
+        *_powers(
+            "T", "T - T_ref", {"K": 1}, lambda u, m, key: temperature_excess(m, key), ("1", "||", "2", "3"), **_WARM
+        ),
+        *_powers("dT/dt", "dT/dt", {"K": 1, "s": -1}, _temperature_slope, ("1", "||", "2"), **_WARM),
+        *_powers("t", "t", {"s": 1}, lambda u, m, key: m.middle, ("1", "2"), of_time=True),
+        *_waves(),
+        *_of_axes("f", "force", {"m": 1, "s": -2}, ("1", "||", "2")),
+        *_of_axes("v", "vibration", {"m": 2, "s": -4}, ("1",)),
+    )
+}
+
+
+#: Words of factors in identifiers.
+_NAMES = {text: _word(text) for text in FACTORS}
+
+
+@dataclass(frozen=True)
+class Product:
+    """A formula as it is read: its factors, and whether its first-order lag is meant."""
+
+    factors: tuple[Factor, ...]
+    lagged: bool = False
+
+    @property
+    def text(self) -> str:
+        """As it is written."""
+        product = TIMES.join(factor.text for factor in self.factors)
+        return f"{LAG}{product})" if self.lagged else product
+
+    @property
+    def simplicity(self) -> int:
+        """Rank: the less, the plainer."""
+        return sum(factor.simplicity for factor in self.factors) + 3 * self.lagged + 3 * (len(self.factors) - 1)
+
+    def means(self, u: Floats, motion: Motion, key: str) -> tuple[Floats, ...]:
+        """The product of the means over the intervals: one column, two where the table's angle is in it."""
+        out: tuple[Floats, ...] = ()
+        for factor in self.factors:
+            own = factor.means(u, motion, key)
+            out = tuple(a * b for a in out for b in own) if out else own
+        return out
+
+    def unit(self, instrument: str) -> str:
+        """Unit of the coefficient, in base units."""
+        left = dict.fromkeys(_BASES, 0) | _MEASURED[instrument]
+        for factor in self.factors:
+            for base, exponent in factor.unit.items():
+                left[base] -= exponent
+        above = " ".join(_power(base, n) for base, n in left.items() if n > 0) or "1"
+        below = [_power(base, -n) for base, n in left.items() if n < 0]
+        return above if not below else f"{above}/{below[0]}" if len(below) == 1 else f"{above}/({' '.join(below)})"
+
+
+def _power(base: str, exponent: int) -> str:
+    return base if exponent == 1 else f"{base}^{exponent}"
+
+
+@cache
+def product(text: str) -> Product:
+    """The formula that a text says.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    lagged = text.startswith(LAG) and text.endswith(")")
+    names = (text[len(LAG) : -1] if lagged else text).split(TIMES)
+    for name in names:
+        if name not in FACTORS:
+            raise InputError(f"formula {text!r}: unknown factor {name!r}; wanted a product of {', '.join(FACTORS)}")
+    factors = tuple(FACTORS[name] for name in names)
+    if lagged and any(factor.driver == "a" for factor in factors):
+        raise InputError(f"formula {text!r}: a lag of the table's angle has a phase of its own; wanted it without")
+    if sum(factor.driver == "a" for factor in factors) > 1:
+        raise InputError(f"formula {text!r}: two waves of the table's angle; wanted one")
+    return Product(factors, lagged)
+
+
+def coefficient(formula: str, instrument: Instrument, sd: float, bound: float = np.inf, name: str = "c") -> Param:
+    """A coefficient of a formula, with the unit that it has on an instrument."""
+    return Param(name, product(formula).unit(instrument), sd=sd, bound=bound)
+
+
+def name_of(formula: str) -> str:
+    """An identifier for the effect of a formula: "formula_u2_temp"."""
+    return (
+        "formula_"
+        + "_".join(_NAMES[factor.text] for factor in product(formula).factors)
+        + ("_lagged" if product(formula).lagged else "")
+    )
+
+
+class _OfFormula:
+    """What an effect's text says of it."""
+
+    formula: ClassVar[str] = ""
+
+    def __init_subclass__(cls, **more: Any) -> None:
+        super().__init_subclass__(**more)
+        if not cls.formula:
+            return
+        said: Any = cls
+        read = product(cls.formula)
+        said.needs = tuple(dict.fromkeys(need for factor in read.factors for need in factor.needs))
+        said.of_rate = any(factor.of_rate for factor in read.factors)
+        said.of_time = any(factor.of_time for factor in read.factors)
+
+
+@dataclass(frozen=True)
+class Formula(_OfFormula, LinearEffect):
+    """A product of powers of what was recorded: the author writes ``formula``."""
+
+    def basis(self, u: Floats, motion: Motion) -> Floats:
+        """The product, shape (..., n, 1); with the table's angle in it, (..., n, 2)."""
+        return columns(u, *product(self.formula).means(u, motion, self.id))
+
+
+@dataclass(frozen=True)
+class LaggedFormula(_OfFormula, MemoryEffect):
+    """What follows such a product with a first-order lag: ``formula`` is "lag(...)"."""
+
+    shapes = (Param("tau", "s", sd=300.0, low=0.5),)
+
+    def begin(self, motion: Motion, theta: Floats) -> Floats:
+        """The product at the start of a run, shape (...): before it nothing changed."""
+        first = replace(motion.interval(0, 1), step=motion.dt)
+        start = self._product(first.rate, first)[..., 0]
+        return np.broadcast_to(start, np.broadcast_shapes(start.shape, np.shape(theta)[:-1])).copy()
+
+    def carry(self, u: Floats, motion: Motion, theta: Floats, state: Any) -> tuple[Floats, Floats]:
+        """Coefficient times the mean of the lagged product, shape (..., n), and it at the last edge, shape (...)."""
+        x = motion.dt / theta[..., 1]
+        decayed, share = np.exp(-x), -np.expm1(-x) / x
+        drive = self._product(u, motion)
+        followed, last = first_order(decayed, (1 - decayed)[..., None] * drive, np.asarray(state))
+        mean = share[..., None] * followed + (1 - share)[..., None] * drive
+        return spread(u, theta[..., 0, None] * mean), last
+
+    def grid(self, motion: Motion) -> Floats:
+        """Time constants, shape (g, 1)."""
+        return time_constants(motion, 8)
+
+    def _product(self, u: Floats, motion: Motion) -> Floats:
+        (one,) = product(self.formula).means(u, motion, self.id)
+        return np.broadcast_to(one, np.broadcast_shapes(np.shape(u), one.shape))
+
+
+@cache
+def made(formula: str, instrument: Instrument, sd: float, name: str) -> Effect:
+    """The effect of a formula, with coefficients of this standard deviation; equal to any other made of the same."""
+    read = product(formula)
+    waves = any(factor.driver == "a" for factor in read.factors)
+    params = tuple(coefficient(formula, instrument, sd, name=c) for c in (("c", "s") if waves else ("c",)))
+    kind: Any = type(
+        "".join(part.capitalize() for part in name.split("_")),
+        (LaggedFormula if read.lagged else Formula,),
+        {
+            "__doc__": f"{formula}, as a search found it.",
+            "__module__": __name__,
+            "id": name,
+            "formula": formula,
+            "title": formula,
+            "meaning": f"found by a search among formulas: {formula}",
+            "linear": params,
+            "instruments": (instrument,),
+            "source": "a search among formulas (insenv.identify.formula)",
+        },
+    )
+    effect: Effect = kind()
+    return effect

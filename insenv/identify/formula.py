@@ -1,0 +1,266 @@
+"""A formula for what has no name: products of what was recorded, tried where no effect of the catalogue explains it.
+
+Every product of one or two factors (`insenv.effects.formula`) that no effect of the catalogue is, and the first-order
+lag of the plain ones, is a candidate of one more round of the search, on the model without curves that have no cause:
+beside the effects that were added, and in their place. The test is the engine's own (`insenv.identify.search.round`):
+likelihood ratio with the noise fitted anew, F, joined with the held-out data. Looks are counted: independent shapes of
+a candidate, times all formulas and all candidates of the search before.
+
+A formula is told where it is significant by all that, makes the held-out error smaller, is confirmed by the held-out
+data alone (`CONFIRMED`), has a size, and leaves nothing behind that a curve without a cause would explain: a product
+that is a part of a law is not the law. Of formulas that explain as well (`AS_WELL`) the plainest is told, and those
+that are less likely by less than `TOLD` are named beside it. In the place of effects it is told where it explains more
+than they do, with the looks and parameters of both paid for, and none of them is significant beside it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import cache, partial
+from itertools import combinations
+
+import numpy as np
+
+from insenv.effects.acceleration import VibrationRectification
+from insenv.effects.angle import AngleLockedRate
+from insenv.effects.base import Effect, Instrument
+from insenv.effects.cross import GSensitivity
+from insenv.effects.formula import FACTORS, STANDS, Product, made, name_of, product
+from insenv.effects.spline import SplineRate, SplineTemperature, SplineTime
+from insenv.identify.findings import Formulas, FoundFormula
+from insenv.identify.fit.gls import Fit, solve
+from insenv.identify.fit.heldout import confirms, held_out_score, rescored
+from insenv.identify.fit.problem import Model, Problem
+from insenv.identify.fit.uncertainty import estimates
+from insenv.identify.loop import Outcome
+from insenv.identify.search.candidates import Candidate, candidates
+from insenv.identify.search.round import at_shape, search, with_term
+from insenv.identify.search.scan import Hit, Scores, likelihood_ratio, reference, score
+from insenv.identify.search.size import unsized
+from insenv.identify.search.tracks import Progress, Track
+
+#: Candidates, best score first, whose likelihood ratios are taken: looks count all.
+MOST_REFITTED = 40
+#: Significant formulas that are put to the tests of held-out data, best first.
+MOST_JUDGED = 8
+#: Normal deviate by which held-out data alone must confirm a formula: one of twenty by chance.
+CONFIRMED = 1.645
+#: Twice the logarithm of the likelihood, less two for each parameter, by which a formula may be behind the likeliest
+#: one and is as good, so that the plainer one is told: odds of 7; and by which one that is behind is told from it: 20.
+AS_WELL, TOLD = 4.0, 6.0
+#: Share of the largest rate that the least one must have where one over the rate is tried.
+LEAST_RATE = 0.02
+
+#: What effects of the catalogue are, or become: one factor, and two.
+CATALOGUED = {
+    *("u", "|u|", "u^2", "u^3", "du/dt", "(T - T_ref)", "(T - T_ref)^2", "(T - T_ref)^3", "dT/dt", "t"),
+    *("cos(a + p)", "cos(2 a + p)", "cos(3 a + p)", "cos(4 a + p)"),
+    *("f_x", "f_y", "f_z", "v_x", "v_y", "v_z"),
+    *("u * (T - T_ref)", "u * t"),
+    *(f"u * cos({n}a + p)" for n in ("", "2 ", "3 ", "4 ")),
+    *("lag(u)", "lag(|u|)", "lag(u^2)", "lag(du/dt)", "lag((T - T_ref))", "lag(t)", "lag(t^2)"),
+}
+#: Of these alone no formula is made: any slow noise follows the time.
+_TIME_ALONE = ("t", "t^2")
+
+
+@cache
+def grammar() -> tuple[Product, ...]:
+    """All formulas that are tried, plainest first."""
+    single = [product(text) for text in FACTORS]
+    pairs = [Product((a, b)) for a, b in combinations(FACTORS.values(), 2) if a.driver != b.driver]
+    plain = [p for p in (*single, *pairs) if _plain(p)]
+    found = (*single, *pairs, *(Product(p.factors, lagged=True) for p in plain))
+    kept = [p for p in found if p.text not in CATALOGUED and p.text not in _TIME_ALONE]
+    return tuple(sorted(kept, key=lambda p: p.simplicity))
+
+
+def _plain(formula: Product) -> bool:
+    """Whether its first-order lag is tried: of one factor, and of two that are plain; without angle and time."""
+    if any(f.driver in ("a", "t") for f in formula.factors):
+        return False
+    return len(formula.factors) == 1 or all(f.simplicity <= 2 for f in formula.factors)
+
+
+def formulas_of(outcome: Outcome, progress: Progress = lambda text: None) -> dict[str, Formulas]:
+    """What a search among formulas comes to on each target."""
+    return {t.problem.target: sought(t, outcome.alpha, outcome.seed, progress) for t in outcome.tracks}
+
+
+def sought(track: Track, alpha: float, seed: int, progress: Progress = lambda text: None) -> Formulas:
+    """What a search among formulas comes to on a target: beside the effects that were added, or in their place."""
+    problem = track.problem
+    named = tuple(term for term in track.fit.model if not term.effect.generic)
+    fit = _refitted(track, named)
+    tried = testable(problem, fit)
+    if not tried:
+        return Formulas(0, None, "nothing was recorded of which products could be told")
+    progress(f"{problem.target}: trying {len(tried)} formulas")
+    search_on = partial(_searched, track, tried=tried, alpha=alpha, seed=seed)
+    found, hits, reason = search_on(fit)
+    if len(named) > len(track.prepared.model):
+        instead = _instead(track, search_on, found, alpha)
+        if instead is not None:
+            return Formulas(len(tried), instead)
+    if found is None:
+        return Formulas(len(tried), None, reason)
+    return Formulas(len(tried), _found(problem, fit, found, hits))
+
+
+def _refitted(track: Track, model: Model) -> Fit:
+    if len(model) == len(track.fit.model):
+        return track.fit
+    return solve(track.problem, model, start=track.fit.noise.power)
+
+
+def _searched(
+    track: Track, fit: Fit, tried: tuple[Candidate, ...], alpha: float, seed: int
+) -> tuple[Hit | None, list[Hit], str]:
+    """The formula that is told beside a model, all that are significant, and else why none is told."""
+    problem = track.problem
+    best = _likeliest(score(problem, fit, tried, seed), tried)
+    family = len(tried) + track.family
+    hits = [h for h in search(problem, fit, best, seed, family, tones=False) if h.log_p < math.log(alpha)]
+    reason = "none is significant"
+    for hit in hits[:MOST_JUDGED]:
+        told = _plainest(hit, hits)
+        against = _against(track, fit, told, alpha, seed)
+        if not against:
+            return told, hits, ""
+        reason = against if hit is hits[0] else reason
+    return None, hits, reason
+
+
+def _instead(
+    track: Track, search_on: Callable[[Fit], tuple[Hit | None, list[Hit], str]], beside: Hit | None, alpha: float
+) -> FoundFormula | None:
+    """A formula in the place of all effects that were added, where it explains more than they do; else None.
+
+    The looks of both are paid for. None of the effects may be significant beside it.
+    """
+    problem, steps = track.problem, [s for s in track.steps if not s.hit.candidate.generic]
+    fit = _refitted(track, track.prepared.model)
+    found, hits, _ = search_on(fit)
+    if found is None:
+        return None
+    base = reference(problem, fit.model, fit.noise.power)
+    named = (*fit.model, *(s.hit.term for s in steps))
+    spent = sum(2 * s.hit.size + 2 * math.log(s.hit.looks) for s in steps)
+    rank = likelihood_ratio(problem, base, named)[0] - spent + (beside.rank if beside is not None else 0.0)
+    if found.rank < rank + TOLD:
+        return None
+    larger = solve(problem, with_term(fit.model, found.term), start=fit.noise.power)
+    with_it = reference(problem, larger.model, larger.noise.power)
+    again = [at_shape(problem, larger, with_it, s.hit, s.hit.term) for s in steps]
+    if any(hit.log_p < math.log(alpha) for hit in again):
+        return None
+    return replace(_found(problem, fit, found, hits), instead_of=tuple(s.hit.candidate.effect.key for s in steps))
+
+
+def testable(problem: Problem, fit: Fit) -> tuple[Candidate, ...]:
+    """The formulas that a recording can show, as candidates of the search."""
+    instrument: Instrument = "accelerometer" if problem.unit == "m/s^2" else "gyro"
+    drivers = set(_drivers(problem, instrument))
+    size = float(np.std(problem.y - fit.predicted()[: len(problem.y)])) or 1e-9
+    barred = () if _never_slow(problem) else ("1/u",)
+    effects = [
+        _scaled(problem, formula, instrument, size)
+        for formula in grammar()
+        if all((f.driver in drivers or f.text in drivers) and f.text not in barred for f in formula.factors)
+    ]
+    return candidates(problem, tuple(effects))[0]
+
+
+def _drivers(problem: Problem, instrument: Instrument) -> Iterator[str]:
+    """Drivers that this recording has, and texts of waves of the angle that it turns through."""
+    yield "t"
+    motions = [e.motion for e in problem.exposures]
+    if all(m.has("temperature") for m in motions):
+        yield from ("T", "dT/dt")
+    if instrument == "accelerometer":
+        return
+    if problem.turns:
+        yield "u"
+        if all(m.has("rate_edges") for m in motions):
+            yield "du/dt"
+    for order in (1, 2, 3, 4):
+        if candidates(problem, (AngleLockedRate(order),))[0]:
+            yield f"cos({'' if order == 1 else f'{order} '}a + p)"
+    for letter, field, effect in (("f", "force", GSensitivity()), ("v", "vibration", VibrationRectification())):
+        if candidates(problem, (effect,))[0]:
+            yield from (f"{letter}_{axis}" for axis in "xyz" if all(m.has(f"{field}.{axis}") for m in motions))
+
+
+def _never_slow(problem: Problem) -> bool:
+    """Whether the table stands or goes at rates of one order: one over the rate is then told from its ramps."""
+    rates = np.concatenate([np.abs(np.ravel(e.u)) for e in problem.exposures])
+    moving = rates[rates > STANDS]
+    return len(moving) > 0 and float(np.quantile(moving, 0.02)) >= LEAST_RATE * float(moving.max())
+
+
+def _scaled(problem: Problem, formula: Product, instrument: Instrument, size: float) -> Effect:
+    """The effect of a formula, with a prior by which it makes no more of the reading than what is left of it."""
+    exposure = max(problem.exposures, key=lambda e: e.motion.n)
+    columns = formula.means(exposure.u, exposure.motion, "formula")
+    most = max(float(np.sqrt(np.mean(np.square(c)))) for c in columns)
+    return made(formula.text, instrument, float(f"{3 * size / max(most, 1e-30):.2g}"), name_of(formula.text))
+
+
+def _likeliest(scores: list[Scores], tried: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
+    """The candidates with the best scores."""
+    value = np.array([s.q.max() / max(s.rank, 1) if s.testable else -1.0 for s in scores])
+    return tuple(tried[i] for i in np.argsort(-value)[:MOST_REFITTED] if value[i] > 0)
+
+
+def _formula(hit: Hit) -> Product:
+    text: str = hit.candidate.effect.formula  # type: ignore[attr-defined]
+    return product(text)
+
+
+def _plainest(best: Hit, hits: list[Hit]) -> Hit:
+    """The plainest of those that are as good as one."""
+    able = [h for h in hits if _gain(h) >= _gain(best) - AS_WELL]
+    return min(able, key=lambda h: (_formula(h).simplicity, -_gain(h)), default=best)
+
+
+def _gain(hit: Hit) -> float:
+    """Twice the gain in log likelihood, less what parameters gain by chance."""
+    return hit.likelihood_ratio - 2 * hit.size
+
+
+def _against(track: Track, fit: Fit, hit: Hit, alpha: float, seed: int) -> str:
+    """Why a significant formula is not told; empty if it is."""
+    problem, text = track.problem, _formula(hit).text
+    if hit.held_out < CONFIRMED:
+        return f"{text} follows the fitted data, and held-out data do not confirm it"
+    larger = solve(problem, with_term(fit.model, hit.term), start=fit.noise.power)
+    before, after = held_out_score(problem, fit), held_out_score(problem, larger)
+    if not confirms(before, after, rescored(problem, fit, larger.noise.power)) or after.rms >= before.rms:
+        return f"{text} follows the fitted data, but held-out data are worse with it"
+    if unclear := unsized(problem, larger, hit.term, held_out=hit.held_out):
+        return f"{text} follows the data, but {unclear}"
+    curves, _ = candidates(problem, (SplineTime(), SplineTemperature(), SplineRate()))
+    left = [h for h in search(problem, larger, curves, seed, track.family, tones=False) if h.log_p < math.log(alpha)]
+    if left:
+        return f"{text} explains a part; {left[0].candidate.effect.key} would still explain more beside it"
+    return ""
+
+
+def _found(problem: Problem, fit: Fit, hit: Hit, hits: list[Hit]) -> FoundFormula:
+    larger = solve(problem, with_term(fit.model, hit.term), start=fit.noise.power)
+    alike = [
+        _formula(h).text
+        for h in sorted(hits, key=lambda h: -_gain(h))
+        if h is not hit and _gain(h) >= _gain(hit) - TOLD
+    ]
+    return FoundFormula(
+        _formula(hit).text,
+        estimates(problem, larger, (hit.term,))[hit.term],
+        hit.p_value,
+        hit.likelihood_ratio,
+        tuple(alike),
+        held_out_score(problem, fit).rms,
+        held_out_score(problem, larger).rms,
+    )
