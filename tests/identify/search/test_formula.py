@@ -33,7 +33,7 @@ from insenv.report.text import summary
 
 Floats = NDArray[np.float64]
 Law = Callable[[Floats, Floats], Floats]
-STUDY = Path(__file__).resolve().parents[2] / "scripts" / "studies" / "unknown"
+STUDY = Path(__file__).resolve().parents[3] / "scripts" / "studies" / "unknown"
 DT, N = 0.5, 3600
 
 
