@@ -16,7 +16,7 @@ from insenv.data.manifest import Manifest, load_manifest
 from insenv.data.power import by_power_up
 from insenv.data.reference import sentences
 from insenv.data.remarks import remarks
-from insenv.data.split import split
+from insenv.data.split import split, without_tails
 from insenv.effects.base import DrivenEffect, Effect, NoiseEffect
 from insenv.effects.catalogue import by_key, catalogue
 from insenv.identify.assemble import findings
@@ -103,11 +103,12 @@ def close_on(  # noqa: PLR0913 -- as of `close`
         traced = trace_positions(read, recordings, tried, alpha, progress)
         found = position_findings(read, recordings, traced, remarks(recordings), alpha, seed)
     else:
-        outcome = trace(
-            read, recordings, split(read, recordings), catalogue() if tried is None else tried, alpha, seed, progress
-        )
+        uses = split(read, recordings)
+        odd = remarks(recordings, [use.fit | use.held_out for use in uses])
+        own = without_tails(recordings, uses) if read.procedure == "static" else (recordings, uses)
+        outcome = trace(read, *own, catalogue() if tried is None else tried, alpha, seed, progress)
         said = [name for name, channel in read.channels.items() if channel.source is not None]
-        found = findings(read, recordings, outcome, (*remarks(recordings), *sentences(recordings, said)), limits)
+        found = findings(read, recordings, outcome, (*odd, *sentences(recordings, said)), limits)
         if formula:
             found = _with_formulas(found, outcome, progress)
     common = common_mode(read, recordings)

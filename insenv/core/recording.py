@@ -8,7 +8,7 @@ the row's time; angles, temperatures and instantaneous rates are values *at* the
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Literal
@@ -189,3 +189,12 @@ class Recording:
         breaks = np.flatnonzero(np.diff(self.t) > GAP * self.dt) + 1
         edges = [0, *breaks.tolist(), len(self.t)]
         return tuple(slice(a, b) for a, b in pairwise(edges))
+
+
+def rows_between(recording: Recording, start: int, stop: int) -> Recording:
+    """The rows ``[start, stop)`` of a recording, at their times."""
+    channels = {n: replace(c, values=c.values[start:stop]) for n, c in recording.channels.items()}
+    cut = (Segment(s.label, max(s.start, start) - start, min(s.stop, stop) - start) for s in recording.segments)
+    segments = tuple(segment for segment in cut if segment.start < segment.stop)
+    left_out = {name: mask[start:stop] for name, mask in recording.left_out.items()}
+    return replace(recording, t=recording.t[start:stop], channels=channels, segments=segments, left_out=left_out)

@@ -30,6 +30,7 @@ from insenv.data.sampling import (
     by_the_clock,
     check_forwards,
     in_packets,
+    nearly_forwards,
     round_rate,
     sampling,
 )
@@ -124,8 +125,9 @@ def _read_run(manifest: Manifest, run: RunSpec, words: Mended) -> Recording:
     table = words.table
     t = time(manifest, run, table)
     table, t, far = _without_strays(manifest, run, table, t)
+    t, back = nearly_forwards(t, table.place)
     table, t, again = _without_copies(manifest, run, table, t)
-    notes = (*table.notes, *words.notes, *far, *again)
+    notes = (*table.notes, *table.behind, *words.notes, *far, *back, *again)
     if table.notes and (manifest.fit_rows or manifest.held_out.rows):
         raise InputError(f"{run.file}: {table.notes[0]}; wanted all of them where {manifest.path} counts rows")
     if manifest.resample is not None:

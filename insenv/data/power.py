@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from insenv.core.errors import InputError
-from insenv.core.recording import Recording, Segment
+from insenv.core.recording import Recording, rows_between
 
 
 def by_power_up(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
@@ -39,9 +39,4 @@ def _parts(recording: Recording) -> Iterator[Recording]:
         label = f"{recording.label}, power-up {numbers[start]:g}"
         if stop - start < 2:
             raise InputError(f"{label}: has 1 row of data; wanted at least 2")
-        channels = {n: replace(c, values=c.values[start:stop]) for n, c in recording.channels.items()}
-        cut = (Segment(s.label, max(s.start, start) - start, min(s.stop, stop) - start) for s in recording.segments)
-        segments = tuple(segment for segment in cut if segment.start < segment.stop)
-        left_out = {name: mask[start:stop] for name, mask in recording.left_out.items()}
-        part = replace(recording, t=recording.t[start:stop], channels=channels, segments=segments, label=label)
-        yield replace(part, left_out=left_out)
+        yield replace(rows_between(recording, start, stop), label=label)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from insenv.core.earth import EARTH_RATE
 from insenv.core.recording import GAP, Floats, Recording
@@ -22,16 +23,21 @@ _RATE_RANGE = (1e-2, 1e4)
 _REST_SCATTER = 1.0
 #: Scatter of the steps, as a share of the period, that is worth a remark.
 _JITTER = 0.05
+_Rows = NDArray[np.bool_] | slice
 _DIRECTIONS = {"R": (0, 1), "L": (0, -1), "F": (1, 1), "B": (1, -1), "U": (2, 1), "D": (2, -1)}
 
 
-def remarks(recordings: Sequence[Recording]) -> tuple[str, ...]:
-    """Sentences about what looks odd: gaps, jitter, and means at rest that suggest a wrong unit or sign."""
+def remarks(recordings: Sequence[Recording], used: Sequence[NDArray[np.bool_]] = ()) -> tuple[str, ...]:
+    """Sentences about what looks odd: gaps, jitter, and means at rest that suggest a wrong unit or sign.
+
+    Of the rows that are ``used``, shape (rows,) of each recording, the means are; without, of all.
+    """
     found = []
-    for recording in recordings:
+    chosen: Sequence[_Rows] = used or [slice(None)] * len(recordings)
+    for recording, rows in zip(recordings, chosen, strict=True):
         found += [f"{recording.label}: {text}" for text in recording.notes]
-        checks = (_gaps, _jitter, _force, _rate)
-        found += [f"{recording.label}: {text}" for check in checks if (text := check(recording))]
+        checks = (_gaps(recording), _jitter(recording), _force(recording, rows), _rate(recording, rows))
+        found += [f"{recording.label}: {text}" for text in checks if text]
     return tuple(found)
 
 
@@ -53,17 +59,17 @@ def _jitter(recording: Recording) -> str:
     return f"time stamps jitter by {100 * spread:.1f} % of the period (one sigma)" if spread > _JITTER else ""
 
 
-def _triad(recording: Recording, prefix: str) -> Floats | None:
-    """Samples of a whole triad, shape (3, n)."""
+def _triad(recording: Recording, prefix: str, rows: _Rows) -> Floats | None:
+    """Samples of a whole triad in some rows, shape (3, n)."""
     names = [f"{prefix}_{axis}" for axis in "xyz"]
     if not all(name in recording.channels for name in names):
         return None
-    return np.stack([recording.channels[name].values for name in names])
+    return np.stack([recording.channels[name].values[rows] for name in names])
 
 
-def _at_rest(recording: Recording) -> bool:
+def _at_rest(recording: Recording, rows: _Rows) -> bool:
     """Whether nothing tells of motion: no table, and a specific force that does not turn."""
-    force = _triad(recording, "accel")
+    force = _triad(recording, "accel", rows)
     table = {"table_angle", "table_rate"} & recording.channels.keys()
     if table or force is None:
         return not table
@@ -71,9 +77,9 @@ def _at_rest(recording: Recording) -> bool:
     return scatter < _REST_SCATTER * max(1.0, size / STANDARD_GRAVITY)
 
 
-def _force(recording: Recording) -> str:
-    force = _triad(recording, "accel")
-    if force is None or not _at_rest(recording):
+def _force(recording: Recording, rows: _Rows) -> str:
+    force = _triad(recording, "accel", rows)
+    if force is None or not _at_rest(recording, rows):
         return ""
     mean = force.mean(axis=1)
     size, gravity = float(np.linalg.norm(mean)), recording.site.gravity or STANDARD_GRAVITY
@@ -92,9 +98,9 @@ def _up(axes: str) -> Floats:
     return np.array([float(_DIRECTIONS[a][1]) if _DIRECTIONS[a][0] == 2 else 0.0 for a in axes])
 
 
-def _rate(recording: Recording) -> str:
-    rate = _triad(recording, "gyro")
-    if rate is None or not _at_rest(recording):
+def _rate(recording: Recording, rows: _Rows) -> str:
+    rate = _triad(recording, "gyro", rows)
+    if rate is None or not _at_rest(recording, rows):
         return ""
     size = float(np.linalg.norm(rate.mean(axis=1)))
     low, high = (limit * EARTH_RATE for limit in _RATE_RANGE)

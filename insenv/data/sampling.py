@@ -29,6 +29,9 @@ AWAY, SHARE_AWAY = 1.0, 0.01
 #: rows beyond which that is how they are written.
 AT_ONCE, SEVERAL, MOST_AT_ONCE = 0.1, 3, 0.2
 
+#: Share of the stamps that may run backwards, each by less than a median step.
+FEW_BACK = 0.01
+
 #: Share of the steps from which on pauses are those between packets.
 OFTEN = 0.01
 #: Share of its roughness by the stamps that the angle of a table has at most by the clock, where means were asked for.
@@ -102,6 +105,25 @@ def sampling(path: Path, t: Floats, place: Callable[[int], str], angle: Floats |
     origin = 0.0 if grain < COARSE * clock.period else float(t[0])
     taken = _mended(path, t - origin, t[0] - origin, replace(clock, quantum=max(clock.quantum, grain)), place, angle)
     return replace(taken, t=increasing(path, taken.t, place))
+
+
+def nearly_forwards(t: Floats, place: Callable[[int], str]) -> tuple[Floats, tuple[str, ...]]:
+    """Stamps of which a few run backwards by less than a step, shape (n,) [s], with none that does; what was done.
+
+    Two threads of a logger, or a clock that is disciplined, write one row a little before the one before it. Such rows
+    stand at the latest stamp before them, as if they had been written twice; the clock of the others tells their time.
+    """
+    steps = np.diff(t)
+    back = steps < 0
+    if not back.any() or back.mean() > FEW_BACK or not -steps.min() < float(np.median(steps)):
+        return t, ()
+    count, first = int(back.sum()), place(int(np.argmax(back)) + 1)
+    which = (
+        f"1 time stamp runs backwards, at {first}"
+        if count == 1
+        else f"{count} time stamps run backwards, first at {first}"
+    )
+    return np.maximum.accumulate(t), (f"{which}, by up to {-steps.min():.2g} s: taken for late ones",)
 
 
 def in_packets(t: Floats) -> bool:

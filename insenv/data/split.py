@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.errors import InputError
-from insenv.core.recording import Recording
+from insenv.core.recording import Recording, rows_between
 from insenv.data.manifest import Manifest, RowRanges
 
 Mask = NDArray[np.bool_]
@@ -35,10 +35,13 @@ def split(manifest: Manifest, recordings: Sequence[Recording]) -> tuple[RowUse, 
         If a row is in both, either is empty, or the manifest names rows that are not there.
     """
     lengths = [len(recording) for recording in recordings]
-    held_out = _held_out(manifest, recordings)
-    fit = ~held_out
-    if manifest.fit_rows:
-        fit = _rows(manifest.fit_rows, sum(lengths), f"{manifest.path}: fit.rows")
+    if manifest.fit_rows and manifest.held_out.names_nothing:
+        fit, held_out = _parted(manifest, lengths)
+    else:
+        held_out = _held_out(manifest, recordings)
+        fit = ~held_out
+        if manifest.fit_rows:
+            fit = _rows(manifest.fit_rows, sum(lengths), f"{manifest.path}: fit.rows")
     if both := int(np.sum(fit & held_out)):
         first = int(np.argmax(fit & held_out))
         raise InputError(
@@ -51,6 +54,36 @@ def split(manifest: Manifest, recordings: Sequence[Recording]) -> tuple[RowUse, 
         raise InputError(f"{manifest.path}: every row is held out ({_name(manifest)}); wanted rows to fit")
     edges = np.cumsum(lengths)[:-1]
     return tuple(RowUse(f, h) for f, h in zip(np.split(fit, edges), np.split(held_out, edges), strict=True))
+
+
+def without_tails(
+    recordings: Sequence[Recording], uses: Sequence[RowUse]
+) -> tuple[tuple[Recording, ...], tuple[RowUse, ...]]:
+    """The runs, and their uses, up to the last row of each that is fitted or held out.
+
+    What comes after it, as a rocket's flight after its rest on the pad, tells nothing of the rows in use: a rail that is
+    reached there clips none of them. What comes before them stays, for time counts from a run's first row.
+    """
+    ends = [
+        int(np.flatnonzero(use.fit | use.held_out)[-1]) + 1 if (use.fit | use.held_out).any() else 0 for use in uses
+    ]
+    cut = [end >= 2 for end in ends]
+    runs = tuple(rows_between(r, 0, end) if short else r for r, end, short in zip(recordings, ends, cut, strict=True))
+    kept = [RowUse(u.fit[:n], u.held_out[:n]) if short else u for u, n, short in zip(uses, ends, cut, strict=True)]
+    return runs, tuple(kept)
+
+
+def _parted(manifest: Manifest, lengths: Sequence[int]) -> tuple[Mask, Mask]:
+    """Of the rows that fit.rows names, the first ones of each run, and the last `HELD_OUT_SHARE`, of all runs in order.
+
+    Who names rows and nothing to hold out names those that are good: what is between or behind them is neither.
+    """
+    named = _rows(manifest.fit_rows, sum(lengths), f"{manifest.path}: fit.rows")
+    held_out = np.zeros(len(named), dtype=bool)
+    for start, length in zip(np.cumsum([0, *lengths[:-1]]), lengths, strict=True):
+        rows = start + np.flatnonzero(named[start : start + length])
+        held_out[rows[int(np.ceil((1 - HELD_OUT_SHARE) * len(rows))) :]] = True
+    return named & ~held_out, held_out
 
 
 def _held_out(manifest: Manifest, recordings: Sequence[Recording]) -> Mask:
@@ -93,4 +126,6 @@ def _name(manifest: Manifest) -> str:
         return f"held_out.rows = {[list(r) for r in named.rows]}"
     if named.start is not None:
         return f"held_out.start = {named.start:g} s"
+    if manifest.fit_rows:
+        return f"no [held_out]: the last {100 * HELD_OUT_SHARE:.0f} % of the rows of fit.rows"
     return f"no [held_out]: the last {100 * HELD_OUT_SHARE:.0f} % of the time"

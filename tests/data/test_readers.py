@@ -416,7 +416,7 @@ def test_rows_are_split_as_the_manifest_says(tmp_path: Path, tail: str, held_out
     ('[held_out]\nstart = "1 h"', "no row is held out"),
     ("[held_out]\nrows = [[90, 101]]", r"held_out\.rows has \[90, 101\]; there are 100 rows"),
     ("[fit]\nrows = [[0, 101]]", r"fit\.rows has \[0, 101\]; there are 100 rows"),
-    ("[fit]\nrows = [[0, 31]]", "1 rows from row 30 on are in fit.rows and held out"),
+    ("[fit]\nrows = [[0, 31]]\n[held_out]\nruns = [1]", "31 rows from row 0 on are in fit.rows and held out"),
     ("[held_out]\npositions = 'even'", "procedure = 'multi-position'"),
 ])  # fmt: skip
 def test_a_split_that_cannot_be_is_refused(tmp_path: Path, tail: str, words: str) -> None:

@@ -31,7 +31,10 @@ INCREMENT: Mapping[str, str] = {"gyro": "angle", "accel": "velocity", "table_rat
 
 _TEMPERATURE = {"temp", "temps", "temperature", "temperatures", "tmp", "thermistor"}
 _GYRO = {"gyro", "gyros", "gyr", "gyroscope", "gyroscopes", "omega", "angvel", "wb", "wib"}
-_ACCEL = {"acc", "accel", "accels", "accelerometer", "accelerometers", "acceleration", "accelerations", "fb", "fib"}
+_ACCEL = {"acc", "accel", "accels", "accelerometer", "accelerometers", "acceleration", "accelerations", "fb", "fib"} | {
+    "highg",
+    "lowg",
+}
 _GYRO_STEP = {"dtheta", "dth", "dang", "deltaangle", "wm"}
 _ACCEL_STEP = {"dv", "dvel", "deltavelocity", "vm"}
 _TABLE = {"table", "turntable", "command", "commanded", "cmd", "setpoint", "reference", "ref", "input", "encoder"} | {
@@ -87,6 +90,10 @@ _OTHER = (
         "avg",
         "average",
         "date",
+        "true",
+        "truth",
+        "expected",
+        "ideal",
     }
 )
 #: One letter before the axis, in one word: gx, wy, az, fz.
@@ -202,6 +209,7 @@ def _tokens(name: str) -> list[str]:
     """Words of a name in small letters: parted at signs, blanks and capitals within a word."""
     name = re.sub(r"([a-z0-9])([A-Z])(?=[a-z]|\b|_|$)", r"\1_\2", name)
     words = [word.lower() for word in re.split(r"[^A-Za-z0-9]+", name.removeprefix("field.")) if word]
+    words = [bare if (bare := word.rstrip("0123456789")) == "covariance" else word for word in words]
     found: list[str] = []
     for word in words:
         if match := _PLAIN.fullmatch(word):
@@ -242,7 +250,7 @@ def _kind(tokens: Iterable[str], axis: str) -> str:  # noqa: C901, PLR0911, PLR0
         return "accel_step"
     if words & _GYRO or pairs & {"angularvelocity", "angularrate", "bodyrate", "rotationrate", "turnrate"}:
         return "gyro"
-    if words & _ACCEL or "specificforce" in pairs:
+    if words & _ACCEL or pairs & {"specificforce", "highg?", "lowg?"}:
         return "accel"
     letters = {_LETTER[word[0]] for word in words if word.endswith("?")}
     if letters:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
@@ -25,10 +25,10 @@ from insenv.data.manifest.spec import WHOLE, Reading, RunSpec
 from insenv.data.readers import MOST_INCOMPLETE, Column, arrays, labelled, rdata, read_table, spreadsheet
 from insenv.data.readers.conventions import unit_of
 from insenv.data.readers.novatel import NAMES
-from insenv.data.readers.rows import is_number
+from insenv.data.readers.rows import COMMENTS, MOST_LINES, is_number
 from insenv.data.readers.stamps import second
 from insenv.data.readers.table import decoding
-from insenv.data.readers.text import COMMENTS, Line, labelled_names, lines_of
+from insenv.data.readers.text import Line, labelled_names, lines_of
 
 #: Of a text file so much is looked at for its layout, and so many lines.
 HEAD_BYTES, HEAD_LINES = 400_000, 400
@@ -370,7 +370,7 @@ def _read(path: Path, kind: str, wanted: _Named, reading: Reading = WHOLE) -> Li
         skip_lines=reading.skip_lines,
         incomplete=reading.incomplete,
         lines=reading.lines,
-        notes=table.notes,
+        notes=(*table.notes, *table.behind),
     )
 
 
@@ -382,7 +382,7 @@ def _layout(path: Path, text: str) -> _Layout:
     InputError
         If no rows of numbers are found.
     """
-    lines = [Line(path, n, 0, 0, t) for n, t in enumerate(text.splitlines()[:HEAD_LINES], 1) if t.strip()]
+    lines = [Line(path, n, 0, 0, t) for n, t in _whole(text.splitlines()[:HEAD_LINES]) if t.strip()]
     split = [(line, line.delimiter(), _cells(line)) for line in lines]
     shapes = Counter((d, len(c)) for _, d, c in split if _is_row(c, d))
     if not shapes:
@@ -408,6 +408,18 @@ def _layout(path: Path, text: str) -> _Layout:
     filled = tuple(i for i in numeric if _is_filled([row[i] for row in rows]))
     number, rate = split[first][0].number, _rate(split[:top])
     return _Layout(delimiter, names, units, line, number, numeric, width, rate, texts, filled)
+
+
+def _whole(lines: Sequence[str]) -> Iterator[tuple[int, str]]:
+    """Numbers and texts of the lines; one in which a cell in quotation marks goes on has the next ones behind it."""
+    number = 0
+    while number < len(lines):
+        first, text = number + 1, lines[number]
+        while text.count('"') % 2 and number - first < MOST_LINES and number + 1 < len(lines):
+            number += 1
+            text += " " + lines[number]
+        yield first, text
+        number += 1
 
 
 def _cells(line: Line) -> list[str]:

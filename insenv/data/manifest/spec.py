@@ -156,7 +156,9 @@ class Model:
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Data that no fit may see: one of the first four; where none is given, the last 40 % of each run's time.
+    """Data that no fit may see: one of the first four.
+
+    Where none is given, the last 40 % of each run's time, or of the rows that fit.rows names.
 
     Attributes
     ----------
@@ -177,6 +179,11 @@ class HeldOut:
     rows: RowRanges = ()
     positions: str | tuple[int, ...] | None = None
     averaging: float | None = None
+
+    @property
+    def names_nothing(self) -> bool:
+        """Whether it is left to the program what is held out."""
+        return not self.runs and self.start is None and not self.rows and self.positions is None
 
 
 @dataclass(frozen=True)

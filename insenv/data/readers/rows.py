@@ -2,6 +2,10 @@
 
 Libraries read a sound file fast; where they refuse, or are not there, the standard library reads it again,
 row by row, and finds the line at fault. Only the wanted columns need be numbers; all rows are of one width.
+
+Loggers leave lines that are no rows, which are passed over and told: comments between the rows, the header once more
+where a logger went on, and a last line that was cut off as it stopped. A cell in quotation marks may go on in the next
+lines, as an array does that was printed into it.
 """
 
 from __future__ import annotations
@@ -26,6 +30,12 @@ from insenv.data.readers.table import Column, Table, find_column
 
 #: Rows after which what was read so far is looked at.
 EARLY = 1000
+#: What a line begins with that is a comment.
+COMMENTS = ("#", "%", "//")
+#: Rows before a last one from which on it is cut off, and not a table of two widths.
+ENOUGH = 8
+#: Lines of one row; where a cell goes on for more its quotation mark is not closed.
+MOST_LINES = 100
 _UNDECODABLE = "\N{REPLACEMENT CHARACTER}"
 _Columns = dict[Column, Any]
 
@@ -61,7 +71,9 @@ def read_rows(body: Body, columns: Sequence[Column]) -> Table:
     stamped = _stamped(body, at)
     cells = {replace(column, label=True) if column in stamped else column: i for column, i in at.items()}
     fast = _with_numpy if body.delimiter is None else _with_arrow
-    found = fast(body, cells) or _with_python(body, cells)
+    notes: list[str] = []
+    behind: list[str] = []
+    found = fast(body, cells) or _with_python(body, cells, notes, behind)
     units = {column.channel: unit for column, i in at.items() if (unit := unit_of(body.names, i))}
     for column in stamped:
         found[column] = _seconds(body, column, found.pop(replace(column, label=True)))
@@ -71,6 +83,8 @@ def read_rows(body: Body, columns: Sequence[Column]) -> Table:
         labels={column.channel: data for column, data in found.items() if column.label},
         units=units,
         place=partial(_place, body),
+        notes=tuple(notes),
+        behind=tuple(behind),
         stamped=frozenset(column.channel for column in stamped),
     )
 
@@ -158,10 +172,15 @@ def _with_numpy(body: Body, at: dict[Column, int]) -> _Columns | None:
     return {column: np.ascontiguousarray(rows[:, i]) for column, i in at.items()}
 
 
-def _with_python(body: Body, at: dict[Column, int]) -> _Columns:
-    """Columns read by the standard library, which knows every row's line."""
+def _with_python(body: Body, at: dict[Column, int], notes: list[str], behind: list[str]) -> _Columns:
+    """Columns read by the standard library, which knows every row's line.
+
+    A word on what was passed over between the rows goes into ``notes``, on a last line into ``behind``.
+    """
     lines, rows = [], []
-    for line, cells in _rows(body):
+    passed: list[int] = []
+    wanted_columns = [i for column, i in at.items() if not column.label]
+    for line, cells in _sound(body, wanted_columns, passed, behind):
         if len(cells) != len(body.names) and body.incomplete:
             cells = [""] * len(body.names)
         elif len(cells) != len(body.names):
@@ -173,7 +192,46 @@ def _with_python(body: Body, at: dict[Column, int]) -> _Columns:
             _columns(body, at, rows, lines)  # a fault at the beginning is told before the rest is gone through
     if not rows:
         raise InputError(f"{body.path}: has no rows of data; wanted at least one")
+    if passed:
+        noun = "1 line is" if len(passed) == 1 else f"{len(passed)} lines are"
+        notes.append(f"{noun} a comment or the header again, the first line {passed[0]}: passed over")
     return _columns(body, at, rows, lines)
+
+
+def _sound(body: Body, numbers: Sequence[int], passed: list[int], behind: list[str]) -> Iterator[tuple[int, list[str]]]:
+    """Rows without the lines that are none: numbers of those go to ``passed``, a word on the last one to ``behind``.
+
+    A last line is cut off that has fewer cells than all others, or ends within a number; a file that was closed ends
+    with a line break. Where incomplete rows are left out it is one of these.
+    """
+    header = [name.strip() for name in body.names]
+    whole = body.content.endswith((b"\n", b"\r"))
+    before: tuple[int, list[str]] | None = None
+    count = 0
+    for line, cells in _rows(body):
+        if _is_no_row(cells, header, numbers):
+            passed.append(line)
+            continue
+        if before is not None:
+            yield before
+        before = line, cells
+        count += 1
+    if before is None:
+        return
+    line, cells = before
+    short = len(cells) < len(header)
+    broken = not short and not whole and any(not is_number(cells[i]) for i in numbers if i < len(cells))
+    if (short or broken) and count > ENOUGH and not body.incomplete:
+        behind.append(f"the last line, {line}, is cut off: passed over")
+        return
+    yield before
+
+
+def _is_no_row(cells: list[str], header: Sequence[str], numbers: Sequence[int]) -> bool:
+    """Whether a line is a comment, or the header once more."""
+    if cells[0].lstrip().startswith(COMMENTS):
+        return len(cells) != len(header) or any(not is_number(cells[i]) for i in numbers if i < len(cells))
+    return not header[0].isdigit() and [cell.strip() for cell in cells] == header
 
 
 def _columns(body: Body, at: dict[Column, int], rows: list[list[str]], lines: list[int]) -> _Columns:
@@ -193,12 +251,17 @@ def _rows(body: Body) -> Iterator[tuple[int, list[str]]]:
         return
     reader = csv.reader(body.text(), delimiter=body.delimiter)
     line = body.first
+    lines, closed = body.content.count(b"\n") + 1, body.content.count(b'"') % 2 == 0
     try:
-        for line, cells in enumerate(reader, body.first):
-            if reader.line_num != line - body.first + 1:
+        for cells in reader:
+            after = body.first + reader.line_num
+            several = after - line > 1
+            at_the_end = reader.line_num >= lines - 1
+            if several and ((at_the_end and not closed) or after - line > MOST_LINES or len(cells) != len(body.names)):
                 raise csv.Error("a quotation mark is not closed")
             if len(cells) > 1 or (cells and cells[0].strip()):
                 yield line, cells
+            line = after
     except csv.Error as error:
         raise InputError(f"{body.path}: line {line}: {error}; wanted one row on each line") from None
 

@@ -56,6 +56,8 @@ class Table:
         Where the file says it was recorded.
     notes : tuple of str
         What was not read, in words.
+    behind : tuple of str
+        What was not read behind the last row, in words: all rows keep their numbers.
     stamped : frozenset of str
         Channels that were dates or times of day, in seconds.
     index : ndarray of int, shape (n,), optional
@@ -70,6 +72,7 @@ class Table:
     t: Floats | None = None
     site: Site | None = None
     notes: tuple[str, ...] = ()
+    behind: tuple[str, ...] = ()
     stamped: frozenset[str] = frozenset()
     index: NDArray[np.int64] | None = None
 

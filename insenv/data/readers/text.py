@@ -18,12 +18,11 @@ from insenv.core.units import scale_to_si
 from insenv.data.manifest.schema import shown
 from insenv.data.manifest.spec import CHANNELS, INCREMENTS, WHOLE, Reading
 from insenv.data.readers import labelled
-from insenv.data.readers.rows import Body, is_number, read_rows
+from insenv.data.readers.rows import COMMENTS, Body, is_number, read_rows
 from insenv.data.readers.table import Column, Table, find_column, split_unit
 
 _LINE = re.compile(rb"([^\r\n]*)(\r\n|\r|\n|\Z)")
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf"
-COMMENTS = ("#", "%", "//")
 #: Bytes at the beginning of a file that are looked at first, and those of a line that there is no need for.
 HEAD_BYTES, LONGEST = 8_000_000, 1_000_000
 #: Lines at the head of a file among which the header is looked for by its names.

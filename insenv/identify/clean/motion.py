@@ -54,7 +54,8 @@ def at_rest(
 
     As they are where the procedure knows of motion: a table, a triad that turns about a known axis. A gyro is judged by
     itself, for it may stand still about its own axis while the unit turns about another, which shows its cross-
-    coupling; an accelerometer feels every turn.
+    coupling; an accelerometer feels every turn. What is neither fitted nor held out may be any motion: the rest is that
+    of the rows in use.
 
     Raises
     ------
@@ -64,8 +65,9 @@ def at_rest(
     table = any({"table_angle", "table_rate"} & r.channels.keys() or r.mounting.table_axis for r in recordings)
     if table or manifest.procedure != "static":
         return uses, ()
-    moving = [_moving(r, target) for r in recordings]
-    share = sum(int(m.sum()) for m in moving) / sum(map(len, moving))
+    used = [u.fit | u.held_out for u in uses]
+    moving = [_moving(r, target, rows) & rows for r, rows in zip(recordings, used, strict=True)]
+    share = sum(int(m.sum()) for m in moving) / max(sum(int(rows.sum()) for rows in used), 1)
     if not share:
         return uses, ()
     kept = tuple(
@@ -74,7 +76,7 @@ def at_rest(
     rested = sum(int(u.fit.sum()) for u in kept), sum(int(u.held_out.sum()) for u in kept)
     wanted = sum(int(u.fit.sum()) for u in uses), sum(int(u.held_out.sum()) for u in uses)
     if any(rows < LEAST_REST * of for rows, of in zip(rested, wanted, strict=True)):
-        raise InputError(_restless(manifest, recordings, target, share))
+        raise InputError(_restless(manifest, recordings, used, target, share))
     found = [
         RejectedRows(target, run, a, b, REASON, "motion") for run, mask in enumerate(moving) for a, b in stretches(mask)
     ]
@@ -94,16 +96,18 @@ def motion_cautions(recordings: Sequence[Recording], rejected: Sequence[Rejected
     return said
 
 
-def _moving(recording: Recording, target: str) -> NDArray[np.bool_]:
+def _moving(recording: Recording, target: str, used: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Rows in which ``target`` moves, those within `BESIDE` seconds of them included, shape (rows,)."""
+    if not used.any():
+        return used
     names = [target]
     if target.startswith("accel"):
         names += [n for n in recording.channels if n.startswith(("gyro", "accel")) and n != target]
-    swings = [_swings(recording, n) for n in recording.channels if n.startswith(("gyro", "accel"))]
-    return np.any([_departs(recording, name) for name in names] + swings, axis=0)
+    swings = [_swings(recording, n, used) for n in recording.channels if n.startswith(("gyro", "accel"))]
+    return np.any([_departs(recording, name, used) for name in names] + swings, axis=0)
 
 
-def _swings(recording: Recording, name: str) -> NDArray[np.bool_]:
+def _swings(recording: Recording, name: str, used: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Rows in which a channel goes to and fro, shape (rows,): then the unit moves, and no channel of it is at rest."""
     values, none = recording.channels[name].values, np.zeros(len(recording), bool)
     rows = max(FEWEST, int(round(SECOND / recording.dt)))
@@ -113,7 +117,9 @@ def _swings(recording: Recording, name: str) -> NDArray[np.bool_]:
         return none
     around = np.lib.stride_tricks.sliding_window_view(np.pad(means, width // 2, mode="reflect"), width)
     scatter = around.std(axis=1)
-    limit = max(SWAYS if name.startswith("accel") else SWINGS, LOUDER * float(np.quantile(scatter, QUIET)))
+    own = used[: len(means) * rows].reshape(-1, rows).any(axis=1)
+    quiet = float(np.quantile(scatter[own], QUIET)) if own.any() else 0.0
+    limit = max(SWAYS if name.startswith("accel") else SWINGS, LOUDER * quiet)
     loud = scatter > limit
     for start, stop in stretches(loud):
         if stop - start >= LASTS / SECOND:
@@ -122,7 +128,7 @@ def _swings(recording: Recording, name: str) -> NDArray[np.bool_]:
     return none
 
 
-def _departs(recording: Recording, name: str) -> NDArray[np.bool_]:
+def _departs(recording: Recording, name: str, used: NDArray[np.bool_]) -> NDArray[np.bool_]:
     values = recording.channels[name].values
     rows = max(FEWEST, int(round(SECOND / recording.dt)))
     limit = TIPPED if name.startswith("accel") else TURNING
@@ -130,19 +136,23 @@ def _departs(recording: Recording, name: str) -> NDArray[np.bool_]:
         return np.zeros(len(values), bool)
     starts = np.arange(0, len(values), rows)
     means = np.add.reduceat(values, starts) / np.diff(np.append(starts, len(values)))
-    away = np.abs(means - np.median(values))
+    away = np.abs(means - np.median(values[used]))
     # White noise of the samples moves their means as well, and is no motion.
-    white = float(np.median(np.abs(np.diff(values)))) / 0.6745 / np.sqrt(2 * rows)
+    steps = np.abs(np.diff(values))[used[1:] & used[:-1]]
+    white = float(np.median(steps)) / 0.6745 / np.sqrt(2 * rows) if len(steps) else 0.0
     limit = max(limit, NOISE * white)
     # What has begun as a turn goes on until nothing of it is seen any more.
-    moves = binary_propagation(away > limit, mask=away > SEEN * np.median(away))
+    own = np.logical_or.reduceat(used, starts)
+    moves = binary_propagation(away > limit, mask=away > SEEN * np.median(away[own]))
     beside = int(np.ceil(BESIDE / recording.dt / rows))
     wide = np.convolve(moves, np.ones(2 * beside + 1), "same") > 0.5
     return np.repeat(wide, rows)[: len(values)]
 
 
-def _restless(manifest: Manifest, recordings: Sequence[Recording], target: str, share: float) -> str:
-    values = np.concatenate([r.channel(target).values for r in recordings])
+def _restless(
+    manifest: Manifest, recordings: Sequence[Recording], used: Sequence[NDArray[np.bool_]], target: str, share: float
+) -> str:
+    values = np.concatenate([r.channel(target).values[rows] for r, rows in zip(recordings, used, strict=True)])
     most = float(np.abs(values - np.median(values)).max())
     size = f"{most:.3g} m/s^2" if target.startswith("accel") else f"{most / DEG:.3g} deg/s"
     return (

@@ -104,3 +104,33 @@ gyro_x = { column = "g", unit = "rad/s" }
 target = ["accel_z", "gyro_x"]
 declared = ["bias"]
 """
+
+
+def then_turned(rest: int) -> np.ndarray:
+    """A gyro at rest for ``rest`` rows, and turned by hand ever after, until it clips."""
+    t = np.arange(N) * DT
+    hand = np.clip(300 * np.sin(2 * np.pi * t / 7) * (np.arange(N) >= rest), -250, 250)
+    return 0.3 + np.random.default_rng(4).normal(0, 0.05, N) + hand
+
+
+@pytest.mark.parametrize("rest", [8000, 14000])
+def test_fit_rows_alone_name_the_rest(tmp_path: Path, rest: int) -> None:
+    """The advice of the refusal: what follows is not looked at, no motion, no rail and no knock of it is told."""
+    with pytest.raises(InputError, match=r"is declared at rest and moves .*fit\.rows"):
+        closed(tmp_path, then_turned(8000))
+    found = closed(tmp_path, then_turned(rest), f"[fit]\nrows = [[0, {rest}]]\n")
+    (target,) = found.targets
+    assert not target.added and not target.cautions and not found.rows_rejected
+    assert not any("mean rate at rest" in remark for remark in found.remarks)
+    (bias,) = target.estimates_after
+    assert bias.value == pytest.approx(np.radians(0.3), abs=4 * bias.sd)
+
+
+def test_a_rest_behind_motion_is_named_by_rows(tmp_path: Path) -> None:
+    """Most rows move; the median of all of them is no rest."""
+    gyro = then_turned(6000)[::-1].copy()
+    found = closed(
+        tmp_path, gyro, f"[fit]\nrows = [[{N - 6000}, {N - 2000}]]\n[held_out]\nrows = [[{N - 2000}, {N}]]\n"
+    )
+    assert not found.targets[0].added
+    assert sum(row.stop - row.start for row in found.rows_rejected) * DT <= 4.0  # what stands beside the motion
