@@ -61,12 +61,10 @@ def without_tails(
 ) -> tuple[tuple[Recording, ...], tuple[RowUse, ...]]:
     """The runs, and their uses, up to the last row of each that is fitted or held out.
 
-    What comes after it, as a rocket's flight after its rest on the pad, tells nothing of the rows in use: a rail that is
-    reached there clips none of them. What comes before them stays, for time counts from a run's first row.
+    What comes after it, as a rocket's flight after its rest on the pad, tells nothing of the rows in use: a rail that
+    is reached there clips none of them. What comes before them stays, for time counts from a run's first row.
     """
-    ends = [
-        int(np.flatnonzero(use.fit | use.held_out)[-1]) + 1 if (use.fit | use.held_out).any() else 0 for use in uses
-    ]
+    ends = [int(np.flatnonzero(use.fit | use.held_out).max(initial=-1)) + 1 for use in uses]
     cut = [end >= 2 for end in ends]
     runs = tuple(rows_between(r, 0, end) if short else r for r, end, short in zip(recordings, ends, cut, strict=True))
     kept = [RowUse(u.fit[:n], u.held_out[:n]) if short else u for u, n, short in zip(uses, ends, cut, strict=True)]
@@ -74,7 +72,7 @@ def without_tails(
 
 
 def _parted(manifest: Manifest, lengths: Sequence[int]) -> tuple[Mask, Mask]:
-    """Of the rows that fit.rows names, the first ones of each run, and the last `HELD_OUT_SHARE`, of all runs in order.
+    """Of the rows that fit.rows names the first ones of each run, and the last `HELD_OUT_SHARE` of them.
 
     Who names rows and nothing to hold out names those that are good: what is between or behind them is neither.
     """
