@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from itertools import groupby
 
+from insenv.effects.bias import Bias
 from insenv.identify.findings import (
     Added,
     Findings,
@@ -18,7 +20,7 @@ from insenv.identify.findings import (
 from insenv.report import formula
 from insenv.report.found import chances, listed
 from insenv.report.quantities import Unit, number, p_value, percent, span, unit_for
-from insenv.report.words import key_of, listing, name
+from insenv.report.words import key_of, listing, name, names
 
 #: Share by which lines alone must lower the held-out error of means to be worth more than a word.
 _GAIN = 0.02
@@ -47,13 +49,20 @@ def headline(target: TargetFindings, who: str = "") -> str:
 
 def _ambiguous(target: TargetFindings, who: str) -> str:
     sets = rival_sets(target)
-    rivals = "; and ".join(listing(map(name, keys), "or") for keys in sets)
+    rivals = "; and ".join(listing(_rivals(target, keys), "or") for keys in sets)
     within = {key for keys in sets for key in keys}
     sure = [one for one in target.added if key_of(one) not in within]
     if sure:
         lacked = f"The declared model of {who} lacked {listed(sure)}"
         return f"{lacked}, and something else that this recording cannot tell: {rivals}."
     return f"The declared model of {who} lacks something, and this recording cannot tell what: {rivals}."
+
+
+def _rivals(target: TargetFindings, keys: Sequence[str]) -> list[str]:
+    """Names of a set's members; a bias that was declared for all runs together can only be another in each of them."""
+    declared = {e.effect for e in target.estimates_before}
+    anew = [key for key in keys if key in declared and key == Bias.id]
+    return names(key for key in keys if key not in anew) + [f"{name(key)} of each run" for key in anew]
 
 
 def overall(findings: Findings) -> str:
@@ -165,7 +174,7 @@ def _settling(target: TargetFindings) -> list[str]:
     for keys in rival_sets(target):
         for one in target.next_experiment:
             if set(keys) <= set(one.separates):
-                said.append(f"Next experiment, to tell {listing(map(name, keys))} apart – {one.procedure}.")
+                said.append(f"Next experiment, to tell {listing(_rivals(target, keys))} apart – {one.procedure}.")
                 break
     return said
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from textwrap import wrap
 
-from insenv.identify.findings import Added, Findings, TargetFindings
+from insenv.identify.findings import Added, Findings, NextExperiment, NotTestable, TargetFindings
 from insenv.report import estimates, found, sentences, words
 from insenv.report.quantities import number, p_value, span
 
@@ -23,11 +23,9 @@ def summary(findings: Findings, width: int = 100) -> str:
         lines += ["", *_paragraph(about, width)]
     if len(findings.targets) > 1:
         lines += ["", *_all_targets(findings.targets)]
-    same = len({target.not_testable for target in findings.targets}) == 1
     for target in findings.targets:
         lines += ["", *_target(target, findings.alpha, width)]
-        lines += [] if same else _not_testable(target, width)
-    lines += list(_not_testable(findings.targets[0], width)) if same else []
+    lines += _not_testable(findings.targets, width)
     if findings.remarks:
         lines += ["", "About the data", *_items(findings.remarks, width)]
     return "\n".join(_printable(line).rstrip() for line in lines)
@@ -148,20 +146,35 @@ def _confounded_sets(target: TargetFindings, width: int) -> Iterator[str]:
         yield from _items((words.listing(rivals, "or") for rivals in sets), width)
 
 
-def _not_testable(target: TargetFindings, width: int) -> Iterator[str]:
-    if target.not_testable:
-        yield from ("", "Not testable with this recording")
-        yield from _items((f"{needs}: {', '.join(effects)}" for needs, effects in sentences.by_need(target)), width)
+def _not_testable(targets: Sequence[TargetFindings], width: int) -> Iterator[str]:
+    """What no target could be tested for, once for all of which it is the same."""
+    alike: dict[tuple[NotTestable, ...], list[TargetFindings]] = {}
+    for target in targets:
+        alike.setdefault(target.not_testable, []).append(target)
+    for untested, those in alike.items():
+        if untested:
+            of = f" ({', '.join(t.target for t in those)})" if len(alike) > 1 else ""
+            yield from ("", f"Not testable with this recording{of}")
+            needs = sentences.by_need(those[0])
+            yield from _items((f"{need}: {', '.join(effects)}" for need, effects in needs), width)
 
 
 def _next(target: TargetFindings, width: int) -> Iterator[str]:
+    """Each procedure once, with all that it separates."""
     if not target.next_experiment:
         return
-    yield from ("", "Next experiment")
+    alike: dict[str, list[NextExperiment]] = {}
     for one in target.next_experiment:
-        sigma = one.expected_separation_sigma
-        sure = "" if sigma is None else f" (expected separation {number(sigma, 2)} sd)"
-        yield from _items([f"{one.procedure}{sure}; separates {words.listing(one.separates)}"], width)
+        alike.setdefault(one.procedure, []).append(one)
+    yield from ("", "Next experiment")
+    for procedure, those in alike.items():
+        yield from _items([f"{procedure}; separates {'; '.join(map(_separated, those))}"], width)
+
+
+def _separated(one: NextExperiment) -> str:
+    sigma = one.expected_separation_sigma
+    sure = "" if sigma is None else f" (expected separation {number(sigma, 2)} sd)"
+    return words.listing(one.separates) + sure
 
 
 def _paragraph(text: str, width: int) -> list[str]:

@@ -25,6 +25,20 @@ def name(key: str) -> str:
     return f"{title} (order {order})" if order else title
 
 
+def names(keys: Iterable[str]) -> list[str]:
+    """Names of several effects in running text, orders of one together: "bias over temperature (orders 1, 2)"."""
+    orders: dict[str, list[str]] = {}
+    for key in keys:
+        effect, _, order = key.partition(":")
+        orders.setdefault(effect, []).extend([order] if order else [])
+    return [
+        name(f"{effect}:{found[0]}" if found else effect)
+        if len(found) < 2
+        else f"{name(effect)} (orders {', '.join(sorted(found))})"
+        for effect, found in orders.items()
+    ]
+
+
 def meaning(key: str) -> str:
     """What the effect is physically, in one line; empty for an unknown id."""
     return described(key.partition(":")[0])[1]

@@ -143,6 +143,20 @@ def test_temperature_against_a_warm_up() -> None:
     assert between(found["thermal cycle"], 77) and between(found["soak"], 14)
 
 
+@pytest.mark.parametrize("length", [20.0, 1200.0])
+def test_no_ramp_is_faster_than_a_chamber(length: float) -> None:
+    """5 K/min at most, and the run is as long as its cycle: three soaks, two ramps."""
+    warm = WarmUp(298.15, 5.0, 300.0)
+    run = table_run((Piece(length, 30 * DEG),), 2, ("bias_temperature:1", np.array([0.1 * DEG_PER_HOUR])), warm)
+    plan = next(one.plan for one in procedures((run,), LIMITS) if "thermal cycle" in one.words)
+    assert plan.temperature is not None
+    t = np.linspace(0.0, plan.duration, 2001)
+    levels = plan.temperature.at(t)
+    assert np.max(np.abs(np.diff(levels) / np.diff(t))) < 5.001 / 60
+    assert np.ptp(levels) > 9.9 and abs(levels[-1] - levels[0]) < 0.1
+    assert plan.duration > 0.99 * max(length, 600.0)
+
+
 def test_cubic_against_a_local_anomaly() -> None:
     run = table_run(TWO_RATES, 3, ("scale_factor_cubic", np.array([1e-4])))
     found = separations(run, ("scale_factor_cubic", "scale_factor_anomaly"))

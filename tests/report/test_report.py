@@ -10,6 +10,7 @@ from made_findings import (
     EVERY,
     confounded,
     empty_covariates,
+    findings,
     gyro,
     nothing_significant,
     one_target,
@@ -220,6 +221,29 @@ def test_what_is_sure_beside_a_confounded_set_is_said_to_be_so() -> None:
         "The declared model of G lacked lock-in, and something else that this recording cannot tell: "
         "timing skew, tone, or sample and hold."
     )
+
+
+def test_orders_of_one_effect_are_one_rival_and_a_bias_declared_for_all_runs_is_one_of_each() -> None:
+    law = replace(effect("bias_temperature"), order=1, confounded_with=("bias_temperature:2", "bias", "tone"))
+    estimate = Estimate("bias", "c", 1.0, 0.1, "rad/s")
+    made = with_added(law, verdict="confounded", estimates_before=(estimate,)).targets[0]
+    told = "bias over temperature (orders 1, 2), tone or bias of each run."
+    assert sentences.headline(made, "G").endswith(f"cannot tell what: {told}")
+    free = replace(made, estimates_before=())
+    assert "of each run" not in sentences.headline(free, "G")
+
+
+def test_what_several_targets_share_is_printed_once() -> None:
+    one = gyro(60)
+    pairs = (("tone", "bias_step"), ("tone", "bias_drift"))
+    again = tuple(NextExperiment(pair, "a longer recording", 9.0) for pair in pairs)
+    x, y = (replace(one, target=name, next_experiment=again) for name in ("gyro_x", "gyro_y"))
+    z = replace(one, target="accel_z", not_testable=())
+    w = replace(one, target="accel_w", not_testable=one.not_testable[:1])
+    said = summary(findings((x, y, z, w)), 90)
+    assert said.count("Not testable with this recording (gyro_x, gyro_y)") == 1
+    assert said.count("Not testable with this recording") == 2
+    assert said.count("a longer recording; separates tone and bias_step") == 2
 
 
 @pytest.mark.parametrize(("after", "said"), [(2e-7, True), (1.01e-7, False), (0.5e-7, False)])

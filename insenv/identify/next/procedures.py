@@ -6,7 +6,7 @@ where longer dwells are the point. A repeat is the control: it tells what more d
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -22,8 +22,10 @@ from insenv.plants.thermal import Constant, cycle
 LEAST_TURN = 0.1
 #: Rates at which less than this changes are one [rad/s], and dwells that are told of one run, at most.
 _SAME_RATE, _MOST_DWELLS = 2e-3, 60
-#: Thermal cycle: the least rise [K]. Lean of the table's axis, turn of the base, and how much longer a longer run is.
-_LEAST_RISE, _LEAN, _HALF_TURN, _PARK, _LONGER = 10.0, np.deg2rad(1.0), np.pi, np.pi / 2, 3.0
+#: Thermal cycle: the least rise [K], and the fastest ramp of an ordinary chamber, 5 K/min [K/s].
+_LEAST_RISE, _FASTEST_RAMP = 10.0, 5.0 / 60.0
+#: Lean of the table's axis, turn of the base, and how much longer a longer run is.
+_LEAN, _HALF_TURN, _PARK, _LONGER = np.deg2rad(1.0), np.pi, np.pi / 2, 3.0
 
 Texts = Mapping[str, Any]
 
@@ -106,6 +108,11 @@ def _table(recording: Recording, turning: Turning, limits: Limits | None) -> tup
     back, dwell = reversal(r, d / 2), d / len(steps)
     same = turning.pieces or (Piece(d, r),)
     again = _steps(same)
+
+    def slower(share: float) -> tuple[Profile, Texts | None]:
+        pieces = tuple(Piece(share * p.duration, p.rate) for p in same)
+        return pieces, _steps(pieces)
+
     both = {"kind": "reversal", "rate": deg_s(r), "dwell": seconds(d / 2)}
     found = [
         Procedure(
@@ -124,14 +131,14 @@ def _table(recording: Recording, turning: Turning, limits: Limits | None) -> tup
             {"kind": "staircase", "rates": [deg_s(x) for x in steps], "dwell": seconds(dwell)},
         ),
         *_base(same, again),
-        *_thermal(recording, same, again, d),
+        *_thermal(recording, slower, d),
     ]
     if any(name.startswith("accel") for name in recording.channels):
         words = f"lean the table's axis by {deg(_LEAN)} deg, and repeat"
         lean = {"table.level_error": [f"{deg(_LEAN)} deg", "0 deg"]}
         found.append(Procedure(words, Plan(same, lean=_LEAN), again, lean))
-    longer = tuple(Piece(_LONGER * p.duration, p.rate) for p in same)
-    found.append(Procedure(f"longer dwells: the same rates, {_LONGER:g} times as long", Plan(longer), _steps(longer)))
+    longer, texts = slower(_LONGER)
+    found.append(Procedure(f"longer dwells: the same rates, {_LONGER:g} times as long", Plan(longer), texts))
     return (*found, Procedure("repeat the run as it was", Plan(same), again, control=True))
 
 
@@ -146,14 +153,20 @@ def _base(same: Profile, again: Texts | None) -> tuple[Procedure, ...]:
     )
 
 
-def _thermal(recording: Recording, same: Profile, again: Texts | None, d: float) -> tuple[Procedure, ...]:
-    """A cycle and a soak of the temperature, where it is recorded."""
+def _thermal(
+    recording: Recording, slower: Callable[[float], tuple[Profile, Texts | None]], d: float
+) -> tuple[Procedure, ...]:
+    """A cycle and a soak of the temperature, where it is recorded; no ramp is faster than a chamber's.
+
+    ``slower(share)`` is what the table or the vehicle did in ``d`` [s], with all that takes time ``share`` as long.
+    """
     if "temperature" not in recording.channels:
         return ()
     values = recording.channels["temperature"].values
     low, high = float(np.min(values)), float(np.max(values))
     rise, end = max(high - low, _LEAST_RISE), float(np.mean(values[-max(1, len(values) // 50) :]))
-    soak, slope = d / 5, rise / (d / 5)
+    soak = max(d / 5, rise / _FASTEST_RAMP)
+    slope = rise / soak
     levels = [low, low + rise, low]
     told = {
         "kind": "cycle",
@@ -161,11 +174,12 @@ def _thermal(recording: Recording, same: Profile, again: Texts | None, d: float)
         "slope": f"{slope:.6g} K/s",
         "soak": seconds(soak),
     }
+    (pieces, texts), (same, again) = slower(5 * soak / d), slower(1.0)
     return (
         Procedure(
             f"a thermal cycle: {celsius(low)}, {celsius(low + rise)} and back, {seconds(soak)} for each soak and ramp",
-            Plan(same, temperature=cycle(levels, slope, soak)),
-            again,
+            Plan(pieces, temperature=cycle(levels, slope, soak)),
+            texts,
             {"temperature": told},
         ),
         Procedure(
@@ -190,6 +204,10 @@ def _vehicle(recording: Recording, turning: Turning) -> tuple[Procedure, ...]:
         changes = {"base_turned": f"{deg(plan.base_turned)} deg"} if plan.base_turned else {}
         return Procedure(words, plan, texts, changes, other.get("control", False))
 
+    def slower(share: float) -> tuple[Profile, Texts | None]:
+        plan, texts = _turned(turning.rate, angles, [share * time for time in rests])
+        return plan.pieces, texts
+
     each, same = seconds(rest), 3 * [rest]
     return (
         made(f"turn back by the same angle and rest again (0, {deg(turn)}, 0 deg, {each} each)", [turn, -turn], same),
@@ -201,15 +219,14 @@ def _vehicle(recording: Recording, turning: Turning) -> tuple[Procedure, ...]:
             rests,
             base_turned=_PARK,
         ),
-        *_thermal(recording, _turned(turning.rate, angles, rests)[0].pieces, _turned(turning.rate, angles, rests)[1],
-                  turning.duration),
+        *_thermal(recording, slower, turning.duration),
         made(
             f"longer rests, {_LONGER:g} times as long: a warm-up ends, a drift goes on, noise wanders",
             angles,
             [_LONGER * time for time in rests],
         ),
         made("repeat the run as it was, after another power-up", angles, rests, control=True),
-    )  # fmt: skip
+    )
 
 
 def _turned(rate: float, by: list[float], rests: list[float], base: float = 0.0) -> tuple[Plan, Texts]:
@@ -228,7 +245,7 @@ def _still(recordings: tuple[Recording, ...]) -> tuple[Procedure, ...]:
     d = _length(first)
     same = (Piece(d),)
     rest = {"kind": "rest"}
-    found = list(_thermal(first, same, rest, d))
+    found = list(_thermal(first, lambda share: ((Piece(share * d),), rest), d))
     tilts = {r.mounting.tilt for r in recordings}
     if len(tilts) > 1:
         other = 0.0 if all(abs(t) > 0.1 for t in tilts) else float(np.pi / 2)
