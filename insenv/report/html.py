@@ -146,7 +146,7 @@ def _target(target: TargetFindings, ident: str, alpha: float) -> Row:
         "none_means": estimates.NONE_MEANS if any(estimates.NONE in (p.before, p.after) for p in pairs) else "",
         "noise": [_noise(n, target.unit) for n in target.noise],
         "candidates": _candidates(target),
-        "rivals": [" or ".join(words.name(key) for key in rivals) for rivals in sentences.rival_sets(target)],
+        "rivals": [words.listing(sentences.rivals(target, keys), "or") for keys in sentences.rival_sets(target)],
         "not_testable": sentences.by_need(target),
         "next": [_next(n) for n in target.next_experiment],
         "pictures": _pictures(target, ident),
@@ -192,7 +192,7 @@ def _added(added: Added, target: TargetFindings) -> Row:
         "p": p_value(added.p_value),
         "before": show.number(added.held_out_before),
         "after": show.show(added.held_out_after) + found.together(added, target.added),
-        "confounded": words.listing(map(words.name, added.confounded_with)),
+        "confounded": words.listing(sentences.rivals(target, added.confounded_with)),
     }
 
 

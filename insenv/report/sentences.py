@@ -49,16 +49,16 @@ def headline(target: TargetFindings, who: str = "") -> str:
 
 def _ambiguous(target: TargetFindings, who: str) -> str:
     sets = rival_sets(target)
-    rivals = "; and ".join(listing(_rivals(target, keys), "or") for keys in sets)
+    told = "; and ".join(listing(rivals(target, keys), "or") for keys in sets)
     within = {key for keys in sets for key in keys}
     sure = [one for one in target.added if key_of(one) not in within]
     if sure:
         lacked = f"The declared model of {who} lacked {listed(sure)}"
-        return f"{lacked}, and something else that this recording cannot tell: {rivals}."
-    return f"The declared model of {who} lacks something, and this recording cannot tell what: {rivals}."
+        return f"{lacked}, and something else that this recording cannot tell: {told}."
+    return f"The declared model of {who} lacks something, and this recording cannot tell what: {told}."
 
 
-def _rivals(target: TargetFindings, keys: Sequence[str]) -> list[str]:
+def rivals(target: TargetFindings, keys: Sequence[str]) -> list[str]:
     """Names of a set's members; a bias that was declared for all runs together can only be another in each of them."""
     declared = {e.effect for e in target.estimates_before}
     anew = [key for key in keys if key in declared and key == Bias.id]
@@ -174,7 +174,7 @@ def _settling(target: TargetFindings) -> list[str]:
     for keys in rival_sets(target):
         for one in target.next_experiment:
             if set(keys) <= set(one.separates):
-                said.append(f"Next experiment, to tell {listing(_rivals(target, keys))} apart – {one.procedure}.")
+                said.append(f"Next experiment, to tell {listing(rivals(target, keys))} apart – {one.procedure}.")
                 break
     return said
 
@@ -183,9 +183,9 @@ def rival_sets(target: TargetFindings) -> list[tuple[str, ...]]:
     """Sets of effects that this recording cannot tell apart, each once."""
     sets: dict[frozenset[str], tuple[str, ...]] = {}
     for added in target.added:
-        rivals = (key_of(added), *added.confounded_with)
+        members = (key_of(added), *added.confounded_with)
         if added.confounded_with:
-            sets.setdefault(frozenset(rivals), rivals)
+            sets.setdefault(frozenset(members), members)
     return list(sets.values())
 
 
