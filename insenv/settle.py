@@ -24,6 +24,7 @@ from insenv.core.system import kinds, part
 from insenv.core.units import quantity
 from insenv.data.load import read_recordings
 from insenv.data.manifest import load_manifest
+from insenv.effects.rate.scale import ScaleFactor
 from insenv.envs.belief import judge
 from insenv.envs.follow import Follow, commanded, profile_actions
 from insenv.envs.recorder import Played, save_runs
@@ -284,7 +285,7 @@ def _wanted(task: Task, estimator: str) -> Wanted | None:
     if not task.quantities:
         return None
     one = task.quantities[0]
-    return Wanted(one.name, "1" if one.name == "scale_factor" else "rad", one.demanded, estimator)
+    return Wanted(one.name, "1" if one.name == ScaleFactor.id else "rad", one.demanded, estimator)
 
 
 def _length(recording: Recording) -> float:

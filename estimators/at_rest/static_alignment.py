@@ -26,7 +26,9 @@ from insenv.core import earth
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Estimate
 from insenv.core.recording import Channel, Covers, Floats, Recording
+from insenv.core.series.allan import WHITE
 from insenv.core.units import DEG, DEG_PER_HOUR
+from insenv.effects.bias import Bias
 
 NAMES = ("heading", "pitch", "roll", "horizontal_rate")
 UNITS = ("rad", "rad", "rad", "rad/s")
@@ -132,7 +134,7 @@ def gyrocompass(rate: Floats, force: Floats, rate_cov: Floats, force_cov: Floats
     x, cov = np.concatenate([rate, force]), np.zeros((6, 6))
     cov[:3, :3], cov[3:, 3:] = rate_cov, force_cov
     for j, name in enumerate(GYROS + ACCELS):
-        if (bias := datasheet.told("bias", name)) is not None:
+        if (bias := datasheet.told(Bias.id, name)) is not None:
             x[j] -= bias.mean[0]
             cov[j, j] += bias.sd[0] ** 2
     step = 1e-6 * np.repeat([np.linalg.norm(x[:3]), np.linalg.norm(x[3:])], 3)
@@ -159,7 +161,7 @@ def _attitude(x: Floats) -> Floats:
 
 
 def _walk(datasheet: Datasheet) -> float:
-    told = [datasheet.noise.get(name, {}).get("angle_random_walk") for name in GYROS]
+    told = [datasheet.noise.get(name, {}).get(WHITE) for name in GYROS]
     if None in told:
         raise InputError("static alignment: the datasheet tells no angle_random_walk of the gyros; wanted one of each")
     return float(np.sqrt(np.mean(np.square(np.array(told, float)))))

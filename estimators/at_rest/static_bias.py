@@ -26,6 +26,7 @@ from insenv.core.estimate import Datasheet, Estimate
 from insenv.core.rate_test import StaticResult
 from insenv.core.recording import Floats, Recording
 from insenv.core.units import ARCSEC, DEG
+from insenv.effects.bias import Bias
 
 #: Length of the means that are kept [s].
 SECOND = 1.0
@@ -146,7 +147,7 @@ class StaticBias:
         front = state.now.shape[:-1]
         found = [self._of_row(row) for row in _rows(state)]
         mean, sd = (np.array([f[i] for f in found]).reshape(*front, 5) for i in range(2))
-        return Estimate(("bias", *NOISES), ("rad/s", *_UNITS), mean, sd[..., None] ** 2 * np.eye(5))
+        return Estimate((Bias.id, *NOISES), ("rad/s", *_UNITS), mean, sd[..., None] ** 2 * np.eye(5))
 
     def result(self, state: Record, label: str = "recording") -> StaticResult | None:
         """All that a report shows of a single run, without a batch; None where there is no second at rest."""

@@ -19,6 +19,7 @@ from estimators.common.allan_terms import Fit, fitted, floor
 from insenv.core.earth import EARTH_RATE
 from insenv.core.rate_test import AllanResult, Stability, StaticResult, Valued, WarmUp
 from insenv.core.recording import Floats
+from insenv.core.series.allan import FLICKER, QUANTIZATION, WALK, WHITE
 from insenv.core.units import DEG_PER_HOUR
 
 #: Means that the curve of the bias is shown with, and its warm-up fitted to, at most.
@@ -151,10 +152,10 @@ def _sd_of_mean(allan: AllanResult, duration: float) -> float:
         return float(allan.deviation[-1])  # no model to go by: as far as it strays over the longest means
     values = {name: c.value**2 for name, c in allan.coefficients.items()}
     parts = (
-        values.get("angle_random_walk", 0.0) / duration,
-        2 * values.get("quantization", 0.0) / duration**2,
-        values.get("bias_instability", 0.0) * 2 * log(2) / pi,
-        values.get("rate_random_walk", 0.0) * duration / 3,
+        values.get(WHITE, 0.0) / duration,
+        2 * values.get(QUANTIZATION, 0.0) / duration**2,
+        values.get(FLICKER, 0.0) * 2 * log(2) / pi,
+        values.get(WALK, 0.0) * duration / 3,
     )
     return sqrt(sum(parts))
 

@@ -29,9 +29,10 @@ import numpy as np
 
 from insenv.core.rate_test import AllanTerm, Valued
 from insenv.core.recording import Floats
+from insenv.core.series.allan import NOISES
 
 #: Powers of tau of the terms, in the order of `TERMS`, and their factors.
-TERMS = ("quantization", "angle_random_walk", "bias_instability", "rate_random_walk", "rate_ramp")
+TERMS = (*NOISES, "rate_ramp")
 _POWERS = np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
 _FACTORS = np.array([3.0, 1.0, 2 * log(2) / pi, 1 / 3, 0.5])
 #: No model holds better than this in the variance.

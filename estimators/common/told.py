@@ -11,16 +11,20 @@ from estimators.common.turns import Axis
 from insenv.core.estimate import Datasheet, Declared
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats
+from insenv.effects.angle import AngleLockedRate, EncoderHarmonic
 from insenv.effects.base import CurveEffect, LinearEffect
+from insenv.effects.bias import Bias, BiasDrift, BiasWarmUp
 from insenv.effects.catalogue import by_key
+from insenv.effects.rate.lock_in import LockIn, LockInWander
+from insenv.effects.rate.scale import ScaleFactor, ScaleFactorDrift, ScaleFactorWarmUp
 from insenv.information.rate_noise import density, pulses, white_angle
 
 #: Cells of time in which a declared effect is tabulated.
 CELLS = 512
-_OF_SCALE = ("scale_factor", "scale_factor_drift", "scale_factor_warm_up")
-_OF_BIAS = ("bias", "bias_drift", "bias_warm_up")
-_OF_ANGLE = ("encoder_harmonic:1", "angle_locked_rate:1")
-_OF_LOCK_IN = ("lock_in", "lock_in_wander")
+_OF_SCALE = (ScaleFactor.id, ScaleFactorDrift.id, ScaleFactorWarmUp.id)
+_OF_BIAS = (Bias.id, BiasDrift.id, BiasWarmUp.id)
+_OF_ANGLE = (EncoderHarmonic(1).key, AngleLockedRate(1).key)
+_OF_LOCK_IN = (LockIn.id, LockInWander.id)
 #: Declared effects that the covariance knows of.
 KNOWN = (*_OF_SCALE, *_OF_BIAS, *_OF_ANGLE, *_OF_LOCK_IN)
 
@@ -47,8 +51,8 @@ class Errors:
 
     def density(self, turning: Floats) -> Floats:
         """Two-sided density of the noise at one cycle a turn, for table rates [rad/s]; a walk's twice."""
-        names = ("angle_random_walk", "bias_instability", "rate_random_walk")
-        n, b, k = (self.datasheet.coefficient(self.target, name) ** 2 for name in names)
+        sheet = self.datasheet
+        n, b, k = (told(self.target) ** 2 for told in (sheet.white, sheet.flicker, sheet.walk))
         if self.target == "gyro":
             walk = density(self.datasheet, turning, self.axis.share) - b / turning
         else:

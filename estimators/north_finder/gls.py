@@ -45,8 +45,10 @@ from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Estimate
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats, Recording
-from insenv.effects.angle import EncoderHarmonic
+from insenv.effects.angle import AngleLockedRate, EncoderHarmonic
+from insenv.effects.bias import Bias
 from insenv.effects.rate.lock_in import LockIn
+from insenv.effects.rate.scale import ScaleFactor
 from insenv.information.polynomial import BIAS_SD, SCALE_SD
 from insenv.information.rate_noise import density, leak, lock_in, pulses, walk_density, white_angle
 
@@ -96,7 +98,7 @@ class NorthGls:
         Without a latitude, or with a setting out of range.
     """
 
-    names = ("azimuth", "scale_factor")
+    names = ("azimuth", ScaleFactor.id)
     units = ("rad", "1")
 
     def __init__(
@@ -166,7 +168,7 @@ class NorthGls:
     def _constants(self) -> Floats:
         """What the kernel is told."""
         sheet, m = self.datasheet, self.block
-        walk = sheet.coefficient("gyro", "angle_random_walk")
+        walk = sheet.white("gyro")
         square = white_angle(sheet) ** 2
         if not walk and not square:
             walk = _NO_NOISE
@@ -182,11 +184,11 @@ class NorthGls:
         told, poly = self.datasheet.told, self.degree + 1
         sd = [np.inf, np.inf, *poly * [SCALE_SD], *(self.bias_degree + 1) * [BIAS_SD]]
         mean = np.zeros(len(sd) + 2 * kernel.ORDERS)
-        for place, key in ((2, "scale_factor"), (2 + poly, "bias")):
+        for place, key in ((2, ScaleFactor.id), (2 + poly, Bias.id)):
             if (declared := told(key, "gyro")) is not None:
                 sd[place], mean[place] = max(sd[place], declared.sd[0]), declared.mean[0]
         for order in range(1, kernel.ORDERS + 1):
-            declared = told(f"encoder_harmonic:{order}", "gyro")
+            declared = told(EncoderHarmonic(order).key, "gyro")
             default = FREE_SD if order <= self.harmonics else KNOWN_SD
             place = len(sd)
             sd += 2 * [default] if declared is None else [max(value, KNOWN_SD) for value in declared.sd]
@@ -208,7 +210,7 @@ class NorthGls:
 
     def _solved(self, normal: Floats) -> tuple[Floats, Floats]:
         """Solution (R, p) and covariance (R, p, p); an undeclared encoder error of order 1 held until it is cheap."""
-        if not self.harmonics or self.datasheet.told("encoder_harmonic:1", "gyro") is not None:
+        if not self.harmonics or self.datasheet.told(EncoderHarmonic(1).key, "gyro") is not None:
             return _posterior(normal, self._precision, self._mean)
         held = self._precision.copy()
         first = len(held) - 2 * kernel.ORDERS
@@ -222,7 +224,7 @@ class NorthGls:
     def _estimate(self, rows: Floats, solution: Floats, cov: Floats) -> tuple[Floats, Floats]:
         """Mean (R, 2) and covariance (R, 2, 2) of the azimuth and the scale factor."""
         c, s = solution[:, 0], solution[:, 1]
-        locked = self.datasheet.told("angle_locked_rate:1", "gyro")
+        locked = self.datasheet.told(AngleLockedRate(1).key, "gyro")
         extra = 0.0
         if locked is not None:
             c, s = c - locked.mean[0], s - locked.mean[1]

@@ -36,6 +36,7 @@ from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Estimate
 from insenv.core.recording import Floats, Recording
 from insenv.core.units import ARCSEC, DEG
+from insenv.effects.angle import EncoderHarmonic
 from insenv.information.rate_noise import density, white_angle
 
 #: Length of a piece: a decision is taken anew after each [s].
@@ -55,7 +56,7 @@ class _Gls(NorthGls):
         p = len(self._mean)
         place = np.r_[2:p, 0:2]
         precision = self._precision.copy()
-        if self.datasheet.told("encoder_harmonic:1", "gyro") is None:
+        if self.datasheet.told(EncoderHarmonic(1).key, "gyro") is None:
             precision[p - 2 * ORDERS : p - 2 * ORDERS + 2] = KNOWN_SD**-2.0
         precision[:2] = 2 / max(self.level, 1e-30) ** 2  # on the circle
         matrix = normal[:, :p, :p] + np.diag(precision)
@@ -127,7 +128,7 @@ class _Ahead:
         self.datasheet, self.piece, self.gls = datasheet, piece, _Gls(datasheet)
         self.plans = self._plans(self.rate)
         self.seconds = piece * np.isfinite(self.plans).sum(axis=1)
-        walk = datasheet.coefficient("gyro", "angle_random_walk")
+        walk = datasheet.white("gyro")
         noise = walk**2 + density(datasheet, self.plans[:, 0], self.gls.share)
         white = white_angle(datasheet) ** 2 * datasheet.dt
         self._weights = 1 / np.maximum(noise, 1e-30)

@@ -73,7 +73,7 @@ class Levelling:
     def _errors(self) -> Errors:
         # A constant 1 m/s^2 in the place of the Earth rate: the free multiple of it is the bias.
         axis = Axis(self.datasheet.dt, 0.0, 1.0, slack(self.datasheet))
-        return Errors(self.datasheet, "accel_x", axis, self.datasheet.coefficient("accel_x", "quantization"))
+        return Errors(self.datasheet, "accel_x", axis, self.datasheet.quantization("accel_x"))
 
 
 def level_error(level: Estimate, azimuth: Floats | float) -> tuple[Floats, Floats]:

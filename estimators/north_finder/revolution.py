@@ -122,7 +122,7 @@ class Revolution:
         full[..., 1:, 1:] = np.where(known[..., None, None], cov[..., 2:, 2:], _prior())
         full[..., 0, 1:] = slope[..., 0, None] * cov[..., 0, 2:] + slope[..., 1, None] * cov[..., 1, 2:]
         full[..., 1:, 0] = full[..., 0, 1:]
-        return Estimate(("azimuth", "scale_factor", "scale_factor_rate"), ("rad", "1", "1/s"), mean, full)
+        return Estimate(("azimuth", ScaleFactor.id, "scale_factor_rate"), ("rad", "1", "1/s"), mean, full)
 
     @cached_property
     def _errors(self) -> Errors:

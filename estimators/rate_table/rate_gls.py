@@ -22,6 +22,7 @@ from insenv.core.estimate import Datasheet, Estimate
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats, Recording
 from insenv.core.units import DEG
+from insenv.effects.bias import Bias
 from insenv.effects.rate.scale import ScaleFactor
 from insenv.information.means import Means, stated_noises
 from insenv.information.scale_factor import INTERVAL, Declared, cells, declared, model, motion_of, slope
@@ -118,7 +119,7 @@ class RateGls:
         data[:, 1:, 0] = state.start.reshape(runs, 3)[:, :2]
         for k in range(runs):
             mean[k], cov[k] = self._solved(data[k])
-        return Estimate(("scale_factor", "bias"), ("1", "rad/s"), mean.reshape(*front, 2), cov.reshape(*front, 2, 2))
+        return Estimate((ScaleFactor.id, Bias.id), ("1", "rad/s"), mean.reshape(*front, 2), cov.reshape(*front, 2, 2))
 
     def _after(self, state: Gathered, rows: Floats) -> Gathered:
         """After rows of one power-up, shape (..., 4, n)."""

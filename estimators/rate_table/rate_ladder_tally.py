@@ -99,9 +99,9 @@ def added(tally: Tally, chunk: Recording, place: Place, datasheet: Datasheet) ->
 def variance(time: Floats, datasheet: Datasheet, floor: float) -> Floats:
     """Variance of the mean error over ``time`` seconds [rad^2/s^2]; infinite where there is none."""
     share = float(np.sin(datasheet.mounting.tilt))
-    quantised = datasheet.pulse / 12**0.5 or datasheet.coefficient("gyro", "quantization")
+    quantised = datasheet.pulse / 12**0.5 or datasheet.quantization("gyro")
     angle = 2 * ((share * datasheet.encoder_noise) ** 2 + quantised**2)
-    walk = datasheet.coefficient("gyro", "angle_random_walk")
+    walk = datasheet.white("gyro")
     some = np.where(time > 0, time, 1.0)
     return np.where(time > 0, walk**2 / some + angle / some**2 + floor**2, np.inf)
 

@@ -33,6 +33,7 @@ from insenv.core.estimate import Datasheet, Estimate
 from insenv.core.rate_test import RateLineResult
 from insenv.core.recording import Floats, Recording
 from insenv.core.units import DEG, PPM
+from insenv.effects.bias import Bias
 from insenv.effects.rate.scale import ScaleFactor
 
 Zeros = Literal["auto", "ends", "interleaved", "none"]
@@ -46,7 +47,7 @@ ANY_BIAS, ANY_RATIO = 0.1 * DEG, 1e4 * PPM
 _LABEL = re.compile(r"\s*rate\s*([+-]?\d+(?:\.\d*)?)\s*deg/s", re.IGNORECASE)
 _NUMBER = re.compile(r"#\s*(\d+)\s*$")
 _RESTS = ("zero", "static", "rest")
-NAMES = ("scale_factor", "bias", "asymmetry", "nonlinearity", "repeatability")
+NAMES = (ScaleFactor.id, Bias.id, "asymmetry", "nonlinearity", "repeatability")
 
 
 @dataclass(frozen=True)
@@ -184,7 +185,7 @@ class RateLine:
     def _noise(self, found: Found) -> Floats:
         """Square of the white noise [rad^2/s], shape (...)."""
         measured, count = rate_dwells.white_noise(found)
-        told = self.datasheet.coefficient("gyro", "angle_random_walk") ** 2
+        told = self.datasheet.white("gyro") ** 2
         return np.where((count >= FEWEST) | (told == 0), measured, told)
 
     def _points(self, found: Found) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
@@ -229,7 +230,7 @@ class RateLine:
         """The estimate from its parts; the prior where nothing is known."""
         k = np.where(known, fit.k, 1.0)
         earth = 0.0 if np.isnan(self.earth_rate) else self.earth_rate
-        told = self.datasheet.told("scale_factor", "gyro")
+        told = self.datasheet.told(ScaleFactor.id, "gyro")
         prior = (told.mean[0], told.sd[0] ** 2) if told and told.sd[0] > 0 else (0.0, ScaleFactor.linear[0].sd ** 2)
         mean = [np.where(known, k - 1, prior[0]), np.where(known, fit.f0 / k - earth, 0.0)]
         cov = np.zeros((*known.shape, 5, 5))

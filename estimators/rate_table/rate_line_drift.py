@@ -17,11 +17,12 @@ from numpy.typing import NDArray
 
 from insenv.core.estimate import Datasheet
 from insenv.core.recording import Floats
+from insenv.core.series.allan import FLICKER, WALK
 from insenv.effects.base import NoiseEffect
 from insenv.effects.catalogue import by_key
 
 #: Noises that outlast a dwell, and the step of time to which a dwell's ends are told [s].
-SLOW, STEP = ("bias_instability", "rate_random_walk"), 0.1
+SLOW, STEP = (FLICKER, WALK), 0.1
 Covariance = Callable[[Floats, Floats], Floats]
 
 

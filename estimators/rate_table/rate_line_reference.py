@@ -12,9 +12,11 @@ from insenv.core.motion import Motion
 from insenv.core.recording import Floats
 from insenv.effects.base import LinearEffect
 from insenv.effects.catalogue import by_key
+from insenv.effects.rate.scale import ScaleFactorTemperature
+from insenv.effects.thermal import BiasTemperature
 
 #: Effects of which a dwell's mean temperature tells all.
-_EFFECTS = ("bias_temperature", "scale_factor_temperature")
+_EFFECTS = (BiasTemperature.id, ScaleFactorTemperature.id)
 
 
 def at_reference(

@@ -140,7 +140,7 @@ class ScaleFactorOnLine:
         cov[..., 0, 0] = np.where(n > 0, share.sum(axis=-1) / np.maximum(n, 1), prior)
         cov[..., 1, 1] = np.where(n > 1, spread**2 / (2 * np.maximum(n - 1, 1)), prior)
         values = np.concatenate([mean[..., None], spread[..., None], np.where(there, error, 0.0)], axis=-1)
-        names = ("scale_factor", "repeatability", *(f"test_{k + 1}" for k in each))
+        names = (ScaleFactor.id, "repeatability", *(f"test_{k + 1}" for k in each))
         return Estimate(names, len(names) * ("1",), values, cov)
 
     def _of_tests(self, state: Dwells) -> tuple[NDArray[np.bool_], Floats, Floats]:
@@ -161,7 +161,7 @@ class ScaleFactorOnLine:
 
     def _solved(self, f: Floats, r: Floats) -> tuple[Floats, Floats]:
         """Error and variance from the sums of two dwells, each of shape (..., 10)."""
-        walk = self.datasheet.coefficient("gyro", "angle_random_walk") ** 2
+        walk = self.datasheet.white("gyro") ** 2
         white = white_angle(self.datasheet) ** 2
         det = f[..., _NOMINAL] * r[..., _TIME] - r[..., _NOMINAL] * f[..., _TIME]
         det = np.where(det != 0, det, 1.0)
@@ -195,8 +195,8 @@ def drifted(datasheet: Datasheet, a: Floats, b: Floats, c: Floats, d: Floats) ->
     A rate random walk has K^2 ((b - a) / 3 + c - b + (d - c) / 3). The covariance of a bias instability is
     -B^2 / pi ln(t), whose integral over two intervals is that of G'' = ln at their four distances.
     """
-    walk = datasheet.coefficient("gyro", "rate_random_walk") ** 2
-    flicker = datasheet.coefficient("gyro", "bias_instability") ** 2 / np.pi
+    walk = datasheet.walk("gyro") ** 2
+    flicker = datasheet.flicker("gyro") ** 2 / np.pi
     one, other = np.maximum(b - a, datasheet.dt), np.maximum(d - c, datasheet.dt)
     both = _twice_integrated(d - a) - _twice_integrated(d - b) + _twice_integrated(c - b) - _twice_integrated(c - a)
     alone = sum(_twice_integrated(length) / length**2 for length in (one, other))

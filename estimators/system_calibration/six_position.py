@@ -23,12 +23,16 @@ from numpy.typing import NDArray
 from insenv.core.estimate import Datasheet, Estimate
 from insenv.core.recording import Floats, Recording
 from insenv.core.unit.motion import GYROS
+from insenv.effects.bias import Bias
+from insenv.effects.cross import CrossAxis
+from insenv.effects.rate.scale import ScaleFactor
+from insenv.effects.triad import AccelBias, AccelScaleFactor, Misalignment, NonOrthogonality
 from insenv.information.unit.calibration import Blocks, Gathered, UnitModel, gathered, joined, nothing
 
 #: Effects that are estimated.
 ESTIMATED = (
-    *("bias", "accel_bias", "scale_factor", "accel_scale_factor"),
-    *("misalignment", "cross_axis", "non_orthogonality"),
+    *(Bias.id, AccelBias.id, ScaleFactor.id, AccelScaleFactor.id),
+    *(Misalignment.id, CrossAxis.id, NonOrthogonality.id),
 )
 
 

@@ -12,6 +12,9 @@ from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet
 from insenv.core.recording import Floats
 from insenv.core.units import ARCMIN, ARCSEC, DEG, DEG_PER_HOUR, STANDARD_GRAVITY
+from insenv.effects.bias import Bias
+from insenv.effects.cross import CrossAxis
+from insenv.effects.rate.scale import ScaleFactor
 
 #: Where the datasheet is silent: gyro biases (the vertical one as of a navigation gyro, for no data tell of it),
 #: accelerometer biases, installation angle, errors of the level and of the sight.
@@ -75,16 +78,15 @@ class Told:
             raise InputError("two-position calibration: the datasheet has no latitude; wanted site.latitude")
         silent = (GYRO_SD, GYRO_SD, VERTICAL_SD, ACCEL_SD, ACCEL_SD, ACCEL_SD, _NONE, _NONE, _NONE)
         mean, sd = np.zeros(len(silent)), np.array(silent)
-        declared = [datasheet.told("bias", name) for name in (*GYROS, *ACCELS)]
-        declared += [datasheet.told("cross_axis", name) for name in GYROS[:2]]
-        declared += [datasheet.told("scale_factor", GYROS[2])]
+        declared = [datasheet.told(Bias.id, name) for name in (*GYROS, *ACCELS)]
+        declared += [datasheet.told(CrossAxis.id, name) for name in GYROS[:2]]
+        declared += [datasheet.told(ScaleFactor.id, GYROS[2])]
         for j, one in enumerate(declared):
             if one is not None:
                 # Of a misalignment the part to z is the last of three.
                 mean[j], sd[j] = one.mean[-1], max(one.sd[-1], _NONE * min(silent[j], 1.0))
         walks = [
-            float(np.sqrt(np.mean([datasheet.coefficient(name, "angle_random_walk") ** 2 for name in names])))
-            for names in (GYROS[:2], ACCELS[:2])
+            float(np.sqrt(np.mean([datasheet.white(name) ** 2 for name in names]))) for names in (GYROS[:2], ACCELS[:2])
         ]
         return cls(
             latitude=site.latitude,

@@ -23,6 +23,7 @@ from insenv.core.recording import Channel, Floats, Recording
 from insenv.data.exposure import Exposure, expose
 from insenv.data.fingerprint import fingerprint
 from insenv.effects.base import Effect
+from insenv.effects.timing import SampleHold
 from insenv.identify.clean.holds import held_addition
 
 #: Corrections at the output itself: passes at most, and the share of the largest reading at which they have settled.
@@ -63,7 +64,7 @@ class _Held:
     phase: float = 0.0
 
     def addition(self, u: Floats, motion: Motion) -> Floats:
-        if self.effect.id == "sample_hold":
+        if self.effect.id == SampleHold.id:
             return held_addition(u, motion, self.theta, self.phase)
         return self.effect.apply(u, motion, self.theta, self.effect.begin(motion, self.theta))[0]
 

@@ -13,8 +13,12 @@ from insenv.calibration.model import Calibration
 from insenv.core.errors import InputError
 from insenv.core.version import VERSION
 from insenv.data.manifest import Manifest
+from insenv.effects.angle import EarthRate
 from insenv.effects.base import Effect
+from insenv.effects.bias import Bias
 from insenv.effects.catalogue import RESERVED, by_key, plug_in_of
+from insenv.effects.timing import SampleHold
+from insenv.effects.tone import Tone
 from insenv.identify.findings import Added, Covariance, Estimate, Findings, TargetFindings
 
 #: What cannot be taken out of readings: beyond a rail nothing was read, and a table's errors are not theirs.
@@ -46,7 +50,7 @@ def calibration(found: Findings, manifest: Manifest) -> Calibration:
         manifest=manifest.path.name,
         sha256=sha256,
         reference_temperature=manifest.model.reference_temperature,
-        with_earth="earth_rate" in manifest.model.declared,
+        with_earth=EarthRate.id in manifest.model.declared,
         runs=[
             Run(r.label, r.sha256, r.mounting.tilt, r.mounting.axes, r.mounting.table_axis, r.site.latitude)
             for r in found.runs
@@ -58,11 +62,11 @@ def calibration(found: Findings, manifest: Manifest) -> Calibration:
 def _target(target: TargetFindings, found: Findings, bias: str | None) -> Target:
     joint = target.covariance or Covariance((), np.zeros(0), np.zeros((0, 0)))
     # Where runs share a bias it has no number of a run; of a single run nobody can tell, but by what was said.
-    of_run = any(key == "bias" and "[" in name for key, name in joint.names) or (
+    of_run = any(key == Bias.id and "[" in name for key, name in joint.names) or (
         len(found.runs) == 1 and bias != "common"
     )
     terms = [
-        _declared(by_key(key), rows, joint, of_run and key == "bias")
+        _declared(by_key(key), rows, joint, of_run and key == Bias.id)
         for key, rows in _by_effect(target.estimates_after).items()
     ]
     return Target(
@@ -108,7 +112,7 @@ def _added(added: Added, joint: Covariance) -> Term:
 
 def _parameters(effect: Effect, rows: Iterable[Estimate], joint: Covariance, of_run: bool) -> list[Parameter]:
     """The effect's own parameters: what is derived from them, as a root or a rate, is left out."""
-    own = {p.name for p in effect.params} | set({"tone": LINE, "sample_hold": HELD}.get(effect.id, {}))
+    own = {p.name for p in effect.params} | set({Tone.id: LINE, SampleHold.id: HELD}.get(effect.id, {}))
     found = []
     for row in rows:
         name, bracket, _ = row.parameter.partition("[")

@@ -18,6 +18,7 @@ from insenv.core.files import write_whole
 from insenv.core.recording import Recording
 from insenv.data.manifest.schema import convert
 from insenv.effects.base import OUTPUT, DrivenEffect, Effect
+from insenv.effects.timing import SampleHold
 
 
 class Calibration(Contents, frozen=True, forbid_unknown_fields=True):
@@ -117,7 +118,7 @@ def _known(term: Term, effect: Effect) -> dict[str, str]:
     if term.is_line:
         return LINE
     own = {p.name: p.unit for p in effect.params}
-    return own | HELD if effect.id == "sample_hold" else own
+    return own | HELD if effect.id == SampleHold.id else own
 
 
 def _check_parameter(p: Parameter, known: dict[str, str], target: Target, place: str) -> None:

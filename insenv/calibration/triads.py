@@ -18,11 +18,8 @@ from insenv.core.motion import Motion
 from insenv.core.recording import Channel, Floats, Recording
 from insenv.data.exposure import Exposure
 from insenv.effects.base import Effect
+from insenv.effects.cross import GSensitivity
 
-#: What goes with the input of the axis itself, and what with that of its neighbours.
-OWN, OTHERS = ("accel_scale_factor", "scale_factor"), ("non_orthogonality", "misalignment", "cross_axis")
-#: What does not go with the input: with the two above all that a triad in several positions shows.
-OFFSETS = ("accel_bias", "bias", "g_sensitivity")
 _TABLE = {"table_angle", "table_rate"}
 
 
@@ -58,8 +55,10 @@ def whole_triads(recording: Recording, held: Mapping[str, tuple[Sequence[Held], 
         if _TABLE & recording.channels.keys() or not all(name in held for name in names):
             continue
         terms = [held[name][0] for name in names]
-        ids = {one.effect.id for row in terms for one in row}
-        if ids <= {*OWN, *OTHERS, *OFFSETS} and ids & {*OWN, *OTHERS}:
+        effects = [one.effect for row in terms for one in row]
+        # The linear model of a triad, and what gravity does to gyros, are all that several positions show.
+        linear = all(effect.part or effect.id == GSensitivity.id for effect in effects)
+        if linear and any(effect.part in ("gain", "others") for effect in effects):
             values = _solved(recording, names, terms, [held[name][1] for name in names])
             channels |= {name: replace(recording.channels[name], values=values[:, i]) for i, name in enumerate(names)}
     return channels
@@ -73,9 +72,9 @@ def _solved(
     readings = np.stack([recording.channels[name].values for name in names], axis=1)
     for axis, (row, exposure) in enumerate(zip(terms, exposures, strict=True)):
         for one in row:
-            if one.effect.id in OWN:
+            if one.effect.part == "gain":
                 matrix[axis, axis] += float(one.theta[0])
-            elif one.effect.id in OTHERS:
+            elif one.effect.part == "others":
                 matrix[axis] += np.where(np.arange(3) == axis, 0.0, one.theta)
             else:
                 cells = one.addition(exposure.u, exposure.motion)

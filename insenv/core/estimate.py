@@ -18,6 +18,7 @@ import numpy as np
 
 from insenv.core.filing import Filing
 from insenv.core.recording import Floats, Mounting, Recording, Site
+from insenv.core.series.allan import FLICKER, QUANTIZATION, WALK, WHITE
 
 
 @dataclass(frozen=True)
@@ -115,6 +116,22 @@ class Datasheet:
     def coefficient(self, target: str, noise: str) -> float:
         """Coefficient of a noise effect on a channel; zero where none is told of."""
         return self.noise.get(target, {}).get(noise, 0.0)
+
+    def white(self, target: str) -> float:
+        """Coefficient of the white noise of a channel, an angle random walk; zero where none is told of."""
+        return self.coefficient(target, WHITE)
+
+    def flicker(self, target: str) -> float:
+        """Coefficient of the flicker of a channel, its bias instability; zero where none is told of."""
+        return self.coefficient(target, FLICKER)
+
+    def walk(self, target: str) -> float:
+        """Coefficient of the random walk of a channel's rate; zero where none is told of."""
+        return self.coefficient(target, WALK)
+
+    def quantization(self, target: str) -> float:
+        """Coefficient of the quantization of a channel; zero where none is told of."""
+        return self.coefficient(target, QUANTIZATION)
 
     def told(self, effect: str, target: str) -> Declared | None:
         """What is told of an effect on a channel, if anything."""

@@ -41,6 +41,8 @@ from insenv.core.recording import Floats
 OUTPUT = "{y}"
 
 Instrument = Literal["gyro", "accelerometer"]
+#: Which part of y = o + u + (k, m) (u, v) it is, with v the input of the other axes of a triad: `Effect.part`.
+Part = Literal["", "level", "gain", "others"]
 #: Whose error it is: `Effect.belongs`.
 Belongs = Literal["instrument", "reference", "place", "input"]
 
@@ -138,6 +140,9 @@ class Effect(ABC):
         Whether it is one physical cause on several targets of a unit.
     hides : str
         Family of effects that hide each other where a recording tells too little; empty for none.
+    part : str
+        Part of the linear model of a triad that it is: the "level" o, the "gain" k on the input of the axis itself, or
+        what of the "others" it sees; empty for none.
     on_axes : tuple of str
         Instruments of a unit, on a table of several axes that are read, on which it is sought.
     """
@@ -168,6 +173,7 @@ class Effect(ABC):
     of_response: ClassVar[bool] = False
     of_base: ClassVar[bool] = False
     hides: ClassVar[str] = ""
+    part: ClassVar[Part] = ""
     on_axes: ClassVar[tuple[Instrument, ...]] = ()
 
     @property

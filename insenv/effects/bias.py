@@ -34,6 +34,7 @@ class Bias(LinearEffect):
     """A constant: c."""
 
     id = "bias"
+    part = "level"
     title = "bias"
     meaning = "a constant error"
     linear = (Param("c", OUTPUT, sd=0.1, bound=10.0),)

@@ -42,6 +42,7 @@ class CrossAxis(LinearEffect):
     """An input axis that is not quite where it is thought to be."""
 
     id = "cross_axis"
+    part = "others"
     title = "cross-axis coupling"
     meaning = "the input axis sees a part of the rate about another axis"
     linear = tuple(Param(f"c_{axis}", "1", sd=0.01, bound=0.2) for axis in "xyz")

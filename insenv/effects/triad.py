@@ -37,6 +37,7 @@ class AccelBias(LinearEffect):
     """A constant error of an accelerometer: c."""
 
     id = "accel_bias"
+    part = "level"
     title = "accelerometer bias"
     meaning = "a constant error of an accelerometer"
     linear = (Param("c", OUTPUT, sd=0.1, bound=10.0),)
@@ -55,6 +56,7 @@ class AccelScaleFactor(LinearEffect):
     """A wrong scale of an accelerometer: c f."""
 
     id = "accel_scale_factor"
+    part = "gain"
     title = "accelerometer scale factor"
     meaning = "the output is wrong in proportion to the specific force"
     linear = (Param("c", "1", sd=0.05, bound=1.0),)
@@ -110,6 +112,7 @@ class _OfOtherAxes(LinearEffect):
     """What the input of the other axes adds; of a triad's coefficients c_ij = ``symmetry`` c_ji."""
 
     linear = tuple(Param(f"c_{axis}", "1", sd=0.01, bound=0.2) for axis in "xyz")
+    part = "others"
     symmetry: ClassVar[int]
 
     def basis(self, u: Floats, motion: Motion) -> Floats:

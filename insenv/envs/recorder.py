@@ -14,9 +14,12 @@ from gymnasium.utils import RecordConstructorArgs
 from insenv.core.errors import InputError
 from insenv.core.recording import Channel, Floats, Recording
 from insenv.core.rows import row_of
+from insenv.core.series.allan import QUANTIZATION
 from insenv.data.manifest import HeldOut, Model
 from insenv.data.manifest.spec import CHANNELS
 from insenv.data.save import save
+from insenv.effects.angle import EarthRate
+from insenv.effects.bias import Bias
 from insenv.effects.catalogue import by_key
 from insenv.envs.group import Blocks
 from insenv.envs.single import TaskEnv
@@ -146,8 +149,8 @@ def _turned(recording: Recording, task: Task, commands: Sequence[Command]) -> tu
     angle = turn_angle(recording.t, commands, task.datasheet.limits)
     channels = {**recording.channels, "table_angle": Channel(angle, "rad")}
     declared = task.model.declared
-    if recording.site.latitude is not None and "earth_rate" not in declared:
-        declared = (*declared, "earth_rate")
+    if recording.site.latitude is not None and EarthRate.id not in declared:
+        declared = (*declared, EarthRate.id)
     mounting = replace(recording.mounting, table_axis="U")
     return replace(recording, channels=channels, mounting=mounting), replace(task.model, declared=declared)
 
@@ -163,7 +166,7 @@ def _in_positions(model: Model, by_eye: bool) -> Model:
 
     able = terms.able()
     if by_eye:
-        able = {"bias", trace.WHOLE, *trace.OF_ACCELEROMETERS, *trace.OF_ROTATIONS, *trace.OF_RESTS}
+        able = {Bias.id, trace.WHOLE, *trace.OF_ACCELEROMETERS, *trace.OF_ROTATIONS, *trace.OF_RESTS}
     declared = tuple(key for key in model.declared if by_key(key).id in able)
     return replace(model, procedure="multi-position", declared=declared)
 
@@ -197,7 +200,7 @@ def _noise(task: Task) -> dict[str, dict[str, float]]:
     sheet = task.datasheet
     noise = {target: dict(sheet.noise.get(target, {})) for target in task.model.targets}
     if sheet.pulse and "gyro" in noise:
-        noise["gyro"]["quantization"] = sheet.pulse / np.sqrt(12.0)
+        noise["gyro"][QUANTIZATION] = sheet.pulse / np.sqrt(12.0)
     return noise
 
 

@@ -16,6 +16,7 @@ from insenv.core.series.spectrum import psd
 from insenv.data.manifest.spec import Manifest
 from insenv.effects.base import NoiseEffect
 from insenv.effects.noise import readings_density
+from insenv.effects.timing import SampleHold
 from insenv.identify.clean import systematic
 from insenv.identify.clean.outliers import rows_of_bins
 from insenv.identify.clean.plausibility import UNMOVED
@@ -202,7 +203,7 @@ def _incredible(problem: Problem, own: Mapping[Term, tuple[Estimate, ...]]) -> t
         for row in rows:
             low, high = limits.get(row.parameter.partition("[")[0], (-np.inf, np.inf))
             beyond = row.value - SURE * row.sd > high or row.value + SURE * row.sd < low
-            if beyond and not (turning and term.effect.id == "scale_factor"):
+            if beyond and not (turning and term.effect.part == "gain"):
                 said.append(
                     f"{row.effect} {row.parameter} = {row.value:.4g} {row.unit} is further out than any instrument of "
                     f"this kind has it ({low:.3g} to {high:.3g}): check unit, sign and column of {problem.target}."
@@ -347,7 +348,7 @@ def _rejected(track: Track, alpha: float) -> tuple[Rejected, ...]:
             least = Lazy(partial(sensitivity.smallest, hit, alpha))
             rows.append(replace(row, least=least) if reason == "not significant" else row)
     if track.prepared.held.excluded:
-        rows.append(Rejected("sample_hold", 1.0, 0.0, "not significant"))
+        rows.append(Rejected(SampleHold.id, 1.0, 0.0, "not significant"))
     return tuple(sorted(rows, key=lambda row: row.p_value))
 
 

@@ -14,6 +14,7 @@ from functools import partial
 import numpy as np
 
 from insenv.core.recording import Floats, Recording
+from insenv.core.series.allan import WALK
 from insenv.data.manifest.spec import Manifest
 from insenv.data.reference import with_reference
 from insenv.data.split import RowUse
@@ -224,7 +225,7 @@ def _strict(track: Track, declared: dict[str, float], alpha: float, seed: int, p
     held = replace(track.prepared, problem=problem)
     score = held_out_score(problem, fit)
     more = tuple(t.id for t, p, m in zip(NOISE_TERMS, track.fit.noise.power, problem.most, strict=True) if p > m)
-    instead = more or ("rate_random_walk",)
+    instead = more or (WALK,)
     start = replace(track, prepared=held, fit=fit, score=score, hits=None, refusals=(), instead=instead)
     (found,) = _exhausted([start], False, alpha, seed, progress)
     # Rows may have been left out since, as settling at the start: the fit is that of what is left.

@@ -78,7 +78,7 @@ def switchable(track: Track) -> Switchable | None:
         lam=lam,
         spectra=np.column_stack([term.spectrum(lam, problem.bins.width) for term in NOISE_TERMS]),
         known=_known(track, terms, switches),
-        own_level=any(term.effect.id == "bias" and term.per_run for term in fit.model),
+        own_level=any(term.effect.part == "level" and term.per_run for term in fit.model),
         rows=_rows(problem),
         cleaned=(*cleaned, *(("a held output",) if track.prepared.held.hold else ())),
     )

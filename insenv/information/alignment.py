@@ -22,6 +22,7 @@ from insenv.core.earth import earth_rate_enu, gravity
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet
 from insenv.core.recording import Floats
+from insenv.effects.bias import Bias
 
 #: Longest step of the filter: at rest and while the body turns [s].
 _STEP, _TURNING_STEP = 1.0, 0.25
@@ -73,9 +74,9 @@ def instrument_of(sheet: Datasheet) -> Instrument:
     """
     if sheet.site.latitude is None:
         raise InputError("no latitude in the datasheet; wanted it, for heading comes from the Earth's rate")
-    biases = [sheet.told("bias", name) for name in ("gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y")]
+    biases = [sheet.told(Bias.id, name) for name in ("gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y")]
     sd = [_ANY[1 if j < 3 else 2] if d is None else d.sd[0] for j, d in enumerate(biases)]
-    walk, velocity = (sheet.coefficient(name, "angle_random_walk") for name in ("gyro_x", "accel_x"))
+    walk, velocity = (sheet.white(name) for name in ("gyro_x", "accel_x"))
     level = [value if np.isfinite(value) else _ANY[0] for value in sheet.level_sd]
     return Instrument(
         sheet.site.latitude,

@@ -64,7 +64,7 @@ def north_sd(datasheet: Datasheet, course: Course, duration: float, degree: int 
     if not stretches or not rates.size:
         return float(np.inf)
     drift = float(np.mean(density(datasheet, rates, exposure.projection)))
-    walk = float(np.hypot(datasheet.coefficient("gyro", "angle_random_walk"), np.sqrt(drift)))
+    walk = float(np.hypot(datasheet.white("gyro"), np.sqrt(drift)))
     samples = max(duration * datasheet.sampling / n, 1.0)
     noise = IncrementNoise(walk, white_angle(datasheet) / samples**0.5)
     effects = (
@@ -88,9 +88,9 @@ def _with_priors(told: Information, datasheet: Datasheet) -> Information:
     sd = {name: SCALE_SD for name in told.names if name.startswith("scale_factor")}
     sd |= {name: BIAS_SD for name in told.names if name.startswith("bias")}
     for order in _ORDERS:
-        declared = datasheet.told(f"encoder_harmonic:{order}", "gyro")
+        declared = datasheet.told(EncoderHarmonic(order).key, "gyro")
         silent = KNOWN_SD if order == 1 else FREE_SD
         values = 2 * (silent,) if declared is None else declared.sd
         for name, value in zip("cs", values, strict=True):
-            sd[f"encoder_harmonic:{order}.{name}"] = 0.0 if value <= KNOWN_SD else value
+            sd[f"{EncoderHarmonic(order).key}.{name}"] = 0.0 if value <= KNOWN_SD else value
     return told.given(sd)

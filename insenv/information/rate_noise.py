@@ -22,6 +22,7 @@ from insenv.core.motion import Motion
 from insenv.core.recording import Floats
 from insenv.effects.base import CurveEffect, LinearEffect
 from insenv.effects.catalogue import by_key
+from insenv.effects.rate.lock_in import LockIn, LockInWander
 
 #: Harmonics of a pulse's sawtooth that are followed, places on a turn, times in a run.
 _HARMONICS, _PLACES, _TIMES = 12, 240, 16
@@ -29,16 +30,16 @@ _HARMONICS, _PLACES, _TIMES = 12, 240, 16
 
 def white_angle(datasheet: Datasheet) -> float:
     """White error of the residual angle at each sample, one standard deviation [rad]: pulses and encoder."""
-    pulse = datasheet.pulse / 12**0.5 or datasheet.coefficient("gyro", "quantization")
+    pulse = datasheet.pulse / 12**0.5 or datasheet.quantization("gyro")
     return float(np.hypot(pulse, np.sin(datasheet.mounting.tilt) * datasheet.encoder_noise))
 
 
 def density(datasheet: Datasheet, rate: Floats, share: float) -> Floats:
     """Two-sided density of the drifts at one cycle per turn [(rad/s)^2 / Hz], for table rates [rad/s]."""
     turning = np.maximum(np.abs(rate), 1e-9)
-    walk = np.full(np.shape(turning), datasheet.coefficient("gyro", "rate_random_walk") ** 2)
-    flicker = datasheet.coefficient("gyro", "bias_instability") ** 2
-    locked = datasheet.told("lock_in_wander", "gyro")
+    walk = np.full(np.shape(turning), datasheet.walk("gyro") ** 2)
+    flicker = datasheet.flicker("gyro") ** 2
+    locked = datasheet.told(LockInWander.id, "gyro")
     if locked is not None:
         threshold, rise, tau, wander = locked.mean
         span = datasheet.duration if 0 < datasheet.duration < np.inf else 0.0
@@ -49,7 +50,7 @@ def density(datasheet: Datasheet, rate: Floats, share: float) -> Floats:
 
 def walk_density(datasheet: Datasheet, rate: Floats, share: float) -> Floats:
     """The part of `density` that is of random walks."""
-    flicker = datasheet.coefficient("gyro", "bias_instability") ** 2 / np.maximum(np.abs(rate), 1e-9)
+    flicker = datasheet.flicker("gyro") ** 2 / np.maximum(np.abs(rate), 1e-9)
     return np.asarray(density(datasheet, rate, share) - flicker)
 
 
@@ -120,6 +121,6 @@ def _counts(datasheet: Datasheet, u: float) -> tuple[Floats, float]:
 
 def lock_in(datasheet: Datasheet) -> float:
     """Square of the lock-in threshold that is told of [rad^2/s^2]; zero where none is."""
-    square, wandering = datasheet.told("lock_in", "gyro"), datasheet.told("lock_in_wander", "gyro")
+    square, wandering = datasheet.told(LockIn.id, "gyro"), datasheet.told(LockInWander.id, "gyro")
     total = 0.0 if square is None else max(square.mean[0], 0.0)
     return total if wandering is None else total + wandering.mean[0] ** 2

@@ -30,6 +30,7 @@ import numpy as np
 from insenv.core.earth import EARTH_RATE
 from insenv.core.motion import Motion, interval_mean
 from insenv.core.recording import Floats
+from insenv.effects.tilt import BaseTilt
 from insenv.plants.base import Plant, Reference, Scene
 from insenv.plants.thermal import Constant, Temperature
 
@@ -94,7 +95,7 @@ class StaticBase(Plant):
         """The tilt, where there is one."""
         if not self.disturbance.sd > 0:
             return {}
-        return {"base_tilt": "the base tilts and the accelerometers read gravity times it"}
+        return {BaseTilt.id: "the base tilts and the accelerometers read gravity times it"}
 
     def turned(self, angle: float) -> Self:
         """Towards another heading."""

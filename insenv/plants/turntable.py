@@ -34,6 +34,7 @@ from insenv.core.errors import InputError
 from insenv.core.estimate import Limits
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats, Mounting
+from insenv.effects.angle import EarthRate
 from insenv.effects.forms import wave
 from insenv.plants.base import Plant, Reference, Scene
 from insenv.plants.profile import Piece, Profile, duration
@@ -207,14 +208,14 @@ class Turntable(Plant):
         if self.latitude is None:
             return {}
         c, s = self.horizontal_earth_rate
-        return {"earth_rate": (float(c), float(s))}
+        return {EarthRate.id: (float(c), float(s))}
 
     @property
     def entails(self) -> Mapping[str, str]:
         """The horizontal Earth rate, where the gyro sees it."""
         if not np.hypot(*self.horizontal_earth_rate) > 1e-12:
             return {}
-        return {"earth_rate": "the input axis is not vertical and sees the Earth turn"}
+        return {EarthRate.id: "the input axis is not vertical and sees the Earth turn"}
 
     def turned(self, angle: float) -> Self:
         """With another azimuth at table angle 0."""

@@ -30,6 +30,7 @@ from insenv.core.errors import InputError
 from insenv.core.estimate import Limits
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats
+from insenv.effects.angle import EarthRate
 from insenv.plants.base import Plant, Reference, Scene
 from insenv.plants.thermal import Constant, Temperature
 from insenv.plants.vehicle_frame import Slope, product, times, transport_matrix
@@ -130,7 +131,7 @@ class Vehicle(Plant):
     @property
     def excludes(self) -> Mapping[str, str]:
         """The Earth rate is what its gyros are there to sense."""
-        return {"earth_rate": "earth_rate is no error of a [vehicle]'s gyros, which sense it"}
+        return {EarthRate.id: "earth_rate is no error of a [vehicle]'s gyros, which sense it"}
 
     def turned(self, angle: float) -> Self:
         """Towards another heading."""

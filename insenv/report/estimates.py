@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from insenv.core.series.allan import FLICKER
 from insenv.core.units import ARCSEC, DEG
 from insenv.identify.findings import Added, Estimate, TargetFindings
 from insenv.report.quantities import Unit, instability_unit, number, unit_for, with_sd
@@ -92,6 +93,6 @@ def shift(before: Estimate | None, after: Estimate | None) -> float:
 
 def _unit(*estimates: Estimate) -> Unit:
     """The unit that suits all of ``estimates``, which share an SI unit."""
-    if estimates[0].effect == "bias_instability":
+    if estimates[0].effect == FLICKER:
         return instability_unit(estimates[0].unit)
     return unit_for(estimates[0].unit, *(x for e in estimates for x in (e.value, e.sd)))

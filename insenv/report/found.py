@@ -8,15 +8,18 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
+from insenv.effects.bias import BiasStep
+from insenv.effects.rate.scale import ScaleFactorAnomaly
+from insenv.effects.tone import Tone
 from insenv.identify.findings import Added, Estimate
 from insenv.report.quantities import decimals, last_digit, p_value, unit_for
 from insenv.report.words import key_of, listing, name
 
 #: Effect id -> the parameter that says where it sits, and its name with that place, for one and for several.
 _PLACED = {
-    "tone": ("f", "a tone at {at}", "tones at {at}"),
-    "bias_step": ("t0", "a step of the bias at {at}", "{count} steps of the bias (at {at})"),
-    "scale_factor_anomaly": (
+    Tone.id: ("f", "a tone at {at}", "tones at {at}"),
+    BiasStep.id: ("t0", "a step of the bias at {at}", "{count} steps of the bias (at {at})"),
+    ScaleFactorAnomaly.id: (
         "u0", "a local scale-factor anomaly near {at}", "{count} local scale-factor anomalies (near {at})",
     ),
 }  # fmt: skip

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from itertools import groupby
 
 from insenv.effects.bias import Bias
+from insenv.effects.tone import Tone
 from insenv.identify.findings import (
     Added,
     Findings,
@@ -77,7 +78,7 @@ def overall(findings: Findings) -> str:
 def lines_only(target: TargetFindings) -> bool:
     """Whether nothing but lines was found, and held-out means are no better for it."""
     held_out = target.held_out
-    return all(a.effect == "tone" for a in target.added) and held_out.after > (1 - _GAIN) * held_out.before
+    return all(a.effect == Tone.id for a in target.added) and held_out.after > (1 - _GAIN) * held_out.before
 
 
 def bursts(findings: Findings) -> list[str]:

@@ -12,6 +12,7 @@ from typing import Any
 from insenv.core.files import write_whole
 from insenv.core.filing import stamp
 from insenv.core.units import ARCSEC, PPM
+from insenv.effects.rate.scale import ScaleFactor
 from insenv.identify.story import Answer, Chapter, Story, Wanted
 from insenv.report import words
 from insenv.report.json import strict
@@ -24,7 +25,7 @@ _LITTLE = 3600 * ARCSEC
 
 Block = dict[str, Any]
 
-_NAMES = {"azimuth": "north", "installation_angle": "the installation angle", "scale_factor": "the scale factor"}
+_NAMES = {"azimuth": "north", "installation_angle": "the installation angle", ScaleFactor.id: "the scale factor"}
 _ENDINGS = {
     "settled": "Nothing is confounded any more.",
     "budget": "The instrument time is spent before it is settled.",

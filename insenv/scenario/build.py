@@ -11,6 +11,7 @@ import numpy as np
 
 from insenv.core.errors import InputError, nearest
 from insenv.core.recording import Floats
+from insenv.core.series.allan import QUANTIZATION, WHITE
 from insenv.data.manifest.checks import VELOCITY_RANDOM_WALK
 from insenv.data.manifest.schema import shown
 from insenv.effects.base import DrivenEffect, Effect, NoiseEffect
@@ -207,12 +208,12 @@ def _noise(table: ScenarioTable, outputs: tuple[str, ...], path: Path) -> list[P
         instrument, kind = family(table, output), family_name(output)
         for name, text in instrument.noise.items():
             where = f"{path}: instrument.{kind}.noise.{name}"
-            key = "angle_random_walk" if name == VELOCITY_RANDOM_WALK and kind == "accel" else name
+            key = WHITE if name == VELOCITY_RANDOM_WALK and kind == "accel" else name
             if key not in NOISES:
                 raise InputError(f"{where} is no noise that is known; {nearest(name, NOISES)}")
             effect = slowed(by_key(key), hold)
             value = exact(effect.params[0], text, Sensor(output).unit, where)
-            if not (instrument.pulses and key == "quantization"):  # whole pulses are the quantization
+            if not (instrument.pulses and key == QUANTIZATION):  # whole pulses are the quantization
                 planted.append(Planted(output, effect, (value,), (0.0,), "noise"))
     return planted
 

@@ -21,6 +21,7 @@ from insenv.core.recording import Floats
 from insenv.core.units import scale_to_si
 from insenv.data.manifest.spec import CHANNELS, INCREMENTS
 from insenv.data.save import nested
+from insenv.effects.angle import EarthRate
 from insenv.effects.base import OUTPUT, Effect
 from insenv.rig import Readings
 from insenv.scenario.build import Scenario
@@ -243,8 +244,8 @@ def _model(scenario: Scenario) -> dict[str, object]:
     targets = explained(scenario)
     entry: dict[str, object] = {"target": targets[0] if len(targets) == 1 else list(targets)}
     declared = scenario.declared_of(targets)
-    if scenario.rig.plant.pivots and scenario.table.site.latitude is not None and "earth_rate" not in declared:
-        declared = (*declared, "earth_rate")
+    if scenario.rig.plant.pivots and scenario.table.site.latitude is not None and EarthRate.id not in declared:
+        declared = (*declared, EarthRate.id)
     entry["declared"] = list(declared)
     reference = scenario.table.instrument.reference_temperature
     return entry | ({"reference_temperature": reference} if reference else {})

@@ -26,6 +26,7 @@ from insenv.calibration.apply import is_determined, of_rows, rows_of, slopes_of
 from insenv.core.recording import Floats, Recording
 from insenv.data.exposure import expose
 from insenv.data.manifest import Manifest
+from insenv.effects.angle import EarthRate
 from insenv.effects.base import Effect
 from insenv.identify.findings import Findings
 
@@ -153,7 +154,7 @@ def with_effect(given: Base, target: str, effect: Effect, theta: Floats) -> tupl
 
 def _with_effect(given: Base, recording: Recording, target: str, effect: Effect, theta: Floats) -> Recording:
     declared = given.manifest.model
-    exposure = expose(recording, target, 1, declared.reference_temperature, "earth_rate" in declared.declared)
+    exposure = expose(recording, target, 1, declared.reference_temperature, EarthRate.id in declared.declared)
     motion = exposure.motion
     added, _ = effect.apply(exposure.u, motion, theta, effect.begin(motion, theta))
     channel = recording.channels[target]

@@ -25,8 +25,15 @@ from insenv.core.errors import InputError
 
 Floats = NDArray[np.float64]
 
+#: Noises by the slope of the Allan deviation, from -1 to 1/2: Q, N, B and K of IEEE Std 952.
+QUANTIZATION, WHITE, FLICKER, WALK = NOISES = (
+    "quantization",
+    "angle_random_walk",
+    "bias_instability",
+    "rate_random_walk",
+)
 #: Exponents alpha of the rate's density f^alpha that are told apart.
-POWER_LAWS = {"quantization": 2, "angle_random_walk": 0, "bias_instability": -1, "rate_random_walk": -2}
+POWER_LAWS = dict(zip(NOISES, (2, 0, -1, -2), strict=True))
 
 
 @dataclass(frozen=True)

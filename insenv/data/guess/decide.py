@@ -17,7 +17,7 @@ from insenv.core.recording import Floats
 from insenv.core.units import quantity, scale_to_si
 from insenv.data.guess import numbers, rates
 from insenv.data.guess.columns import AXES, Roles, assign
-from insenv.data.guess.draft import Channel, Choice, Draft, Extra, Question
+from insenv.data.guess.draft import DECLARED, Channel, Choice, Draft, Extra, Question
 from insenv.data.guess.heading import is_unit
 from insenv.data.guess.listing import Listing
 from insenv.data.guess.rates import Units
@@ -32,6 +32,8 @@ AXES_BY_UP: Mapping[str, str] = {"+z": "RFU", "-z": "FRD", "+x": "URF", "-x": "D
 FASTEST = 2e4
 #: Rows at either end that are not looked at for the clock: there may be strays.
 ENDS = 6
+#: What is declared of accelerometers in several positions.
+_OF_ACCELEROMETERS = "accel_bias"
 _PSINS = ("gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z")
 
 
@@ -345,10 +347,10 @@ def _model(roles: Roles, procedure: str) -> tuple[tuple[str, ...], tuple[str, ..
     gyros, accels = sorted(roles.of("gyro")), sorted(roles.of("accel"))
     if procedure == "multi-position":
         gyros = gyros if len(gyros) == len(AXES) and "gyro" not in gyros else []
-        return (*accels, *gyros), ("accel_bias", "bias") if gyros else ("accel_bias",)
+        return (*accels, *gyros), (_OF_ACCELEROMETERS, *DECLARED) if gyros else (_OF_ACCELEROMETERS,)
     if procedure == "rate-table" and gyros:
-        return tuple(gyros), ("bias", "scale_factor")
-    return (*gyros, *accels), ("bias",)
+        return tuple(gyros), (*DECLARED, "scale_factor")
+    return (*gyros, *accels), DECLARED
 
 
 def _reading(listings: Sequence[Listing]) -> dict[str, str | int]:

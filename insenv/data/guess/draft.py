@@ -15,6 +15,10 @@ Sure = Literal["stated", "answered", "numbers", "assumed", "open"]
 Extra = Mapping[str, str | bool | float | int]
 
 
+#: What is declared of every channel.
+DECLARED = ("bias",)
+
+
 @dataclass(frozen=True)
 class Choice:
     """A value of the manifest, None while it is open; how it is known, and how surely."""
@@ -84,7 +88,7 @@ class Draft:
     channels: tuple[Channel, ...]
     questions: tuple[Question, ...] = ()
     targets: tuple[str, ...] = ()
-    declared: tuple[str, ...] = ("bias",)
+    declared: tuple[str, ...] = DECLARED
     procedure: Choice = Choice("static", "no table", "assumed")
     mounting: Mapping[str, Choice] = field(default_factory=dict)
     read: Mapping[str, str | int] = field(default_factory=dict)

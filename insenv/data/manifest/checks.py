@@ -17,6 +17,7 @@ from insenv.core.errors import InputError, nearest
 from insenv.core.filing import Filing
 from insenv.core.plugins import beside, check_code
 from insenv.core.recording import Mounting, Site
+from insenv.core.series.allan import FLICKER, QUANTIZATION, WALK, WHITE
 from insenv.core.units import quantity
 from insenv.data.manifest import schema
 from insenv.data.manifest.gimbals import gimbals
@@ -39,10 +40,10 @@ from insenv.data.manifest.spec import (
 
 #: Noise parameters: dimension for a gyro, for an accelerometer.
 NOISE: Mapping[str, tuple[str, str]] = {
-    "angle_random_walk": ("angle random walk", "velocity random walk"),
-    "bias_instability": ("bias instability", "acceleration"),
-    "rate_random_walk": ("rate random walk", "acceleration random walk"),
-    "quantization": ("quantization", "velocity"),
+    WHITE: ("angle random walk", "velocity random walk"),
+    FLICKER: ("bias instability", "acceleration"),
+    WALK: ("rate random walk", "acceleration random walk"),
+    QUANTIZATION: ("quantization", "velocity"),
 }
 #: The SI units of the same, as the field writes them.
 NOISE_UNITS: Mapping[str, tuple[str, str]] = dict(
@@ -336,7 +337,7 @@ def noise(table: schema.ManifestTable, targets: tuple[str, ...], path: Path) -> 
 
 def _declare(noise: dict[str, dict[str, float]], name: str, text: str, where: str) -> None:
     """Enter one noise parameter for those targets whose dimension it has; there must be one."""
-    slot = "angle_random_walk" if name == VELOCITY_RANDOM_WALK else name
+    slot = WHITE if name == VELOCITY_RANDOM_WALK else name
     if slot not in NOISE:
         raise InputError(f"{where}: unknown noise parameter; {nearest(name, [*NOISE, VELOCITY_RANDOM_WALK])}")
     failed: InputError | None = None

@@ -40,6 +40,7 @@ class ScaleFactor(LinearEffect):
     """A wrong scale: c u."""
 
     id = "scale_factor"
+    part = "gain"
     title = "scale factor"
     meaning = "the output is wrong in proportion to the input"
     linear = (Param("c", "1", sd=0.05, bound=0.5),)

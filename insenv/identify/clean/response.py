@@ -339,7 +339,7 @@ def _at_motion(one: Stretch, left: Floats, slack: Floats) -> tuple[float, int]:
 
 def _other(gain: float, sd: float, model: Model) -> bool:
     """Whether a gain is told and no small error."""
-    declared = any(term.effect.id == "scale_factor" for term in model)
+    declared = any(term.effect.part == "gain" for term in model)
     return abs(gain - 1) > max(SMALL if declared else INCREDIBLE, TOLD * sd) and abs(gain) > TOLD * sd
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from insenv.core.units import ARCSEC, DEG_PER_HOUR
-from insenv.effects.angle import AngleLockedRate, EncoderHarmonic, MagneticField
+from insenv.effects.angle import AngleLockedRate, EarthRate, EncoderHarmonic, MagneticField
 from insenv.effects.base import OUTPUT
 from insenv.identify.earth.hidden import Hidden, hidden
 from insenv.identify.findings import Added, Derived, Estimate
@@ -89,7 +89,7 @@ def suspected(found: EarthFindings, score: Score) -> tuple[Added, ...]:
             ),
             p_value=found.check.p_value,
             likelihood_ratio=found.check.deviate**2,
-            confounded_with=tuple(one.effect.key for one in others) or ("earth_rate",),
+            confounded_with=tuple(one.effect.key for one in others) or (EarthRate.id,),
             held_out_before=score.rms,
             held_out_after=score.rms,
             remark=remark,
@@ -158,7 +158,7 @@ def with_earth(estimates: Sequence[Estimate], found: EarthFindings) -> list[Esti
         return list(estimates)
     earth = found.suspects[0].earth
     sd = np.sqrt(np.diag(earth.cov))
-    own = [i for i, e in enumerate(estimates) if e.effect == "earth_rate"]
+    own = [i for i, e in enumerate(estimates) if e.effect == EarthRate.id]
     changed = list(estimates)
     for i, value, width in zip(own, earth.theta, sd, strict=True):
         changed[i] = replace(estimates[i], value=float(value), sd=float(width))
@@ -175,7 +175,7 @@ def derived(plain: Problem, before: Fit, track: Track, found: EarthFindings) -> 
 
 
 def _azimuth(earth: Horizontal) -> Estimate:
-    return Estimate("earth_rate", "azimuth", earth.azimuth, earth.azimuth_sd, "rad")
+    return Estimate(EarthRate.id, "azimuth", earth.azimuth, earth.azimuth_sd, "rad")
 
 
 def _unit(one: Hidden) -> str:

@@ -10,6 +10,8 @@ import numpy as np
 
 from insenv.core.earth import EARTH_RATE
 from insenv.core.recording import Recording
+from insenv.effects.angle import EarthRate
+from insenv.effects.rate.scale import ScaleFactor
 from insenv.identify.findings import Estimate
 
 
@@ -18,12 +20,12 @@ def with_vertical_rate(recordings: tuple[Recording, ...], estimates: list[Estima
     latitudes = {r.site.latitude for r in recordings}
     tilts = {r.mounting.tilt for r in recordings}
     turning = any(name in r.channels for r in recordings for name in ("table_angle", "table_rate"))
-    scale = next((e for e in estimates if e.effect == "scale_factor"), None)
+    scale = next((e for e in estimates if e.effect == ScaleFactor.id), None)
     if scale is None or turning or len(tilts) < 2 or len(latitudes) != 1 or None in latitudes:
         return tuple(estimates)
     vertical = EARTH_RATE * np.sin(next(iter(latitudes)))  # type: ignore[arg-type]
     measured = Estimate(
-        "earth_rate",
+        EarthRate.id,
         "vertical",
         float((1 + scale.value) * vertical),
         float(scale.sd * abs(vertical)),

@@ -73,13 +73,13 @@ HELD_OUT_SPREAD = 1.1
 
 
 #: What changes from one power-up to the next: a run that was not fitted says nothing through its level and slope.
-RUN_TO_RUN = ("bias", "scale_factor")
+RUN_TO_RUN = ("level", "gain")
 
 
 def _free_of_run(problem: Problem, fit: Fit, anchored: _Anchored) -> Callable[[Floats], Floats]:
     """Takes out of whitened held-out values what a run without fitted data may have as its own."""
     unseen = {b.run for b in problem.held_out} - {b.run for b in problem.fitted}
-    terms = [i for i, term in enumerate(fit.model) if term.effect.id in RUN_TO_RUN]
+    terms = [i for i, term in enumerate(fit.model) if term.effect.part in RUN_TO_RUN]
     columns = [fit.design.matrix[:, j] for j in np.flatnonzero(np.isin(fit.design.term, terms))]
     columns.append(np.ones(problem.bins.n))
     own = [column * (problem.bins.run == run) for run in sorted(unseen) for column in columns]

@@ -33,9 +33,9 @@ class Score:
 def residual(problem: Problem, fit: Fit) -> Floats:
     """Measured minus model over all bins, shape (bins,)."""
     left = problem.y - fit.predicted()
-    if any(term.effect.id == "bias" and term.per_run for term in fit.model):
+    if any(term.effect.part == "level" and term.per_run for term in fit.model):
         fitted_runs = {b.run for b in problem.fitted}
-        own = [np.ones((problem.bins.n, 1)), *(problem.columns(t) for t in fit.model if t.effect.id == "scale_factor")]
+        own = [np.ones((problem.bins.n, 1)), *(problem.columns(t) for t in fit.model if t.effect.part == "gain")]
         columns = np.column_stack([c.sum(axis=1) for c in own])
         for run in set(problem.bins.run.tolist()) - fitted_runs:
             rows = problem.bins.run == run

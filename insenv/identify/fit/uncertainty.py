@@ -16,6 +16,7 @@ import numpy as np
 from insenv.core.recording import Floats
 from insenv.data.manifest import checks
 from insenv.effects.base import CurveEffect
+from insenv.effects.rate.scale import ScaleFactor
 from insenv.identify.findings import Covariance, Estimate
 from insenv.identify.fit import discrepancy, other_forms
 from insenv.identify.fit.gls import Fit, noise_freedom, spectrum
@@ -27,7 +28,7 @@ from insenv.identify.fit.swings import by_swings
 
 _SQUARED = "_squared"
 #: Counts from a gain of one; every other effect is relative to the gain that the data show.
-SCALE = "scale_factor"
+SCALE = ScaleFactor.id
 #: Below this many degrees of freedom of the noise the variance of Student's t says nothing any more.
 LEAST_FREEDOM = 4.0
 #: SI units of the noise coefficients as the field writes them, by the unit of the output.

@@ -76,15 +76,15 @@ class Magnitudes:
         m = self.measured[self.fitted]
         at, place = dict[str, slice](), 0
         for term in terms:
-            at[term.effect.id] = slice(place, place + term.size)
+            at[term.effect.part] = slice(place, place + term.size)
             place += term.size
-        if "accel_bias" not in at or len(m) < 5:
+        if "level" not in at or len(m) < 5:
             return theta
         unknown = np.linalg.lstsq(np.column_stack([2 * m, np.ones(len(m))]), np.sum(m * m, axis=1), rcond=None)[0]
-        theta[at["accel_bias"]] = unknown[:3]
-        if "accel_scale_factor" in at:
+        theta[at["level"]] = unknown[:3]
+        if "gain" in at:
             radius = float(np.sqrt(max(unknown[3] + unknown[:3] @ unknown[:3], 0.0)))
-            theta[at["accel_scale_factor"]] = max(radius / float(self.gravity.mean()), 0.1) - 1
+            theta[at["gain"]] = max(radius / float(self.gravity.mean()), 0.1) - 1
         return theta
 
     def evaluate(self, terms: Sequence[TriadTerm], theta: Floats) -> tuple[Floats, Floats]:

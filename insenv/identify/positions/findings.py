@@ -8,9 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from insenv.core.recording import Floats, Recording
+from insenv.core.series.allan import WHITE
 from insenv.core.units import STANDARD_GRAVITY
 from insenv.data.manifest import Manifest
 from insenv.effects.base import OUTPUT
+from insenv.effects.cross import GSensitivity
+from insenv.effects.rate.scale import ScaleFactor
+from insenv.effects.triad import AccelBias, AccelScaleFactor, Misalignment
 from insenv.identify.findings import (
     NO_SPECTRA,
     Added,
@@ -94,7 +98,7 @@ def _target(manifest: Manifest, recordings: tuple[Recording, ...], found: Positi
 
 def _declared(manifest: Manifest, gyro: bool) -> tuple[str, ...]:
     """The declared effects that an instrument of this kind can have."""
-    others = ("accel_bias", "accel_scale_factor") if gyro else ("scale_factor", "misalignment", "g_sensitivity")
+    others = (AccelBias.id, AccelScaleFactor.id) if gyro else (ScaleFactor.id, Misalignment.id, GSensitivity.id)
     return tuple(key for key in manifest.model.declared if key not in others)
 
 
@@ -195,7 +199,7 @@ def _noise(recordings: Sequence[Recording], found: Positions, target: str, unit:
         values.append(float(np.mean(steps**2)) / 2 * recording.dt)
         rows += len(steps)
     white = float(np.sqrt(np.median(values)))
-    key = "angle_random_walk"
+    key = WHITE
     return (Estimate(key, "N", white, white / np.sqrt(2 * max(rows, 1)), NOISE_UNITS[unit][key]),)
 
 
@@ -235,9 +239,9 @@ def _next(added: Sequence[Added]) -> tuple[NextExperiment, ...]:
 
 def _cautions(found: Positions, gyro: bool) -> tuple[str, ...]:
     """What the figures rest on, and what they can hardly be."""
-    terms = {term.effect.id for term in found.accel.outcome.after.terms}
+    terms = {term.effect.part for term in found.accel.outcome.after.terms}
     said = _wrong_range(found.gyro) if gyro else _incredible(found.accel.outcome.after)
-    if gyro or found.gravity_known or "accel_scale_factor" not in terms:
+    if gyro or found.gravity_known or "gain" not in terms:
         return said
     free = getattr(found.accel.problem, "free_gravity", False)
     width = "their standard deviations include that" if free else "their standard deviations do not include that"
@@ -263,9 +267,9 @@ def _incredible(fit: Fit) -> tuple[str, ...]:
     said = []
     for term in fit.terms:
         values = fit.theta[fit.of(term)]
-        if term.effect.id == "accel_scale_factor" and (factor := factor_of(1 + values)):
+        if term.effect.part == "gain" and (factor := factor_of(1 + values)):
             said.append(f"The accelerometers' {factor}.")
-        if term.effect.id == "accel_bias":
+        if term.effect.part == "level":
             for axis in np.flatnonzero(np.abs(values) > BROKEN):
                 share = values[axis] / STANDARD_GRAVITY
                 of = f"accel_{AXES[axis]} has a bias of {share:.2g} g"

@@ -20,8 +20,13 @@ from insenv.core.recording import Floats, Recording
 from insenv.core.units import STANDARD_GRAVITY
 from insenv.data.manifest import Manifest
 from insenv.effects.base import Effect
+from insenv.effects.bias import Bias, BiasDrift
 from insenv.effects.catalogue import by_key
+from insenv.effects.cross import CrossAxis, GSensitivity
 from insenv.effects.noise import RateRandomWalk
+from insenv.effects.rate.scale import ScaleFactor
+from insenv.effects.thermal import BiasTemperature
+from insenv.effects.triad import AccelBias, AccelScaleFactor, Misalignment, NonOrthogonality
 from insenv.identify.findings import NotTestable
 from insenv.identify.positions.accel import Magnitudes, directions, gravities, uncertain_directions
 from insenv.identify.positions.accel import with_walk as with_bias_walk
@@ -48,16 +53,16 @@ from insenv.identify.positions.walk import ALLOWED
 
 #: Effects of each part that may be declared. Those that are not are tried, but for what is slow on gyros at rest: a
 #: bias that walks there looks like a drift.
-OF_ACCELEROMETERS = ("accel_bias", "accel_scale_factor", "non_orthogonality", "bias_drift", "bias_temperature")
-OF_ROTATIONS = ("scale_factor", "non_orthogonality", "misalignment")
-OF_RESTS = ("g_sensitivity", "bias_drift", "bias_temperature")
-SLOW = ("bias_drift", "bias_temperature")
+OF_ACCELEROMETERS = (AccelBias.id, AccelScaleFactor.id, NonOrthogonality.id, BiasDrift.id, BiasTemperature.id)
+OF_ROTATIONS = (ScaleFactor.id, NonOrthogonality.id, Misalignment.id)
+OF_RESTS = (GSensitivity.id, BiasDrift.id, BiasTemperature.id)
+SLOW = (BiasDrift.id, BiasTemperature.id)
 #: The noise that looks like them.
 WALK = RateRandomWalk.id
 #: What turns the directions that accelerometers show.
-CALIBRATION = ("accel_bias", "accel_scale_factor", "non_orthogonality")
+CALIBRATION = (AccelBias.id, AccelScaleFactor.id, NonOrthogonality.id)
 #: May be declared of the rotations, and is not tried: non-orthogonality and misalignment are its parts.
-WHOLE = "cross_axis"
+WHOLE = CrossAxis.id
 #: Probability of an outlier among all fitted rests by which one is left out, and the largest share of them.
 OUTLIER, MOST_OUTLIERS = 1e-4, 0.1
 #: Error of the magnitude of gravity that no unit at rest has, beside all that was found [m/s^2].
@@ -175,7 +180,7 @@ def _surroundings(manifest: Manifest, recordings: Sequence[Recording], rests: Se
 def _wanted(manifest: Manifest, keys: tuple[str, ...] | None) -> int:
     """Rests that the declared model of the accelerometers wants fitted, with scale factors where those are tried."""
     effects = _of_accelerometers(manifest)
-    scale = by_key("accel_scale_factor")
+    scale = AccelScaleFactor()
     if scale not in effects and (keys is None or scale.key in keys):
         effects = [*effects, scale]
     equations = sum(triad_term(effect).size for effect in effects) + LEAST_FREEDOM
@@ -191,7 +196,7 @@ def _of_accelerometers(manifest: Manifest) -> list[Effect]:
     """Declared effects of the accelerometers; where they are no target, what makes them an attitude reference."""
     if any(target.startswith("accel") for target in manifest.model.targets):
         return _declared(manifest, "accel")
-    return [by_key("accel_bias"), by_key("accel_scale_factor")]
+    return [AccelBias(), AccelScaleFactor()]
 
 
 def _accelerometers(
@@ -247,7 +252,7 @@ def _magnitudes(
     """The residuals of the rests with white noise, and whether gravity is known."""
     rests, around = found.rests, _surroundings(manifest, recordings, found.rests)
     gravity, known = gravities(recordings, rests)
-    free = not known and "accel_scale_factor" not in {effect.id for effect in declared}
+    free = not known and all(effect.part != "gain" for effect in declared)
     held_out = np.array([rest.held_out for rest in rests])
     uses = ~held_out, held_out | (found.in_turn and not found.in_parts)
     measured = means(recordings, rests, "accel")
@@ -317,7 +322,7 @@ def _too_few(
 
     Six faces have six magnitudes: biases and scale factors fit them whatever they are, and nothing would confirm it.
     """
-    key, left = "accel_scale_factor", _scatter(problem, outcome.after, rests)
+    key, left = AccelScaleFactor.id, _scatter(problem, outcome.after, rests)
     blind = any(n.effect == key and n.needs in UNTOLD for n in outcome.not_testable)
     if not blind or left < max(WORST, NOISY * noise_of_means(recordings, rests)):
         return ()
@@ -405,9 +410,9 @@ def _gyros_at_rest(
     reason = "in the means at rest it looks like a bias that walks at random"
     there = {effect.id for effect in declared}
     blind = tuple(NotTestable(key, (), reason) for key in SLOW if key not in there)
-    slow = [key for key in SLOW if key not in there and (key != "bias_temperature" or around.temperature is not None)]
+    slow = [key for key in SLOW if key not in there and (key != BiasTemperature.id or around.temperature is not None)]
     untold = [RestTerm(by_key(key)) for key in slow]  # type: ignore[arg-type]
-    terms, more = [RestTerm(e) for e in (by_key("bias"), *declared)], [RestTerm(e) for e in tried]  # type: ignore[arg-type]
+    terms, more = [RestTerm(e) for e in (Bias(), *declared)], [RestTerm(e) for e in tried]  # type: ignore[arg-type]
     runs = np.array([rest.run for rest in rests])
     for axis in range(3):
         problem = RestMeans(y[:, axis], forces, around, ~held_out, held_out | in_turn, np.eye(len(y)))
@@ -452,10 +457,10 @@ def _declared(manifest: Manifest, prefix: str) -> list[Effect]:
     """Declared effects that are meant for this triad, in their order."""
     allowed = {
         "accel": OF_ACCELEROMETERS,
-        "gyro": ("bias", *OF_ROTATIONS, WHOLE, *OF_RESTS),
+        "gyro": (Bias.id, *OF_ROTATIONS, WHOLE, *OF_RESTS),
     }
     both = {t.partition("_")[0] for t in manifest.model.targets}
-    known = {key for name in both for key in (*allowed[name], "bias")}
+    known = {key for name in both for key in (*allowed[name], Bias.id)}
     effects = []
     for key in manifest.model.declared:
         effect = by_key(key)
@@ -463,10 +468,10 @@ def _declared(manifest: Manifest, prefix: str) -> list[Effect]:
             names = ", ".join(sorted(known))
             where = f"{manifest.path}: model.declared has {key!r}"
             raise InputError(f"{where}; of {', '.join(sorted(both))} in several positions wanted some of {names}")
-        if effect.id == "bias" and prefix == "accel":
-            if "accel_bias" in manifest.model.declared:
+        if effect.id == Bias.id and prefix == "accel":
+            if AccelBias.id in manifest.model.declared:
                 continue
-            effect = by_key("accel_bias")
+            effect = AccelBias()
         if effect.id in allowed[prefix]:
             effects.append(effect)
     return effects
@@ -479,12 +484,12 @@ def _candidates(
     there = {effect.key for effect in declared}
     tried, blind = [], []
     for effect in map(by_key, allowed):
-        names = {effect.key, effect.id} | ({"bias"} if effect.id == "accel_bias" else set())
-        if effect.key in there or any(e.id == WHOLE for e in declared) and effect.id != "scale_factor":
+        names = {effect.key, effect.id} | ({Bias.id} if effect.id == AccelBias.id else set())
+        if effect.key in there or any(e.id == WHOLE for e in declared) and effect.id != ScaleFactor.id:
             continue
         if keys is not None and not names & set(keys):
             continue
-        if effect.id == "bias_temperature" and around.temperature is None:
+        if effect.id == BiasTemperature.id and around.temperature is None:
             blind.append(NotTestable(effect.key, ("temperature",), "the recording has no such channel"))
         else:
             tried.append(effect)

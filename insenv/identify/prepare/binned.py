@@ -11,6 +11,7 @@ from insenv.data.exposure import expose
 from insenv.data.manifest.spec import Manifest
 from insenv.data.reference import order
 from insenv.data.split import RowUse
+from insenv.effects.angle import EarthRate
 from insenv.identify.clean.outliers import outliers
 from insenv.identify.fit.bins import gather
 from insenv.identify.fit.problem import Model, Problem
@@ -33,7 +34,7 @@ def binned(
         If no whole bin lies in the fitted rows, or in those held out.
     """
     per_cell = rows_per_cell(rows_per_bin, sum(map(len, recordings)))
-    with_earth = "earth_rate" in manifest.model.declared
+    with_earth = EarthRate.id in manifest.model.declared
     reference = manifest.model.reference_temperature
     exposures = tuple(expose(r, target, per_cell, reference, with_earth) for r in recordings)
     bins = gather(

@@ -52,7 +52,7 @@ def declared_model(manifest: Manifest, recordings: tuple[Recording, ...], target
         if not effect.of_earth or any(_sees_north(m) for m in motions):
             # On an accelerometer that turns, that wave is how the table leans: in each run as it was set up then.
             leans = effect.of_earth and target.startswith("accel")
-            terms.append(Term(effect, per_run=leans or effect.id == "bias" and _bias_per_run(manifest, recordings)))
+            terms.append(Term(effect, per_run=leans or effect.part == "level" and _bias_per_run(manifest, recordings)))
     return tuple(terms)
 
 

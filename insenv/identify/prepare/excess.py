@@ -26,6 +26,7 @@ from scipy.fft import idct
 from scipy.special import chdtr, chdtrc, fdtrc, kolmogorov
 
 from insenv.core.recording import Floats
+from insenv.core.series.allan import QUANTIZATION, WHITE
 from insenv.identify.fit.bins import Block
 from insenv.identify.fit.evidence import HELD_OUT_SPREAD, held_out_modes
 from insenv.identify.fit.gls import Fit, noise_freedom, solve, whitened
@@ -114,7 +115,7 @@ def _most_carried(problem: Problem, fit: Fit, declared: dict[str, float]) -> Flo
     for carried in {name for term in fit.model for name in term.effect.carries}:
         most[_place(carried)] = np.inf  # the noise of another channel, of which no figure is told
     # Where rows were lost the angle errors of counts do not cancel: two of them are left at each loss.
-    most[_place("angle_random_walk")] += 2 * _lost(problem) * _most("quantization", {"quantization": 0.0, **declared})
+    most[_place(WHITE)] += 2 * _lost(problem) * _most(QUANTIZATION, {QUANTIZATION: 0.0, **declared})
     return most
 
 
@@ -156,7 +157,7 @@ def most_power(declared: dict[str, float]) -> Floats:
 def _most(term: str, declared: dict[str, float]) -> float:
     if term in declared:
         return (declared[term] * (1 + TOLERANCE)) ** 2
-    return np.inf if term == "quantization" else 0.0
+    return np.inf if term == QUANTIZATION else 0.0
 
 
 def _shape_p(problem: Problem, q: Floats, residual: Floats) -> float:

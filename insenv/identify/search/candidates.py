@@ -13,6 +13,7 @@ import numpy as np
 
 from insenv.core.recording import Floats
 from insenv.data.exposure import CHANNEL_OF
+from insenv.effects.angle import EncoderHarmonic
 from insenv.effects.base import CurveEffect, Effect, LinearEffect, NoiseEffect
 from insenv.identify.findings import NotTestable
 from insenv.identify.fit.problem import Problem, Term
@@ -55,7 +56,7 @@ def candidates(
         if resting := unmoved(problem, effect):
             blind.append(NotTestable(effect.key, ("motion",), resting))
             continue
-        if effect.id == "encoder_harmonic" and not any(e.motion.projection for e in problem.exposures):
+        if effect.id == EncoderHarmonic.id and not any(e.motion.projection for e in problem.exposures):
             blind.append(NotTestable(effect.key, (), "the axis sees nothing of the table's rate"))
             continue
         if "angle" in effect.needs and (still := _without_motion(problem, effect)):

@@ -21,6 +21,8 @@ from scipy.special import stdtr
 
 from insenv.core.earth import EARTH_RATE
 from insenv.core.recording import Floats, Recording
+from insenv.effects.angle import EarthRate
+from insenv.effects.rate.scale import ScaleFactor
 from insenv.identify.fit.gls import Fit, noise_freedom, spectrum
 from insenv.identify.fit.problem import Design, Problem
 
@@ -160,7 +162,7 @@ def check(problem: Problem, fit: Fit, level: Level | None, family: int) -> Check
 
 def earth_places(design: Design) -> list[int]:
     """Columns of the Earth rate, cosine first."""
-    return [j for j, label in enumerate(design.labels) if label[0] == "earth_rate"]
+    return [j for j, label in enumerate(design.labels) if label[0] == EarthRate.id]
 
 
 def covariance(design: Design, cov: Floats, places: Sequence[int]) -> Floats:
@@ -188,7 +190,7 @@ def _scale_error(problem: Problem, fit: Fit) -> float:
     The fitted scale factor where there is one. At a single rate it cannot be told from the bias: then all that the
     model has beside the Earth rate, as a share of the input rate.
     """
-    places = [j for j, label in enumerate(fit.design.labels) if label[0] == "scale_factor"]
+    places = [j for j, label in enumerate(fit.design.labels) if label[0] == ScaleFactor.id]
     if places:
         return float(np.hypot(fit.theta[places[0]], fit.sd[places[0]]))
     beta = fit.beta.copy()

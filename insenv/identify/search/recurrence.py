@@ -31,6 +31,8 @@ from insenv.core.recording import Floats
 from insenv.core.series.stretches import stretches
 from insenv.effects.base import Effect
 from insenv.effects.bias import Bias
+from insenv.effects.rate.hysteresis import ScaleFactorHysteresis
+from insenv.effects.rate.lag import SelfHeating
 from insenv.effects.rate.scale import ScaleFactor
 from insenv.effects.timing import TimingSkew
 from insenv.identify.fit.gls import Fit, solve
@@ -47,7 +49,7 @@ CHANCE, LEAST = 1e-2, 3.0
 #: tell no law.
 RESTS, LONG, ABOUT_ZERO, ALL_OF_IT, FEW = 0.03, 8, 0.5, 0.9, 2
 #: Effects that know which way the rate changes, as a response does (`Effect.of_response`), though they are none.
-OF_HISTORY = ("scale_factor_hysteresis", "self_heating")
+OF_HISTORY = (ScaleFactorHysteresis.id, SelfHeating.id)
 #: Change of the rate, in its root mean square, up to which a table turns steadily.
 STEADY = 0.1
 #: Share of the line's largest amplitude that a run must be able to show, in this many standard deviations.

@@ -23,6 +23,7 @@ from scipy.linalg import block_diag
 from scipy.special import chdtrc, ndtri_exp
 
 from insenv.core.recording import Floats
+from insenv.effects.timing import TimingSkew
 from insenv.identify.fit.gls import Fit
 from insenv.identify.fit.problem import Model, Problem, Term
 from insenv.identify.fit.uncertainty import coefficients_of, estimates
@@ -118,7 +119,7 @@ def _shapes_untold(problem: Problem, fit: Fit, term: Term) -> str:
 
 def _comes_late(fit: Fit) -> bool:
     """Whether a skew was fitted: beside a reference that is late by less, nobody took its lag before."""
-    return any(one.effect.id == "timing_skew" for one in fit.model)
+    return any(one.effect.id == TimingSkew.id for one in fit.model)
 
 
 def _listed(theta: Floats, sd: Floats) -> str:

@@ -23,6 +23,7 @@ import numpy as np
 from scipy.special import chdtri
 
 from insenv.core.recording import Floats
+from insenv.core.series.allan import FLICKER, WALK
 from insenv.identify.clean.settling import settled_by
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.heldout import MOST_GROWTH, Score, confirms, held_out_score, rescored
@@ -44,7 +45,7 @@ CHANCE = 0.05
 #: from which on that is said.
 CERTAIN, LIKELIER = 25.0, 50.0
 #: Noise whose level does not stay.
-WANDERING = ("bias_instability", "rate_random_walk")
+WANDERING = (FLICKER, WALK)
 #: Share of the slowest mode's variance that a noise term must make to be told.
 SHARE = 0.1
 

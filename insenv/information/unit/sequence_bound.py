@@ -13,12 +13,13 @@ import numpy as np
 
 from insenv.core.estimate import Datasheet
 from insenv.core.recording import Floats
+from insenv.core.series.allan import WHITE
 from insenv.information.positions import Angles, right_angles
 from insenv.information.unit.sequence import Planner, neighbours, parameter_of_table
 from insenv.information.unit.shares import Shares, shared
 
 #: White noises; others are left out of the bound.
-_WHITE = ("angle_random_walk", "velocity_random_walk")
+_WHITE = (WHITE, "velocity_random_walk")
 #: Steps of a bound, and of a search for the least time.
 _STEPS, _BISECTIONS = 1500, 12
 

@@ -15,6 +15,7 @@ import numpy as np
 from insenv.core.files import write_whole
 from insenv.core.filing import filed, stamp
 from insenv.core.rate_test import NORMALISATIONS, RateTest
+from insenv.core.series.allan import WHITE
 from insenv.core.units import DEG, DEG_PER_HOUR
 from insenv.report.json import strict
 from insenv.report.page import rendered
@@ -125,7 +126,7 @@ def _line(test: RateTest, ident: str) -> Block:
         "flagged": _minus(", ".join(flagged)) or "none",
         "rule": line.rule,
         "false_alarm": number(line.false_alarm, 1),
-        "noise": number(line.noise / rows.COEFFICIENTS["angle_random_walk"][2]),
+        "noise": number(line.noise / rows.COEFFICIENTS[WHITE][2]),
         "setting": f"{number(line.setting / DEG_PER_HOUR)} deg/h, {line.setting_from}",
         "figure": _figure("nonlinearity", test, ident),
     }

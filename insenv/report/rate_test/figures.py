@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from insenv.core.rate_test import LineFit, RateTest, StaticResult
+from insenv.core.series.allan import FLICKER, QUANTIZATION, WALK, WHITE
 from insenv.core.units import DEG, DEG_PER_HOUR, HOUR, PPM
 from insenv.report import drawing as draw
 from insenv.report.quantities import Unit, span
@@ -16,10 +17,10 @@ _WIDE, _PANEL = (10.6, 3.9), (5.2, 4.0)
 _COLOURS = draw.SERIES
 #: Powers of tau of the Allan terms and their factors: N / sqrt(tau) and so on, as variances.
 _TERMS = {
-    "quantization": (3.0, -2.0),
-    "angle_random_walk": (1.0, -1.0),
-    "bias_instability": (2 * np.log(2) / np.pi, 0.0),
-    "rate_random_walk": (1 / 3, 1.0),
+    QUANTIZATION: (3.0, -2.0),
+    WHITE: (1.0, -1.0),
+    FLICKER: (2 * np.log(2) / np.pi, 0.0),
+    WALK: (1 / 3, 1.0),
     "rate_ramp": (0.5, 2.0),
 }
 

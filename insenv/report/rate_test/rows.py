@@ -17,6 +17,7 @@ from insenv.core.rate_test import (
     StaticResult,
     Valued,
 )
+from insenv.core.series.allan import FLICKER, QUANTIZATION, WALK, WHITE
 from insenv.core.units import (
     ARCSEC,
     DEG,
@@ -30,10 +31,10 @@ from insenv.report.quantities import last_digit, number, span, with_sd
 
 #: Units and factors of the Allan coefficients.
 COEFFICIENTS = {
-    "quantization": ("quantisation Q", "arcsec", ARCSEC),
-    "angle_random_walk": ("angle random walk N", "deg/√h", DEG_PER_SQRT_HOUR),
-    "bias_instability": ("bias instability B", "deg/h", DEG_PER_HOUR),
-    "rate_random_walk": ("rate random walk K", "deg/h/√h", DEG_PER_HOUR_PER_SQRT_HOUR),
+    QUANTIZATION: ("quantisation Q", "arcsec", ARCSEC),
+    WHITE: ("angle random walk N", "deg/√h", DEG_PER_SQRT_HOUR),
+    FLICKER: ("bias instability B", "deg/h", DEG_PER_HOUR),
+    WALK: ("rate random walk K", "deg/h/√h", DEG_PER_HOUR_PER_SQRT_HOUR),
     "rate_ramp": ("rate ramp R", "deg/h/h", DEG_PER_HOUR / 3600.0),
 }
 NONE = "—"

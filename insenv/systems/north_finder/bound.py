@@ -35,7 +35,7 @@ def bound(
 def _north(sheet: Datasheet, run: Recording) -> float:
     """Root mean square over all azimuths [rad]."""
     latitude, tilt = sheet.site.latitude, sheet.mounting.tilt
-    noise = IncrementNoise(sheet.coefficient("gyro", "angle_random_walk"), white_angle(sheet))
+    noise = IncrementNoise(sheet.white("gyro"), white_angle(sheet))
     if latitude is None or not (noise.walk > 0 or noise.angle > 0):
         return np.inf
     motion = _turned(sheet, run)

@@ -69,7 +69,7 @@ class NorthFinder:
         """Spaces of the blocks of samples."""
         sheet, n = self.datasheet, self.samples
         turn = (2 * sheet.limits.rate + _ROOM) * sheet.dt
-        noise = _DEVIATIONS * sheet.coefficient("gyro", "angle_random_walk") * np.sqrt(sheet.dt)
+        noise = _DEVIATIONS * sheet.white("gyro") * np.sqrt(sheet.dt)
         found = {
             "encoder": _box(turn + _DEVIATIONS * sheet.encoder_noise, n),
             "temperature": spaces.Box(0.0, 1000.0, (1,), np.float64),

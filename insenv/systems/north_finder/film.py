@@ -6,6 +6,7 @@ import numpy as np
 
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats, Recording
+from insenv.effects.rate.scale import ScaleFactor
 from insenv.envs.group import Group
 from insenv.envs.render import Frame
 from insenv.envs.task import Task
@@ -114,7 +115,7 @@ def _of_scale(fitted: Fitted, motion: Motion) -> Floats:
 
 def _believed_scale_factor(group: Group) -> tuple[float, float] | None:
     estimate = group.estimate
-    if estimate is None or "scale_factor" not in estimate.names:
+    if estimate is None or ScaleFactor.id not in estimate.names:
         return None
-    mean, sd = estimate.of("scale_factor")
+    mean, sd = estimate.of(ScaleFactor.id)
     return float(mean[0]), float(sd[0])

@@ -17,6 +17,9 @@ from insenv.core.units import DEG
 from insenv.design import table
 from insenv.design.kind import Course, Family, OfScenario, Plan, Quantity, Variable
 from insenv.design.texts import rounded, text
+from insenv.effects.angle import AngleLockedRate, EncoderHarmonic
+from insenv.effects.bias import BiasDrift
+from insenv.effects.rate.scale import ScaleFactorDrift
 from insenv.information.north import north_sd
 from insenv.information.rate_noise import lock_in
 from insenv.information.table_motion import back_and_forth
@@ -103,11 +106,11 @@ class NorthFinder(OfScenario):
     def possible(self) -> tuple[Mapping[str, Any], ...]:
         """An eccentric encoder, an error that is fixed to the table, a drifting bias and scale factor."""
         return (
-            {"effect": "encoder_harmonic:1", "c": "0.1 arcsec", "s": "0 arcsec"},
-            {"effect": "encoder_harmonic:2", "c": "0.1 arcsec", "s": "0 arcsec"},
-            {"effect": "angle_locked_rate:1", "c": "1e-4 deg/h", "s": "0 deg/h"},
-            {"effect": "bias_drift", "c": "0.01 deg/h/h"},
-            {"effect": "scale_factor_drift", "c": "10 ppm/h"},
+            {"effect": EncoderHarmonic(1).key, "c": "0.1 arcsec", "s": "0 arcsec"},
+            {"effect": EncoderHarmonic(2).key, "c": "0.1 arcsec", "s": "0 arcsec"},
+            {"effect": AngleLockedRate(1).key, "c": "1e-4 deg/h", "s": "0 deg/h"},
+            {"effect": BiasDrift.id, "c": "0.01 deg/h/h"},
+            {"effect": ScaleFactorDrift.id, "c": "10 ppm/h"},
         )
 
     @property

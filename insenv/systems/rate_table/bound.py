@@ -17,6 +17,7 @@ from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet
 from insenv.core.recording import Recording
 from insenv.data.power import by_power_up
+from insenv.effects.rate.scale import ScaleFactor
 from insenv.information.fisher import Bound, Information
 from insenv.information.scale_factor import INTERVAL, Declared, model, motion_of, slope
 from insenv.scenario import Scenario
@@ -32,11 +33,11 @@ def bound(
 
     Another task's scale factor is that of the moment, and no slope.
     """
-    if "scale_factor" not in quantities or scenario is None or scenario.task is None:
+    if ScaleFactor.id not in quantities or scenario is None or scenario.task is None:
         return {}
     if scenario.task.kind != "rate-table":
         return {}
-    return {"scale_factor": scale_factor_bound(datasheet, run, scenario)}
+    return {ScaleFactor.id: scale_factor_bound(datasheet, run, scenario)}
 
 
 def scale_factor_bound(datasheet: Datasheet, run: Recording, scenario: Scenario) -> float:

@@ -23,6 +23,7 @@ from gymnasium import spaces
 
 from insenv.core.estimate import Datasheet
 from insenv.core.recording import Channel, Floats
+from insenv.effects.rate.scale import ScaleFactor
 from insenv.envs.belief import Quantity
 from insenv.envs.group import Blocks, Film, Flags
 from insenv.envs.normalised import Maker
@@ -90,8 +91,8 @@ class RateTable:
         """Spaces of the blocks of samples."""
         sheet, n = self.datasheet, self.samples
         turn = (2 * sheet.limits.rate + _ROOM) * sheet.dt
-        white = sheet.coefficient("gyro", "angle_random_walk") * np.sqrt(sheet.dt)
-        noise = _DEVIATIONS * (white + 2 * sheet.coefficient("gyro", "quantization"))
+        white = sheet.white("gyro") * np.sqrt(sheet.dt)
+        noise = _DEVIATIONS * (white + 2 * sheet.quantization("gyro"))
         return {
             "gyro": _box(turn + noise + 2 * sheet.pulse, n),
             "encoder": _box(turn + _DEVIATIONS * sheet.encoder_noise, n),
@@ -166,7 +167,7 @@ class RateTable:
         assert isinstance(plant, Turntable)
         east, north = plant.level_error
         (fitted,) = (f for f in rig.instruments if f.sensor.target == "gyro")
-        true: dict[str, Any] = {"scale_factor": line_slope(fitted, plant, self.range)}
+        true: dict[str, Any] = {ScaleFactor.id: line_slope(fitted, plant, self.range)}
         true |= {"azimuth": plant.azimuth, "level_east": east, "level_north": north}
         true |= {f"gyro.{name}": fitted.theta[..., j] for j, name in enumerate(fitted.sensor.names)}
         return {name: np.array(np.broadcast_to(values, batch), float) for name, values in true.items()}
@@ -210,9 +211,9 @@ def _world(scenario: Scenario, sheet: Datasheet, spec: TaskSpec) -> RateTable:
 
 
 def _scale_factor(spec: TaskSpec, sheet: Datasheet) -> tuple[Quantity, ...]:
-    known = sheet.told("scale_factor", "gyro")
+    known = sheet.told(ScaleFactor.id, "gyro")
     prior = known.sd[0] if known is not None and known.sd[0] > 0 else ANY_ERROR
-    return (Quantity("scale_factor", prior, MOST_ERROR, spec.demanded, unit="1"),)
+    return (Quantity(ScaleFactor.id, prior, MOST_ERROR, spec.demanded, unit="1"),)
 
 
 _SETUP = Setup("rate table", "RateTable", "[table]", _world, _scale_factor)

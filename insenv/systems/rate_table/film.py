@@ -6,6 +6,7 @@ import numpy as np
 
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats, Recording
+from insenv.effects.rate.scale import ScaleFactor
 from insenv.envs.group import Group
 from insenv.envs.render import Frame
 from insenv.envs.task import Task
@@ -40,7 +41,7 @@ class RateTableFilm:
         view = self._seen(group, float(chunk.t[-1]), self._view.history)
         even = view.rate == self._view.rate
         believed = [group.means[0, 0], group.deviations[0, 0]] if group.means.size else [np.nan, np.nan]
-        known = np.array([group.truth["scale_factor"][0], *believed])
+        known = np.array([group.truth[ScaleFactor.id][0], *believed])
         rate = view.rate if even else mean
         values = (view.time, rate, float(even), float(gyro.mean()) - mean, float(group.power_ups[0]))
         history = view.history.then(values, known)
@@ -68,7 +69,7 @@ class RateTableFilm:
             largest=plant.max_rate,
             temperature=float(plant.temperature.at(now)[0]),
             power_up=int(group.power_ups[0]),
-            noise=self._task.datasheet.coefficient("gyro", "angle_random_walk"),
+            noise=self._task.datasheet.white("gyro"),
             true_rates=curve[0],
             true_errors=curve[1],
             history=history,

@@ -28,9 +28,11 @@ from insenv.core.units import DEG, quantity_in
 from insenv.design import table
 from insenv.design.kind import Course, Family, OfScenario, Plan, Quantity, Variable
 from insenv.design.texts import text
+from insenv.effects.angle import AngleLockedRate
 from insenv.effects.base import DrivenEffect
+from insenv.effects.bias import BiasDrift
 from insenv.effects.catalogue import by_key
-from insenv.effects.rate.scale import ScaleFactor
+from insenv.effects.rate.scale import ScaleFactor, ScaleFactorAnomaly, ScaleFactorAsymmetry
 from insenv.information.ladder_time import published
 from insenv.information.means import Means, means, stated_noises
 from insenv.information.scale_factor import declared, slope
@@ -67,7 +69,7 @@ class RateTable(OfScenario):
     @property
     def quantity(self) -> Quantity:
         """The relative error of the scale factor."""
-        return Quantity("scale_factor", "1", self.free.demanded)
+        return Quantity(ScaleFactor.id, "1", self.free.demanded)
 
     @cached_property
     def top(self) -> float:
@@ -181,15 +183,15 @@ class RateTable(OfScenario):
     def possible(self) -> tuple[Mapping[str, Any], ...]:
         """Senses that differ, a bend, a local fault at half of the range, a drifting bias."""
         return (
-            {"effect": "scale_factor_asymmetry", "c": "15 ppm"},
+            {"effect": ScaleFactorAsymmetry.id, "c": "15 ppm"},
             {
-                "effect": "scale_factor_anomaly",
+                "effect": ScaleFactorAnomaly.id,
                 "c": text(self.fault.height, "deg/s"),
                 "u0": text(0.55 * self.top, "deg/s"),
                 "s": text(self.fault.width, "deg/s"),
             },
-            {"effect": "bias_drift", "c": "1 deg/h/h"},
-            {"effect": "angle_locked_rate:1", "c": "0.5 deg/h", "s": "0 deg/h"},
+            {"effect": BiasDrift.id, "c": "1 deg/h/h"},
+            {"effect": AngleLockedRate(1).key, "c": "0.5 deg/h", "s": "0 deg/h"},
         )
 
     @cached_property

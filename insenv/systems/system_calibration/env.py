@@ -69,9 +69,7 @@ class SystemCalibration:
     def blocks(self) -> Mapping[str, spaces.Box]:
         """Spaces of the means, of the axes' readings and of the share of the step in which the table turned."""
         sheet, step = self.datasheet, self.samples * self.datasheet.dt
-        noise = [
-            max(sheet.coefficient(name, "angle_random_walk") for name in names) for names in (GYROS, ACCELEROMETERS)
-        ]
+        noise = [max(sheet.white(name) for name in names) for names in (GYROS, ACCELEROMETERS)]
         turn, push = (_DEVIATIONS * coefficient / np.sqrt(step) for coefficient in noise)
         turn += (1 + _ROOM) * np.sqrt(len(self.plant.gimbals.axes)) * self.plant.max_rate + _ROOM
         push += _FORCE

@@ -17,6 +17,7 @@ from insenv.core.recording import Floats, Mounting
 from insenv.core.unit.gimbals import Gimbals
 from insenv.core.unit.motion import Course, motions
 from insenv.core.unit.turns import Turns, at_rest, turned
+from insenv.effects.angle import EarthRate
 from insenv.plants.base import Plant, Reference, Scene
 from insenv.plants.thermal import Constant, Temperature
 
@@ -87,7 +88,7 @@ class MultiAxisTable(Plant):
     @property
     def excludes(self) -> Mapping[str, str]:
         """The Earth's rate as an error: it is in the true input."""
-        return {"earth_rate": "earth_rate: the true rate of a unit on a table of several axes has the Earth's in it"}
+        return {EarthRate.id: "earth_rate: the true rate of a unit on a table of several axes has the Earth's in it"}
 
     def turned(self, angle: float) -> Self:
         """Towards another heading."""

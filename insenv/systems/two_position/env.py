@@ -64,9 +64,7 @@ class TwoPosition:
     def blocks(self) -> Mapping[str, spaces.Box]:
         """Spaces of the blocks of samples and of the readings."""
         sheet, n = self.datasheet, self.samples
-        noise = [
-            max(sheet.coefficient(name, "angle_random_walk") for name in names) for names in (GYROS, ACCELEROMETERS)
-        ]
+        noise = [max(sheet.white(name) for name in names) for names in (GYROS, ACCELEROMETERS)]
         turn, push = (_DEVIATIONS * np.sqrt(sheet.dt) * coefficient for coefficient in noise)
         turn += (2 * sheet.limits.rate + _ROOM) * sheet.dt
         push += _FORCE * sheet.dt + _JUMP

@@ -21,6 +21,8 @@ from insenv.core.errors import InputError
 from insenv.core.units import ARCMIN, DEG
 from insenv.design.kind import Course, Family, OfScenario, Plan, Quantity, Variable
 from insenv.design.texts import rounded, text
+from insenv.effects.bias import BiasDrift, BiasWarmUp
+from insenv.effects.rate.scale import ScaleFactor
 from insenv.information.alignment import Instrument, Stretch, instrument_of
 from insenv.information.alignment_quick import installation_sd
 from insenv.plants.vehicle import Vehicle
@@ -127,10 +129,10 @@ class TwoPosition(OfScenario):
     def possible(self) -> tuple[Mapping[str, Any], ...]:
         """A gyro that warms up, a drifting bias, scale factor and misalignment of what senses the turn."""
         return (
-            {"effect": "bias_warm_up", "targets": "gyro_x", "c": "0.002 deg/h", "tau": "300 s"},
-            {"effect": "bias_drift", "targets": "gyro_x", "c": "0.01 deg/h/h"},
-            {"effect": "scale_factor", "targets": "gyro_z", "c": "10 ppm"},
-            {"effect": "bias_drift", "targets": "accel_x", "c": "10 ug/h"},
+            {"effect": BiasWarmUp.id, "targets": "gyro_x", "c": "0.002 deg/h", "tau": "300 s"},
+            {"effect": BiasDrift.id, "targets": "gyro_x", "c": "0.01 deg/h/h"},
+            {"effect": ScaleFactor.id, "targets": "gyro_z", "c": "10 ppm"},
+            {"effect": BiasDrift.id, "targets": "accel_x", "c": "10 ug/h"},
         )
 
     @cached_property

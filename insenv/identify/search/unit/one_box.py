@@ -27,6 +27,7 @@ from scipy.fft import dct
 
 from insenv.core.recording import Floats
 from insenv.effects.base import Effect
+from insenv.effects.bias import BiasDrift, BiasStep, BiasWarmUp
 from insenv.identify.clean.settling import only_time
 from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.gls import Fit
@@ -36,9 +37,9 @@ from insenv.identify.search.scan import Hit
 from insenv.identify.search.tracks import Track
 
 #: What a box does as a whole; each axis by its own amount.
-DRIFTS = ("bias_drift", "bias_warm_up")
+DRIFTS = (BiasDrift.id, BiasWarmUp.id)
 #: What a knock or a supply does to several axes at once: it is said, and not named, for a jump of noise looks the same.
-STEPS = ("bias_step",)
+STEPS = (BiasStep.id,)
 #: Axes that must have what the temperature of their box does for it to be known.
 KNOWN = 2
 #: Deviate of an axis' own evidence without which it has no part in it: one in twenty by chance.
