@@ -77,12 +77,14 @@ def insenv(context: click.Context) -> None:
 @insenv.command(
     "close-loop",
     epilog=examples(
-        "insenv close-loop my_gyro.csv --html report.html", "insenv close-loop psins_lasergyro --json - | jq .verdict"
+        "insenv close-loop my_gyro.csv --html report.html",
+        "insenv close-loop psins_lasergyro --json - | jq .verdict",
+        "insenv close-loop unit7.toml unit8.toml unit9.toml     what all units have, and what is one's own",
     ),
 )
 @allow_code_option
 @verbosity_options
-@click.argument("manifest")
+@click.argument("manifests", nargs=-1, required=True, metavar="MANIFEST...")
 @click.option("--json", "json_path", type=click.Path(path_type=Path), help="Write the findings as JSON.")
 @click.option("--html", "html_path", type=click.Path(path_type=Path), help="Write an HTML report in one file.")
 @click.option(
@@ -104,7 +106,7 @@ def insenv(context: click.Context) -> None:
 @click.option("--budget", help="Instrument time of all its runs; ten times the first by default: '2 h'.")
 @click.option("--estimator", help="Plug-in that finds the quantity in question; the usual one of its task.")
 def close_loop(  # noqa: PLR0913 -- an argument for each option
-    manifest: str,
+    manifests: tuple[str, ...],
     json_path: Path | None,
     html_path: Path | None,
     calibration_path: Path | None,
@@ -119,10 +121,11 @@ def close_loop(  # noqa: PLR0913 -- an argument for each option
     MANIFEST is a TOML file, a data file (its manifest is then written first, as by insenv init), or the name of a
     recording of insenv datasets. With --in-environment it is a scenario, or the name of a packaged one, and --seed that
     of its instrument: what its first run leaves confounded is settled by the experiments that the loop proposes.
+
+    Several are the recordings of several units, each with its own: they are judged together then.
     """
     from insenv.calibration import calibration
     from insenv.close import close, opened
-    from insenv.data.init import is_data
     from insenv.report.formula import check_path, write_effects
     from insenv.report.html import write_html
     from insenv.report.json import write_json
@@ -132,6 +135,11 @@ def close_loop(  # noqa: PLR0913 -- an argument for each option
     check_folder(calibration_path)
     check_path(formula_path)
     _belong_together({"effects": effects, "calibration": calibration_path, "formula": formula_path}, played)
+    given = {"calibration": calibration_path, "formula": formula_path, "in-environment": played["in_environment"]}
+    if len(manifests) > 1:
+        _campaign(manifests, (json_path, html_path), effects, (alpha, seed), given)
+        return
+    (manifest,) = manifests
     if played["in_environment"]:
         _settle(manifest, (json_path, html_path), (alpha, seed), played)
         return
@@ -139,8 +147,7 @@ def close_loop(  # noqa: PLR0913 -- an argument for each option
         p.resolve() for p in (json_path, html_path) if p
     ]:
         raise InputError(f"{calibration_path}: named for the calibration and for a report; wanted two files")
-    if is_data(Path(manifest)):
-        manifest = str(of_data(Path(manifest)))
+    manifest = _manifest(manifest)
     found = close(
         manifest,
         None if effects is None else effects.split(","),
@@ -160,6 +167,38 @@ def close_loop(  # noqa: PLR0913 -- an argument for each option
     if formula_path is not None and write_effects(found, formula_path) is not None:
         shown += f"\n\nThe next search tries it: effects = [{str(formula_path)!r}] below [model], and --allow-code"
     tell(shown, html_path, json_path, calibration_path, verdict=_verdict(found))
+
+
+def _manifest(given: str) -> str:
+    """A manifest, or the one of a data file, which is written where there is none."""
+    from insenv.data.init import is_data
+
+    return str(of_data(Path(given))) if is_data(Path(given)) else given
+
+
+def _campaign(
+    manifests: tuple[str, ...],
+    paths: tuple[Path | None, Path | None],
+    effects: str | None,
+    search: tuple[float, int],
+    of_one: Mapping[str, object],
+) -> None:
+    """Judge several units together; ``search`` are alpha and the seed, ``of_one`` what one recording alone can have."""
+    from insenv.campaign.run import campaign
+    from insenv.campaign.words import summary, verdict, write_html, write_json
+
+    for name, value in of_one.items():
+        if value:
+            raise InputError(f"--{name} belongs to one recording; {len(manifests)} manifests given")
+    alpha, seed = search
+    json_path, html_path = paths
+    tried = None if effects is None else effects.split(",")
+    found = campaign([_manifest(m) for m in manifests], tried, alpha, seed, Progress(1.0))
+    if html_path is not None:
+        write_html(found, html_path)
+    if json_path is not None:
+        write_json(found, json_path)
+    tell(summary(found), html_path, json_path, verdict=verdict(found))
 
 
 def _verdict(found: Findings) -> str:
@@ -427,7 +466,7 @@ class _Name(click.ParamType):
 
 #: Arguments and options that take names of a kind; true: or a file.
 _NAMED: Mapping[tuple[str, str], tuple[str, bool]] = {
-    ("close-loop", "manifest"): ("recordings", True),
+    ("close-loop", "manifests"): ("recordings", True),
     ("close-loop", "effects"): ("effects", False),
     ("close-loop", "estimator"): ("estimators", False),
     ("apply", "manifest"): ("recordings", True),

@@ -186,9 +186,27 @@ def _target(
         derived=derived(plain, before, track, earth),
         cautions=(*_incredible(problem, own), *cautions(earth), *_wander(scores[1])),
         covariance=covariance(problem, track.fit),
+        beside=partial(_beside, track),
         switchable=Lazy(partial(switchable, track)),
         samples=Lazy(track.prepared.samples),
     )
+
+
+def _beside(track: Track, effect: str, shape: Mapping[str, float]) -> tuple[Estimate, ...]:
+    """Coefficients of an effect that was tried, at the nearest of its shapes, beside the model."""
+    candidate = next((c for c in track.candidates if c.effect.key == effect), None)
+    if candidate is None:
+        return ()
+    at = [shape.get(p.name, np.nan) for p in candidate.effect.shapes]
+
+    def away(term: Term) -> float:
+        return float(np.nansum(np.square(np.subtract(term.shape, at)))) if term.shape else 0.0
+
+    term = min(candidate.terms, key=away)
+    named = tuple(t for t in track.fit.model if not t.effect.generic and t.effect.key != effect)
+    fit = solve(track.problem, (*named, term), start=track.fit.noise.power)
+    linear = {p.name for p in candidate.effect.linear}
+    return tuple(e for e in estimates(track.problem, fit, (term,))[term] if e.parameter in linear)
 
 
 def _incredible(problem: Problem, own: Mapping[Term, tuple[Estimate, ...]]) -> tuple[str, ...]:

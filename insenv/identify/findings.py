@@ -348,6 +348,8 @@ class TargetFindings:
     """All that was found on one target channel.
 
     ``cautions`` say, in sentences, which of the figures may be wrong by more than their standard deviations.
+    ``beside`` fits an effect that was tried, at the shape nearest to one that is given, beside all that is in the
+    model: its coefficients, none where the recording does not tell them.
     ``switchable`` gives what a reader may fit anew, ``samples`` the spectrum of the samples: both take time, so that a
     report asks for them and nothing else does.
     """
@@ -371,6 +373,9 @@ class TargetFindings:
     cautions: tuple[str, ...] = ()
     covariance: Covariance | None = None
     formulas: Formulas | None = None
+    beside: Callable[[str, Mapping[str, float]], tuple[Estimate, ...]] = field(
+        default=lambda effect, shape: (), compare=False, repr=False
+    )
     switchable: Callable[[], Switchable | None] = field(default=lambda: None, compare=False, repr=False)
     samples: Callable[[], SampleSpectrum | None] = field(default=lambda: None, compare=False, repr=False)
 
