@@ -111,7 +111,7 @@ def pool(value: Floats, sd: Floats) -> Pool:
 
 @dataclass(frozen=True)
 class _Told:
-    """What units tell of their population: variances between them, as probable as each other, with mean and deviation."""
+    """What units tell of their population: variances between them, all as probable, with mean and deviation."""
 
     between: Floats
     mean: Floats
