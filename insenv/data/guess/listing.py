@@ -22,7 +22,7 @@ from insenv.core.recording import Floats, Mounting, Site
 from insenv.data.guess.heading import DIMENSION, kind_of, unit_in
 from insenv.data.manifest.checks import SUFFIXES
 from insenv.data.manifest.spec import WHOLE, Reading, RunSpec
-from insenv.data.readers import MOST_INCOMPLETE, Column, arrays, labelled, rdata, read_table, spreadsheet
+from insenv.data.readers import MOST_INCOMPLETE, Column, arrays, bags, labelled, rdata, read_table, spreadsheet
 from insenv.data.readers.conventions import unit_of
 from insenv.data.readers.novatel import NAMES
 from insenv.data.readers.rows import COMMENTS, MOST_LINES, is_number
@@ -136,11 +136,11 @@ def listing(path: Path, names: Sequence[str] = ()) -> Listing:
     if not path.is_file():
         raise InputError(f"{path}: {'is a folder' if path.is_dir() else 'no such file'}; wanted a data file")
     kind = SUFFIXES.get(path.suffix.lower(), "")
-    if path.suffix.lower() in (".bag", ".db3", ".mcap"):
-        raise InputError(f"{path}: a ROS bag; wanted its messages as a table (ros2 topic echo --csv, rostopic echo -p)")
+    if path.suffix.lower() == ".mcap":
+        raise InputError(f"{path}: a ROS bag in MCAP; wanted it as .db3 (ros2 bag convert), or as a table")
     if kind == "psins-imu":
         return Listing(path, kind, ())
-    found = _archive(path, kind) if kind in ("npz", "mat", "rda", "parquet") else _text(path, kind)
+    found = _archive(path, kind) if kind in ("npz", "mat", "rda", "parquet", "bag") else _text(path, kind)
     if not found.columns:
         raise InputError(f"{path}: no column of numbers was found; wanted a table, a row for each time")
     return _named(found, names)
@@ -171,6 +171,8 @@ def _archive(path: Path, kind: str) -> Listing:
             named: Mapping[str, Any] = {name: archive[name] for name in archive.files}
     elif kind == "parquet":
         named = _parquet(path)
+    elif kind == "bag":
+        named = bags.bag_arrays(path)
     else:
         named = arrays.mat_arrays(path) if kind == "mat" else rdata.rda_arrays(path)
     flat = [column for name, array in named.items() for column in _of_array(name, array)]
@@ -178,8 +180,15 @@ def _archive(path: Path, kind: str) -> Listing:
         return Listing(path, kind, ())
     length = max(groups := Counter(len(c.values) for c in flat), key=lambda n: (_of_instruments(flat, n), groups[n]))
     left = sorted({arrays.matrix_of(str(c.key)) for c in flat if len(c.values) != length})
+    if kind == "bag":
+        flat, left = [replace(c, known_unit=bags.unit_of(str(c.key))) for c in flat], _topics(left)
     notes = (f"arrays of another length are not looked at: {', '.join(left)}",) if left else ()
     return _without_gaps(Listing(path, kind, tuple(c for c in flat if len(c.values) == length), notes=notes))
+
+
+def _topics(keys: Sequence[str]) -> list[str]:
+    """Topics of a bag's columns."""
+    return sorted({key.partition(".")[0] for key in keys})
 
 
 def _without_gaps(found: Listing) -> Listing:

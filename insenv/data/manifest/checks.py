@@ -74,6 +74,8 @@ SUFFIXES: Mapping[str, str] = {
     ".xlsx": "xlsx",
     ".rda": "rda",
     ".rdata": "rda",
+    ".bag": "bag",
+    ".db3": "bag",
 }
 _EFFECT = re.compile(r"[a-z][a-z0-9_]*(:[1-9][0-9]*)?|[A-Za-z_][\w.]*:[A-Za-z_]\w*|.+\.py(:[A-Za-z_]\w*)?")
 _COORDINATES = {

@@ -18,7 +18,7 @@ from insenv.core.errors import InputError, nearest
 
 Names = str | list[str]
 Steps = tuple[str | int, ...]
-Format = Literal["csv", "text", "npz", "parquet", "mat", "float64-le", "psins-imu", "xlsx", "rda", "novatel"]
+Format = Literal["csv", "text", "npz", "parquet", "mat", "float64-le", "psins-imu", "xlsx", "rda", "novatel", "bag"]
 T = TypeVar("T")
 
 

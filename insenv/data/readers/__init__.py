@@ -15,7 +15,7 @@ import numpy as np
 
 from insenv.core.errors import InputError
 from insenv.data.manifest.spec import EVENTS, Reading, RunSpec
-from insenv.data.readers import arrays, binary, novatel, parquet, psins, rdata, spreadsheet, text
+from insenv.data.readers import arrays, bags, binary, novatel, parquet, psins, rdata, spreadsheet, text
 from insenv.data.readers.table import Column, Table, rows_of
 
 __all__ = ["MOST_INCOMPLETE", "Column", "Table", "check_table", "read_table"]
@@ -34,6 +34,7 @@ _READERS: Mapping[str, Callable[[Path, Sequence[Column]], Table]] = {
     "psins-imu": psins.read_psins,
     "rda": rdata.read_rda,
     "novatel": novatel.read_novatel,
+    "bag": bags.read_bag,
 }
 
 
