@@ -16,7 +16,7 @@ from insenv.close import close_on
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats, Recording
 from insenv.effects.base import Effect
-from insenv.effects.catalogue import by_key
+from insenv.effects.catalogue import by_key, plug_in_of
 from insenv.identify.findings import Added, Findings, TargetFindings
 from insenv.sweep import Table
 from insenv.trust.copies import Base, with_effect, without_effects
@@ -27,7 +27,10 @@ SIZES = (0.5, 1.0, 2.0, 4.0)
 
 @dataclass(frozen=True)
 class Injection:
-    """An effect that the recording would show: of ``amplitude`` [``unit``] at the ``shape`` is the smallest."""
+    """An effect that the recording would show: of ``amplitude`` [``unit``] at the ``shape`` is the smallest.
+
+    ``plug_in`` says where one of another author is from: a process of its own has not loaded it yet.
+    """
 
     target: str
     effect: str
@@ -35,10 +38,11 @@ class Injection:
     amplitude: float
     unit: str
     shape: tuple[float, ...]
+    plug_in: str = ""
 
     def theta(self, size: float, rng: np.random.Generator) -> tuple[Effect, Floats]:
         """The effect and its parameters, for ``size`` times the smallest amplitude, of a sign that it may have."""
-        effect = by_key(self.effect)
+        effect = by_key(self.effect, self.plug_in)
         direction = rng.standard_normal(len(effect.linear))
         direction = np.where([p.low >= 0 for p in effect.linear], np.abs(direction), direction)
         values = size * self.amplitude * direction / np.linalg.norm(direction)
@@ -129,10 +133,18 @@ class Trials:
 def injections(found: Findings) -> tuple[Injection, ...]:
     """The effects that were tried on a recording and not found, and whose smallest size was said."""
     return tuple(
-        Injection(t.target, r.effect, least.name, least.value, least.unit, tuple(x for x, _ in least.at.values()))
+        Injection(
+            t.target,
+            r.effect,
+            least.name,
+            least.value,
+            least.unit,
+            tuple(x for x, _ in least.at.values()),
+            plug_in_of(effect),
+        )
         for t in found.targets
         for r in t.rejected
-        if (least := r.smallest_detectable) is not None and not by_key(r.effect).generic
+        if (least := r.smallest_detectable) is not None and not (effect := by_key(r.effect)).generic
     )
 
 

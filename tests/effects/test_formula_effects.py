@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import pickle
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +19,7 @@ from insenv.effects.catalogue import by_key, plug_in_of
 from insenv.effects.check import check_effect
 from insenv.effects.formula import FACTORS, STANDS, made, name_of, product
 from insenv.effects.own import ALL
+from insenv.trust.trial import Injection
 
 Floats = NDArray[np.float64]
 N, DT = 400, 0.5
@@ -146,6 +150,21 @@ def test_an_effect_goes_by_the_file_in_which_it_stands(tmp_path: Path) -> None:
     assert by_key("found_in_a_file") == found
     assert plug_in_of(found) == f"{file}:Found"
     assert by_key(plug_in_of(found)) == found
+
+
+def test_another_process_injects_an_effect_of_a_file_that_it_has_not_loaded(tmp_path: Path) -> None:
+    file = tmp_path / "my_effect.py"
+    file.write_text(WRITTEN.format(id="injected_from_a_file"))
+    injected = Injection("gyro", "injected_from_a_file", "c", 1e-6, "s/(rad K)", (), plug_in_of(by_key(str(file))))
+    code = (
+        "import pickle, sys, numpy as np\n"
+        "one = pickle.loads(bytes.fromhex(sys.argv[1]))\n"
+        "print(one.theta(2.0, np.random.default_rng(0))[0].id)"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", code, pickle.dumps(injected).hex()], capture_output=True, text=True, check=False
+    )
+    assert run.stdout.strip() == "injected_from_a_file", run.stderr
 
 
 @pytest.mark.parametrize(
