@@ -34,8 +34,9 @@ sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve
 from files import written
 from generate import made, plans
 from laws import ALIKE, LAWS, Law, addition, columns_at, left, on_rows
-from studies.injected import SLOW_BLOCK, TABLE_BLOCK, Drivers, Floats, Logger, heat, programme, scaled
+from studies.injected import Drivers, Floats, Logger, heat, programme
 from studies.injected import written as logged
+from world import FITTED, cosine, span
 
 from insenv.close import close, opened
 from insenv.core.errors import InputError
@@ -49,6 +50,8 @@ from insenv.identify.loop import trace
 from insenv.trust.rates import Rate
 
 Kept = dict[str, Any]
+#: Slowest modes of a rest, of which one variance is told.
+LEAST_MODES = 8
 
 
 def of_law(law: Law, seed: int, strength: float) -> Kept:
@@ -82,12 +85,12 @@ def of_rest(manifest: Path, law: Law | None, seed: int, strength: float, length:
     wanted, u = programme(t, rng) if turns else (0.0 * t, 0.0 * t)
     d = Drivers(t, u, np.cumsum(u) * dt, heat(t, rng), rest, rng)
     at = on_rows(t, u, d.angle, d.kelvin)
-    block = max(int((TABLE_BLOCK if turns else SLOW_BLOCK) / dt), 1)
     declared = [np.ones(rows), *([u] if turns else [])]
     phase = float(rng.uniform(0, 6))
     added = 0.0 * t
     if law is not None:
-        added = scaled(addition(law, {**at, "a": at["a"] + phase}), rest, declared, block, strength)
+        added = addition(law, {**at, "a": at["a"] + phase})
+        added = added * strength / _beside(added, rest, declared)
     known = '["bias", "scale_factor"]' if turns else '["bias"]'
     source = f"{manifest.parent.name}/{manifest.stem}/{name}"
     with tempfile.TemporaryDirectory() as folder:
@@ -100,23 +103,25 @@ def of_rest(manifest: Path, law: Law | None, seed: int, strength: float, length:
     if target.formulas is not None and (found := target.formulas.found):
         tau = next((p.value for p in found.parameters if p.parameter == "tau"), 0.0)
         beside = [*declared, *columns_at(found.formula, at, tau).T]
-        kept["left"] = _beside(added, rest, declared, beside, block)
+        kept["left"] = _beside(added, rest, beside)
     return kept
 
 
-def _beside(added: Floats, rest: Floats, declared: list[Floats], columns: list[Floats], rows: int) -> float:
-    """Strength of an addition beside columns, by the scatter of the rest's means over so many rows."""
-    n = added.size // rows
+def _beside(added: Floats, rest: Floats, columns: list[Floats]) -> float:
+    """Strength of an addition beside columns on the fitted rows: its modes by the scatter of the rest's own there.
 
-    def blocks(x: Floats) -> Floats:
-        return np.asarray(x[: n * rows].reshape(n, rows).mean(axis=1))
-
-    def without(x: Floats, known: list[Floats]) -> Floats:
-        basis = np.column_stack([blocks(k) for k in known])
-        basis = basis / np.linalg.norm(basis, axis=0)
-        return np.asarray(blocks(x) - basis @ np.linalg.lstsq(basis, blocks(x), rcond=None)[0])
-
-    return float(np.linalg.norm(without(added, columns)) / np.std(without(rest, declared)))
+    The variance of a mode is the mean of the rest's power over modes of a fifth of an octave and more.
+    """
+    kept = int(FITTED * added.size)
+    power = cosine(rest[:kept] - rest[:kept].mean())[1:] ** 2
+    order = np.arange(1, kept)
+    band = np.maximum(np.floor(5 * np.log2(order / LEAST_MODES)), 0).astype(int)
+    root = np.sqrt((np.bincount(band, power) / np.maximum(np.bincount(band), 1))[band])
+    basis = span(
+        np.column_stack([cosine(c[:kept])[1:] / root for c in columns if np.ptp(c)] or [np.zeros((kept - 1, 0))])
+    )
+    own = cosine(added[:kept])[1:] / root
+    return float(np.linalg.norm(own - basis @ (basis.T @ own)))
 
 
 def of_null(number: int, seed: int) -> Kept:
@@ -247,8 +252,8 @@ def page(store: Path, beside: Path | None) -> str:
         "* **Laws**: twenty products that no effect of the catalogue is, written with NumPy alone (`laws.py`) as means",
         "  over the rows of products at four parts of a row; on rate tables (ladders, loops, stops, swings; angle,",
         "  command or both) and at rest, in a room or in a chamber that goes from level to level. Strength 20: norm of",
-        "  the whitened law beside the declared model, on the fitted rows; on measured rests by the scatter of means",
-        "  over 5 s (a table) or 60 s.",
+        "  the whitened law beside the declared model, on the fitted rows; on measured rests whitened by their own",
+        "  spectrum.",
         "* **right** is the law's own formula, **equivalent** one that leaves less than 3 of its strength, **wrong**",
         "  another; **none**: none is told. Formulas that the report names beside are not counted.",
         "* **False**: the search is made on every recording that lacks nothing, whatever the verdict, so that it is",
