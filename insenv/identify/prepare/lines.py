@@ -59,16 +59,24 @@ def strongest_tone(problem: Problem, fit: Fit) -> tuple[float, float]:
 
 def coherent_power(problem: Problem, fit: Fit, frequencies: Floats) -> Floats:
     """Power of the whitened residual at ``frequencies`` [Hz], all blocks of a run in one phase: shape (k,)."""
+    power = np.zeros(len(frequencies))
+    for run in {block.run for block in problem.fitted}:
+        series, time = whitened_series(problem, fit, run)
+        power += np.abs(np.exp(-2j * np.pi * np.outer(frequencies, time)) @ series) ** 2
+    return power
+
+
+def whitened_series(problem: Problem, fit: Fit, run: int) -> tuple[Floats, Floats]:
+    """The residual of a run's fitted bins, whitened, one after another, and their times [s]: shapes (n,)."""
     _, _, residual = whitened(problem, fit)
-    sums: dict[int, Floats] = {}
+    parts: list[tuple[Floats, Floats]] = []
     offset = 0
     for block in problem.fitted:
-        series = idct(residual[offset : offset + block.n], type=2, norm="ortho")
+        if block.run == run:
+            series = idct(residual[offset : offset + block.n], type=2, norm="ortho")
+            parts.append((np.asarray(series), problem.bins.time[block.start : block.stop]))
         offset += block.n
-        time = problem.bins.time[block.start : block.stop]
-        own = np.exp(-2j * np.pi * np.outer(frequencies, time)) @ series
-        sums[block.run] = sums.get(block.run, 0) + own
-    return np.asarray(sum(np.abs(own) ** 2 for own in sums.values()))
+    return np.concatenate([series for series, _ in parts]), np.concatenate([time for _, time in parts])
 
 
 @dataclass(frozen=True)

@@ -19,13 +19,16 @@ Of a vehicle that stands, an attitude that is estimated wanders by itself, and n
 lock-in or an asymmetry would explain that. A curve of which all lies in one or two such rests is no law.
 
 A line that only one of several runs has while a table turns is how the table shook in it: the instrument was the same.
+One that stands in a part of a run alone is what rang there: a tone has one amplitude.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
+from math import comb
 
 import numpy as np
+from scipy.special import chndtr
 
 from insenv.core.recording import Floats
 from insenv.core.series.stretches import stretches
@@ -40,6 +43,7 @@ from insenv.identify.fit.noise import transform
 from insenv.identify.fit.problem import Model, Problem, Term
 from insenv.identify.fit.scatter import scatter
 from insenv.identify.fit.swings import by_swings
+from insenv.identify.prepare.lines import whitened_series
 from insenv.identify.search.scan import Reference
 
 #: Probability of such a scatter by chance, below which there is one; deviate that the mean over runs must have then.
@@ -52,6 +56,9 @@ RESTS, LONG, ABOUT_ZERO, ALL_OF_IT, FEW = 0.03, 8, 0.5, 0.9, 2
 OF_HISTORY = (ScaleFactorHysteresis.id, SelfHeating.id)
 #: Change of the rate, in its root mean square, up to which a table turns steadily.
 STEADY = 0.1
+#: Parts of a run in which a line is looked at, fewest bins and waves of each; share of the line's energy that the
+#: quieter half of them has at most, and probability of that of a steady line, where it comes and goes.
+PARTS, FEWEST_BINS, CYCLES, LEFT, CHANCE_OF_PART = 8, 8, 2.0, 0.05, 1e-3
 #: Share of the line's largest amplitude that a run must be able to show, in this many standard deviations.
 SHOWN, TOLD = 0.5, 3.0
 
@@ -88,6 +95,46 @@ def not_in_all_runs(problem: Problem, fit: Fit, term: Term) -> str:
     size = float(np.max(np.abs(values)))
     told = ", ".join(f"{c / size:.2g} ± {s / size:.1g}" for c, s in zip(values, deviations, strict=True))
     return f"not the same in the runs, as the law of an instrument would be: {told} of its largest"
+
+
+def comes_and_goes(problem: Problem, fit: Fit, term: Term) -> str:
+    """Why a line is no tone: it stands in a part of a run alone, as what rings after a push; empty if it is one.
+
+    Of the whitened residual of the model without it the energies of the line in `PARTS` parts of the run that has most
+    of it are s_k = |sum r exp(-i w t)|^2 / n, which a line of one amplitude would have alike: 2 s_k is chi-square on
+    two degrees, not central by 2 S / K, S = sum s_k - K. The quieter half of them tells.
+
+    Parameters
+    ----------
+    problem : Problem
+    fit : Fit
+        The model without it.
+    term : Term
+    """
+    if not term.effect.line:
+        return ""
+    energies = [_energies(problem, fit, run, term.shape[0]) for run in sorted({b.run for b in problem.fitted})]
+    own = max((e for e in energies if len(e)), key=lambda e: float(e.sum()), default=np.empty(0))
+    total = float(own.sum()) - len(own)
+    if total <= 0:
+        return ""
+    half = len(own) // 2
+    quiet = float(np.sort(own)[:half].sum())
+    if quiet - half > LEFT * total:
+        return ""
+    chance = comb(len(own), half) * float(chndtr(2 * quiet, 2 * half, 2 * half * total / len(own)))
+    if not chance < CHANCE_OF_PART:
+        return ""
+    return f"in a part of the time alone: half of it has {max(quiet - half, 0.0) / total:.0%} of its power"
+
+
+def _energies(problem: Problem, fit: Fit, run: int, frequency: float) -> Floats:
+    """Energy of a line in each of `PARTS` parts of a run's fitted bins, in units of the noise's; none of short ones."""
+    series, time = whitened_series(problem, fit, run)
+    if len(series) // PARTS < FEWEST_BINS or float(np.ptp(time)) * frequency < PARTS * CYCLES:
+        return np.empty(0)
+    waves = series * np.exp(-2j * np.pi * frequency * time)
+    return np.array([abs(part.sum()) ** 2 / len(part) for part in np.array_split(waves, PARTS)])
 
 
 def not_both_ways(problem: Problem, fit: Fit, base: Reference, term: Term) -> str:

@@ -19,7 +19,7 @@ from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import Model, Problem, Term
 from insenv.identify.prepare.lines import coherent_power, strongest_tone
 from insenv.identify.search.candidates import Candidate, unseen
-from insenv.identify.search.recurrence import not_both_ways, not_in_all_runs, of_a_rest
+from insenv.identify.search.recurrence import comes_and_goes, not_both_ways, not_in_all_runs, of_a_rest
 from insenv.identify.search.reference_errors import beside_reference_errors
 from insenv.identify.search.rounded import beside_rounding
 from insenv.identify.search.scan import (
@@ -109,6 +109,7 @@ def _confronted(problem: Problem, fit: Fit, base: Reference, hit: Hit) -> Hit:
         not_in_all_runs(problem, fit, hit.term)
         or not_both_ways(problem, fit, base, hit.term)
         or of_a_rest(problem, fit, hit.term)
+        or comes_and_goes(problem, fit, hit.term)
     )
     if differs:
         return replace(hit, deviate=-np.inf, remark=differs)
