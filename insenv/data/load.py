@@ -27,6 +27,7 @@ from insenv.data.sampling import (
     Sampling,
     UnevenError,
     at_mean_rate,
+    at_one_stamp,
     by_the_clock,
     check_forwards,
     in_packets,
@@ -156,6 +157,8 @@ def _taken(manifest: Manifest, run: RunSpec, table: Table, t: Floats) -> tuple[T
     if _nothing_turns(manifest) and in_packets(t):
         if (even := at_mean_rate(run.file, t, table.place)) is not None:
             return table, even, ()
+        if not at_one_stamp(t):
+            raise UnevenError(run.file, t)
         found = "most rows have the stamp of others, as if they had come in packets, and these follow no even rate"
         rate = (len(t) - 1) / float(t[-1] - t[0])
         raise InputError(f'{run.file}: {found}; wanted the rate instead, as time = {{ rate = "{rate:.4g} Hz" }}')

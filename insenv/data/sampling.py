@@ -32,6 +32,9 @@ AT_ONCE, SEVERAL, MOST_AT_ONCE = 0.1, 3, 0.2
 #: Share of the stamps that may run backwards, each by less than a median step.
 FEW_BACK = 0.01
 
+#: Share of the mean step below which the usual one is none.
+SAME_STAMP = 0.01
+
 #: Share of the steps from which on pauses are those between packets.
 OFTEN = 0.01
 #: Share of its roughness by the stamps that the angle of a table has at most by the clock, where means were asked for.
@@ -131,6 +134,12 @@ def in_packets(t: Floats) -> bool:
     steps = np.diff(t)
     mean = float(steps.mean()) if len(steps) else 0.0
     return mean > 0 and float(np.median(steps)) < AT_ONCE * mean and float(np.mean(steps > mean)) > OFTEN
+
+
+def at_one_stamp(t: Floats) -> bool:
+    """Whether most rows have the stamp of others; a sensor that is heard now and then has stamps of its own."""
+    steps = np.diff(t)
+    return float(np.median(steps)) < SAME_STAMP * float(steps.mean())
 
 
 def at_mean_rate(path: Path, t: Floats, place: Callable[[int], str]) -> Sampling | None:

@@ -77,3 +77,14 @@ def test_where_a_manifest_counts_rows_none_is_made_anew(tmp_path: Path, rows: st
 def test_a_table_wants_its_times(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="not evenly sampled"):
         read(tmp_path, bursts(), table='table_rate = { column = "w", unit = "rad/s" }\n')
+
+
+def test_a_sensor_that_is_heard_now_and_then_is_made_means(tmp_path: Path) -> None:
+    """A tag by radio: readings some seconds apart while it is heard, and none for half an hour: no packets."""
+    rng = np.random.default_rng(5)
+    heard = np.cumsum(rng.uniform(600.0, 1800.0, 80))
+    t = np.round(np.concatenate([start + np.cumsum(rng.uniform(5.0, 20.0, 5)) for start in heard]))
+    run = read(tmp_path, t)
+    np.testing.assert_allclose(np.diff(run.t) / run.dt, np.rint(np.diff(run.t) / run.dt), rtol=1e-9)
+    assert any("resampled to" in note for note in run.notes)
+    assert len(run) > 20
