@@ -13,27 +13,18 @@ Source: S. M. Kay, Fundamentals of Statistical Signal Processing 1 (1993), secti
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import final
 
 import numpy as np
 
-from insenv.core.estimate import Datasheet, Estimate
-from insenv.core.recording import Recording
-from insenv.information.unit.calibration import Gathered, UnitModel, gathered, joined, nothing
-
-
-@dataclass(frozen=True)
-class Seen:
-    """State: what was gathered, and whether there is a batch in front."""
-
-    data: Gathered
-    batched: bool
+from estimators.system_calibration.of_blocks import OfBlocks, Seen
+from insenv.core.estimate import Estimate
+from insenv.information.unit.calibration import joined
 
 
 @final
 @dataclass(frozen=True)
-class BatchGls:
+class BatchGls(OfBlocks):
     """Parameters of the unit and errors of the table with their covariance.
 
     Needs "gyro_x" .. "gyro_z" [rad/s], "accel_x" .. "accel_z" [m/s^2], "axis_1" .. [rad] and "turning"; "temperature"
@@ -44,24 +35,6 @@ class BatchGls:
     InputError
         If the datasheet tells of no axes, no gravity or no noise.
     """
-
-    datasheet: Datasheet
-
-    def __post_init__(self) -> None:
-        _ = self.model
-
-    @cached_property
-    def model(self) -> UnitModel:
-        """The linear model."""
-        return UnitModel(self.datasheet)
-
-    def reset(self, batch: int | None = None) -> Seen:
-        """No row yet."""
-        return Seen(nothing(self.model, batch or 1), batch is not None)
-
-    def update(self, state: Seen, chunk: Recording) -> Seen:
-        """State after a chunk."""
-        return Seen(gathered(self.model, state.data, chunk), state.batched)
 
     def estimate(self, state: Seen) -> Estimate:
         """What is known; before there is a block of data, what the datasheet tells."""

@@ -20,33 +20,20 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from insenv.core.estimate import Datasheet, Estimate
-from insenv.core.recording import Floats, Recording
+from estimators.system_calibration.of_blocks import OfBlocks, Seen
+from insenv.core.estimate import Estimate
+from insenv.core.recording import Floats
 from insenv.core.unit.motion import GYROS
-from insenv.effects.bias import Bias
-from insenv.effects.cross import CrossAxis
-from insenv.effects.rate.scale import ScaleFactor
-from insenv.effects.triad import AccelBias, AccelScaleFactor, Misalignment, NonOrthogonality
-from insenv.information.unit.calibration import Blocks, Gathered, UnitModel, gathered, joined, nothing
+from insenv.effects.own import ALL
+from insenv.information.unit.calibration import Blocks, joined
 
-#: Effects that are estimated.
-ESTIMATED = (
-    *(Bias.id, AccelBias.id, ScaleFactor.id, AccelScaleFactor.id),
-    *(Misalignment.id, CrossAxis.id, NonOrthogonality.id),
-)
-
-
-@dataclass(frozen=True)
-class Seen:
-    """State: what was gathered, and whether there is a batch in front."""
-
-    data: Gathered
-    batched: bool
+#: Effects that are estimated: the linear model of a triad.
+ESTIMATED = {effect.id for effect in ALL if effect.part}
 
 
 @final
 @dataclass(frozen=True)
-class SixPosition:
+class SixPosition(OfBlocks):
     """Biases, scale factors, misalignments and the mounting of the unit with their covariance.
 
     Needs what `estimators.system_calibration.batch_gls.BatchGls` needs.
@@ -57,30 +44,12 @@ class SixPosition:
         If the datasheet tells of no axes, no gravity or no noise.
     """
 
-    datasheet: Datasheet
-
-    def __post_init__(self) -> None:
-        _ = self.model
-
-    @cached_property
-    def model(self) -> UnitModel:
-        """The linear model."""
-        return UnitModel(self.datasheet)
-
     @cached_property
     def estimated(self) -> NDArray[np.bool_]:
         """Which of the model's parameters are, shape (p,)."""
         return np.array(
             [q.name.startswith("mounting.") or q.name.split(".")[1] in ESTIMATED for q in self.model.parameters]
         )
-
-    def reset(self, batch: int | None = None) -> Seen:
-        """No row yet."""
-        return Seen(nothing(self.model, batch or 1), batch is not None)
-
-    def update(self, state: Seen, chunk: Recording) -> Seen:
-        """State after a chunk."""
-        return Seen(gathered(self.model, state.data, chunk), state.batched)
 
     def estimate(self, state: Seen) -> Estimate:
         """What is known; before there is a block of data, what the datasheet tells."""

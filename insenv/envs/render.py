@@ -24,6 +24,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Polygon, Wedge
+from matplotlib.text import Text
 from matplotlib.transforms import Affine2D, Transform
 from numpy.typing import NDArray
 
@@ -40,6 +41,8 @@ QUIET, FAINT, PLATE = "#5c6670", "#d9dee4", "#eef1f4"
 #: Size in inches of the picture that the layouts are made for; letters grow and shrink with the picture.
 _DESIGN = (9.6, 6.0)
 _LEAST = (160, 100)
+#: Half the width of a dial with its corners, in radii.
+_EDGE = 1.22
 
 
 class Canvas:
@@ -173,7 +176,7 @@ class Dial:
 
     def __init__(self, ax: Axes, names: dict[int, str]) -> None:
         self.ax = ax
-        ax.set(xlim=(-1.22, 1.22), ylim=(-1.22, 1.22), aspect="equal")
+        ax.set(xlim=(-_EDGE, _EDGE), ylim=(-_EDGE, _EDGE), aspect="equal")
         ax.set_axis_off()
         ax.add_patch(Circle((0, 0), 1.0, fc="white", ec=QUIET, lw=1.2, zorder=1))
         self._graduate(names)
@@ -202,6 +205,15 @@ class Dial:
         head = Polygon(np.zeros((3, 2)), lw=0, zorder=4.5, transform=turning, animated=True, **look)
         self.ax.add_patch(head)
         return Arrow(line, head, np.deg2rad(azimuth))
+
+    def corners(self) -> list[Text]:
+        """Texts in the corners, to be set: above left and right, below left and right."""
+        places = [(x, y) for y in (_EDGE, -_EDGE) for x in (-_EDGE, _EDGE)]
+        look: dict[str, Any] = {"fontsize": 8.5, "color": TRUE, "animated": True}
+        return [
+            self.ax.text(x, y, "", ha="left" if x < 0 else "right", va="top" if y > 0 else "bottom", **look)
+            for x, y in places
+        ]
 
     def pointer(self, reach: tuple[float, float], label: str, **look: Any) -> Pointer:
         """A straight line from one radius to another, at an azimuth that is set later."""

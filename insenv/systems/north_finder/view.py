@@ -100,15 +100,7 @@ class _Table:
             self._sector = dial.sector((0.82, 0.985), "± 1 standard deviation", alpha=0.35, **look)
             self._believed = dial.pointer((0.0, 0.985), "believed north", color=BELIEVED, lw=2.0, zorder=4)
         self._turn = (dial.arrow(self._turning, 90.0, color=TRUE), dial.arrow(self._turning, 270.0, color=TRUE))
-        corners = [
-            (-1.22, 1.22, "left", "top"),
-            (1.22, 1.22, "right", "top"),
-            (-1.22, -1.22, "left", "bottom"),
-            (1.22, -1.22, "right", "bottom"),
-        ]
-        self._corners = [
-            ax.text(x, y, "", ha=ha, va=va, fontsize=8.5, color=TRUE, animated=True) for x, y, ha, va in corners
-        ]
+        self._corners = dial.corners()
         ax.legend(
             loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=3, frameon=False, fontsize=8.5, borderaxespad=0.3,
             handlelength=1.6, columnspacing=1.2, handletextpad=0.5,

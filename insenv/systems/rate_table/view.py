@@ -80,15 +80,7 @@ class _Table:
         ax.plot([0], [0], "o", ms=4, color=INSTRUMENT, label="gyro axis, upwards", zorder=5.2, ls="none", **look)
         ax.plot([0], [0.9], "D", ms=7, color=QUIET, label="zero of the table angle", zorder=4.2, ls="none", **look)
         self._turn = (dial.arrow(turning, 90.0, color=TRUE), dial.arrow(turning, 270.0, color=TRUE))
-        corners = [
-            (-1.22, 1.22, "left", "top"),
-            (1.22, 1.22, "right", "top"),
-            (-1.22, -1.22, "left", "bottom"),
-            (1.22, -1.22, "right", "bottom"),
-        ]
-        self._corners = [
-            ax.text(x, y, "", ha=ha, va=va, fontsize=8.5, color=TRUE, animated=True) for x, y, ha, va in corners
-        ]
+        self._corners = dial.corners()
         ax.legend(loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=2, frameon=False, fontsize=8.5, numpoints=1)
 
     def set(self, view: View) -> None:

@@ -101,15 +101,7 @@ class _Vehicle:
             self._sector = dial.sector((0.82, 0.985), "± 1 sd", alpha=0.35, **look)
             self._believed = dial.pointer((0.74, 0.985), "believed heading", color=BELIEVED, lw=2.0, zorder=4)
         self._turn = (dial.arrow(self._turning, 90.0, color=TRUE), dial.arrow(self._turning, 270.0, color=TRUE))
-        corners = [
-            (-1.22, 1.22, "left", "top"),
-            (1.22, 1.22, "right", "top"),
-            (-1.22, -1.22, "left", "bottom"),
-            (1.22, -1.22, "right", "bottom"),
-        ]
-        self._corners = [
-            ax.text(x, y, "", ha=ha, va=va, fontsize=8.5, color=TRUE, animated=True) for x, y, ha, va in corners
-        ]
+        self._corners = dial.corners()
         ax.legend(
             loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=4, frameon=False, fontsize=8.2, borderaxespad=0.3,
             handlelength=1.3, columnspacing=0.9, handletextpad=0.4,
