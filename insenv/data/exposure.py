@@ -145,6 +145,18 @@ def expose(
     return Exposure(y, count, cell_of_row, motion, table.rate * share + vertical)
 
 
+def rates_of_angles(recording: Recording, target: str, rows_per_cell: int, angles: Floats) -> Floats:
+    """What ``target`` would see of angles at the rows of the table's own, shape (k, rows): rates over the cells."""
+    channel, name = recording.channel(target), order(recording)[0]
+    response = recording.responses.get(target, Response())
+    _, start, n = _cells(recording, channel, rows_per_cell, response.ahead)
+    step = rows_per_cell * recording.dt
+    edges: Floats = start + step * np.arange(n + 1.0)
+    times = recording.t - recording.channels[name].delay
+    share = _shares(recording, target)[0] * response.gain / step
+    return share * np.array([np.diff(np.interp(edges, times, angle)) for angle in angles])
+
+
 @dataclass(frozen=True)
 class _Table:
     """The table on the cells: the ``reference`` rate, that of curves, and both at the edges where there is a table."""

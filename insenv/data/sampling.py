@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from insenv.core.errors import InputError
 from insenv.core.recording import GAP, Floats
+from insenv.core.series.rounding import counted
 from insenv.data.clock import NEGLIGIBLE, Clock, clock_of, roughness
 
 Mask = NDArray[np.bool_]
@@ -37,7 +38,9 @@ SAME_STAMP = 0.01
 
 #: Share of the steps from which on pauses are those between packets.
 OFTEN = 0.01
-#: Share of its roughness by the stamps that the angle of a table has at most by the clock, where means were asked for.
+#: Share of its roughness by the stamps that the angle of a table has at most by the clock, where means were asked for;
+#: and by the clock that it has at most by the stamps, where these are taken. An encoder's steps hide which is right:
+#: rates by stamps that are wrong by s of a period are 1 + 2 s^2 too large, and those by the clock are true in the mean.
 SMOOTHER = 0.8
 #: Seconds that are counted from so long ago that their rounding is more than this share of a period count from row 0.
 COARSE = 1e-9
@@ -196,17 +199,28 @@ def _mended(  # noqa: PLR0913 -- what the file has, and its clock
     rounded = bool(np.abs(stamps - even).max() <= ROUNDED * clock.quantum)
     if clock.jitter < NEGLIGIBLE * clock.period:
         # Seconds since 1970 are good to 0.2 us: of a table that turns by 60 deg/s that is 5 deg/h at 100 Hz.
-        smoother = angle is not None and roughness(even, angle) < roughness(stamps, angle)
-        chosen = even if rounded or smoother else stamps
+        chosen = even if rounded or (angle is not None and not _confirmed(stamps, even, angle)) else stamps
         late, read = _taken_late(t, chosen, off, angle)
         return Sampling(chosen, clock.period, notes, doubtful | late, read)
-    if angle is not None and not rounded and roughness(stamps, angle) < roughness(even, angle):
+    pressed = _at_one_instant(t, clock.period)
+    # Rows at one instant are the recorder's: its stamps need not be much smoother to be the angle's own.
+    if angle is not None and not rounded and _confirmed(stamps, even, angle, 1.0 if pressed.any() else SMOOTHER):
         text = f"sampled unevenly, by {_share(clock)} of the period (one sigma) as the table's angle confirms"
         note = f"{text}: each row is taken for the mean over its own step"
-        pressed = _at_one_instant(t, clock.period)
         more = f"{int(pressed.sum())} rows stand at one instant with others, or beside them: left out"
         return Sampling(t, own_steps(t, clock.period), (note, more) if pressed.any() else (note,), pressed)
     return Sampling(even, clock.period, (_jitters(clock), *notes), doubtful)
+
+
+def _confirmed(stamps: Floats, even: Floats, angle: Floats, share: float = SMOOTHER) -> bool:
+    """Whether the angle of a table is smoother by the stamps than by the clock, by more than noise makes it.
+
+    Of an angle in steps most changes are none or one by the clock, and any by the stamps, which the median takes for
+    smoother: steps are blurred first.
+    """
+    blur = np.random.default_rng(0).uniform(-0.5, 0.5, len(angle))
+    blurred = angle + counted(angle) * blur
+    return roughness(stamps, blurred) < share * roughness(even, blurred)
 
 
 def _jitters(clock: Clock) -> str:

@@ -94,6 +94,7 @@ def findings(
         *remarks,
         *_longer_means(outcome.tracks),
         *(text for track in outcome.tracks if (text := _outliers(track, recordings))),
+        *(text for track in outcome.tracks if (text := _steps_of_encoder(track))),
     )
     found = findings_of(manifest, recordings, targets, said, outcome.alpha, outcome.seed)
     return replace(found, rows_rejected=tuple(r for track in outcome.tracks for r in _rejected_rows(track)))
@@ -108,6 +109,17 @@ def _longer_means(tracks: tuple[Track, ...]) -> tuple[str, ...]:
     return (
         f"means over {width:.3g} s are judged: those over {finer:.3g} s hold vibration, or what a filter leaves, "
         "beyond all lines, which no noise term follows",
+    )
+
+
+def _steps_of_encoder(track: Track) -> str:
+    """Which lines were taken out as the pattern of an encoder's steps; empty if none."""
+    found = sorted({f"{line.frequency:.4g}" for line in track.prepared.lines if line.of_encoder}, key=float)
+    if not found:
+        return ""
+    return (
+        f"{track.problem.target}: lines at {', '.join(found)} Hz are what the steps of the table's angle, "
+        f"{math.degrees(track.problem.encoder):.3g} deg, make of its rate: taken out, and no error of the instrument"
     )
 
 
@@ -143,7 +155,7 @@ def _target(
     own, differs = _by_parts(track, _own_estimates(track))
     apart = _follows_nothing(problem, own)
     left = replace(left, reasons=(*left.reasons, *apart, *differs, *unfinished(track, alpha), *lost, *went))
-    lines, hold = track.prepared.lines, track.prepared.held.hold
+    lines, hold = tuple(x for x in track.prepared.lines if not x.of_encoder), track.prepared.held.hold
     earth = earth_findings(track, alpha)
     scores = held_out_score(plain, before), held_out_score(problem, track.fit)
     coarse = _rounding(track, alpha, scores)

@@ -35,7 +35,7 @@ from insenv.identify.prepare.line_effects import IN_BINS
 from insenv.identify.prepare.lines import Line
 from insenv.identify.prepare.problems import prepare
 from insenv.identify.prepare.vibration import as_lines, averaged, doublings, stands_out, unresolved, without
-from insenv.identify.prepare.wandering import lost, wanders, without_line
+from insenv.identify.prepare.wandering import lost, of_encoder, wanders, without_line
 from insenv.identify.search.candidates import candidates
 from insenv.identify.search.earth_rate import due_level
 from insenv.identify.search.jumps import is_step, one_of_many
@@ -447,11 +447,15 @@ def _in_common(tracks: list[Track], able: list[int], hits: dict[int, Hit]) -> Fl
 
 
 def _wander(track: Track, hit: Hit) -> Line | None:
-    """The line of a tone that is none, because its phase does not hold."""
+    """The line of a tone that is none, because its phase does not hold, or it is the pattern of an encoder."""
     if not hit.candidate.effect.line or _damped_so_far(track) >= MOST_DAMPED:
         return None
     found: Line | None = track.problem.remember(
-        ("wanders", hit.term, track.fit.model), lambda: wanders(track.problem, track.fit, hit.term.shape[0])
+        ("wanders", hit.term, track.fit.model),
+        lambda: (
+            of_encoder(track.problem, track.fit, hit.term.shape[0])
+            or wanders(track.problem, track.fit, hit.term.shape[0])
+        ),
     )
     return found
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from insenv.core.recording import Channel, Recording
-from insenv.core.series.rounding import rounding
+from insenv.core.recording import Channel, Floats, Recording
+from insenv.core.series.rounding import counted, rounding
 from insenv.identify.clean.outliers import without_outliers
 from insenv.identify.findings import RejectedRows
 
@@ -46,3 +46,20 @@ def test_the_step_is_found(step: float) -> None:
 def test_what_is_not_rounded_has_the_step_of_its_numbers() -> None:
     assert rounding(np.random.default_rng(0).standard_normal(5000)) < 1e-12
     assert rounding(np.full(100, 3.0)) < 1e-12
+
+
+@pytest.mark.parametrize("bits", [8, 12, 14])
+@pytest.mark.parametrize("decimals", [4, 9])
+def test_the_step_of_an_encoder_is_found_behind_the_digits_of_a_file(bits: int, decimals: int) -> None:
+    t = 0.005 * np.arange(20000)
+    step = 360.0 / 2**bits
+    for angle in (40.0 * (1 - np.cos(1.3 * t)), 17.0 * t, 0.05 * t):
+        printed = np.round(np.floor(angle / step) * step, decimals)
+        assert counted(printed) == pytest.approx(step, rel=1e-3)
+
+
+def test_noise_and_a_walk_of_few_digits_are_no_counter() -> None:
+    noise = np.random.default_rng(1).standard_normal(20000)
+    few: tuple[Floats, ...] = (np.round(noise, 3), np.round(np.cumsum(noise), 4), noise)
+    for values in few:
+        assert counted(values) == pytest.approx(rounding(values))

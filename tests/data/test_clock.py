@@ -180,6 +180,31 @@ def test_a_sampler_that_was_late_itself_is_left_out_there(tmp_path: Path) -> Non
     np.testing.assert_allclose(recording.channels["table_angle"].values, c["table_angle"], rtol=0, atol=5e-4)
 
 
+@pytest.mark.parametrize(("jitter", "decimals"), [(1.5e-4, 4), (1e-3, 3)])
+@pytest.mark.parametrize("bits", [12, 14])
+def test_stamps_that_an_encoder_cannot_confirm_are_those_of_the_clock(
+    tmp_path: Path, jitter: float, decimals: int, bits: int
+) -> None:
+    """Rates by stamps that jitter by s of a period are 1 + 2 s^2 too large: a scale factor of -0.9e-3 was told."""
+    for seed in range(3):
+        draw = np.random.default_rng(seed)
+        t = 0.005 * np.arange(1, 20001)
+        angle = np.radians(50.0) / (0.4 * np.pi) * (1 - np.cos(0.4 * np.pi * t))
+        step = 2 * np.pi / 2**bits
+        stamps = np.maximum.accumulate(np.round(t + jitter * 0.5 * draw.standard_normal(len(t)), decimals + 1))
+        rows = np.column_stack([stamps + 1e-7 * np.arange(len(t)), np.floor(angle / step) * step])
+        np.savetxt(
+            tmp_path / "run.csv", np.column_stack([rows, draw.standard_normal(len(t))]), "%.9f", ",", header="t,a,g"
+        )
+        (tmp_path / "run.toml").write_text(
+            'data = "run.csv"\n[channels]\ntime = { column = "t", unit = "s" }\n'
+            'gyro = { column = "g", unit = "rad/s" }\ntable_angle = { column = "a", unit = "rad" }\n'
+            '[model]\ntarget = "gyro"\ndeclared = ["bias"]\n'
+        )
+        (run,) = read_recordings(load_manifest(tmp_path / "run.toml"))
+        assert np.ptp(np.diff(run.t)) < 1e-6, (seed, run.notes)
+
+
 def test_a_median_between_two_steps_is_no_fault() -> None:
     """Of an even number of uneven steps none need be like the median."""
     random = np.random.default_rng(1)

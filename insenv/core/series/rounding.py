@@ -12,6 +12,8 @@ from insenv.core.recording import Floats
 
 #: How far from a multiple of the step a difference may be, as a share of it.
 OFF = 0.02
+#: Times the digits of a file from which on steps are a counter's, and the share of rows that keep to them.
+DIGITS, KEPT = 10.0, 0.99
 #: Steps of floating-point numbers below which a difference is nothing.
 EPSILONS = 16.0
 
@@ -29,3 +31,24 @@ def rounding(values: Floats) -> float:
     multiples = multiples[multiples * least < OFF * between.min()]
     whole = len(multiples) > 0 and float(np.abs(multiples - np.rint(multiples)).max()) < OFF
     return float(np.median(between / np.rint(between / between.min()))) if whole else least
+
+
+def counted(values: Floats) -> float:
+    """The step of a counter behind ``values``, shape (n,), that were printed with more digits; else `rounding`.
+
+    An encoder of 12 bits is written as 0.0879, 0.1758, 0.2637 deg: multiples of its step but for the last digit.
+    """
+    fine, moves = rounding(values), np.diff(values)
+    between = np.diff(np.sort(moves))
+    between = between[between > DIGITS * fine]
+    if not len(between):
+        return fine
+    step = float(between.min())
+    for _ in range(2):
+        step = float(np.median(between / np.rint(between / step)))
+    times = np.rint(moves / step)
+    if not np.any(times):
+        return fine
+    step = float(moves @ times / (times @ times))
+    off = np.abs(moves - step * np.rint(moves / step)) / step
+    return step if float(np.mean(off < OFF + 2 * fine / step)) > KEPT else fine

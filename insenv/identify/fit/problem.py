@@ -82,6 +82,12 @@ class Problem:
         Whether the reference is what a table was told, in all runs: without noise of its own.
     coarse : Coarse, optional
         What rounding of the readings leaves in their means beside a table that turns; None where noise blurs it.
+    encoder : float
+        Step to which the table's angle is read, times the share of its rate that the target sees [rad]; 0 where the
+        reference is no angle that was read.
+    steps : callable
+        Errors of the bins that these steps would make if the encoder began elsewhere, shape (draws, bins); None where
+        nothing is known of them.
     """
 
     target: str
@@ -93,6 +99,8 @@ class Problem:
     most: Floats | None = None
     commanded: bool = False
     coarse: Coarse | None = None
+    encoder: float = 0.0
+    steps: Callable[[], Floats | None] = field(default=lambda: None, repr=False, compare=False)
     cache: dict[Hashable, Any] = field(default_factory=dict, repr=False)
 
     def remember(self, key: Hashable, make: Any) -> Any:

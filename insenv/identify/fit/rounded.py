@@ -6,6 +6,10 @@ w the weights of the coefficients over the bins, their covariance grows by
     m^2 sum_l w_l w_l',      w_l = sum of w over the bins at the rate l,
 
 where rates are one that differ by less than an eighth of a step.
+
+The steps of the table's angle are an error of the reference that follows the motion: lines at a steady rate, the same
+in every swing of a table that swings evenly. What they make of the coefficients is tried, the encoder's zero elsewhere
+in a step each time (`Problem.steps`).
 """
 
 from __future__ import annotations
@@ -36,3 +40,17 @@ def added_covariance(problem: Problem, fit: Fit) -> Floats:
         for row, values in zip(sums, in_time, strict=True):
             row += np.bincount(level[block.start : block.stop], values, len(row))
     return np.asarray(problem.coarse.rms**2 * sums @ sums.T)
+
+
+def by_steps(problem: Problem, fit: Fit) -> Floats | None:
+    """Scaled coefficients that the steps of the table's angle would make, shape (p, draws); None where not known."""
+    errors = problem.remember("steps of the angle", problem.steps)
+    if errors is None or errors.shape[1] != len(problem.y):
+        return None
+    weights = fit.cov @ (fit.design.transformed / spectrum(problem, fit.noise.power)[:, None]).T
+    made, offset = np.zeros((len(fit.beta), len(errors))), 0
+    for block in problem.fitted:
+        in_time = idct(weights[:, offset : offset + block.n], type=2, norm="ortho", axis=1)
+        offset += block.n
+        made += in_time @ errors[:, block.start : block.stop].T
+    return made

@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from insenv.core.errors import InputError
-from insenv.core.recording import Recording
+from insenv.core.recording import Floats, Recording
 from insenv.core.series.coarse import Coarse, coarse
-from insenv.data.exposure import expose
+from insenv.core.series.rounding import counted
+from insenv.data.exposure import Exposure, expose, rates_of_angles
 from insenv.data.manifest.spec import Manifest
 from insenv.data.reference import order
 from insenv.data.split import RowUse
 from insenv.effects.angle import EarthRate
 from insenv.identify.clean.outliers import outliers
-from insenv.identify.fit.bins import gather
+from insenv.identify.fit.bins import Bins, gather
 from insenv.identify.fit.problem import Model, Problem
 from insenv.identify.prepare.widths import rows_per_cell
+
+#: Zeros of an encoder at which its steps are tried.
+DRAWS = 16
 
 
 def binned(
@@ -57,7 +63,36 @@ def binned(
     rounded = _coarse(recordings, target) if turning else None
     exact = turning and all(_commanded(recording) for recording in recordings)
     unit = recordings[0].channels[target].unit
-    return Problem(target, unit, exposures, bins, y, out, commanded=exact, coarse=rounded)
+    step = max((_encoder_step(r, e) for r, e in zip(recordings, exposures, strict=True)), default=0.0)
+    steps = partial(_errors_of_steps, recordings, target, per_cell, bins) if step else lambda: None
+    return Problem(target, unit, exposures, bins, y, out, commanded=exact, coarse=rounded, encoder=step, steps=steps)
+
+
+def _errors_of_steps(recordings: tuple[Recording, ...], target: str, per_cell: int, bins: Bins) -> Floats | None:
+    """What the steps of the table's angle would make of the bins, the encoder's zero elsewhere in a step each time.
+
+    The angle behind the reading, with what the encoder has of noise beside its steps, is read anew.
+    """
+    runs: list[Floats] = []
+    for recording in recordings:
+        table, name = recording.table, order(recording)[0]
+        if table is None or table.still:
+            return None
+        step = counted(recording.channels[name].values)
+        angle = table.angle_at(recording.t - recording.channels[name].delay)
+        noise = np.sqrt(max(table.noise**2 - step**2 / 12, 0.0)) * np.random.default_rng(0).standard_normal(len(angle))
+        zeros = step * (np.arange(DRAWS)[:, None] + 0.5) / DRAWS
+        errors = np.floor((angle + noise + zeros) / step) * step - zeros - angle
+        runs.append(rates_of_angles(recording, target, per_cell, errors))
+    return np.array([bins.mean(tuple(run[k] for run in runs)) for k in range(DRAWS)])
+
+
+def _encoder_step(recording: Recording, exposure: Exposure) -> float:
+    """Step to which the angle of a table is read, as the target sees it [rad]; 0 where that is not the reference."""
+    names = order(recording)
+    if not names or names[0] != "table_angle" or recording.channels[names[0]].source != "encoder":
+        return 0.0
+    return abs(exposure.motion.projection) * counted(recording.channels[names[0]].values)
 
 
 def _commanded(recording: Recording) -> bool:

@@ -29,6 +29,8 @@ SAME_LINE = 0.3
 #: A line reaches as far from its peak as its power, smoothed over `SMOOTHED` of a hertz, is so many times the noise's;
 #: no further than a share of its frequency.
 LOUDER, SMOOTHED, WIDEST = 2.0, 0.1, 0.1
+#: Share of a line's power from which on the reference has it too.
+IN_REFERENCE = 0.25
 #: A line is steady if one sinusoid takes out more than this share of its power, and is so many deviations tall.
 STEADY, LEAST_STEADY = 0.9, 4.0
 
@@ -99,6 +101,8 @@ class Line:
         Share of the line in the variance of the samples.
     p_value : float
         Probability that noise alone has such a peak.
+    of_encoder : bool
+        Whether it is the pattern of an encoder's steps, and no line of the instrument.
     """
 
     run: int
@@ -110,6 +114,7 @@ class Line:
     steady: bool
     share: float
     p_value: float
+    of_encoder: bool = False
 
     def at(self, t: Floats) -> Floats:
         """The line at times from the start of the run [s]; zero unless it is steady."""
@@ -154,6 +159,29 @@ def find_lines(t: Floats, dt: float, values: Floats, quantum: float, run: int, l
         if line.amplitude / (2 * np.pi * line.frequency) > 0.5 * quantum:
             lines.append(line)
     return tuple(sorted(lines, key=lambda line: -line.amplitude))
+
+
+def steps_of_encoder(line: Line, dt: float, left: Floats, reference: Floats, step: float) -> bool:
+    """Whether a line of ``left`` is what the steps of an angle make of a steady rate, and no line of the instrument.
+
+    At a steady rate an angle read in steps of q is late by a saw tooth of q: lines of the rate less than pi f q tall,
+    at frequencies that sampling folds. They stand in the reference, and what the instrument reads has none.
+
+    Parameters
+    ----------
+    line : Line
+    dt : float
+        Time between the values [s].
+    left, reference : ndarray, shape (n,)
+        What is left of the readings, and what was subtracted from them: the rate of the reference.
+    step : float
+        To which the angle is read [rad].
+    """
+    if line.amplitude > np.pi * line.frequency * step:
+        return False
+    own, other = periodogram(left, dt), periodogram(reference, dt)
+    band = np.abs(own.f - line.frequency) <= max(0.5 * SAME_LINE, 2 / (len(left) * dt))
+    return bool(other.power[band].sum() > IN_REFERENCE * own.power[band].sum())
 
 
 @dataclass(frozen=True)

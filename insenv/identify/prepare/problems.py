@@ -31,7 +31,7 @@ from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Model, Problem, Term, regressors
 from insenv.identify.prepare.binned import binned, enough
 from insenv.identify.prepare.declared import declared_model
-from insenv.identify.prepare.lines import SAME_LINE, Line, find_lines, quantum
+from insenv.identify.prepare.lines import SAME_LINE, Line, find_lines, quantum, steps_of_encoder
 from insenv.identify.prepare.samples import sample_spectrum
 from insenv.identify.prepare.widths import FEWEST_AGREEING, rows_of_motion, rows_per_bin, whole_holds, whole_rows
 
@@ -415,7 +415,11 @@ def _lines(
         t = (recording.t - recording.t[0])[span]
         step = quantum(recording.channels[problem.target].values[span]) * recording.dt
         values = _sample_residual(recording, span, problem, model)
-        found += find_lines(t, recording.dt, values, step, run, 0.6 / problem.bins.width)
+        lines = find_lines(t, recording.dt, values, step, run, 0.6 / problem.bins.width)
+        reference = recording.channels[problem.target].values[span] - values
+        found += [
+            replace(x, of_encoder=steps_of_encoder(x, recording.dt, values, reference, problem.encoder)) for x in lines
+        ]
     noise = _bin_noise(problem)
     return tuple(x for x in found if _matters(x, problem.bins.width, noise))
 

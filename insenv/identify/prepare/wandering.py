@@ -23,7 +23,7 @@ from insenv.identify.fit.bins import Block
 from insenv.identify.fit.gls import Fit
 from insenv.identify.fit.heldout import residual
 from insenv.identify.fit.problem import Problem
-from insenv.identify.prepare.lines import LEAST_STEADY, Line, line_at, periodogram
+from insenv.identify.prepare.lines import LEAST_STEADY, Line, line_at, periodogram, steps_of_encoder
 
 #: Fewest cycles in the fitted time: of a slower one nobody knows whether it is a line or the wander of the noise.
 FEWEST_CYCLES = 40.0
@@ -50,6 +50,19 @@ def wanders(problem: Problem, fit: Fit, frequency: float, runs: tuple[int, ...] 
     if not found or any(w.steady for w in found):
         return None
     return max(found, key=lambda w: w.amplitude)
+
+
+def of_encoder(problem: Problem, fit: Fit, frequency: float) -> Line | None:
+    """The line at ``frequency`` [Hz] in the residual of ``fit``, if it is the pattern of an encoder's steps."""
+    if not problem.encoder:
+        return None
+    for block in _stretches(problem, True):
+        line, rows = _of_block(problem, fit, block, frequency), slice(block.start, block.stop)
+        left = residual(problem, fit)[rows]
+        reference = problem.bins.mean(tuple(e.motion.rate for e in problem.exposures))[rows]
+        if line and steps_of_encoder(line, problem.bins.width, left, reference, problem.encoder):
+            return replace(line, steady=False, phase=0.0, of_encoder=True)
+    return None
 
 
 def lost(problem: Problem, fit: Fit, frequency: float) -> Line | None:

@@ -21,7 +21,7 @@ from insenv.identify.prepare.lines import coherent_power, strongest_tone
 from insenv.identify.search.candidates import Candidate, unseen
 from insenv.identify.search.recurrence import comes_and_goes, not_both_ways, not_in_all_runs, of_a_rest
 from insenv.identify.search.reference_errors import beside_reference_errors
-from insenv.identify.search.rounded import beside_rounding
+from insenv.identify.search.rounded import beside_rounding, beside_steps, damped_as_steps
 from insenv.identify.search.scan import (
     SHAPES_REFITTED,
     Hit,
@@ -117,6 +117,7 @@ def _confronted(problem: Problem, fit: Fit, base: Reference, hit: Hit) -> Hit:
     z, information = held_out_deviate(problem, fit, larger, freedom)
     joint = joint_deviate(log_tail(hit.deviate), hit.likelihood_ratio, z, information)
     hit = beside_rounding(problem, larger, replace(hit, deviate=joint, held_out=z, alone=0.0, unrounded=0.0))
+    hit = hit if damped_as_steps(problem, hit.term) else beside_steps(problem, larger, hit)
     return beside_reference_errors(problem, fit, base, beside_shaking(problem, base, hit))
 
 

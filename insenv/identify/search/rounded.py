@@ -7,6 +7,9 @@ With C the covariance of its coefficients theta by the noise alone, and C' with 
 
 a curve of the rate that is smaller than half a step is no law, and one that is larger stays. An effect that this takes
 below `alpha` is not named: the rounding is.
+
+Of the steps of the table's angle, which a curve of rate or angle and a line may follow, the coefficients are tried that
+they would make, of mean square M: beside them the evidence is no more than theta' M^-1 theta.
 """
 
 from __future__ import annotations
@@ -17,8 +20,9 @@ import numpy as np
 
 from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.gls import Fit
-from insenv.identify.fit.problem import Problem
-from insenv.identify.fit.rounded import added_covariance
+from insenv.identify.fit.problem import Problem, Term
+from insenv.identify.fit.rounded import added_covariance, by_steps
+from insenv.identify.prepare.wandering import FEWEST_CYCLES
 from insenv.identify.search.scan import Hit
 
 #: Largest p-value at which an effect is worth the test.
@@ -41,6 +45,30 @@ def beside_rounding(problem: Problem, larger: Fit, hit: Hit) -> Hit:
     if beside < TAKEN * alone and hit.log_p < np.log(WORTH) <= less.log_p:
         return replace(less, remark="what rounding of the readings leaves explains it as well")
     return less
+
+
+def beside_steps(problem: Problem, larger: Fit, hit: Hit) -> Hit:
+    """The hit, the last term of a fit, with its deviate as it is beside what the steps of the table's angle make."""
+    own = np.flatnonzero(larger.design.term == len(larger.model) - 1)
+    if not problem.encoder or not len(own) or hit.log_p >= np.log(WORTH):
+        return hit
+    made = by_steps(problem, larger)
+    if made is None:
+        return hit
+    theta, cov, among = larger.beta[own], larger.cov[np.ix_(own, own)], made[own] @ made[own].T / made.shape[1]
+    alone, beside = (float(theta @ np.linalg.lstsq(c, theta, rcond=1e-9)[0]) for c in (cov, among))
+    if not 0 < beside < alone:
+        return hit
+    less = replace(hit, deviate=hit.deviate * float(np.sqrt(beside / alone)))
+    if less.log_p >= np.log(WORTH):
+        return replace(less, remark="what the steps of the table's angle make explains it as well")
+    return less
+
+
+def damped_as_steps(problem: Problem, term: Term) -> bool:
+    """Whether a term is a line of so many waves that it can be told to be the encoder's, and damped."""
+    longest = max(block.n for block in problem.fitted) * problem.bins.width
+    return term.effect.line and term.shape[0] * longest >= FEWEST_CYCLES
 
 
 def log_p_unrounded(hit: Hit) -> float:

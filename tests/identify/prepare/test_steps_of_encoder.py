@@ -1,0 +1,55 @@
+"""A gyro that is right beside an angle that is read in steps: lines of the steps are none of the instrument."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from simulated_runs import closed, manifest
+
+from insenv.core.recording import Channel, Floats, Recording, Site
+from insenv.identify.findings import Findings
+
+RATE, SECONDS = 100.0, 160.0
+#: An encoder of 12 bits.
+STEP = 2 * np.pi / 2**12
+
+
+def driven(kind: str) -> tuple[Floats, Floats]:
+    """Rate [rad/s] and angle of a table that turns there and back, or in stairs."""
+    t = np.arange(0.0, SECONDS, 1e-3)
+    way = {"reversals": np.where((t / 20.0).astype(int) % 2, -0.87, 0.87), "stairs": 0.05 * np.floor(t / 20.0) - 0.21}
+    ramps = np.full(1000, 1e-3)
+    rate = np.convolve(np.append(np.full(999, way[kind][0]), way[kind]), ramps, "valid")
+    return rate, np.append(0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]))) * 1e-3
+
+
+def said(kind: str, seed: int, line: float = 0.0, frequency: float = 23.7) -> Findings:
+    """The loop on a gyro of 2 mrad/s a row, and a line of its own."""
+    rng = np.random.default_rng(seed)
+    rate, angle = driven(kind)
+    t = np.arange(1, int(RATE * SECONDS)) / RATE
+    fine = 1e-3 * np.arange(len(angle))
+    gyro = np.interp(t, fine, rate) + 2e-3 * rng.standard_normal(len(t)) + line * np.sin(2 * np.pi * frequency * t)
+    read = np.floor(np.interp(t, fine, angle) / STEP) * STEP
+    channels = {"gyro": Channel(gyro, "rad/s"), "table_angle": Channel(read, "rad")}
+    return closed(
+        Recording(t, channels, site=Site(gravity=9.8), label="run"), manifest(("gyro",), ("bias", "scale_factor"))
+    )
+
+
+@pytest.mark.parametrize("kind", ["reversals", "stairs"])
+def test_the_steps_of_an_angle_make_no_line_of_the_gyro(kind: str) -> None:
+    """Without this six and seven lines were named, beside curves of rate and angle."""
+    for seed in range(2):
+        found = said(kind, seed)
+        (target,) = found.targets
+        assert [a.effect for a in target.added] == []
+        assert any("steps of the table's angle" in remark for remark in found.remarks)
+
+
+def test_a_line_that_the_gyro_has_is_named() -> None:
+    """Of 10 mrad/s, where the steps make lines of up to 33: its angle is a twentieth of a step."""
+    (target,) = said("stairs", 1, line=1e-2).targets
+    (tone,) = target.added
+    frequency = next(p for p in tone.parameters if p.parameter == "f")
+    assert frequency.value == pytest.approx(23.7, abs=0.01)
