@@ -20,8 +20,8 @@ from insenv.identify.fit.bins import Bins, gather
 from insenv.identify.fit.problem import Model, Problem
 from insenv.identify.prepare.widths import rows_per_cell
 
-#: Zeros of an encoder at which its steps are tried.
-DRAWS = 16
+#: Zeros of an encoder at which its steps are tried; noise of a reading, in steps, that is more than what these make.
+DRAWS, BLURRED = 16, 0.6
 
 
 def binned(
@@ -80,7 +80,8 @@ def _errors_of_steps(recordings: tuple[Recording, ...], target: str, per_cell: i
             return None
         step = counted(recording.channels[name].values)
         angle = table.angle_at(recording.t - recording.channels[name].delay)
-        noise = np.sqrt(max(table.noise**2 - step**2 / 12, 0.0)) * np.random.default_rng(0).standard_normal(len(angle))
+        blurred = np.sqrt(table.noise**2 - step**2 / 12) if table.noise > BLURRED * step else 0.0
+        noise = blurred * np.random.default_rng(0).standard_normal(len(angle))
         zeros = step * (np.arange(DRAWS)[:, None] + 0.5) / DRAWS
         errors = np.floor((angle + noise + zeros) / step) * step - zeros - angle
         runs.append(rates_of_angles(recording, target, per_cell, errors))
