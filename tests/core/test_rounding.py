@@ -60,6 +60,6 @@ def test_the_step_of_an_encoder_is_found_behind_the_digits_of_a_file(bits: int, 
 
 def test_noise_and_a_walk_of_few_digits_are_no_counter() -> None:
     noise = np.random.default_rng(1).standard_normal(20000)
-    few: tuple[Floats, ...] = (np.round(noise, 3), np.round(np.cumsum(noise), 4), noise)
-    for values in few:
+    walk: Floats = np.asarray(np.cumsum(noise), np.float64)
+    for values in (np.round(noise, 3), np.round(walk, 4), noise):
         assert counted(values) == pytest.approx(rounding(values))
