@@ -35,8 +35,8 @@ from scipy.special import zeta
 
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats
+from insenv.core.series.cascade import cascade
 from insenv.effects.base import OUTPUT, NoiseEffect, Param
-from insenv.effects.cascade import cascade
 from insenv.effects.held import held, held_integral
 
 #: Zero of the flicker filter, at z = -b, that stands for the averaging over an interval, within 0.4 %.

@@ -12,8 +12,8 @@ from scipy.stats import chi2
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats
 from insenv.core.series.allan import allan_deviation
+from insenv.core.series.cascade import cascade
 from insenv.effects.base import OUTPUT, NoiseEffect
-from insenv.effects.cascade import cascade
 from insenv.effects.noise import (
     AngleRandomWalk,
     BiasInstability,

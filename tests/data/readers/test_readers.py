@@ -25,7 +25,7 @@ from insenv.data.remarks import remarks
 from insenv.data.save import save
 from insenv.data.split import RowUse, split
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 DEG = math.pi / 180
 NAMES = ("t", "wx", "ax", "temp")
 RNG = np.random.default_rng(1)
