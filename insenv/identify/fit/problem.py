@@ -31,6 +31,8 @@ NOISE_TERMS: tuple[NoiseEffect, ...] = (
     Quantization(),
 )
 
+#: Root mean square below which a column is nothing: a bell far from every rate, whose prior would overflow.
+NOTHING = 1e-100
 #: Blocks whose first and last bin are left free.
 MOST_FREE_ENDS = 8
 _NUISANCE = -1
@@ -312,7 +314,7 @@ def _stack(problem: Problem, model: Model) -> _Stack:
     for j, ((name, unit, _), sd) in enumerate(zip(problem.names(term), problem.priors(term), strict=True)):
         scale = float(np.sqrt(np.mean(changed[:, j] ** 2)))
         outside = _outside(span, changed[:, j] * weight)
-        if scale == 0 or outside is None:
+        if scale < NOTHING or outside is None:
             dropped.append((term.effect.key, name))
             continue
         if j + 1 < columns.shape[1]:
