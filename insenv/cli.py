@@ -32,7 +32,7 @@ from insenv.core.console.progress import (
     verbosity,
     verbosity_options,
 )
-from insenv.core.console.terminal import examples, width
+from insenv.core.console.terminal import OneOf, examples, width
 from insenv.core.errors import InputError
 from insenv.core.filing import run_as
 from insenv.core.names import KINDS
@@ -271,7 +271,7 @@ def apply_calibration(calibration: Path, manifest: str, out: Path) -> None:
     "--zeros",
     default="auto",
     show_default=True,
-    type=click.Choice(["auto", "ends", "interleaved", "none"]),
+    type=OneOf(["auto", "ends", "interleaved", "none"]),
     help="Static output to take off.",
 )
 @click.option("--warm-up", default="0 s", show_default=True, help="Time after each power-up that the bias leaves out.")
@@ -378,7 +378,7 @@ def datasets(names: tuple[str, ...], fetch: bool) -> None:
     "--path",
     default="samples",
     show_default=True,
-    type=click.Choice(["samples", "dwells"]),
+    type=OneOf(["samples", "dwells"]),
     help="How to simulate: samples, or means over dwells.",
 )
 @click.option("--block", help="Length of a dwell, such as '0.1 s'; a step of the task.")
@@ -435,9 +435,12 @@ insenv.add_command(play)
 
 
 @insenv.command("list", epilog=examples("insenv list effects", "insenv list recordings"))
-@click.argument("kind", type=click.Choice(KINDS))
+@click.argument("kind", type=OneOf(KINDS), metavar="KIND")
 def list_kind(kind: str) -> None:
-    """List what there is of a KIND, with a line each: the names that other commands and files take."""
+    """List what there is of a KIND, with a line each: the names that other commands and files take.
+
+    KIND is effects, scenarios, instruments, estimators, policies, environments or recordings.
+    """
     from insenv.shelf import listed
 
     click.echo(listed(kind, width()))

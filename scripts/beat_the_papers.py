@@ -47,13 +47,13 @@ python scripts/beat_the_papers.py --seeds {seeds}
 
 Errors are root mean squares against the simulator's truth over {seeds} runs (standard error {error:.1f} %), with half
 of their 95 % interval. In the picture filled marks stand in the tables; open ones are other times and policies, of half
-as many runs. The spread of z is the root mean square of error over told deviation: 1 where the estimator is honest.
-The papers: [two positions](two_position.md), [north finder](north_finder.md), [rate table](fog_test.md).
+as many runs. `error / claimed` is the root mean square of error over claimed standard deviation: 1 where the estimator
+is honest. The papers: [two positions](two_position.md), [north finder](north_finder.md), [rate table](fog_test.md).
 """
 COLOURS = {PUBLISHED: "#D55E00", DOCUMENTED: "#0072B2", DESIGNED: "#009E73"}
 MARKS = {PUBLISHED: "o", DOCUMENTED: "s", DESIGNED: "D"}
 LINES = ("--", ":")
-HEADER = ("", "procedure", "estimator", "time [s]", "told", "spread of z")
+HEADER = ("", "procedure", "estimator", "time [s]", "claimed", "error / claimed")
 
 
 def main() -> None:

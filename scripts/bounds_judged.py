@@ -34,7 +34,7 @@ python scripts/bounds_judged.py --seeds {seeds}
 ```
 
 The bounds are those of [judging plug-ins](../evaluate.md): `insenv.information.fisher`, `insenv.information.alignment`,
-`insenv.information.scale_factor`. Intervals hold with 95 %; with R runs that of a ratio is about 1.39 / sqrt(R).
+`insenv.information.scale_factor`. +- are 95 % intervals; with R runs that of a ratio is about 1.39 / sqrt(R).
 `told / bound` is the deviation that the estimator tells over the bound: what it leaves unused by choice."""
 
 

@@ -28,13 +28,13 @@ HEAD = """# Leaderboard
 The documented estimators under the documented policies, in every packaged scenario that asks for a quantity:
 `insenv evaluate` ([judging plug-ins](../evaluate.md)), written by `scripts/leaderboard.py`. All pairs of a scenario
 play the same runs;
-intervals hold with 95 %. The order is that of the root mean square. `told` is the root mean square of the deviations
+intervals hold with 95 %. The order is that of the root mean square. `claimed` is the root mean square of the deviations
 that the estimator tells: where it is far below the error, as in the scenarios `undeclared`, something is at work that
-the datasheet does not declare. Where `told` is 3.7e5 arcsec the estimator knows nothing of north: `correlation` and
+the datasheet does not declare. Where `claimed` is 3.7e5 arcsec the estimator knows nothing of north: `correlation` and
 `revolution` want whole turns at one rate. The bound is that of the first run's motion: a policy that looks at its data
 moves otherwise in another run, and efficiency is then a rough figure. Time is that of the instrument; CPU that of one
 run with its simulation."""
-COLUMNS = ("policy", "estimator", "rms", "told", "spread of z", "efficiency", "time [s]", "CPU [ms]")
+COLUMNS = ("policy", "estimator", "rms", "claimed", "error / claimed", "efficiency", "time [s]", "CPU [ms]")
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,7 @@ HEAD = """# Policies that close the loop on line
 `greedy_...` and `horizon_...` ([estimators](../estimators.md)) decide while they measure; here they are beside the
 documented procedures on the same runs, at equal time and at equal accuracy. Written by
 `python scripts/online_policies.py`.
-`insenv evaluate --policy horizon_north,...` takes them by name. Intervals hold with 95 % (bootstrap over runs, seeded);
+`insenv evaluate --policy horizon_north,...` takes them by name. +- are 95 % intervals (bootstrap over runs, seeded);
 differences are of the same runs.
 """
 Made = Callable[[Datasheet], Any]

@@ -87,7 +87,7 @@ def repeatability(values: tuple[float, ...]) -> Valued:
 
 def _earth_note(told: Settings) -> str:
     if np.isnan(told.earth_rate):
-        return "Earth rate not removed: the manifest tells no latitude"
+        return "Earth rate not removed: no latitude in the manifest"
     removed = "Earth rate removed: " + f"{told.earth_rate / DEG_PER_HOUR:.3f} deg/h, its part along the table's axis"
     if abs(cos(told.tilt)) < 1e-6:
         return removed

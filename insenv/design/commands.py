@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from insenv.core.console.progress import Progress, allow_code_option, check_reports, tell, verbosity_options
-from insenv.core.console.terminal import examples
+from insenv.core.console.terminal import OneOf, examples
 from insenv.core.errors import InputError
 
 #: Time between two sentences of what is being done [s].
@@ -30,7 +30,7 @@ DESIGNED_FILE = "designed.toml"
     "--search",
     default="auto",
     show_default=True,
-    type=click.Choice(["auto", "grid", "simplex", "cma"]),
+    type=OneOf(["auto", "grid", "simplex", "cma"]),
     help="How the best is searched for.",
 )
 @click.option("--search-seed", default=0, show_default=True, help="Seed of the search.")

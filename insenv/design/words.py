@@ -17,7 +17,7 @@ from insenv.evaluate.words import columns, number, shown
 
 SCHEMA = "insenv.information/1"
 FRONT = ("time [s]", "bound", "procedure")
-CHECKS = ("procedure", "estimator", "time [s]", "runs", "rms", "told", "bound", "spread of z")
+CHECKS = ("procedure", "estimator", "time [s]", "runs", "rms", "claimed", "bound", "error / claimed")
 INFLUENCES = ("effect", "designed", "published")
 
 
@@ -50,8 +50,17 @@ def sentences(found: Designed) -> list[str]:
     ]
     if isfinite(found.published.sd):
         times, sds = found.chosen.time / found.published.time, found.chosen.sd / found.published.sd
-        lines.append(f"That is {times:.3g} of the published time, with {sds:.3g} of its standard deviation.")
+        lines.append(f"Beside the published one: {_beside(times)} time, {_beside(sds)} standard deviation.")
     return lines
+
+
+def _beside(ratio: float) -> str:
+    """A ratio in words: "the same", "31 % smaller", "2.3 times the"."""
+    if abs(ratio - 1) < 0.005:
+        return "the same"
+    if ratio < 1:
+        return f"{100 * (1 - ratio):.2g} % less" if ratio > 0.1 else f"{ratio:.2g} of the"
+    return f"{ratio:.3g} times the"
 
 
 def _words(point: Point, scale: float, name: str) -> str:

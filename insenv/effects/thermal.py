@@ -88,7 +88,7 @@ class BiasThermalLag(MemoryEffect):
 
     id = "bias_thermal_lag"
     title = "thermal lag of the bias"
-    meaning = "the part that makes the bias is warmed later than the thermometer, by a first-order lag"
+    meaning = "the bias follows temperature with a delay, a first-order lag behind the thermometer"
     linear = (Param("c", OUTPUT + "/K", sd=1e-2, bound=0.1),)
     shapes = (Param("tau", "s", sd=300.0, low=0.5),)
     needs = ("temperature",)

@@ -17,7 +17,7 @@ from insenv.evaluate.scores import Score, Scored
 
 HEADER = ("policy", "estimator", "rms", "", "bound", *words.HEADER[2:4], *words.HEADER[5:])
 #: How a page calls them, where it is otherwise.
-TITLES = {"": "rms, claimed, bound", "told": "claimed", "spread of z": "error / claimed"}
+TITLES = {"": "rms, claimed, bound"}
 #: Where the picture of an interval stands in a row; width of its axis, and its edge.
 PICTURE, _WIDE, _EDGE = 3, 128.0, 6.0
 
@@ -63,8 +63,8 @@ def _cells(one: Scored, s: Score, text: tuple[str, ...]) -> tuple[tuple[str, flo
         "bound": s.bound,
         "bias": s.bias[0],
         "standard deviation": s.deviation[0],
-        "told": s.told,
-        "spread of z": s.spread[0],
+        "claimed": s.told,
+        "error / claimed": s.spread[0],
         "NEES": one.nees[0],
         "efficiency": None if s.efficiency is None else s.efficiency[0],
         "time [s]": one.time,

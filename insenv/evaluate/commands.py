@@ -44,7 +44,7 @@ def check_plugin(name: str, env: str | None, limit: str) -> None:
 )
 @allow_code_option
 @verbosity_options
-@click.option("--env", required=True, help="NorthFinder, TwoPosition or RateTable.")
+@click.option("--env", required=True, help="One of insenv list environments.")
 @click.option("--estimator", required=True, help="Names of estimators, or module:Name, separated by commas.")
 @click.option("--policy", required=True, help="Names of policies, or module:Name, separated by commas.")
 @click.option("--seeds", default=400, show_default=True, help="Number of runs, a seed each.")

@@ -147,7 +147,7 @@ def _lines(name: str, si: str, store: Store) -> list[str]:
         f"  standard deviation  {_with(error.deviation)}",
         f"  root mean square    {_with(error.rms)}",
         f"  claimed deviation   {told.rms[0]:.5g} rms",
-        f"  spread of z-scores  {_with(score.rms)}",
+        f"  error / claimed     {_with(score.rms)}",
     ]
 
 

@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 
 from insenv.core.estimate import Limits
+from insenv.core.lazy import Lazy
 from insenv.core.recording import Floats, Recording
 from insenv.core.series.allan import allan_deviation
 from insenv.core.series.spectrum import psd
@@ -60,7 +61,7 @@ from insenv.identify.search.rounded import log_p_unrounded
 from insenv.identify.search.tracks import Step, Track
 from insenv.identify.search.twins import rarer_sentence, twin_sentence, twins
 from insenv.identify.search.unfinished import made_by_rounding, unfinished
-from insenv.identify.switches import Lazy, switchable
+from insenv.identify.switches import switchable
 
 #: Held-out error in scatters of the fitted noise from which on a word is said.
 WANDER = 2.0

@@ -344,14 +344,41 @@ class Formulas:
 
 
 @dataclass(frozen=True)
+class OfferedModel:
+    """A model that was fitted beforehand: which switches are on, and what it leaves of each rest or turn.
+
+    ``rms`` and ``noise_floor`` are of the held-out ones, as in `HeldOut`; ``estimates`` with the index of their switch.
+    """
+
+    on: tuple[bool, ...]
+    left: Floats
+    rms: float
+    noise_floor: float
+    log_likelihood: float
+    estimates: tuple[tuple[int, Estimate], ...]
+
+
+@dataclass(frozen=True)
+class OfferedModels:
+    """All models that the switches make, but those that cannot be fitted.
+
+    ``rows``, shape (units, 2): first row of each rest or turn of `Traces` and the one after its last, through all runs.
+    """
+
+    switches: tuple[Switch, ...]
+    models: tuple[OfferedModel, ...]
+    rows: NDArray[np.int64]
+
+
+@dataclass(frozen=True)
 class TargetFindings:
     """All that was found on one target channel.
 
     ``cautions`` say, in sentences, which of the figures may be wrong by more than their standard deviations.
     ``beside`` fits an effect that was tried, at the shape nearest to one that is given, beside all that is in the
     model: its coefficients, none where the recording does not tell them.
-    ``switchable`` gives what a reader may fit anew, ``samples`` the spectrum of the samples: both take time, so that a
-    report asks for them and nothing else does.
+    ``switchable`` gives what a reader may fit anew, ``models`` what was fitted for him, ``samples`` the spectrum of the
+    samples: they take time, so that a report asks for them and nothing else does.
     """
 
     target: str
@@ -377,6 +404,7 @@ class TargetFindings:
         default=lambda effect, shape: (), compare=False, repr=False
     )
     switchable: Callable[[], Switchable | None] = field(default=lambda: None, compare=False, repr=False)
+    models: Callable[[], OfferedModels | None] = field(default=lambda: None, compare=False, repr=False)
     samples: Callable[[], SampleSpectrum | None] = field(default=lambda: None, compare=False, repr=False)
 
 

@@ -267,7 +267,8 @@ def _searched(track: Track, generic: bool, seed: int, progress: Progress) -> Tra
     """The track with its hits on the model as it stands."""
     if track.hits is not None:
         return track
-    progress(f"{track.problem.target}: trying {len(track.candidates)} effects beside {len(track.fit.model)}")
+    model, count = len(track.fit.model), len(track.candidates)
+    progress(f"{track.problem.target}: testing {count} candidate effects (the model has {model})")
     # What is exact at the size found has a remainder there, as the effect near zero sees it.
     centred = {t.effect.key for t in track.added if t.effect.near(np.zeros(len(t.effect.params))) != t.effect}
     tried = tuple(c for c in track.candidates if c.generic == generic and c.effect.key not in centred)

@@ -5,11 +5,6 @@ y - X theta = after:   with X, the priors and the noise's spectra anyone can fit
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property
-from typing import Generic, TypeVar
-
 import numpy as np
 
 from insenv.identify.findings import Switch, Switchable
@@ -18,37 +13,12 @@ from insenv.identify.fit.noise import eigenvalues
 from insenv.identify.fit.problem import NOISE_TERMS, Problem, Term, free_bins
 from insenv.identify.search.tracks import Track
 
-T = TypeVar("T")
-
 #: Refused effects that can be tried, the likeliest ones; rivals of one effect.
 MOST_REFUSED, MOST_RIVALS = 4, 3
 #: Bins beyond which refused ones are left out, and free bins beyond which nothing is switched: the file would be large.
 MOST_BINS, MOST_FREE = 12000, 60
 #: Eigenvalues at which the spectra of the noise are told.
 SPECTRUM = 200
-
-
-@dataclass(frozen=True)
-class Lazy(Generic[T]):
-    """``make()`` when it is called, once; what is pickled is what it gives."""
-
-    make: Callable[[], T]
-
-    @cached_property
-    def value(self) -> T:
-        """What it gives."""
-        return self.make()
-
-    def __call__(self) -> T:
-        """What it gives."""
-        return self.value
-
-    def __reduce__(self) -> tuple[Callable[[T], Lazy[T]], tuple[T]]:
-        return _constant, (self.value,)
-
-
-def _constant(value: T) -> Lazy[T]:
-    return Lazy(lambda: value)
 
 
 def switchable(track: Track) -> Switchable | None:

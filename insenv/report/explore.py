@@ -10,15 +10,18 @@ import base64
 import json
 import re
 import zlib
+from collections.abc import Sequence
 from importlib.resources import files
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.recording import Floats
-from insenv.identify.findings import Estimate, Findings, Switch, Switchable, TargetFindings
+from insenv.identify.findings import Estimate, Findings, Switch, Switchable, TargetFindings, Traces
 from insenv.report import words
+from insenv.report.found import as_before
 from insenv.report.quantities import p_value, unit_for
 
 #: Steps of arrays, as shares of the residual: of columns times their coefficients, of the residual itself.
@@ -35,12 +38,20 @@ Block = dict[str, Any]
 
 def data(findings: Findings) -> tuple[str, tuple[str, ...]]:
     """JSON of all targets that have something to switch, safe inside ``<script>``, and their ids; "" where none has."""
-    found = [_target(target, index) for index, target in enumerate(findings.targets, 1)]
-    targets = [one for one in found if one is not None]
+    targets = [one for index in range(len(findings.targets)) if (one := _one(findings.targets, index)) is not None]
     if not targets:
         return "", ()
     text = json.dumps({"targets": targets}, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
     return text.replace("<", "\\u003c"), tuple(one["id"] for one in targets)
+
+
+def _one(targets: Sequence[TargetFindings], index: int) -> Block | None:
+    """Of a target whose measurement no target before it shares."""
+    target = targets[index]
+    if as_before(target, targets):
+        return None
+    sharing = [one for one in targets if one is target or as_before(one, targets) == target.target]
+    return _target(target, index + 1) or _fitted_beforehand(sharing, index + 1)
 
 
 def scripts() -> tuple[str, ...]:
@@ -65,40 +76,21 @@ def _lean(script: str) -> str:
 
 
 def _target(target: TargetFindings, index: int) -> Block | None:
-    from insenv.report import figures  # here and not above: slow to import
 
     model, traces = target.switchable(), target.traces
     size = float(np.sqrt(np.mean(traces.after**2))) if len(traces.after) else 0.0
     arrays = (traces.after,) if model is None else (traces.after, model.columns)
     if model is None or not size > 0 or not all(np.isfinite(one).all() for one in arrays):
         return None
-    unit = figures.unit_of(target)
-    line, label = figures.time_of(target)
     steps = _steps(model, size)
     packed = _Packed()
     packed.add("after", traces.after, RESIDUAL * size)
-    packed.add("x", line.x, 1e-3 * _step(line.x))
-    packed.add("t", traces.t, 1e-4 * model.width)
-    packed.add("first", model.rows[:, 0].astype(float), 1.0)
-    packed.add("end", model.rows[:, 1].astype(float), 1.0)
-    against = []
-    for name in figures.covariates(target):
-        values, axis = figures.covariate_of(name, traces.covariates[name])
-        packed.add(name, values, 1e-4 * float(np.ptp(values)))
-        against.append({"name": name, "label": axis})
+    common = _common(target, index, packed, model.width, model.rows)
     for k, step in enumerate(steps):
         packed.add(f"c{k}", model.columns[:, k], step)
     shown = [_coefficient(model, k) for k in range(len(model.of))]
     return {
-        "id": f"t{index}",
-        "target": target.target,
-        "unit": unit.label,
-        "factor": unit.factor,
-        "n": len(traces.after),
-        "width": model.width,
-        "timeLabel": label,
-        "several": len(line.runs) > 1,
-        "against": against,
+        **common,
         "switches": [_switch(one, target) for one in model.switches],
         "columns": [{"s": s, **column} for s, column in zip(model.of, shown, strict=True)],
         "free": list(model.free),
@@ -117,6 +109,102 @@ def _target(target: TargetFindings, index: int) -> Block | None:
         "parts": packed.parts,
         "data": packed.text(),
     }
+
+
+def _common(target: TargetFindings, index: int, packed: _Packed, width: float, rows: NDArray[np.int64]) -> Block:
+    """What is told of every target that has something to switch; its arrays are packed."""
+    from insenv.report import figures  # here and not above: slow to import
+
+    traces, unit = target.traces, figures.unit_of(target)
+    line, label = figures.time_of(target)
+    packed.add("x", line.x, 1e-3 * _step(line.x))
+    packed.add("t", traces.t, 1e-4 * width)
+    packed.add("first", rows[:, 0].astype(float), 1.0)
+    packed.add("end", rows[:, 1].astype(float), 1.0)
+    against = []
+    for name in figures.covariates(target):
+        values, axis = figures.covariate_of(name, traces.covariates[name])
+        packed.add(name, values, 1e-4 * float(np.ptp(values)))
+        against.append({"name": name, "label": axis})
+    return {
+        "id": f"t{index}",
+        "target": target.target,
+        "unit": unit.label,
+        "factor": unit.factor,
+        "n": len(traces.after),
+        "width": width,
+        "timeLabel": label,
+        "several": len(line.runs) > 1,
+        "against": against,
+    }
+
+
+def _fitted_beforehand(sharing: Sequence[TargetFindings], index: int) -> Block | None:
+    """A target of which each model was fitted beforehand, positions; the coefficients of all axes that share it."""
+    target, each = sharing[0], [(one.target, one.models()) for one in sharing]
+    offered, traces = each[0][1], target.traces
+    if offered is None:
+        return None
+    estimates = [
+        [
+            (k, f"{one.parameter}, {name}" if len(each) > 1 else one.parameter, one)
+            for name, shown in each
+            if shown is not None
+            for k, one in shown.models[number].estimates
+            if np.isfinite(one.value)
+        ]
+        for number in range(len(offered.models))
+    ]
+    packed = _Packed()
+    common = _common(target, index, packed, _step(traces.t), offered.rows)
+    size = float(np.sqrt(np.mean(traces.after**2))) or 1.0
+    # The unit of a coefficient is that of the model that knows it best.
+    rows = sorted((row for model in estimates for row in model), key=lambda row: -abs(row[2].value) - row[2].sd)
+    known = {(k, name): one for k, name, one in rows}
+    known = {key: known[key] for key in dict.fromkeys((k, name) for model in estimates for k, name, _ in model)}
+    places = {key: place for place, key in enumerate(known)}
+    for number, model in enumerate(offered.models):
+        packed.add(f"m{number}", model.left, RESIDUAL * size)
+    return {
+        **common,
+        "switches": [_switch(one, target) for one in offered.switches],
+        "columns": [{"s": k, "name": name, **_in_unit(known[k, name])} for k, name in known],
+        "blocks": _blocks(traces),
+        "cleaned": [],
+        "models": [
+            {
+                "on": "".join("01"[on] for on in model.on),
+                "rms": _finite(model.rms),
+                "floor": _finite(model.noise_floor),
+                "loglik": model.log_likelihood,
+                "theta": [[places[k, name], one.value, _finite(one.sd)] for k, name, one in own],
+            }
+            for model, own in zip(offered.models, estimates, strict=True)
+        ],
+        "parts": packed.parts,
+        "data": packed.text(),
+    }
+
+
+def _blocks(traces: Traces) -> list[Block]:
+    """Stretches of one run that are all fitted, or all held out."""
+    held, run = traces.held_out, traces.run
+    cuts = np.flatnonzero((np.diff(held.astype(int)) != 0) | (np.diff(run) != 0)) + 1
+    edges = [0, *cuts.tolist(), len(held)]
+    return [
+        {"run": int(run[a]), "start": a, "n": b - a, "fitted": not held[a], "span": b - a}
+        for a, b in pairwise(edges)
+        if b > a
+    ]
+
+
+def _in_unit(one: Estimate) -> Block:
+    unit = unit_for(one.unit, one.value or one.sd)
+    return {"unit": unit.label, "per": unit.factor}
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
 
 
 def _steps(model: Switchable, size: float) -> list[float]:

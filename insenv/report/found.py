@@ -8,10 +8,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
+import numpy as np
+
 from insenv.effects.bias import BiasStep
 from insenv.effects.rate.scale import ScaleFactorAnomaly
 from insenv.effects.tone import Tone
-from insenv.identify.findings import Added, Estimate
+from insenv.identify.findings import Added, Estimate, TargetFindings
 from insenv.report.quantities import decimals, last_digit, p_value, unit_for
 from insenv.report.words import key_of, listing, name
 
@@ -87,3 +89,14 @@ def _at(places: Sequence[Estimate]) -> str:
         supported = -last_digit(sd) if sd > 0 and math.isfinite(sd) else common
         shown.append(f"{value:.{max(0, min(max(common, decimals(value, 3)), supported))}f}")
     return f"{listing(shown)} {unit.label}".rstrip()
+
+
+def as_before(target: TargetFindings, targets: Sequence[TargetFindings]) -> str:
+    """The first target that shares its one measurement with this one, if it is another: what is left is the same."""
+    for other in targets:
+        if other is target:
+            return ""
+        pairs = ((getattr(one.traces, name) for one in (target, other)) for name in ("t", "before", "after"))
+        if other.held_out == target.held_out and all(np.array_equal(a, b) for a, b in pairs):
+            return other.target
+    return ""

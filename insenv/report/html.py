@@ -12,8 +12,6 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from insenv.core.files import write_whole
 from insenv.identify.findings import (
     Added,
@@ -96,22 +94,11 @@ def to_html(findings: Findings) -> str:
         duration=span(findings.duration),
         alpha=percent(findings.alpha),
         targets=[
-            {**_target(t, f"t{i}", findings.alpha), "once": _as_before(t, findings.targets)}
+            {**_target(t, f"t{i}", findings.alpha), "once": found.as_before(t, findings.targets)}
             for i, t in enumerate(findings.targets, 1)
         ],
         method=words.METHOD_OF_POSITIONS if findings.procedure == "multi-position" else words.METHOD,
     )
-
-
-def _as_before(target: TargetFindings, targets: Sequence[TargetFindings]) -> str:
-    """The first target that shares its one measurement with this one, if it is another: what is left is the same."""
-    for other in targets:
-        if other is target:
-            return ""
-        pairs = ((getattr(one.traces, name) for one in (target, other)) for name in ("t", "before", "after"))
-        if other.held_out == target.held_out and all(np.array_equal(a, b) for a, b in pairs):
-            return other.target
-    return ""
 
 
 def _label(verdict: str) -> tuple[str, str]:

@@ -127,7 +127,7 @@ def chapter_lines(story: Story, index: int) -> Iterator[str]:
         name, error = quantity_name(story.wanted), shown(story, chapter.answer)
         yield f"Error of {name} with that taken out of the first run: {error}."
         if doubtful(chapter):
-            yield "The loop itself no longer claims to know it."
+            yield "No unique cause can be named."
 
 
 def ending(story: Story) -> str:
@@ -166,7 +166,7 @@ def unit_of(story: Story) -> Unit:
 def shown(story: Story, answer: Answer) -> str:
     """An error beside the standard deviation that was told with it."""
     unit = unit_of(story)
-    return f"{number(unit.of(answer.error))} {unit.label} (told: ± {number(unit.of(answer.sd), 2)})"
+    return f"{number(unit.of(answer.error))} {unit.label} (claimed: ± {number(unit.of(answer.sd), 2)})"
 
 
 def sentence(text: str) -> str:

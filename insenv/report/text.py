@@ -11,6 +11,8 @@ from insenv.report.quantities import number, p_value, span
 
 #: Candidates of no further interest that are named before the rest is only counted.
 _REFUSED_SHOWN = 4
+#: Least width of a text in the last column of a table, however narrow the terminal.
+_TEXT_COLUMN = 30
 
 
 def summary(findings: Findings, width: int = 100) -> str:
@@ -62,7 +64,7 @@ def _target(target: TargetFindings, alpha: float, width: int) -> Iterator[str]:
         yield from _added(alike, target, width)
     yield from _estimates(target, width)
     yield from _noise(target)
-    yield from _refused(target)
+    yield from _refused(target, width)
     yield from _confounded_sets(target, width)
     yield from _next(target, width)
 
@@ -119,7 +121,7 @@ def _noise(target: TargetFindings) -> Iterator[str]:
         yield from _table(rows, "lr")
 
 
-def _refused(target: TargetFindings) -> Iterator[str]:
+def _refused(target: TargetFindings, width: int) -> Iterator[str]:
     """The refusals worth a line each: those that were not for want of significance, and the next best."""
     if not target.rejected:
         return
@@ -133,6 +135,7 @@ def _refused(target: TargetFindings) -> Iterator[str]:
             for r in shown
         ],
         "lll",
+        width,
     )
     if len(ranked) > len(shown):
         others = [r.p_value for r in ranked[len(shown) :]]
@@ -193,10 +196,23 @@ def _items(items: Iterable[str], width: int) -> Iterator[str]:
         yield from _hang(item, width)
 
 
-def _table(rows: Sequence[Sequence[str]], align: str) -> list[str]:
-    """Rows of cells in columns, two spaces apart; ``align`` has "l" or "r" for each column."""
+def _table(rows: Sequence[Sequence[str]], align: str, width: int | None = None) -> list[str]:
+    """Rows of cells in columns, two spaces apart; ``align`` has "l" or "r" for each column.
+
+    With a ``width`` the last column is a text, which goes on in lines below each other.
+    """
     widths = [max(len(row[i]) for row in rows) for i in range(len(align))]
+    if width is not None:
+        left = sum(widths[:-1]) + 2 * len(widths)
+        widths[-1] = min(widths[-1], max(width - left, _TEXT_COLUMN))
+        rows = [line for row in rows for line in _wrapped_row(row, widths[-1])]
     return [
         "  " + "  ".join(c.ljust(w) if a == "l" else c.rjust(w) for c, w, a in zip(row, widths, align, strict=True))
         for row in rows
     ]
+
+
+def _wrapped_row(row: Sequence[str], width: int) -> list[list[str]]:
+    """The row with its last cell in lines, below which the other cells are empty."""
+    first, *rest = _paragraph(row[-1], width) or [""]
+    return [[*row[:-1], first], *([*[""] * (len(row) - 1), line] for line in rest)]

@@ -124,7 +124,7 @@ def test_the_command_shows_errors_and_goes_on(
 ) -> None:
     plain = run(capsys, monkeypatch, *COMMAND, "--seeds", 60)
     assert plain.status == 0
-    for line in ("60 runs of 300 s", "azimuth [arcsec]", "mean error", "spread of z-scores"):
+    for line in ("60 runs of 300 s", "azimuth [arcsec]", "mean error", "error / claimed"):
         assert line in plain.out
     store = tmp_path / "store"
     kept = run(capsys, monkeypatch, *COMMAND, "--seeds", 60, "--store", store)

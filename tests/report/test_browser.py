@@ -7,6 +7,7 @@ import re
 import shutil
 import tomllib
 from collections.abc import Iterator
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -14,15 +15,25 @@ import numpy as np
 import pytest
 import rate_test_cases
 from made_findings import EVERY, nothing_significant
+from positions_cases import ACCELS, GYROS, Case, manifest, recording, scales, tied
 
 from insenv import datasets
 from insenv.close import close
+from insenv.core.lazy import Lazy
+from insenv.effects.catalogue import by_key
 from insenv.identify.findings import Findings, TargetFindings
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.heldout import held_out_score
-from insenv.identify.switches import Lazy, offered
+from insenv.identify.positions.findings import position_findings
+from insenv.identify.positions.model import triad_term
+from insenv.identify.positions.rest import RestMeans, RestTerm
+from insenv.identify.positions.search import held_out_error
+from insenv.identify.positions.search import solve as solve_positions
+from insenv.identify.positions.trace import trace_positions
+from insenv.identify.switches import offered
 from insenv.rate_test import rate_test
 from insenv.report import to_html
+from insenv.report.found import as_before
 from insenv.report.rate_test.document import to_html as rate_pages
 
 sync_api = pytest.importorskip("playwright.sync_api", reason="no playwright here: pip install insenv[browser]")
@@ -154,6 +165,56 @@ def test_every_switch_gives_the_engines_error_on_held_out_data(browser: Any, pat
         assert visit.page.evaluate("document.documentElement.dataset.ready") == "yes"
 
 
+@pytest.fixture(scope="module")
+def attitudes() -> Findings:
+    """A unit in 32 attitudes: crooked accelerometers, gyros of which each axis has a scale factor of its own."""
+    case = Case(rests=32, accel=tied(3e-3, -2e-3, 2.5e-3), gyro=scales(6e-3, -8e-3, 7e-3))
+    model, runs = manifest((*GYROS, *ACCELS), ("accel_bias", "accel_scale_factor", "bias")), (recording(case, 3),)
+    return position_findings(model, runs, trace_positions(model, runs), (), 0.01, 0)
+
+
+def _each_set_of_switches(visit: Visit, found: Findings) -> int:
+    """In positions every model has the error of a fit of its own; returns how many were compared."""
+    count = 0
+    for number, target in enumerate(found.targets, 1):
+        ident, part = f"t{number}", target.models.make.args[0]  # type: ignore[attr-defined]
+        if as_before(target, found.targets):
+            assert visit.page.query_selector(f"#{ident}-explore") is None
+            continue
+        visit.page.click(f'[role=tab][aria-controls="{ident}"]')
+        visit.page.wait_for_selector(f"#{ident}-explore[data-rms]")
+        assert visit.rms(ident) == pytest.approx(target.held_out.after, rel=SAME)
+        boxes = visit.page.query_selector_all(f"#{ident}-explore [data-switch]")
+        terms, keys = [], [box.evaluate("e => e.closest('label').querySelector('code').textContent") for box in boxes]
+        for key in keys:
+            known = {term.effect.key: term for term in part.outcome.after.terms}
+            like = RestTerm if isinstance(part.problem, RestMeans) else triad_term
+            terms.append(known.get(key) or like(by_key(key)))  # type: ignore[arg-type]
+        for on in product((True, False), repeat=len(boxes)):
+            wanted = solve_positions(part.problem, [term for term, one in zip(terms, on, strict=True) if one])
+            if wanted.freedom < 1:
+                continue
+            for k in (k for k, box in enumerate(boxes) if box.is_checked() != on[k]):
+                boxes[k].click()
+            error = held_out_error(part.problem, wanted)
+            assert visit.rms(ident) == pytest.approx(error, rel=SAME, nan_ok=True), (target.target, keys, on)
+            count += 1
+    return count
+
+
+def test_positions_show_each_model_as_the_engine_fits_it(browser: Any, attitudes: Findings, tmp_path: Path) -> None:
+    assert {one.effect for target in attitudes.targets for one in target.added} == {"non_orthogonality", "scale_factor"}
+    (tmp_path / "positions.html").write_text(to_html(attitudes), "utf-8")
+    with Visit(browser, tmp_path / "positions.html", viewport={"width": 390, "height": 800}) as visit:
+        assert _each_set_of_switches(visit, attitudes) >= 2 * len(attitudes.targets)
+        assert visit.page.evaluate("document.documentElement.scrollWidth") <= 390
+        visit.axe_finds_nothing()
+        visit.page.click('[role=tab][aria-controls="t4"]')
+        visit.page.click("#t4-explore >> text=As found")
+        coefficients = visit.page.inner_text("#t4-explore .scroll table")
+        assert all(f", accel_{axis}" in coefficients for axis in "xyz") and "NaN" not in coefficients
+
+
 def test_pickled_findings_give_the_same_page(found: Findings, path: Path) -> None:
     assert to_html(pickle.loads(pickle.dumps(found))) == path.read_text("utf-8")
 
@@ -228,7 +289,16 @@ def test_without_script_the_pictures_are_there(browser: Any, path: Path) -> None
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("name", "most"), [("psins_lasergyro", 500_000), ("tofupilot_thermal", 1_000_000), ("ln100_updown", 1_000_000)]
+    ("name", "most"),
+    [
+        ("psins_lasergyro", 500_000),
+        ("tofupilot_thermal", 1_000_000),
+        ("ln100_updown", 1_000_000),
+        ("imu_tk", 1_000_000),
+        ("mikoff_imu0", 1_000_000),
+        ("mikoff_imu1", 1_000_000),
+        ("imucal", 1_000_000),
+    ],
 )
 def test_measured_recordings(browser: Any, tmp_path: Path, name: str, most: int) -> None:
     if datasets.locate(name) is None:
@@ -239,4 +309,4 @@ def test_measured_recordings(browser: Any, tmp_path: Path, name: str, most: int)
     (tmp_path / "page.html").write_text(text, "utf-8")
     assert re.search(r'class="explorer"', text)
     with Visit(browser, tmp_path / "page.html") as visit:
-        _compare(visit, found)
+        _compare(visit, found) if found.procedure != "multi-position" else _each_set_of_switches(visit, found)

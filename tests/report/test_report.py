@@ -20,7 +20,7 @@ from made_findings import (
 
 from insenv.effects.catalogue import ALL
 from insenv.effects.own import RESERVED
-from insenv.identify.findings import VERDICTS, Added, Estimate, Findings, NextExperiment, TargetFindings
+from insenv.identify.findings import VERDICTS, Added, Estimate, Findings, NextExperiment, Rejected, TargetFindings
 from insenv.identify.fit.heldout import CHANCE
 from insenv.identify.prepare.excess import TOLERANCE
 from insenv.identify.prepare.lines import FALSE_ALARM
@@ -60,6 +60,19 @@ def test_summary_opens_with_the_verdict_and_keeps_its_width(make: Make) -> None:
     assert opening == sentences.overall(made)
     assert max(map(len, lines)) <= 90
     assert not any(line != line.rstrip() for line in lines)
+
+
+def test_reasons_of_refusals_are_as_wide_as_the_terminal() -> None:
+    made = one_target(60)
+    reason = "its W_L_squared would be -7.44e-07, beyond the credible 0 to 0.001, and " + "so on " * 20
+    refused = Rejected("lock_in", 1.0, 0.0, reason.strip())
+    lines = summary(replace(made, targets=(replace(made.targets[0], rejected=(refused,)),)), 72).split("\n")
+    first = next(i for i, line in enumerate(lines) if line.startswith("  lock_in"))
+    last = next(i for i in range(first + 1, len(lines)) if lines[i][:4].strip())
+    assert max(map(len, lines)) <= 72 and last - first > 2
+    start = lines[first].index("its")
+    assert all(line[:start].strip() == "" and line[start] != " " for line in lines[first + 1 : last] if line)
+    assert " ".join(line[start:] for line in lines[first:last] if line) == reason.strip()
 
 
 def test_summary_shows_figures_with_units() -> None:

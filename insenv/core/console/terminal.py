@@ -8,8 +8,21 @@ from __future__ import annotations
 
 import os
 import sys
+from typing import Any
 
 import click
+
+from insenv.core.errors import nearest
+
+
+class OneOf(click.Choice):
+    """One of a few words, which help and shell show; another one is answered with the nearest."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """The word."""
+        if value not in self.choices:
+            self.fail(f"{value!r} given; {nearest(str(value), self.choices)}", param, ctx)
+        return str(value)
 
 
 def is_terminal() -> bool:

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
+from insenv.core.lazy import Lazy
 from insenv.core.recording import Floats, Recording
 from insenv.core.series.allan import WHITE
 from insenv.core.units import STANDARD_GRAVITY
@@ -22,6 +25,7 @@ from insenv.identify.findings import (
     Findings,
     HeldOut,
     NextExperiment,
+    OfferedModels,
     Rejected,
     TargetFindings,
     Traces,
@@ -33,6 +37,7 @@ from insenv.identify.positions.factor import BROKEN, factor_of
 from insenv.identify.positions.gyro import Rotations
 from insenv.identify.positions.known import KnownAttitudes
 from insenv.identify.positions.model import AXES, Linear, Surroundings, TriadTerm, named
+from insenv.identify.positions.offered import Fitted, fits, offered_models, rows_of
 from insenv.identify.positions.rest import RestMeans
 from insenv.identify.positions.search import Fit, Step, held_out_error, held_out_errors, noise_floor
 from insenv.identify.positions.trace import Part, Positions
@@ -49,7 +54,8 @@ def position_findings(
     seed: int,
 ) -> Findings:
     """All that was found, target by target."""
-    targets = tuple(_target(manifest, recordings, found, target) for target in manifest.model.targets)
+    fitted: dict[int, Lazy[tuple[Fitted, ...]]] = {}
+    targets = tuple(_target(manifest, recordings, found, target, fitted) for target in manifest.model.targets)
     said = (*found.remarks, *remarks, *_reference(found, manifest))
     return replace(findings_of(manifest, recordings, targets, said, alpha, seed), procedure="multi-position")
 
@@ -64,7 +70,14 @@ def _reference(found: Positions, manifest: Manifest) -> tuple[str, ...]:
     return (f"attitude from the accelerometers, fitted with {model}: {left:.2g} g on held-out rests",)
 
 
-def _target(manifest: Manifest, recordings: tuple[Recording, ...], found: Positions, target: str) -> TargetFindings:
+def _target(
+    manifest: Manifest,
+    recordings: tuple[Recording, ...],
+    found: Positions,
+    target: str,
+    fitted: dict[int, Lazy[tuple[Fitted, ...]]],
+) -> TargetFindings:
+    """Of one target; axes of a triad share what is ``fitted``, by the identity of their part."""
     axis, gyro = AXES.index(target[-1]), target.startswith("gyro")
     triads = ((found.gyro,) if found.gyro else ()) if gyro else (found.accel,)
     alone = found.at_rest[axis : axis + 1] if gyro else ()
@@ -92,6 +105,16 @@ def _target(manifest: Manifest, recordings: tuple[Recording, ...], found: Positi
         next_experiment=_next(added),
         spectra=NO_SPECTRA,
         traces=_traces(found, shown, axis),
+        models=Lazy(
+            partial(
+                _models,
+                shown,
+                fitted.setdefault(id(shown), Lazy(partial(fits, shown))),
+                axis,
+                unit,
+                rows_of(recordings, found, shown),
+            )
+        ),
         cautions=_cautions(found, gyro),
     )
 
@@ -226,6 +249,13 @@ def _traces(found: Positions, part: Part, axis: int) -> Traces:
         after=problem.plain(outcome.after.residual)[used, column],
         covariates={name: _kept(values, used) for name, values in covariates.items()},
     )
+
+
+def _models(
+    part: Part, fitted: Lazy[tuple[Fitted, ...]], axis: int, unit: str, rows: NDArray[np.int64]
+) -> OfferedModels | None:
+    column = axis if isinstance(part.problem, Rotations) else 0
+    return offered_models(part, fitted(), column, rows, lambda fit, term: _of_term(fit, term, axis, unit))
 
 
 def _kept(values: Floats, used: np.ndarray) -> Floats:

@@ -88,7 +88,7 @@ def by_fit_alone(
 def confronted(problem: Problem, fit: Fit, base: Reference, hit: Hit) -> Hit:
     """The hit with the evidence of the held-out data joined in, where the fitted data at all suggest it.
 
-    A coefficient beyond what is credible for its effect takes the hit out: it is something else in this effect's dress.
+    A coefficient beyond what is credible for its effect takes the hit out: another cause imitates it.
     """
     if log_tail(hit.deviate) > np.log(SUGGESTED):
         return hit

@@ -1,7 +1,7 @@
 """What the search itself says against its being complete, though what is left may look like noise.
 
-* An effect or a smooth curve that is significant on the fitted data and fails on the held-out ones: something is there
-  that is not this.
+* An effect or a smooth curve that is significant on the fitted data and does not hold on the held-out data: something
+  is there that is not this.
 * An effect whose size is not told, and that is still significant beside all that was added.
 * An effect of the motion that errors of the reference explain as well: something goes with the motion.
 * An effect that rounding of the readings, which no noise blurs, explains as well.
@@ -61,7 +61,8 @@ def unfinished(track: Track, alpha: float) -> tuple[str, ...]:
 def _what_does_not_last(track: Track) -> tuple[str, ...]:
     """What foretells nothing though it was significant."""
     return tuple(
-        f"{r.hit.candidate.effect.key} follows the fitted data (p = {r.hit.p_value:.1g}) and fails on the held-out ones"
+        f"{r.hit.candidate.effect.key} follows the fitted data (p = {r.hit.p_value:.1g}) "
+        "and does not hold on the held-out data"
         for r in track.refusals
         if r.fails or r.hit.candidate.generic
     )

@@ -80,7 +80,7 @@
       this.T = T;
       this.place = document.getElementById(T.id + '-explore');
       this.found = T.switches.map(s => s.role === 'declared' || s.role === 'added');
-      this.on = [...this.found];
+      this.on = this.last = [...this.found];
       this.declared = T.switches.map(s => s.role === 'declared');
       this.zoom = {name: 'time', range: null};
       this.both = true;
@@ -90,7 +90,8 @@
       if (this.ready) return;
       const problem = await problemOf(this.T);
       this.a = problem.arrays;
-      this.ready = GLS.prepare(problem);
+      this.ready = problem.solve ? problem : GLS.prepare(problem);
+      this.solve = problem.solve || (on => GLS.solve(this.ready, on));
       const held = new Uint8Array(this.T.n);
       for (const b of this.T.blocks) if (!b.fitted) held.fill(1, b.start, b.start + b.n);
       this.held = held;
@@ -98,8 +99,8 @@
       const n = this.stretch[1] - this.stretch[0];
       this.counts = [1, 2, 3];
       for (let m = 4; m <= n / 4; m *= 1.5) this.counts.push(Math.round(m));
-      this.base = GLS.solve(this.ready, this.declared);
-      this.asFound = GLS.solve(this.ready, this.found);
+      this.base = this.solve(this.declared);
+      this.asFound = this.solve(this.found);
       this.build();
       this.update();
       this.alternatives();
@@ -129,12 +130,13 @@
       this.hosts = {time: el('div', {class: 'plot'})};
       const panel = (key, title, good) => el('figure', {}, el('h4', {}, title), this.hosts[key] = el('div', {class: 'plot'}), el('figcaption', {}, good));
       const panels = T.against.map(c => panel(c.name, 'Residual against ' + c.label, 'Good: level. It shows what the range in time holds; drag here, and time shows these bins alone.'));
-      panels.push(panel('allan', 'Allan deviation', 'Good: the measured curve follows the fitted noise.'), panel('spectrum', 'Spectrum', 'Good: no peak stands out of the fitted noise.'));
+      if (!T.models) panels.push(panel('allan', 'Allan deviation', 'Good: the measured curve follows the fitted noise.'), panel('spectrum', 'Spectrum', 'Good: no peak stands out of the fitted noise.'));
       this.table = el('div', {class: 'scroll'});
       this.others = el('div', {});
       const cleaned = T.cleaned.length ? ' Taken out of the samples beforehand, in every model here: ' + T.cleaned.join(', ') + '.' : '';
       this.place.append(
-        el('p', {class: 'note'}, 'Each switch fits the model anew on the fitted data, noise and all, as insenv does; shapes such as time constants and frequencies stay as found, and deviations are those for known shapes.' + cleaned),
+        el('p', {class: 'note'}, T.models ? 'Each switch shows the model that insenv fitted without it or with it, on the same rests and turns.' :
+          'Each switch fits the model anew on the fitted data, noise and all, as insenv does; shapes such as time constants and frequencies stay as found, and deviations are those for known shapes.' + cleaned),
         el('div', {class: 'board'},
           el('div', {class: 'model', role: 'group', 'aria-label': 'effects of the model'}, group('declared', 'Declared'), group('added', 'Added'), group('rival', 'Cannot be told apart'), group('refused', 'Tried and refused'),
             el('p', {}, button('As found', () => set(this.found)), ' ', button('Declared only', () => set(this.declared)))),
@@ -154,7 +156,7 @@
         u.ctx.save();
         u.ctx.fillStyle = css('--held');
         for (const b of T.blocks) if (!b.fitted) {
-          const half = b.n > 1 ? 0.5 * (x[b.start + 1] - x[b.start]) : 0, l = Math.max(u.valToPos(x[b.start] - half, 'x', true), u.bbox.left);
+          const i = Math.min(b.start, T.n - 2), half = b.n > 1 || T.models ? 0.5 * (x[i + 1] - x[i]) : 0, l = Math.max(u.valToPos(x[b.start] - half, 'x', true), u.bbox.left);
           const r = Math.min(u.valToPos(x[b.start + b.n - 1] + half, 'x', true), u.bbox.left + u.bbox.width);
           if (r > l) u.ctx.fillRect(l, u.bbox.top, r - l, u.bbox.height);
         }
@@ -184,8 +186,8 @@
         this.order[c.name] = [...x.keys()].sort((i, j) => this.a[c.name][i] - this.a[c.name][j]);
         this.plots[c.name] = scatter(c.name, c.label, 260);
       }
-      this.plots.allan = loglog('allan', 'averaging time [s]', 'Allan deviation [' + unit + ']');
-      this.plots.spectrum = loglog('spectrum', 'frequency [Hz]', 'root PSD [' + unit + '/√Hz]');
+      if (!T.models) this.plots.allan = loglog('allan', 'averaging time [s]', 'Allan deviation [' + unit + ']');
+      if (!T.models) this.plots.spectrum = loglog('spectrum', 'frequency [Hz]', 'root PSD [' + unit + '/√Hz]');
       for (const [key, host] of Object.entries(this.hosts)) { host.setAttribute('role', 'img'); host.setAttribute('aria-label', 'plot: ' + key + '; its figures are in the tables'); }
       this.hosts.time.tabIndex = 0;
       this.hosts.time.addEventListener('keydown', e => this.key(e));
@@ -196,7 +198,14 @@
     inside(i) { const {name, range} = this.zoom, v = this.values(name)[i]; return !range || v >= range[0] && v <= range[1]; }
 
     update() {
-      this.now = GLS.solve(this.ready, this.on);
+      const fit = this.solve(this.on);
+      if (!fit) {
+        this.on = [...this.last];
+        this.readout.textContent = 'Too few positions tell that model: the last one stays.';
+      } else {
+        this.now = fit;
+        this.last = [...this.on];
+      }
       this.place.querySelectorAll('[data-switch]').forEach(e => { e.checked = this.on[+e.dataset.switch]; });
       const T = this.T, F = T.factor, cell = (label, v) => el('div', {}, el('span', {class: 'soft'}, label), el('b', {}, v));
       const before = this.base.rms / F, now = this.now.rms / F;
@@ -221,14 +230,19 @@
           u.setScale('y', {min: -limit, max: limit});
         });
       }
-      const [a, b] = this.stretch, tau = this.counts.map(m => m * T.width), lines = [base, now].map(s => s.slice(a, b)), power = this.now.power;
-      this.plots.allan.setData([tau, ...lines.map(s => allan(s, T.width, this.counts)), GLS.allan(this.ready.problem, power, this.counts).map(v => v / F)]);
-      const [f, first] = welch(lines[0], T.width), second = welch(lines[1], T.width)[1];
-      this.plots.spectrum.setData([f, first, second, GLS.density(this.ready.problem, power, f).map(v => Math.sqrt(v) / F)]);
+      if (!T.models) this.noise(base, now);
       const edges = this.fields.querySelectorAll('input'), whole = this.values(this.zoom.name), range = this.zoom.range || [Math.min(...whole), Math.max(...whole)];
       edges.forEach((e, k) => { e.value = +range[k].toPrecision(6); });
       this.fields.querySelector('span').textContent = this.zoom.name === 'time' ? T.timeLabel : T.against.find(c => c.name === this.zoom.name).label;
       address();
+    }
+
+    noise(base, now) {
+      const T = this.T, F = T.factor;
+      const [a, b] = this.stretch, tau = this.counts.map(m => m * T.width), lines = [base, now].map(s => s.slice(a, b)), power = this.now.power;
+      this.plots.allan.setData([tau, ...lines.map(s => allan(s, T.width, this.counts)), GLS.allan(this.ready.problem, power, this.counts).map(v => v / F)]);
+      const [f, first] = welch(lines[0], T.width), second = welch(lines[1], T.width)[1];
+      this.plots.spectrum.setData([f, first, second, GLS.density(this.ready.problem, power, f).map(v => Math.sqrt(v) / F)]);
     }
 
     edges() {
@@ -292,7 +306,8 @@
         const rivals = T.switches.map((r, j) => [r, j]).filter(([r]) => r.role === 'rival' && r.of === s.key);
         if (s.role !== 'added' || !rivals.length) return;
         const models = [[s, k], ...rivals].map(([r, j]) => ({r, on: this.found.map((v, i) => i === j || v && i !== k)}));
-        models.forEach(m => { m.fit = GLS.solve(this.ready, m.on); });
+        models.forEach(m => { m.fit = this.solve(m.on); });
+        if (!models.every(m => m.fit)) return;
         const best = Math.max(...models.map(m => m.fit.loglik));
         const value = m => m.fit.theta.filter(t => T.switches[T.columns[t.column].s] === m.r).map(t => { const c = T.columns[t.column]; return `${c.name} = ${num(t.value / c.per)} ± ${num(t.sd / c.per)} ${c.unit}`; }).join(', ');
         const rows = [['held-out error [' + T.unit + ']', m => num(m.fit.rms / T.factor)], ['log-likelihood below the best', m => (best - m.fit.loglik).toFixed(1)], ['coefficients', value], ['shape', m => m.r.shape || '—'],

@@ -150,7 +150,7 @@ class _Belief:
         assert view.belief is not None
         mean, sd = view.belief
         known = sd < IGNORANT
-        # He who believes in too large an azimuth takes for north what lies west of it.
+        # A positive error of the azimuth moves the believed north to the west.
         east = wrapped(view.azimuth_true - mean) if known else 0.0
         unit, name, most = (DEG, "deg", 180.0) if max(sd, abs(east)) > DEG else (ARCSEC, "arcsec", np.inf)
         label = f"believed north, east of true north [{name}]"
