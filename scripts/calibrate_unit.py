@@ -194,7 +194,8 @@ def _sequences(planner: Planner, runs: int) -> Section:
         "Sequences beside the 19 positions",
         (
             "Deviations after a designed sequence over those after the 19 positions in 1200 s, by the full model; the "
-            "bound is a certificate ([designing](../design.md)).",
+            "bound is a certificate ([designing](../design.md)): `insenv design system_calibration/tactical_fog --time "
+            '"600 s" --no-verify` prints it.',
             "",
             *table(header, rows),
         ),
