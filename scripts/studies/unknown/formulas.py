@@ -258,8 +258,8 @@ def page(store: Path, beside: Path | None) -> str:
         "  another; **none**: none is told. Formulas that the report names beside are not counted.",
         "* **False**: the search is made on every recording that lacks nothing, whatever the verdict, so that it is",
         "  asked hundreds of times as often as by users who ask where something is left. A target is a look.",
-        "* **Measured rests**: pieces of 1500 s of gyros at rest (three ADIS16405, an MTi-G, an IG-500N and an MPU-9250 in",
-        "  `scripts/studies/measured/facts_dev.toml`).",
+        "* **Measured rests**: pieces of 1500 s of gyros at rest (three ADIS16405, an MTi-G, an IG-500N, an MPU-9250,",
+        "  all of `scripts/studies/measured/facts_dev.toml`).",
         "* Intervals: exact, 95 %.",
         "",
     ]

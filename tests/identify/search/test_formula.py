@@ -206,4 +206,5 @@ def test_seven_of_ten_laws_of_strangers_are_found_and_none_where_there_is_none(s
     words = [study.right(study.of_law(law, 11, 20.0)) for law in study.LAWS]
     assert sum(word in ("right", "equivalent") for word in words) >= 14
     assert words.count("wrong") <= 1
-    assert not [t for n in range(18) for t in study.of_null(n, 11).get("targets", []) if "found" in t]
+    # At 1 % two of 18 would be found in one run of a hundred.
+    assert sum("found" in t for n in range(18) for t in study.of_null(n, 11).get("targets", [])) <= 1
