@@ -96,7 +96,12 @@ FAULTS = (
     Fault("text in a number column", _in_cell(1, "ERR"), _DATA, ("ERR",)),
     Fault("an empty cell", _in_cell(2, ""), _DATA, ("enc", "empty", "''", '""', "nothing")),
     Fault("a row of dashes", lambda x, m, r: ([*x[:r], "----", *x[r + 1 :]], m), _DATA, ("----", "1 ", "one")),
-    Fault("a truncated last line", lambda x, m, r: ([*x[:-1], x[-1][:9]], m), _DATA, ("1", "column", "field", "value")),
+    Fault(
+        "a truncated line",
+        lambda x, m, r: ([*x[:r], x[r][:9], *x[r + 1 :]], m),
+        _DATA,
+        ("1", "column", "field", "value"),
+    ),
     Fault("time that steps back", _back, _DATA, ("back", "time", "t")),
     Fault("parts of a file in the wrong order", _swapped, _DATA, ("back", "time", "t")),
     Fault("time that is uneven", _by_events, _DATA, ("even", "time")),

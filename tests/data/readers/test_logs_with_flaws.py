@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from insenv.close import close
 from insenv.core.errors import InputError
 from insenv.core.recording import Recording
 from insenv.data.load import read_recordings
@@ -82,3 +83,10 @@ def test_a_stamp_that_runs_back_by_less_than_a_step_is_a_late_one(tmp_path: Path
     log[202] = f"{stamps[201] - 5:.4f},0.0,1"
     with pytest.raises(InputError, match="line 203: time runs backwards"):
         read(tmp_path, log)
+
+
+def test_the_loop_says_that_an_end_was_cut_off(tmp_path: Path) -> None:
+    """The verdict stands, and a remark of the report names the line."""
+    read(tmp_path, [*lines(), "4.0,0."], end="")
+    found = close(tmp_path / "log.toml")
+    assert any(f"the last line, {ROWS + 2}, is cut off: passed over" in remark for remark in found.remarks)
