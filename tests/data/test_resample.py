@@ -36,6 +36,20 @@ def test_means_of_even_readings_at_instants_are_those_of_their_cells(rows: int) 
     assert abs(gain - 1) < 0.5 * (2 * np.pi * 3.0 * 0.01) ** 2 / 8
 
 
+@pytest.mark.parametrize("longer", [0.0, 0.07])
+def test_means_of_two_readings_and_a_half_are_not_late(longer: float) -> None:
+    """Rows of 0.2 s, some of 0.3 s, in cells of 0.5 s: shared out whole they stood 0.05 s late in all cells."""
+    rng = np.random.default_rng(3)
+    t = np.cumsum(rng.choice([0.2, 0.3], p=[1 - longer, longer], size=3000))
+    angle, rate = swing(t, 0.2)
+    run = Recording(t, {"gyro": Channel(rate, "rad/s", "instant"), "table_angle": Channel(angle, "rad", "instant")})
+    means = resampled(run, 2.0, "fit.resample")
+    told = np.diff(means.channels["table_angle"].values) / means.dt
+    read = means.channels["gyro"].values[1:]
+    slope = np.gradient(told, means.dt)
+    assert abs(float((told - read) @ slope / (slope @ slope))) < 0.005
+
+
 @pytest.mark.parametrize("more", ["", '[fit]\nresample = "50 Hz"\n'])
 def test_readings_that_were_read_twice_are_left_out(tmp_path: Path, more: str) -> None:
     """A chip renews its output every 10 ms, and is asked about every 9.7 ms by a clock that ticks every 10 ms."""
