@@ -21,6 +21,8 @@ from insenv.identify.search.unit.real_motion import unmoved
 
 #: Share of the fitted time at either end in which no step is looked for.
 END_SHARE = 0.05
+#: Means over which a hold must last to be more than a delay in them.
+HELD_MEANS = 2.0
 #: Arc, in radians of a wave of the table's angle, below which the wave is no wave but a gain: on a quarter of one its
 #: rate hardly leaves that of the table. Beside a reference that comes late all of a wave, for less of it is a part of
 #: what its lag leaves. The same in radians of the table for what has no order.
@@ -129,8 +131,12 @@ def _terms(problem: Problem, effect: Effect) -> tuple[Term, ...]:
 def unseen(problem: Problem, effect: Effect, shape: tuple[float, ...]) -> str:
     """Why no run shows the effect at a shape; empty where one does.
 
-    Beside a reference that comes late nothing is said: the largest rates are those of its noise and of its corners.
+    A hold that is over within two means is a delay in them: what is held within one, only the samples know. Beside a
+    reference that comes late nothing more is said: the largest rates are those of its noise and of its corners.
     """
+    held = [value for param, value in zip(effect.shapes, shape, strict=True) if param.name == "hold"]
+    if held and held[0] < HELD_MEANS * problem.bins.width:
+        return "a hold that is over within two means is a delay in them"
     if any(e.motion.lag for e in problem.exposures):
         return ""
     reasons = [effect.unseen(e.motion, shape) for e in problem.exposures]

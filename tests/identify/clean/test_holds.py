@@ -129,6 +129,15 @@ def test_a_warm_up_of_a_few_rows_is_not_tried() -> None:
         assert all(np.all(np.array(term.shape) >= lows) for term in candidate.terms), candidate.effect.key
 
 
+def test_a_hold_that_is_over_within_two_means_is_not_tried_in_them() -> None:
+    """In means of 0.1 s one of 0.08 s was named for what shook a small quadrotor: there it is a delay."""
+    problem = prepare(manifest(), (run("sine", 5).recording,), (use(6000),), "gyro", holds=False, width=0.5).problem
+    assert problem.bins.width >= 0.5
+    found, _ = candidates(problem, (by_key("sample_hold"),))
+    assert all(term.shape[0] >= 2 * problem.bins.width for candidate in found for term in candidate.terms)
+    assert sum(len(candidate.terms) for candidate in found) > 3
+
+
 def test_a_hold_is_one_in_slow_motion_as_in_fast() -> None:
     """From row to row 0.34 of the output is held, by the readings 1.0: the lag of a reference in its dress."""
     found = Hold(0.34, 0.024, 0.187, 1e-4, (0.0,), 1e-6)
