@@ -128,7 +128,7 @@ def _read_run(manifest: Manifest, run: RunSpec, words: Mended) -> Recording:
     table, t, far = _without_strays(manifest, run, table, t)
     t, back = nearly_forwards(t, table.place)
     table, t, again = _without_copies(manifest, run, table, t)
-    notes = (*table.notes, *table.behind, *words.notes, *far, *back, *again)
+    notes, stamps = (*table.notes, *table.behind, *words.notes, *far, *back, *again), t
     if table.notes and (manifest.fit_rows or manifest.held_out.rows):
         raise InputError(f"{run.file}: {table.notes[0]}; wanted all of them where {manifest.path} counts rows")
     if manifest.resample is not None:
@@ -146,7 +146,8 @@ def _read_run(manifest: Manifest, run: RunSpec, words: Mended) -> Recording:
     notes = (*notes, *again)
     if taken.angle is not None:
         table = replace(table, values={**table.values, "table_angle": taken.angle})
-    read = with_renewals(without_leaps(replace(recording(manifest, run, table, taken.t, taken.covered), notes=notes)))
+    read = without_leaps(replace(recording(manifest, run, table, taken.t, taken.covered), notes=notes))
+    read = with_renewals(read, stamps - stamps[0] + read.t[0] if len(stamps) == len(read.t) else None)
     instruments = [name for name in read.channels if name in (*GYROS, *ACCELEROMETERS)]
     left_out = dict.fromkeys(instruments, taken.doubtful) if taken.doubtful.any() else {}
     return replace(read, notes=(*read.notes, *taken.notes), left_out=left_out)

@@ -11,6 +11,13 @@ again, where the change from row to row bends or jumps,
 
 and a cubic spline through them, over the same x, stands for the rows. Readings are told from a programme that turns
 evenly and from the steps of a coarse encoder by their distance in rows: it is the same nearly everywhere.
+
+A course over ground comes once a second, and so do the steps of many a table. There a gyro tells which it is: of a
+table that steps its reading jumps with the angle, or with the slope of its lines, at some lag l,
+
+    g(l) = sum_k J_k (mean over (c_k + l, c_k + l + w] - mean over (c_k + l - w, c_k + l]) / sum_k J_k^2
+
+of jumps J_k at c_k is one, and of a motion that readings were drawn through w / h.
 """
 
 from __future__ import annotations
@@ -28,6 +35,9 @@ Indices = NDArray[np.int64]
 
 #: Rows between readings, in the median, and the longest time [s]: no programme of a table has shorter dwells.
 LEAST_ROWS, MOST_ROWS, LONGEST = 2, 64, 0.5
+#: Such a time where a gyro tells that it is none [s]; the windows beside a jump in times between readings, how much of
+#: the jumps it reads there if it is one, and the longest lag in such times.
+SLOWEST, BESIDE, JUMPS, LAG = 2.5, 0.125, 0.5, 1.0
 #: Fewest readings, and rows of a straight line from reading to reading.
 FEWEST, STRAIGHT_ROWS = 40, 4
 #: A change of the slope is none below this share of the largest one within so many rows, or so many times that of the
@@ -70,20 +80,30 @@ class Renewals:
         Median time from reading to reading [s].
     held : bool
         Whether the channel held its readings, and did not go straight from one to the next.
+    at, jumps : ndarray, shape (readings,)
+        When they were taken [s], and by how much the channel, or the slope of its lines, changed there.
     """
 
     values: Floats
     period: float
     held: bool
+    at: Floats
+    jumps: Floats
 
 
-def with_renewals(recording: Recording) -> Recording:
-    """The recording with its table's channels on smooth curves through their readings, where rows were not read."""
+def with_renewals(recording: Recording, stamps: Floats | None = None) -> Recording:
+    """The recording with its table's channels on smooth curves through their readings, where rows were not read.
+
+    ``stamps`` are the rows' times as the file has them [s], over which lines that a gyro tells may have been drawn.
+    """
     for name in ("table_angle", "table_rate"):
         channel = recording.channels.get(name)
         if channel is None or channel.source == "command":
             continue
         found = renewals(recording.t, channel.values)
+        if found is None and name == "table_angle":
+            slow = renewals(recording.t, channel.values, stamps, SLOWEST)
+            found = None if slow is None or _steps(recording, slow) else slow
         if found is not None:
             how = "held between its readings" if found.held else "on straight lines between its readings"
             text = f"{name} is {how}, every {found.period:.3g} s: taken on a smooth curve through them"
@@ -92,7 +112,7 @@ def with_renewals(recording: Recording) -> Recording:
     return recording
 
 
-def renewals(t: Floats, values: Floats) -> Renewals | None:
+def renewals(t: Floats, values: Floats, stamps: Floats | None = None, longest: float = LONGEST) -> Renewals | None:
     """The readings behind a channel that was read less often than the rows; None where every row was read.
 
     Parameters
@@ -100,26 +120,59 @@ def renewals(t: Floats, values: Floats) -> Renewals | None:
     t : ndarray, shape (n,)
         Times of the rows [s], increasing.
     values : ndarray, shape (n,)
+    stamps : ndarray, shape (n,), optional
+        Their times as the file has them, before a clock mended them [s].
+    longest : float
+        Longest time from reading to reading [s].
     """
     if len(t) < 2 * FEWEST or not np.any(np.diff(values)):
         return None
     rows = np.arange(float(len(t)))
     jumps = 1 + np.flatnonzero(np.diff(values))
-    usual, even = (0, False) if _coarse(np.abs(np.diff(values)[jumps - 1])) else _usual(jumps, t)
+    usual, even = (0, False) if _coarse(np.abs(np.diff(values)[jumps - 1])) else _usual(jumps, t, longest)
     if usual >= LEAST_ROWS:
         at = _filled(jumps, usual, len(t))
         # What is held at first was read before the first row.
         first = max(1, -(-int(jumps[0]) // usual))
         before = t[jumps[0]] - _period(t, usual) * np.arange(first, 0, -1.0)
         when, readings = np.append(before, t[at]), np.append(np.full(first, values[0]), values[at])
-        return Renewals(_through(when, readings, t, even), _period(t, usual), held=True)
-    lines = [(x, *_corners(x, values)) for x in (_clock(t), rows)]
-    for x, corners, meet, heights, exact in sorted(lines, key=lambda each: not each[-1]):
-        usual, even = _usual(corners, t, exact)
-        if usual >= STRAIGHT_ROWS:
+        curve, steps = _through(when, readings, t, even and longest <= LONGEST), np.diff(values)[jumps - 1]
+        return Renewals(curve, _period(t, usual), True, t[jumps], steps)
+    over = [(_clock(t), _clock(t)), (rows, rows)]
+    if stamps is not None and np.all(np.diff(stamps) > 0):
+        over.append((stamps, t))
+    lines = [(x, on, *_corners(x, values)) for x, on in over]
+    for x, on, corners, meet, heights, exact in sorted(lines, key=lambda each: not each[-1]):
+        usual, even = _usual(corners, t, longest, exact)
+        if usual >= STRAIGHT_ROWS and (exact or longest <= LONGEST):
             place, heights = _with_lines(x, values, meet, heights, usual)
-            return Renewals(_through(place, heights, x, even), _period(t, usual), held=False)
+            slope = np.diff(values) / np.diff(t)
+            bends = slope[np.minimum(corners + 1, len(slope) - 1)] - slope[corners - 1]
+            curve = _through(place, heights, on, even and longest <= LONGEST)
+            return Renewals(curve, _period(t, usual), False, np.interp(meet, x, t), bends)
     return None
+
+
+def _steps(recording: Recording, found: Renewals) -> bool:
+    """Whether a gyro reads jumps where readings of an angle were taken, or where there is none that could."""
+    t = recording.t
+    gyros = [c.values for name, c in recording.channels.items() if name.partition("_")[0] == "gyro"]
+    return not gyros or any(_jumps_at(t, gyro, found) > JUMPS for gyro in gyros)
+
+
+def _jumps_at(t: Floats, gyro: Floats, found: Renewals) -> float:
+    """The largest g(l), of either sign."""
+    series = np.concatenate([[0.0], np.cumsum((gyro[1:] + gyro[:-1]) / 2 * np.diff(t))]) if found.held else gyro
+    total = np.concatenate([[0.0], np.cumsum((series[1:] + series[:-1]) / 2 * np.diff(t))])
+    width = max(BESIDE * found.period, 2 * float(np.median(np.diff(t))))
+    power = max(float(found.jumps @ found.jumps), 1e-300)
+
+    def read(lag: float) -> float:
+        before, here, after = (np.interp(found.at + lag + far, t, total) for far in (-width, 0.0, width))
+        return float(found.jumps @ (after - 2 * here + before)) / (width * power)
+
+    lags = np.arange(-LAG * found.period, LAG * found.period + width / 2, width / 2)
+    return max(abs(read(float(lag))) for lag in lags)
 
 
 def _clock(t: Floats) -> Floats:
@@ -135,7 +188,7 @@ def _period(t: Floats, usual: int) -> float:
     return usual * float(np.mean(np.diff(t)[np.diff(t) <= GAP * np.median(np.diff(t))]))
 
 
-def _usual(at: Indices, t: Floats, exact: bool = False) -> tuple[int, bool]:
+def _usual(at: Indices, t: Floats, longest: float, exact: bool = False) -> tuple[int, bool]:
     """Rows from reading to reading, of readings at rows ``at``, and whether all are as far apart; 0: none is usual.
 
     Between ``exact`` lines they may be any: what has no noise to the last digit was not read there.
@@ -150,7 +203,9 @@ def _usual(at: Indices, t: Floats, exact: bool = False) -> tuple[int, bool]:
     # A link that lost some, and corners that its noise makes: most distances are the same all the same.
     alike = np.mean(np.abs(gaps - usual) <= max(1.0, WITHIN * usual)) >= ALIKE
     regular |= usual >= STRAIGHT_ROWS and (alike or exact)
-    if len(own) < REGULAR * len(gaps) or not regular or usual > MOST_ROWS or _period(t, round(usual)) > LONGEST:
+    if len(own) < REGULAR * len(gaps) or not regular or _period(t, round(usual)) > longest:
+        return 0, False
+    if longest <= LONGEST and usual > MOST_ROWS:
         return 0, False
     return round(usual), bool(high - low <= EVEN)
 

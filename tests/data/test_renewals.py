@@ -153,3 +153,65 @@ def test_a_programme_of_exact_rates_is_read_at_every_row() -> None:
     corners = np.concatenate([[0.0], corners[corners < t[-1]], [t[-1]]])
     heights = np.cumsum(rng.uniform(-2.0, 2.0, len(corners)))
     assert renewals(t, np.interp(t, corners, heights)) is None
+
+
+def _drive(rng: np.random.Generator, t: Floats) -> Floats:
+    """The rate of a car that turns now and then, for some seconds each time [rad/s]."""
+    rate, at = np.zeros(len(t)), 0.0
+    while at < t[-1]:
+        at, lasts = at + rng.uniform(3, 15), rng.uniform(2, 6)
+        inside = (t > at) & (t < at + lasts)
+        turn = rng.choice([-1, 1]) * rng.uniform(0.15, 0.5)
+        rate[inside] += turn * np.sin(np.pi * (t[inside] - at) / lasts) ** 2
+        at += lasts
+    return rate
+
+
+def _beside(t: Floats, gyro: Floats, angle: Floats, stamps: Floats | None = None) -> float:
+    """The time between readings of an angle beside a gyro, 0 where every row was read."""
+    run = Recording(t, {"gyro": Channel(gyro, "rad/s"), "table_angle": Channel(angle, "rad", source="encoder")})
+    return with_renewals(run, stamps).channels["table_angle"].every
+
+
+@pytest.mark.parametrize("held", [False, True])
+@pytest.mark.parametrize("noise", [1e-4, 0.02])
+def test_a_course_that_comes_once_a_second_is_found_where_the_gyro_does_not_jump_with_it(
+    held: bool, noise: float
+) -> None:
+    rng = np.random.default_rng(8)
+    t = 0.025 * np.arange(12_000.0)
+    rate = _drive(rng, t)
+    fixes = np.arange(-0.5, t[-1] + 1.0, 1.0) + 0.013
+    course = np.interp(fixes, t, np.cumsum(rate) * 0.025) + noise * rng.standard_normal(len(fixes))
+    angle = course[np.searchsorted(fixes, t, side="right") - 1] if held else np.interp(t, fixes, course)
+    gyro = rate + 0.005 * rng.standard_normal(len(t))
+    assert _beside(t, gyro, angle) == pytest.approx(1.0, abs=0.05)
+
+
+def test_lines_were_drawn_over_the_stamps_of_the_file() -> None:
+    rng = np.random.default_rng(9)
+    t = 0.025 * np.arange(12_000.0)
+    stamps = t + np.where(rng.random(len(t)) < 0.1, rng.uniform(5e-4, 3e-3, len(t)), 0.0)
+    rate = _drive(rng, t)
+    fixes = np.arange(-0.5, t[-1] + 1.0, 1.0)
+    angle = np.interp(
+        stamps, fixes, np.interp(fixes, t, np.cumsum(rate) * 0.025) + 0.01 * rng.standard_normal(len(fixes))
+    )
+    gyro = rate + 0.005 * rng.standard_normal(len(t))
+    assert _beside(t, gyro, angle, stamps) == pytest.approx(1.0, abs=0.05)
+
+
+@pytest.mark.parametrize("late", [0.0, 0.3])
+@pytest.mark.parametrize("held", [False, True])
+def test_a_table_that_steps_once_a_second_is_read_at_every_row(held: bool, late: float) -> None:
+    """Rates that jump, or angles: the gyro jumps with them, late or not."""
+    rng = np.random.default_rng(10)
+    t = 0.01 * np.arange(20_000.0)
+    steps = np.repeat(rng.uniform(-0.5, 0.5, 200), 100)
+    if held:
+        angle = steps
+        rate = np.gradient(lfilter([0.1], [1, -0.9], steps), 0.01)
+    else:
+        angle, rate = np.cumsum(steps) * 0.01, lfilter([0.2], [1, -0.8], steps)
+    gyro = np.roll(rate, round(late / 0.01)) + 0.02 * rng.standard_normal(len(t))
+    assert _beside(t, gyro, angle) == 0

@@ -40,7 +40,9 @@ from insenv.identify.clean.response import FAR, Stretch, fitted, stretches
 MOTION, FEWEST, RATIO = 0.9, 8, 1.25
 #: Ratio of a mean's rows to those of the next shorter one, the longest [s], and their fewest in a stretch; deviations
 #: by which two gains differ, and a difference that does not matter.
-LONGER, LONGEST, MEANS, AGREE, SAME = 2, 0.64, 50, 3.0, 0.002
+LONGER, LONGEST, MEANS, AGREE, SAME = 2, 5.12, 50, 3.0, 0.002
+#: Readings in a mean, of references that are read less often than after this time [s].
+READINGS, SLOW = 2.0, 0.5
 
 
 #: Share of the largest rate from which on there is motion, change from row to row below which it holds, and how often.
@@ -120,6 +122,12 @@ def rows_per_motion(parts: list[Stretch], found: tuple[Settled, ...]) -> int:
     frequency, motion, left = (np.concatenate(each) for each in zip(*spectra, strict=True))
     told = int(0.5 / (_common_bandwidth(frequency, motion, left) * parts[0].exposure.motion.dt))
     return max(told, *(one.over for one in found))
+
+
+def rows_per_reading(recordings: tuple[Recording, ...]) -> int:
+    """Rows of a bin that holds readings of a slow reference, 1 beside others: within one its error is one."""
+    every = max((r.channels[name].every / r.dt for r in recordings for name in order(r)[:1]), default=0.0)
+    return int(np.ceil(READINGS * every)) if every * recordings[0].dt > SLOW else 1
 
 
 def _settled(one: Stretch) -> Settled:

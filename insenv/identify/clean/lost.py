@@ -27,9 +27,9 @@ from insenv.identify.findings import RejectedRows
 
 #: Deviations from which on there is an event, and up to which it lasts; the same in what is usual in the run.
 FAR, NEAR, LEADS = 8.0, 3.0, 5.0
-#: Groups of rows by the size of the rate within so long [s], shortest mean and longest event [s], share of a run beyond
-#: which there is none.
-GROUPS, AROUND, SHORTEST, LONGEST, MOST = 8, 1.0, 0.3, 3.0, 0.1
+#: Groups of rows by the size of the rate within so long [s], shortest and longest mean, longest event [s], share of a
+#: run beyond which there is none.
+GROUPS, AROUND, SHORTEST, WIDEST, LONGEST, MOST = 8, 1.0, 0.3, 0.64, 3.0, 0.1
 #: Share of the loudest group's scatter that is none.
 ROUNDING = 1e-3
 _MEDIAN = 0.6745
@@ -59,7 +59,8 @@ def _spread(y: Floats, u: Floats, left: Floats, known: NDArray[np.bool_], around
 
 def _of_run(recording: Recording, target: str, told: Settled) -> list[RejectedRows]:
     exposure = expose(recording, target)
-    n, over = len(exposure.y), max(told.over, round(SHORTEST / exposure.motion.dt))
+    n, dt = len(exposure.y), exposure.motion.dt
+    over = max(min(told.over, round(WIDEST / dt)), round(SHORTEST / dt))
     if n < GROUPS * over:
         return []
     means = Stretch(told.run, exposure, 0, n, over=over)

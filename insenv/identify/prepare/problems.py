@@ -16,7 +16,15 @@ from insenv.data.split import RowUse
 from insenv.effects.rate.scale import ScaleFactor
 from insenv.effects.timing import TimingSkew
 from insenv.identify.clean.bursts import without_bursts
-from insenv.identify.clean.doubtful import Settled, agreeing, doubted, measured_parts, rows_per_motion, settled
+from insenv.identify.clean.doubtful import (
+    Settled,
+    agreeing,
+    doubted,
+    measured_parts,
+    rows_per_motion,
+    rows_per_reading,
+    settled,
+)
 from insenv.identify.clean.holds import LEAST_SHARE, MOST_SHARE, WHOLE, Hold, Look, agrees, find_hold, without_hold
 from insenv.identify.clean.knocks import knocks
 from insenv.identify.clean.lost import lost_rows
@@ -142,7 +150,7 @@ def _ready(
     recordings = responding(recordings, _spans(recordings, uses), target, model, fit, forms=not holds)
     parts = doubted(recordings, _spans(recordings, uses), target, fit)
     told = settled(parts)
-    rows = rows_of_motion(manifest, uses, rows_per_motion(parts, told), rows)
+    rows = rows_of_motion(manifest, uses, max(rows_per_motion(parts, told), rows_per_reading(recordings)), rows)
     followed = told or settled(measured_parts(recordings, _spans(recordings, uses), target, fit))
     clean = _clean(recordings, target, rows, (*moving, *jumps), followed)
     recordings, rejected = clean.recordings, clean.rejected
