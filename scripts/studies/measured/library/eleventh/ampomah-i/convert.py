@@ -1,5 +1,7 @@
-"""Rows of the records $VNYMR (yaw, pitch, roll, field, acceleration, rates): of the car in circles with the stamps beside
-them, of the car at rest out of the messages' own text."""
+"""Rows of the records $VNYMR (yaw, pitch, roll, field, acceleration, rates).
+
+Of the car in circles with the stamps beside them, of the car at rest out of the messages' own text.
+"""
 
 import csv
 import re

@@ -10,8 +10,15 @@ from scipy.spatial.transform import Rotation
 with log.open(encoding="utf-8") as lines:
     table = csv.reader(lines)
     names = [name.lower() for name in next(table)]
-    place = {end: next(i for i, name in enumerate(names) if name.endswith(end)) for end in (
-        "header.stamp.secs", "header.stamp.nsecs", *(f"orientation.{axis}" for axis in "xyzw"), "angular_velocity.z")}
+    place = {
+        end: next(i for i, name in enumerate(names) if name.endswith(end))
+        for end in (
+            "header.stamp.secs",
+            "header.stamp.nsecs",
+            *(f"orientation.{axis}" for axis in "xyzw"),
+            "angular_velocity.z",
+        )
+    }
     rows = np.array([[float(row[i]) for i in place.values()] for row in table])
 time = rows[:, 0] - rows[0, 0] + 1e-9 * rows[:, 1]
 yaw = np.unwrap(Rotation.from_quat(rows[:, 2:6]).as_euler("ZYX")[:, 0])

@@ -1,5 +1,7 @@
-"""The unit at rest out of a bag (quaternion, rates, accelerations without covariances), and moved by hand: rates beside the
-angles that its own attitude ($VNYMR: yaw, pitch, roll) turned about its own axes."""
+"""The unit at rest out of a bag (quaternion, rates, accelerations without covariances), and moved by hand.
+
+By hand: rates beside the angles that its own attitude ($VNYMR: yaw, pitch, roll) turned about its own axes.
+"""
 
 import csv
 import struct
@@ -9,9 +11,13 @@ import numpy as np
 from ros_bag import messages
 from scipy.spatial.transform import Rotation
 
-rest = np.array([(stamp, *struct.unpack_from("<10d", body)) for stamp, body in messages("raw/LAB3/Data/Abhinav.bag", b"/imu")])
+rest = np.array(
+    [(stamp, *struct.unpack_from("<10d", body)) for stamp, body in messages("raw/LAB3/Data/Abhinav.bag", b"/imu")]
+)
 rest[:, 0] -= rest[0, 0]
-np.savetxt("rest.csv", rest[:, [0, 5, 6, 7, 8, 9, 10]], fmt="%.9g", delimiter=",", header="t,gx,gy,gz,ax,ay,az", comments="")
+np.savetxt(
+    "rest.csv", rest[:, [0, 5, 6, 7, 8, 9, 10]], fmt="%.9g", delimiter=",", header="t,gx,gy,gz,ax,ay,az", comments=""
+)
 
 rows = []
 with Path("raw/LAB3/Data/imu_mov-imu.csv").open(encoding="utf-8") as lines:
