@@ -25,6 +25,7 @@ from insenv.identify.findings import (
     Findings,
     HeldOut,
     NextExperiment,
+    NotTestable,
     OfferedModels,
     Rejected,
     TargetFindings,
@@ -42,6 +43,7 @@ from insenv.identify.positions.rest import RestMeans
 from insenv.identify.positions.search import Fit, Step, held_out_error, held_out_errors, noise_floor
 from insenv.identify.positions.trace import Part, Positions
 
+_HELD = "The parameters that are declared of this axis hold, in these attitudes, what there may be of"
 _MORE = "hold the triad still in more attitudes, each axis up, level, down and half-way, in another order"
 
 
@@ -84,7 +86,8 @@ def _target(
     unit = "rad/s" if gyro else "m/s^2"
     parts = (*triads, *alone)
     shown = next((part for part in parts if part.outcome.steps), parts[0])
-    steps = [(part, step) for part in parts for step in part.outcome.steps]
+    steps = [(part, step) for part in parts for step in part.outcome.steps if _has_part(step.term, axis)]
+    untold = [term.effect.key for part in parts for term in part.parted if not _has_part(term, axis)]
     added = tuple(_added(part, step, axis, unit, shown) for part, step in steps)
     reasons = tuple(r for part in triads for r in part.reasons) + tuple(
         f"at rest: {r}" for part in alone for r in part.reasons
@@ -92,12 +95,15 @@ def _target(
     return TargetFindings(
         target=target,
         unit=unit,
-        verdict=_verdict(parts),
+        verdict=_verdict(parts, axis),
         reasons=reasons,
         declared=_declared(manifest, gyro),
         added=added,
         rejected=_rejected(parts),
-        not_testable=tuple(n for part in parts for n in part.outcome.not_testable),
+        not_testable=(
+            *(n for part in parts for n in part.outcome.not_testable),
+            *(NotTestable(key, ("other attitudes",), "the declared model of this axis holds it") for key in untold),
+        ),
         held_out=_held_out(recordings, found, shown),
         estimates_before=_estimates(parts, axis, unit, before=True),
         estimates_after=_estimates(parts, axis, unit, before=False),
@@ -115,7 +121,7 @@ def _target(
                 rows_of(recordings, found, shown),
             )
         ),
-        cautions=_cautions(found, gyro),
+        cautions=(*_cautions(found, gyro), *(f"{_HELD} {key}." for key in untold)),
     )
 
 
@@ -125,9 +131,15 @@ def _declared(manifest: Manifest, gyro: bool) -> tuple[str, ...]:
     return tuple(key for key in manifest.model.declared if key not in others)
 
 
-def _verdict(parts: Sequence[Part]) -> str:
-    added = any(part.outcome.steps for part in parts)
-    if any(any(part.outcome.rivals.values()) for part in parts):
+def _has_part(term: object, axis: int) -> bool:
+    """Whether a term has a coefficient on an axis: of what these attitudes tell in part, another may have it all."""
+    return not isinstance(term, TriadTerm) or axis in term.axes
+
+
+def _verdict(parts: Sequence[Part], axis: int) -> str:
+    own = [(part, step.term.effect.key) for part in parts for step in part.outcome.steps if _has_part(step.term, axis)]
+    added = bool(own)
+    if any(part.outcome.rivals.get(key) for part, key in own):
         return "confounded"
     more = any(part.reasons for part in parts)
     if added:

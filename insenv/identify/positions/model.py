@@ -11,7 +11,7 @@ coefficient is one axis's own, or belongs to two of them: see `insenv.effects.tr
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -43,6 +43,15 @@ class TriadTerm:
     def size(self) -> int:
         """Number of coefficients."""
         return len(self.coefficients)
+
+    @property
+    def axes(self) -> frozenset[int]:
+        """Axes in which a coefficient stands."""
+        return frozenset(axis for one in self.coefficients for axis, _, _ in one.shares)
+
+    def part(self, kept: Sequence[int]) -> TriadTerm:
+        """The effect with some of its coefficients alone."""
+        return replace(self, coefficients=tuple(self.coefficients[j] for j in kept))
 
 
 def triad_term(effect: Effect) -> TriadTerm:

@@ -42,6 +42,8 @@ ARRIVED = 1e-9
 LEAST_SHARE = 1e-2
 #: Share of its size that a column must have beside the model: below it the attitudes do not tell the effect.
 DISTINCT = 0.02
+#: Why an effect is refused that nothing confirms.
+UNFORETOLD = "no rest foretells another"
 #: Least freedom that an effect must leave.
 LEAST_FREEDOM = 2
 #: Most effects that are tried at once where none alone helps.
@@ -409,6 +411,20 @@ def _testable(problem: Problem, before: Fit, tried: Sequence[Any]) -> tuple[list
     return testable, tuple(blind)
 
 
+def as_told(problem: Problem, declared: Sequence[Any], tried: Sequence[Any]) -> list[Any]:
+    """What may be found, each with the coefficients that these units tell beside what is declared.
+
+    An axis of a table that rests shows no eccentricity, an accelerometer that points up alone no scale factor. What
+    has no coefficient that is told stays whole, and is said not to be testable.
+    """
+    before, found = solve(problem, declared), []
+    for term in tried:
+        whole = before.freedom - term.size < LEAST_FREEDOM or distinct(problem, before, term) >= DISTINCT
+        kept = [] if whole else distinct_part(problem, before, term)
+        found.append(term.part(kept) if kept else term)
+    return found
+
+
 def distinct(problem: Problem, fit: Fit, term: Any) -> float:
     """The least share of a unit change of ``term`` that the model of ``fit`` leaves; below `DISTINCT` it is blind."""
     return _least_share(*_left(problem, fit, term))
@@ -509,7 +525,7 @@ def _refusal(problem: Problem, now: Fit, fit: Fit, terms: tuple[Any, ...], p: fl
     """Why the effects are not added; empty if they are."""
     errors = held_out_errors(problem, now, fit)
     if not np.isfinite(errors).all():
-        return "no rest foretells another"
+        return UNFORETOLD
     worse = f"held-out error {errors[1] / errors[0]:.3g} times as large" if errors[1] > errors[0] else ""
     if not p < alpha:
         return f"not significant, {worse}" if worse else "not significant"

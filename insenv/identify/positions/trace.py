@@ -39,10 +39,12 @@ from insenv.identify.positions.rest import RestMeans, RestTerm, with_walk
 from insenv.identify.positions.rests import Rest, Rests, find_rests, means, middle_times
 from insenv.identify.positions.search import (
     LEAST_FREEDOM,
+    UNFORETOLD,
     Doubt,
     Fit,
     Outcome,
     Step,
+    as_told,
     evidence,
     held_out_errors,
     in_turn,
@@ -78,11 +80,12 @@ UNTOLD = (("more positions",), ("other attitudes",))
 
 @dataclass(frozen=True)
 class Part:
-    """One problem, and what its search came to."""
+    """One problem, and what its search came to; ``parted`` are effects of which an axis, or more, is not told."""
 
     problem: Magnitudes | Rotations | RestMeans
     outcome: Outcome
     reasons: tuple[str, ...]
+    parted: tuple[TriadTerm, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -215,11 +218,14 @@ def _accelerometers(
     _enough(manifest, problem, declared_size, "rests", len({rest.number for rest in rests}))
     tried, blind = _candidates(OF_ACCELEROMETERS, declared, problem.around, keys if targets else None)
     more = [triad_term(effect) for effect in tried]
-    left_out = np.zeros(len(rests), dtype=bool)
+    left_out, parted = np.zeros(len(rests), dtype=bool), tuple[TriadTerm, ...]()
     room = len(rests) * problem.rank
     if isinstance(problem, KnownAttitudes):
         whole = [*terms, *(term for term in more if term.effect.id not in SLOW)]
         problem = as_level_as_read(problem, solve(problem, whole).residual, len(problem.nuisance) + 3)
+        walks = [term for term in more if term.effect.id in SLOW]
+        more = [*as_told(problem, terms, [term for term in more if term not in walks]), *walks]
+        parted = tuple(term for term in more if term.size < triad_term(term.effect).size)
     elif found.in_parts:
         room = len({rest.number for rest in rests}) - declared_size
         more, few = _determined(more, room)
@@ -239,11 +245,11 @@ def _accelerometers(
     outcome = replace(outcome, not_testable=(*outcome.not_testable, *blind))
     # The noise within rests was told beside all that may be found.
     freedom = int(problem.fitted.sum()) - sum(t.size for t in [*terms, *more]) if found.in_parts else None
-    reasons = _structure(problem, outcome.after, alpha, "rests", freedom)
+    reasons = (*_structure(problem, outcome.after, alpha, "rests", freedom), *_unconfirmed(outcome, alpha))
     if not isinstance(problem, KnownAttitudes):
         curved = () if found.in_parts else bent(problem, outcome.after, alpha)  # parts are no attitudes
         reasons = (*reasons, *curved, *_too_few(problem, outcome, recordings, rests))
-    return Part(problem, outcome, reasons), left_out, known
+    return Part(problem, outcome, reasons, parted), left_out, known
 
 
 def _magnitudes(
@@ -313,6 +319,16 @@ def _determined(terms: Sequence[TriadTerm], attitudes: int) -> tuple[list[TriadT
 def _determined_together(terms: Sequence[TriadTerm], room: int) -> bool:
     """Whether attitudes that leave ``room`` beside the declared model tell terms together."""
     return sum(term.size for term in terms if term.effect.id not in SLOW) <= room
+
+
+def _unconfirmed(outcome: Outcome, alpha: float) -> tuple[str, ...]:
+    """What is significant, and refused for want of a rest that others foretell."""
+    return tuple(
+        f"{one.effect} would explain these rests (p = {one.p_value:.1g}), and no rest is left that could refuse it: "
+        "more attitudes would tell"
+        for one in outcome.rejected
+        if one.reason == UNFORETOLD and one.p_value < alpha
+    )
 
 
 def _too_few(

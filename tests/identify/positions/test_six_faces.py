@@ -91,6 +91,37 @@ def test_five_faces_do_not_tell_scale_factors_and_say_so(tmp_path: Path) -> None
     assert any("accel_scale_factor would explain it, and more attitudes would tell" in r for r in reasons)
 
 
+UP = '[positions]\nup = ["+x", "-x", "+y", "-y", "+z"]\ntolerance = "3 deg"'
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_five_stated_faces_tell_the_scale_factors_of_the_axes_that_point_both_ways(tmp_path: Path, seed: int) -> None:
+    """Of the z axis bias and scale factor are one figure, and that is said there alone."""
+    scale = (9e-3, -11e-3, 5e-3)
+    found = six_faces(tmp_path, scale, seed, faces=5, stated=UP, lean=0.01)
+    x, y, z = found.targets
+    for target, truth in ((x, scale[0]), (y, scale[1])):
+        (one,) = (a.parameters[0] for a in target.added if a.effect == "accel_scale_factor")
+        assert abs(one.value - truth) < 3 * max(one.sd, REPEAT / STANDARD_GRAVITY)
+        assert not target.cautions
+    assert z.verdict == "nothing-significant" and not z.added
+    assert "accel_scale_factor" in {n.effect for n in z.not_testable} - {n.effect for n in x.not_testable}
+    assert any("accel_scale_factor" in c for c in z.cautions)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_five_stated_faces_without_scale_factors_show_none(tmp_path: Path, seed: int) -> None:
+    assert said(six_faces(tmp_path, (0.0, 0.0, 0.0), seed, faces=5, stated=UP, lean=0.02))[2] == []
+
+
+def test_what_nothing_could_refuse_is_said_and_not_named(tmp_path: Path) -> None:
+    """Faces that lean by more than a degree foretell no other one: a scale factor of 1 % is left, and no silence."""
+    found = six_faces(tmp_path, (9e-3, -11e-3, 5e-3), 0, faces=5, stated=UP, lean=0.02)
+    verdict, reasons, added = said(found)
+    assert verdict == "unexplained-structure" and not added
+    assert any("accel_scale_factor would explain these rests" in r for r in reasons)
+
+
 def test_one_face_twice_does_not_tell_them_either(tmp_path: Path) -> None:
     """Six rests, but the z axis points up in both of its own: its bias and its scale factor are one figure."""
     verdict, reasons, added = said(six_faces(tmp_path, (-1.4e-3, 1.3e-3, 0.1e-3), 0, again=4))

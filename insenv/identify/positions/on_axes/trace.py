@@ -35,7 +35,7 @@ from insenv.identify.positions.on_axes.terms import (
     excess,
     whole_sheet,
 )
-from insenv.identify.positions.search import DISTINCT, Fit, Outcome, distinct, distinct_part, search, solve
+from insenv.identify.positions.search import Fit, Outcome, as_told, search
 from insenv.information.positions import QUARTER
 from insenv.information.unit.calibration import Blocks, UnitModel, gathered, joined, nothing
 
@@ -117,7 +117,7 @@ def trace_unit(
     whole = [*terms.declared, *(term for term in terms.tried if term.shape is None)]
     problem = foretold(as_noisy_as_read(problem, whole), terms.declared)
     progress("candidates")
-    terms = replace(terms, tried=_told(problem, terms))
+    terms = replace(terms, tried=tuple(as_told(problem, terms.declared, terms.tried)))
     outcome = search(problem, terms.declared, terms.tried, alpha, at_once=1)
     reasons = _structure(problem, outcome.after)
     further: tuple[NextExperiment, ...] = ()
@@ -126,19 +126,6 @@ def trace_unit(
         end = float(starts[-1] + recordings[-1].t[-1] - recordings[-1].t[0])
         further = _next(models[0], limits_of(recordings), (problem, outcome), terms, layout, (end, len(runs)))
     return UnitFound(problem, outcome, reasons, rests, (_said(rests, held, numbers),), further)
-
-
-def _told(problem: OnAxes, terms: Candidates) -> tuple[UnitTerm, ...]:
-    """What may be found, each with the coefficients that these turns tell: an axis that rests shows no eccentricity.
-
-    One of which none is told stays whole, and is said not to be testable.
-    """
-    before, found = solve(problem, terms.declared), list[UnitTerm]()
-    for term in terms.tried:
-        whole = distinct(problem, before, term) >= DISTINCT
-        kept = [] if whole else distinct_part(problem, before, term)
-        found.append(term.part(kept) if kept else term)
-    return tuple(found)
 
 
 #: Columns of the table's errors of which a deviation is stated: name, angle of mounting (None: of all runs), deviation.
