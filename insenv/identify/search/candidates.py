@@ -24,9 +24,9 @@ END_SHARE = 0.05
 #: Means over which a hold must last to be more than a delay in them.
 HELD_MEANS = 2.0
 #: Arc, in radians of a wave of the table's angle, below which the wave is no wave but a gain: on a quarter of one its
-#: rate hardly leaves that of the table. Beside a reference that comes late all of a wave, for less of it is a part of
-#: what its lag leaves. The same in radians of the table for what has no order.
-QUARTER_WAVE, WHOLE_WAVE, LEAST_ARC = 0.5 * np.pi, 2 * np.pi, 0.05
+#: rate hardly leaves that of the table. Beside a reference that comes late two waves, for what it leaves may look like
+#: one that nobody has seen come again. The same in radians of the table for what has no order.
+QUARTER_WAVE, TWO_WAVES, LEAST_ARC = 0.5 * np.pi, 4 * np.pi, 0.05
 
 
 @dataclass(frozen=True)
@@ -100,8 +100,8 @@ def _without_motion(problem: Problem, effect: Effect) -> str:
     order = getattr(effect, "order", None)
     if arc < LEAST_ARC or (order is not None and arc * order < QUARTER_WAVE):
         return f"the table turns by {np.rad2deg(arc):.2g} deg only"
-    if order is not None and arc * order < WHOLE_WAVE and any(e.motion.lag for e in problem.exposures):
-        return f"beside a reference that comes late: turns of {np.rad2deg(arc):.3g} deg are less than a wave of it"
+    if order is not None and arc * order < TWO_WAVES and any(e.motion.lag for e in problem.exposures):
+        return f"beside a reference that comes late: turns of {np.rad2deg(arc):.3g} deg are less than two waves of it"
     return ""
 
 
