@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from insenv.core.errors import InputError
 from insenv.core.recording import GAP, Floats
-from insenv.core.series.rounding import counted
+from insenv.core.series.rounding import counter_step
 from insenv.data.clock import NEGLIGIBLE, Clock, clock_of, roughness
 
 Mask = NDArray[np.bool_]
@@ -219,7 +219,7 @@ def _confirmed(stamps: Floats, even: Floats, angle: Floats, share: float = SMOOT
     smoother: steps are blurred first.
     """
     blur = np.random.default_rng(0).uniform(-0.5, 0.5, len(angle))
-    blurred = angle + counted(angle) * blur
+    blurred = angle + counter_step(angle) * blur
     return roughness(stamps, blurred) < share * roughness(even, blurred)
 
 

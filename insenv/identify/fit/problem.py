@@ -64,6 +64,10 @@ class Term:
 Model = tuple[Term, ...]
 
 
+def _unknown() -> None:
+    """Of the steps of an angle nothing is known."""
+
+
 @dataclass(frozen=True, eq=False)
 class Problem:
     """The bins of one target, ready to be modelled.
@@ -102,7 +106,7 @@ class Problem:
     commanded: bool = False
     coarse: Coarse | None = None
     encoder: float = 0.0
-    steps: Callable[[], Floats | None] = field(default=lambda: None, repr=False, compare=False)
+    steps: Callable[[], Floats | None] = field(default=_unknown, repr=False, compare=False)
     cache: dict[Hashable, Any] = field(default_factory=dict, repr=False)
 
     def remember(self, key: Hashable, make: Any) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats, Recording
 from insenv.core.series.coarse import Coarse, coarse
-from insenv.core.series.rounding import counted
+from insenv.core.series.rounding import counter_step
 from insenv.data.exposure import Exposure, expose, rates_of_angles
 from insenv.data.manifest.spec import Manifest
 from insenv.data.reference import order
@@ -64,8 +65,8 @@ def binned(
     exact = turning and all(_commanded(recording) for recording in recordings)
     unit = recordings[0].channels[target].unit
     step = max((_encoder_step(r, e) for r, e in zip(recordings, exposures, strict=True)), default=0.0)
-    steps = partial(_errors_of_steps, recordings, target, per_cell, bins) if step else lambda: None
-    return Problem(target, unit, exposures, bins, y, out, commanded=exact, coarse=rounded, encoder=step, steps=steps)
+    made = Problem(target, unit, exposures, bins, y, out, commanded=exact, coarse=rounded, encoder=step)
+    return replace(made, steps=partial(_errors_of_steps, recordings, target, per_cell, bins)) if step else made
 
 
 def _errors_of_steps(recordings: tuple[Recording, ...], target: str, per_cell: int, bins: Bins) -> Floats | None:
@@ -78,7 +79,7 @@ def _errors_of_steps(recordings: tuple[Recording, ...], target: str, per_cell: i
         table, name = recording.table, order(recording)[0]
         if table is None or table.still:
             return None
-        step = counted(recording.channels[name].values)
+        step = counter_step(recording.channels[name].values)
         angle = table.angle_at(recording.t - recording.channels[name].delay)
         blurred = np.sqrt(table.noise**2 - step**2 / 12) if table.noise > BLURRED * step else 0.0
         noise = blurred * np.random.default_rng(0).standard_normal(len(angle))
@@ -93,7 +94,7 @@ def _encoder_step(recording: Recording, exposure: Exposure) -> float:
     names = order(recording)
     if not names or names[0] != "table_angle" or recording.channels[names[0]].source != "encoder":
         return 0.0
-    return abs(exposure.motion.projection) * counted(recording.channels[names[0]].values)
+    return abs(exposure.motion.projection) * counter_step(recording.channels[names[0]].values)
 
 
 def _commanded(recording: Recording) -> bool:

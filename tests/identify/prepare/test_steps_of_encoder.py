@@ -7,6 +7,7 @@ import pytest
 from simulated_runs import closed, manifest
 
 from insenv.core.recording import Channel, Floats, Recording, Site
+from insenv.core.series.rounding import counter_step
 from insenv.identify.findings import Findings
 
 RATE, SECONDS = 100.0, 160.0
@@ -53,3 +54,20 @@ def test_a_line_that_the_gyro_has_is_named() -> None:
     (tone,) = target.added
     frequency = next(p for p in tone.parameters if p.parameter == "f")
     assert frequency.value == pytest.approx(23.7, abs=0.01)
+
+
+def test_round_rates_are_no_steps_of_an_encoder() -> None:
+    """At 2.5 and 5 deg/s, ten rows a second, an angle goes by whole quarters of a degree; so do its ramps."""
+    rate = np.repeat([0.0, 2.5, 5.0, -2.5], 200)
+    ramps = np.convolve(np.append(np.zeros(3), rate), np.full(4, 0.25), "valid")
+    assert counter_step(0.1 * np.cumsum(rate)) == 0.0
+    assert counter_step(0.1 * np.cumsum(ramps)) == 0.0
+    assert counter_step(np.cumsum(np.sin(0.01 * np.arange(800.0)))) == 0.0
+
+
+@pytest.mark.parametrize("digits", [4, None])
+def test_steps_of_an_encoder_are_found_behind_printed_digits(digits: int | None) -> None:
+    _, angle = driven("stairs")
+    read = np.rad2deg(np.floor(angle[::10] / STEP) * STEP)
+    printed = read if digits is None else np.round(read, digits)
+    assert counter_step(printed) == pytest.approx(np.rad2deg(STEP), rel=1e-3)
