@@ -14,8 +14,8 @@ from insenv.core.recording import Floats
 OFF = 0.02
 #: Times the digits of a file from which on steps are a counter's, and the share of rows that keep to them.
 DIGITS, KEPT = 10.0, 0.99
-#: Changes by one count, at least, and the share of them that take back the one before.
-FEWEST, TURNS = 16, 0.25
+#: Share of the readings at which a change of a counter's counts by one takes back the last one.
+TURNS = 0.02
 #: Share of a range below which a step is that of a computer's numbers.
 LEAST_STEP = 1e-12
 #: Steps of floating-point numbers below which a difference is nothing.
@@ -62,12 +62,12 @@ def counter_step(values: Floats) -> float:
     """The step of the counter that ``values``, shape (n,), show to be there; 0 where they show none.
 
     At a steady rate its counts from reading to reading go up and down by one, by turns. Those of a programme of round
-    rates and accelerations are whole numbers too, and do not; and numbers that a computer made have steps that are none.
+    rates and accelerations are whole numbers too, and do so at the ends of ramps alone; and numbers that a computer
+    made have steps that are none.
     """
     step = counted(values)
     if step < LEAST_STEP * float(np.ptp(values)):
         return 0.0
     changes = np.diff(np.rint(np.diff(values) / step))
     changes = changes[np.abs(changes) == 1]
-    by_turns = len(changes) >= FEWEST and float(np.mean(changes[1:] * changes[:-1] < 0)) > TURNS
-    return step if by_turns else 0.0
+    return step if np.sum(changes[1:] * changes[:-1] < 0) > TURNS * len(values) else 0.0

@@ -69,5 +69,5 @@ def test_round_rates_are_no_steps_of_an_encoder() -> None:
 def test_steps_of_an_encoder_are_found_behind_printed_digits(digits: int | None) -> None:
     _, angle = driven("stairs")
     read = np.rad2deg(np.floor(angle[::10] / STEP) * STEP)
-    printed = read if digits is None else np.round(read, digits)
+    printed = np.asarray(read if digits is None else np.round(read, digits), float)
     assert counter_step(printed) == pytest.approx(np.rad2deg(STEP), rel=1e-3)
