@@ -110,6 +110,8 @@ def sampling(path: Path, t: Floats, place: Callable[[int], str], angle: Floats |
         raise UnevenError(path, t)
     origin = 0.0 if grain < COARSE * clock.period else float(t[0])
     taken = _mended(path, t - origin, t[0] - origin, replace(clock, quantum=max(clock.quantum, grain)), place, angle)
+    if (np.diff(taken.t) <= 0).any() and (np.diff(t) > 0).all():
+        raise UnevenError(path, t)  # some stamps and the clock of the others do not go together
     return replace(taken, t=increasing(path, taken.t, place))
 
 
@@ -117,7 +119,7 @@ def nearly_forwards(t: Floats, place: Callable[[int], str]) -> tuple[Floats, tup
     """Stamps of which a few run backwards by less than a step, shape (n,) [s], with none that does; what was done.
 
     Two threads of a logger, or a clock that is disciplined, write one row a little before the one before it. Such rows
-    stand at the latest stamp before them, as if they had been written twice; the clock of the others tells their time.
+    share the time between the latest stamp before them and the next one after it; a clock of the others tells better.
     """
     steps = np.diff(t)
     back = steps < 0
@@ -129,7 +131,8 @@ def nearly_forwards(t: Floats, place: Callable[[int], str]) -> tuple[Floats, tup
         if count == 1
         else f"{count} time stamps run backwards, first at {first}"
     )
-    return np.maximum.accumulate(t), (f"{which}, by up to {-steps.min():.2g} s: taken for late ones",)
+    row, late = np.arange(len(t)), np.maximum.accumulate(t) > t
+    return np.interp(row, row[~late], t[~late]), (f"{which}, by up to {-steps.min():.2g} s: taken for late ones",)
 
 
 def in_packets(t: Floats) -> bool:

@@ -21,7 +21,7 @@ import numpy as np
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats
 from insenv.effects.base import OUTPUT, CurveEffect, LinearEffect, Param
-from insenv.effects.forms import columns, decay, time_constants
+from insenv.effects.forms import behind_the_table, columns, decay, time_constants
 from insenv.effects.thermal import temperature_excess
 
 #: Widths of an anomaly that a scan tries, as shares of the largest rate.
@@ -196,6 +196,10 @@ class ScaleFactorAnomaly(CurveEffect):
     def others(self) -> tuple[Self, ...]:
         """The bump with wings, or without."""
         return (replace(self, wings=not self.wings),)
+
+    def blind(self, motion: Motion) -> str:
+        """Beside a late reference, which is wrong most where the rate changes: at some rates by chance."""
+        return behind_the_table(motion)
 
     def grid(self, motion: Motion) -> Floats:
         """Centres and widths, shape (g, 2): centres only where the recording has rates."""
