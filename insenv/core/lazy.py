@@ -1,11 +1,11 @@
-"""A value that is made when it is asked for."""
+"""Values that are made when they are asked for, and what is pickled of them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 T = TypeVar("T")
 
@@ -31,3 +31,21 @@ class Lazy(Generic[T]):
 
 def _constant(value: T) -> Lazy[T]:
     return Lazy(lambda: value)
+
+
+@dataclass(frozen=True, eq=False)
+class Here:
+    """``ask(...)`` in the process in which it was made; what is pickled knows nothing, and answers with nothing."""
+
+    ask: Callable[..., tuple[Any, ...]]
+
+    def __call__(self, *args: Any) -> tuple[Any, ...]:
+        """What it answers."""
+        return self.ask(*args)
+
+    def __reduce__(self) -> tuple[Callable[..., Here], tuple[Callable[..., tuple[Any, ...]]]]:
+        return Here, (_nothing,)
+
+
+def _nothing(*args: Any) -> tuple[Any, ...]:
+    return ()

@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from insenv.core.estimate import Limits
-from insenv.core.lazy import Lazy
+from insenv.core.lazy import Here, Lazy
 from insenv.core.recording import Floats, Recording
 from insenv.core.series.allan import allan_deviation
 from insenv.core.series.spectrum import psd
@@ -199,7 +199,7 @@ def _target(
         derived=derived(plain, before, track, earth),
         cautions=(*_incredible(problem, own), *cautions(earth), *_wander(scores[1])),
         covariance=covariance(problem, track.fit),
-        beside=partial(_beside, track),
+        beside=Here(partial(_beside, track)),
         switchable=Lazy(partial(switchable, track)),
         samples=Lazy(track.prepared.samples),
     )

@@ -80,6 +80,9 @@ def _errors_of_steps(recordings: tuple[Recording, ...], target: str, per_cell: i
         if table is None or table.still:
             return None
         step = counter_step(recording.channels[name].values)
+        if not step:
+            runs.append(rates_of_angles(recording, target, per_cell, np.zeros((DRAWS, len(recording)))))
+            continue
         angle = table.angle_at(recording.t - recording.channels[name].delay)
         blurred = np.sqrt(table.noise**2 - step**2 / 12) if table.noise > BLURRED * step else 0.0
         noise = blurred * np.random.default_rng(0).standard_normal(len(angle))
