@@ -370,6 +370,14 @@ class OfferedModels:
     rows: NDArray[np.int64]
 
 
+def _nothing() -> None:
+    """Of what is made when it is asked for, where there is none."""
+
+
+def _no_estimates(effect: str, shape: Mapping[str, float]) -> tuple[Estimate, ...]:
+    return ()
+
+
 @dataclass(frozen=True)
 class TargetFindings:
     """All that was found on one target channel.
@@ -401,11 +409,11 @@ class TargetFindings:
     covariance: Covariance | None = None
     formulas: Formulas | None = None
     beside: Callable[[str, Mapping[str, float]], tuple[Estimate, ...]] = field(
-        default=lambda effect, shape: (), compare=False, repr=False
+        default=_no_estimates, compare=False, repr=False
     )
-    switchable: Callable[[], Switchable | None] = field(default=lambda: None, compare=False, repr=False)
-    models: Callable[[], OfferedModels | None] = field(default=lambda: None, compare=False, repr=False)
-    samples: Callable[[], SampleSpectrum | None] = field(default=lambda: None, compare=False, repr=False)
+    switchable: Callable[[], Switchable | None] = field(default=_nothing, compare=False, repr=False)
+    models: Callable[[], OfferedModels | None] = field(default=_nothing, compare=False, repr=False)
+    samples: Callable[[], SampleSpectrum | None] = field(default=_nothing, compare=False, repr=False)
 
 
 @dataclass(frozen=True)
