@@ -8,15 +8,19 @@ Source: VectorNav, VN-100 User Manual UM001, asynchronous outputs.
 
 from __future__ import annotations
 
+import csv
 import re
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 import numpy as np
 
 #: Where the numbers of a sentence stand.
 YAW, ATTITUDE, ACCELERATIONS, RATES = 0, slice(0, 3), slice(6, 9), slice(9, 12)
+NAMES = "t,yaw,pitch,roll,mx,my,mz,ax,ay,az,gx,gy,gz"
 _SENTENCE = re.compile(rb"\$VNYMR,([-+.,0-9]*)")
+_NUMBERS = 12
 _OF_TOPIC = "SELECT timestamp, data FROM messages JOIN topics ON topic_id = topics.id WHERE name = ? ORDER BY timestamp"
 
 
@@ -32,14 +36,26 @@ def sentence(data: bytes) -> list[float]:
     return numbers
 
 
+def of_a_table(path: Path) -> list[list[float]]:
+    """Stamp [s] and numbers of the whole sentences in a table of messages (`rostopic echo -p`, a stamp in two columns)."""
+    rows = []
+    with path.open(encoding="utf-8") as lines:
+        for line in csv.reader(lines):
+            text = next((cell for cell in line if "$VNYMR" in cell), "")
+            numbers = next((numbers for _, numbers in sentences(text.encode())), [])
+            if len(numbers) == _NUMBERS:
+                rows.append([float(line[2]) + 1e-9 * float(line[3]), *numbers])
+    return rows
+
+
 def messages(bag: str, topic: str) -> Iterator[tuple[int, bytes]]:
     """The recorder's stamp [ns] and the bytes of a topic's messages in a bag of ROS 2 (SQLite), by their stamps."""
     with sqlite3.connect(bag) as database:
         yield from database.execute(_OF_TOPIC, (topic,))
 
 
-def save(path: str, names: str, rows: list[tuple[float, ...]]) -> None:
+def save(path: str, names: str, rows: Sequence[Sequence[float]], digits: int = 15) -> None:
     """A table whose time is counted from its first row."""
     table = np.array(rows)
     table[:, 0] -= table[0, 0]
-    np.savetxt(path, table, delimiter=",", header=names, comments="", fmt="%.15g")
+    np.savetxt(path, table, delimiter=",", header=names, comments="", fmt=f"%.{digits}g")
