@@ -44,8 +44,13 @@ class Here:
         return self.ask(*args)
 
     def __reduce__(self) -> tuple[Callable[..., Here], tuple[Callable[..., tuple[Any, ...]]]]:
-        return Here, (_nothing,)
+        return Here, (unanswered,)
 
 
-def _nothing(*args: Any) -> tuple[Any, ...]:
+def nothing() -> None:
+    """What is made of what is not there: the default of a field that is made when it is asked for."""
+
+
+def unanswered(*args: Any) -> tuple[Any, ...]:
+    """The answer of what knows nothing: none."""
     return ()

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.filing import Filing
+from insenv.core.lazy import nothing, unanswered
 from insenv.core.recording import Floats, Mounting, Recording, Site
 from insenv.data.fingerprint import fingerprint
 from insenv.data.manifest.spec import Manifest
@@ -370,14 +371,6 @@ class OfferedModels:
     rows: NDArray[np.int64]
 
 
-def _nothing() -> None:
-    """Of what is made when it is asked for, where there is none."""
-
-
-def _no_estimates(effect: str, shape: Mapping[str, float]) -> tuple[Estimate, ...]:
-    return ()
-
-
 @dataclass(frozen=True)
 class TargetFindings:
     """All that was found on one target channel.
@@ -409,11 +402,11 @@ class TargetFindings:
     covariance: Covariance | None = None
     formulas: Formulas | None = None
     beside: Callable[[str, Mapping[str, float]], tuple[Estimate, ...]] = field(
-        default=_no_estimates, compare=False, repr=False
+        default=unanswered, compare=False, repr=False
     )
-    switchable: Callable[[], Switchable | None] = field(default=_nothing, compare=False, repr=False)
-    models: Callable[[], OfferedModels | None] = field(default=_nothing, compare=False, repr=False)
-    samples: Callable[[], SampleSpectrum | None] = field(default=_nothing, compare=False, repr=False)
+    switchable: Callable[[], Switchable | None] = field(default=nothing, compare=False, repr=False)
+    models: Callable[[], OfferedModels | None] = field(default=nothing, compare=False, repr=False)
+    samples: Callable[[], SampleSpectrum | None] = field(default=nothing, compare=False, repr=False)
 
 
 @dataclass(frozen=True)

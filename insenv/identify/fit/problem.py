@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from insenv.core.lazy import nothing
 from insenv.core.recording import Floats
 from insenv.core.series.coarse import Coarse
 from insenv.data.exposure import Exposure
@@ -64,10 +65,6 @@ class Term:
 Model = tuple[Term, ...]
 
 
-def _unknown() -> None:
-    """Of the steps of an angle nothing is known."""
-
-
 @dataclass(frozen=True, eq=False)
 class Problem:
     """The bins of one target, ready to be modelled.
@@ -106,7 +103,7 @@ class Problem:
     commanded: bool = False
     coarse: Coarse | None = None
     encoder: float = 0.0
-    steps: Callable[[], Floats | None] = field(default=_unknown, repr=False, compare=False)
+    steps: Callable[[], Floats | None] = field(default=nothing, repr=False, compare=False)
     cache: dict[Hashable, Any] = field(default_factory=dict, repr=False)
 
     def remember(self, key: Hashable, make: Any) -> Any:

@@ -34,6 +34,14 @@ def messages(file: str, topic: bytes) -> Iterator[tuple[float, bytes]]:
             yield seconds + nanoseconds * 1e-9, body[16 + n :]
 
 
+def texts(file: str, word: bytes) -> Iterator[tuple[float, bytes]]:
+    """Stamps [s] at which the messages that hold a word were recorded, and those messages."""
+    for fields, body in records(Path(file)):
+        if fields[b"op"] == MESSAGE and word in body:
+            seconds, nanoseconds = struct.unpack("<II", fields[b"time"])
+            yield seconds + nanoseconds * 1e-9, body
+
+
 def imu(file: str, topic: bytes) -> tuple[Floats, Floats, Floats]:
     """Times [s], quaternions (x, y, z, w) and rates [rad/s] of sensor_msgs/Imu: shapes (n,), (n, 4), (n, 3)."""
     rows = np.array([(stamp, *struct.unpack_from("<16d", body)) for stamp, body in messages(file, topic)])

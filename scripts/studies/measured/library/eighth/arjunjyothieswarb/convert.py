@@ -4,20 +4,9 @@ The messages of the ROS bag hold the line of the unit (VNYMR) with yaw, pitch an
 rates. Times are those at which they were recorded.
 """
 
-import struct
-from pathlib import Path
-
 import numpy as np
-from ros_bag import MESSAGE, records
+from ros_bag import texts
+from vectornav import sentence
 
-
-def rows(file):
-    for fields, body in records(Path(file)):
-        if fields[b"op"] == MESSAGE and b"VNYMR" in body:
-            seconds, nanoseconds = struct.unpack("<II", fields[b"time"])
-            words = body[body.find(b"VNYMR") :].split(b"*")[0].split(b",")
-            yield [seconds + nanoseconds * 1e-9, *map(float, words[1:])]
-
-
-log = np.array(list(rows("raw/Lab 4/src/analysis/circle_data.bag")))
+log = np.array([(t, *sentence(body)) for t, body in texts("raw/Lab 4/src/analysis/circle_data.bag", b"VNYMR")])
 np.savez("circles.npz", t=log[:, 0] - log[0, 0], gz=log[:, 12], yaw=log[:, 1])
