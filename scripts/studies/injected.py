@@ -32,6 +32,7 @@ from scipy.signal import lfilter
 
 from insenv.close import close
 from insenv.core.errors import InputError
+from insenv.core.recording import Recording
 from insenv.data.load import read_recordings
 from insenv.data.manifest import load_manifest
 from insenv.identify.findings import Findings
@@ -373,25 +374,43 @@ def written(y: Floats, d: Drivers, wanted: Floats, turns: bool, logger: Logger, 
     return folder / "case.toml"
 
 
-def case(
-    law: str, manifest: Path, rng: np.random.Generator, length: float, strength: float, rough: bool, folder: Path
-) -> Outcome:
-    """Draw a piece of a rest, put the effect in, close the loop."""
-    recording = read_recordings(load_manifest(manifest))[0]
+@dataclass(frozen=True)
+class Piece:
+    """A piece of a measured rest: the gyro's name, the steps' length [s], its readings and times, shape (n,)."""
+
+    name: str
+    dt: float
+    rest: Floats
+
+    @property
+    def t(self) -> Floats:
+        """Times of the readings [s], from one step on."""
+        return self.dt * np.arange(1.0, self.rest.size + 1.0)
+
+
+def drawn_piece(recording: Recording, rng: np.random.Generator, length: float) -> Piece:
+    """Some ``length`` seconds of one of the recording's gyros."""
     name = str(rng.choice([n for n in recording.channels if n.startswith("gyro")]))
     dt = float(np.median(np.diff(recording.t)))
     rows = min(int(length / dt), recording.t.size)
     begin = int(rng.integers(0, recording.t.size - rows + 1))
-    rest = np.asarray(recording.channels[name].values[begin : begin + rows], dtype=float)
-    t = dt * np.arange(1.0, rows + 1.0)
+    return Piece(name, dt, np.asarray(recording.channels[name].values[begin : begin + rows], dtype=float))
+
+
+def case(
+    law: str, manifest: Path, rng: np.random.Generator, length: float, strength: float, rough: bool, folder: Path
+) -> Outcome:
+    """Draw a piece of a rest, put the effect in, close the loop."""
+    piece = drawn_piece(read_recordings(load_manifest(manifest))[0], rng, length)
+    t, rest = piece.t, piece.rest
     turns, effect_of = LAWS[law]
     wanted, u = programme(t, rng) if turns else (0.0 * t, 0.0 * t)
-    d = Drivers(t, u, np.cumsum(u) * dt, heat(t, rng), rest, rng)
-    declared = [np.ones(rows), *([u] if turns and law != "scale_factor" else [])]
+    d = Drivers(t, u, np.cumsum(u) * piece.dt, heat(t, rng), rest, rng)
+    declared = [np.ones(t.size), *([u] if turns and law != "scale_factor" else [])]
     effect = effect_of(d)
     block = TABLE_BLOCK if turns else QUICK_BLOCK if law == "tone" else SLOW_BLOCK
     if law not in WHOLE:
-        effect = scaled(effect, rest, declared, max(int(block / dt), 1), strength)
+        effect = scaled(effect, rest, declared, max(int(block / piece.dt), 1), strength)
     known = '["bias"]' if not turns or law == "scale_factor" else '["bias", "scale_factor"]'
     logger = Logger.drawn(rng) if rough else Logger()
     manifest_of = written(rest + u + effect, d, wanted, turns, logger, known, folder)
@@ -399,7 +418,7 @@ def case(
         outcome = word(law, close(manifest_of), logger)
     except InputError as error:
         outcome = "refused", str(error)
-    return Outcome(law, f"{manifest.parent.name}/{name}", *outcome, logger.told)
+    return Outcome(law, f"{manifest.parent.name}/{piece.name}", *outcome, logger.told)
 
 
 def main() -> None:

@@ -37,7 +37,7 @@ def sentence(data: bytes) -> list[float]:
 
 
 def of_a_table(path: Path) -> list[list[float]]:
-    """Stamp [s] and numbers of the whole sentences in a table of messages (`rostopic echo -p`, a stamp in two columns)."""
+    """Stamp [s] and numbers of the whole sentences in a table of messages, their stamps in two columns."""
     rows = []
     with path.open(encoding="utf-8") as lines:
         for line in csv.reader(lines):

@@ -34,7 +34,7 @@ sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve
 from files import written
 from generate import made, plans
 from laws import ALIKE, LAWS, Law, addition, columns_at, left, on_rows
-from studies.injected import Drivers, Floats, Logger, heat, programme
+from studies.injected import Drivers, Floats, Logger, drawn_piece, heat, programme
 from studies.injected import written as logged
 from world import FITTED, cosine, span
 
@@ -74,25 +74,20 @@ def of_law(law: Law, seed: int, strength: float) -> Kept:
 def of_rest(manifest: Path, law: Law | None, seed: int, strength: float, length: float = 1500.0) -> Kept:
     """The same on a piece of a measured rest; without a law the search among formulas, whatever the verdict."""
     rng = np.random.default_rng([seed, len(LAWS) if law is None else LAWS.index(law), 21])
-    recording = read_recordings(opened(manifest))[0]
-    name = str(rng.choice([n for n in recording.channels if n.startswith("gyro")]))
-    dt = float(np.median(np.diff(recording.t)))
-    rows = min(int(length / dt), recording.t.size)
-    begin = int(rng.integers(0, recording.t.size - rows + 1))
-    rest = np.asarray(recording.channels[name].values[begin : begin + rows], dtype=float)
-    t = dt * np.arange(1.0, rows + 1.0)
+    piece = drawn_piece(read_recordings(opened(manifest))[0], rng, length)
+    t, rest = piece.t, piece.rest
     turns = rng.uniform() < 0.6 if law is None else law.kind != "rest"
     wanted, u = programme(t, rng) if turns else (0.0 * t, 0.0 * t)
-    d = Drivers(t, u, np.cumsum(u) * dt, heat(t, rng), rest, rng)
+    d = Drivers(t, u, np.cumsum(u) * piece.dt, heat(t, rng), rest, rng)
     at = on_rows(t, u, d.angle, d.kelvin)
-    declared = [np.ones(rows), *([u] if turns else [])]
+    declared = [np.ones(t.size), *([u] if turns else [])]
     phase = float(rng.uniform(0, 6))
     added = 0.0 * t
     if law is not None:
         added = addition(law, {**at, "a": at["a"] + phase})
         added = added * strength / _beside(added, rest, declared)
     known = '["bias", "scale_factor"]' if turns else '["bias"]'
-    source = f"{manifest.parent.name}/{manifest.stem}/{name}"
+    source = f"{manifest.parent.name}/{manifest.stem}/{piece.name}"
     with tempfile.TemporaryDirectory() as folder:
         path = logged(rest + u + added, d, wanted, turns, Logger(), known, Path(folder))
         if law is None:
