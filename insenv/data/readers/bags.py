@@ -16,7 +16,7 @@ import struct
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -103,7 +103,7 @@ def bag_arrays(path: Path, topics: set[str] | None = None) -> dict[str, Floats]:
     with decoding(path, "a ROS bag"):
         ros2 = path.suffix.lower() == ".db3"
         found: dict[str, _Topic] = {}
-        for name, kind, definition, stamp, body in _of_sqlite(path) if ros2 else _of_bag(path):
+        for name, kind, definition, stamp, body in _of_sqlite(path) if ros2 else messages_of_bag(path):
             if topics is None or name in topics:
                 topic = found.get(name)
                 if topic is None:
@@ -238,12 +238,25 @@ def _fields(kind: str, prefix: str, known: Mapping[str, str]) -> Iterator[tuple[
 
 # --------------------------------------------------------------------------------------------- files of bags
 
-#: Topic, type, definition, time of recording [s] and bytes of a message.
-_Message = tuple[str, str, str, float, bytes]
+
+class Message(NamedTuple):
+    """A message with its topic, the name and the definition of its type, and the time of its recording [s]."""
+
+    topic: str
+    kind: str
+    definition: str
+    recorded: float
+    body: bytes
 
 
-def _of_bag(path: Path) -> Iterator[_Message]:
-    """Messages of a bag of version 1, in the file's order."""
+def messages_of_bag(path: Path) -> Iterator[Message]:
+    """Messages of a bag of version 1, in the file's order.
+
+    Raises
+    ------
+    InputError
+        If it is none, or compressed by what the standard library has not.
+    """
     content = path.read_bytes()
     if not content.startswith(b"#ROSBAG V2.0\n"):
         raise InputError(f"{path}: is no ROS bag of version 2.0")
@@ -256,7 +269,7 @@ def _of_bag(path: Path) -> Iterator[_Message]:
             topics[fields[b"conn"]] = fields[b"topic"].decode("utf-8", "replace"), kind, definition
         elif fields.get(b"op") == _MESSAGE:
             seconds, nanoseconds = struct.unpack("<II", fields[b"time"])
-            yield *topics[fields[b"conn"]], seconds + 1e-9 * nanoseconds, body
+            yield Message(*topics[fields[b"conn"]], seconds + 1e-9 * nanoseconds, body)
 
 
 def _records(path: Path, data: bytes) -> Iterator[tuple[dict[bytes, bytes], bytes]]:
@@ -294,7 +307,7 @@ def _counted(data: bytes, at: int) -> tuple[bytes, int]:
     return data[at + 4 : at + 4 + size], at + 4 + size
 
 
-def _of_sqlite(path: Path) -> Iterator[_Message]:
+def _of_sqlite(path: Path) -> Iterator[Message]:
     """Messages of a bag of ROS 2, in the order of their recording."""
     import sqlite3  # slow to import
 
@@ -307,6 +320,6 @@ def _of_sqlite(path: Path) -> Iterator[_Message]:
         topics = {i: (n, k) for i, n, k in source.execute("SELECT id, name, type FROM topics")}
         for topic, stamp, body in source.execute("SELECT topic_id, timestamp, data FROM messages ORDER BY timestamp"):
             name, kind = topics[topic]
-            yield str(name), str(kind), own.get(kind, ""), 1e-9 * stamp, bytes(body)
+            yield Message(str(name), str(kind), own.get(kind, ""), 1e-9 * stamp, bytes(body))
     finally:
         source.close()

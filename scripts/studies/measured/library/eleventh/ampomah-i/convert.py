@@ -9,7 +9,5 @@ from ros_bag import messages
 from vectornav import NAMES, of_a_table, save, sentences
 
 save("circle.csv", NAMES, of_a_table(Path("raw/LAB4/Analysis/data_going_in_circles/imu.csv")), digits=9)
-rest = [
-    (stamp, *row) for stamp, body in messages("raw/LAB4/Data/stationary.bag", b"/imu") for _, row in sentences(body)
-]
+rest = [(stamp, *row) for stamp, body in messages("raw/LAB4/Data/stationary.bag", "/imu") for _, row in sentences(body)]
 save("rest.csv", NAMES, rest, digits=9)

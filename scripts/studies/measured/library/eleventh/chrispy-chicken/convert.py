@@ -24,7 +24,7 @@ def write(name, rates, angles, time=None):
     np.savetxt(f"{name}.csv", np.hstack(columns), fmt="%.9f", delimiter=",", header=",".join(names), comments="")
 
 
-bag = np.array([(stamp, *struct.unpack_from("<37d", body)) for stamp, body in messages("raw/imu.bag", b"/imu")])
+bag = np.array([(stamp, *struct.unpack_from("<37d", body)) for stamp, body in messages("raw/imu.bag", "/imu")])
 write("bag", bag[:, 14:17], turned(bag[:, [2, 3, 4, 1]]), bag[:, 0] - bag[0, 0])
 text = np.loadtxt("raw/imu.txt")
 write("text", text[:, 3:6], turned(text[:, [7, 8, 9, 6]]))

@@ -13,7 +13,7 @@ from turned import body_angles
 from vectornav import of_a_table, save
 
 rest = np.array(
-    [(stamp, *struct.unpack_from("<10d", body)) for stamp, body in messages("raw/LAB3/Data/Abhinav.bag", b"/imu")]
+    [(stamp, *struct.unpack_from("<10d", body)) for stamp, body in messages("raw/LAB3/Data/Abhinav.bag", "/imu")]
 )
 save("rest.csv", "t,gx,gy,gz,ax,ay,az", rest[:, [0, 5, 6, 7, 8, 9, 10]], digits=9)
 rows = np.array(of_a_table(Path("raw/LAB3/Data/imu_mov-imu.csv")))

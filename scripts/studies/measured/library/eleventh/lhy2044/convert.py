@@ -6,7 +6,7 @@ import numpy as np
 from ros_bag import messages
 
 rows = []
-for stamp, body in messages("raw/imu/data/imu.bag", b"imu/"):
+for stamp, body in messages("raw/imu/data/imu.bag", "imu/"):
     text = re.search(rb"\$VNYMR((?:,[-+0-9.]+){12})", body)
     if text:
         rows.append([stamp, *map(float, text.group(1).decode().split(",")[7:13])])

@@ -10,9 +10,9 @@ def write(file, names, *columns):
 
 
 FOLDER = "raw/imu_filter_madgwick/sample"
-time, quaternion, rate = imu(f"{FOLDER}/ardrone_imu.bag", b"/ardrone/imu")
+time, quaternion, rate = imu(f"{FOLDER}/ardrone_imu.bag", "/ardrone/imu")
 attitude = Rotation.from_quat(quaternion)
 angle = np.concatenate(([0.0], np.cumsum((attitude[:-1].inv() * attitude[1:]).as_rotvec()[:, 1])))
 write("ardrone.csv", "time,gyro_y,angle_y", time - time[0], rate[:, 1], angle)
-time, _, rate = imu(f"{FOLDER}/phidgets_imu_upside_down.bag", b"/imu/data_raw")
+time, _, rate = imu(f"{FOLDER}/phidgets_imu_upside_down.bag", "/imu/data_raw")
 write("phidgets.csv", "time,gyro_x,gyro_y,gyro_z", time - time[0], rate)

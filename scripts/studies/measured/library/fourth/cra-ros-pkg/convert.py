@@ -15,8 +15,8 @@ def heading(file, topic):
 
 
 BAG = "raw/test/test1.bag"
-time, _, rate = imu(BAG, b"/imu/data")
-wheels = np.array(list(heading(BAG, b"/husky_velocity_controller/odom")))
+time, _, rate = imu(BAG, "/imu/data")
+wheels = np.array(list(heading(BAG, "/husky_velocity_controller/odom")))
 angle = np.interp(time, wheels[:, 0], np.unwrap(wheels[:, 1]))
 both = (time >= wheels[0, 0]) & (time <= wheels[-1, 0])
 np.savetxt(

@@ -18,7 +18,7 @@ def turned(attitude):
 
 
 for flight, (begin, axis, optical) in FLIGHTS.items():
-    time, _, rate = imu(f"raw/rosbag/0612_hw{flight}.bag", b"/imu/data")
+    time, _, rate = imu(f"raw/rosbag/0612_hw{flight}.bag", "/imu/data")
     time += begin - time[0]
     truth = np.loadtxt(f"raw/scenario{flight}/gt.csv", skiprows=1)
     truth = truth[np.abs(truth[:, 4:]).sum(axis=1) > 0.0]

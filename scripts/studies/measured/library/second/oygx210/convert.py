@@ -7,23 +7,18 @@ import struct
 from pathlib import Path
 
 import numpy as np
-from ros_bag import CONNECTION, MESSAGE, records
+
+from insenv.data.readers.bags import messages_of_bag
 
 #: Topic and first byte of three doubles of rate, counted from the end of the message.
 UNITS = {"sbg": ("/sbg/imu_data", 76), "ixblue": ("/ixblue_ins_driver/standard/imu", 192)}
 
 
 rows: dict[str, list[tuple[float, ...]]] = {name: [] for name in UNITS}
-topics: dict[bytes, str] = {}
-for header, body in records(Path("raw/Experiences/Rotations.bag")):
-    if header[b"op"] == CONNECTION:
-        topics[header[b"conn"]] = header[b"topic"].decode()
-        continue
+for message in messages_of_bag(Path("raw/Experiences/Rotations.bag")):
     for name, (topic, place) in UNITS.items():
-        if header[b"op"] == MESSAGE and topics[header[b"conn"]] == topic:
-            seconds, nanoseconds = struct.unpack("<II", header[b"time"])
-            rate = struct.unpack_from("<3d", body, len(body) - place)
-            rows[name].append((seconds + 1e-9 * nanoseconds, *rate))
+        if message.topic == topic:
+            rows[name].append((message.recorded, *struct.unpack_from("<3d", message.body, len(message.body) - place)))
 own, reference = np.array(rows["sbg"]), np.array(rows["ixblue"])
 there = (own[:, 0] > reference[0, 0]) & (own[:, 0] < reference[-1, 0])
 own = own[there]

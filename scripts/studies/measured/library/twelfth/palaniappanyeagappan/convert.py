@@ -17,13 +17,13 @@ BAG = "raw/lab5/src/data/data_going_in_circles.bag"
 
 def rates() -> Iterator[tuple[float, float]]:
     """Stamps [s] and rates about z [rad/s]."""
-    for stamp, body in messages(BAG, b"/imu"):
+    for stamp, body in messages(BAG, "/imu"):
         *_, (_, numbers) = sentences(body)
         if len(numbers) == 12:
             yield stamp % 86400.0, numbers[RATES][2]
 
 
-fixes = np.array([(stamp, *struct.unpack_from("<5d", body)[3:5]) for stamp, body in messages(BAG, b"/gps")])
+fixes = np.array([(stamp, *struct.unpack_from("<5d", body)[3:5]) for stamp, body in messages(BAG, "/gps")])
 steps = np.diff(fixes, axis=0)
 middle, speed = (fixes[1:, 0] + fixes[:-1, 0]) / 2, np.hypot(steps[:, 1], steps[:, 2]) / steps[:, 0]
 moving = speed > 1.0
