@@ -17,35 +17,31 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import chdtri
 
-from insenv.core.recording import Floats
-from insenv.core.series.allan import FLICKER, WALK
 from insenv.identify.clean.settling import settled_by
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.heldout import MOST_GROWTH, Score, confirms, held_out_score, rescored
-from insenv.identify.fit.noise import fit_noise
-from insenv.identify.fit.problem import NOISE_TERMS, Model, Problem, pooled
+from insenv.identify.fit.problem import NOISE_TERMS, Problem
 from insenv.identify.prepare.vibration import went_away
 from insenv.identify.search.all_rows import AllRows, of_all_rows, surest_slow
 from insenv.identify.search.jumps import is_step
 from insenv.identify.search.rivals import Rivalry
 from insenv.identify.search.round import by_fit_alone, with_term
 from insenv.identify.search.scan import Hit, reference
+from insenv.identify.search.staying import Staying
 from insenv.identify.search.tracks import Step, Track
 from insenv.identify.search.unit.one_box import DRIFTS, LEAST, in_common, is_thermal, log_p_by_itself, looks_of, surest
 from insenv.identify.search.unit.turn_on import each_its_own, turned_on_anew
 
 #: Probability with which noise alone gives the likelihood ratio from which on a law is its rival.
 CHANCE = 0.05
-#: Likelihood ratio over white noise from which on the level changes for certain, and the odds for a law over a walk
-#: from which on that is said.
-CERTAIN, LIKELIER = 25.0, 50.0
-#: Noise whose level does not stay.
-WANDERING = (FLICKER, WALK)
+#: Probability with which noise that stays gives the likelihood ratio from which on a law is certain beside it (four
+#: deviations), and the odds for the law over a walk from which on that is said.
+CERTAIN, LIKELIER = 6.3e-5, 50.0
 #: Share of the slowest mode's variance that a noise term must make to be told.
 SHARE = 0.1
 
@@ -85,43 +81,51 @@ def _by_all_rows(track: Track, alpha: float) -> tuple[str, ...]:
 
 def _in_place_of_a_walk(track: Track) -> tuple[str, ...]:
     """A law without which there is a walk of the noise, and with which there is none, likelier than that."""
-    found = max(_beside_white(track), key=lambda one: one[1], default=None)
-    if found is None or found[1] < math.log(LIKELIER):
+    found = max(_likelier(track), key=lambda one: one.odds, default=None)
+    if found is None:
         return ()
-    hit, gain, ratio = found
+    stays = f"noise that correlates over {found.memory:.2g} s" if found.memory else "white noise"
     return (
-        f"{hit.candidate.effect.key} beside white noise is {math.exp(min(gain, 99.0)):.2g} times as likely by all rows "
-        f"as the walk of the noise that stands for it ({math.sqrt(ratio):.2g} deviations of white noise): not decided "
-        "between them",
+        f"{found.hit.candidate.effect.key} beside {stays} is {math.exp(min(found.odds, 99.0)):.2g} times as likely by "
+        f"all rows as the walk of the noise that stands for it ({math.sqrt(found.ratio):.2g} deviations of that noise):"
+        " not decided between them",
     )
 
 
-def _beside_white(track: Track) -> Iterator[tuple[Hit, float, float]]:
-    """Laws that are certain if noise does not wander: how much likelier than a walk, and the ratio beside white noise.
+@dataclass(frozen=True)
+class _Likelier:
+    """A law that is certain beside noise that stays: odds over a walk (logarithm), ratio beside no law, memory [s]."""
 
-    A law and a walk have a coefficient each; the shapes of a law are paid for (Akaike).
+    hit: Hit
+    odds: float
+    ratio: float
+    memory: float
+
+
+def _likelier(track: Track) -> tuple[_Likelier, ...]:
+    """Laws that are certain if noise does not wander, and likelier by `LIKELIER` than its walk.
+
+    A law and a walk have a coefficient each; what a law has beyond that is paid for (Akaike). That the walk itself be
+    certain is not asked: where the law is the truth, a walk is the worse the more it stands for.
     """
     rows = of_all_rows(track)
     if rows is None:
-        return
-    model, wander = rows.fit.model, _wandering()
-    still = np.where(np.isin(np.arange(len(NOISE_TERMS)), wander), 0.0, np.inf)
+        return ()
 
-    def loglik(model: Model, most: Floats | None) -> float:
-        return fit_noise(*pooled(rows.problem, model), restricted=False, most=most).loglik
+    def asked() -> tuple[_Likelier, ...]:
+        model = rows.fit.model
+        noise = Staying.of(rows.problem, model)
+        without = noise.loglik(model)
+        found = []
+        for hit in rows.laws:
+            with_it = noise.loglik(with_term(model, hit.term))
+            ratio, odds = 2 * (with_it - without), with_it - noise.walking - (hit.size - 1)
+            if ratio > chdtri(hit.size, CERTAIN) and odds >= math.log(LIKELIER):
+                found.append(_Likelier(hit, odds, ratio, noise.time))
+        return tuple(found)
 
-    walk, white = loglik(model, None), loglik(model, still)
-    if 2 * (walk - white) < CERTAIN:
-        return
-    for hit in rows.laws:
-        with_it = loglik(with_term(model, hit.term), still)
-        if 2 * (with_it - white) >= CERTAIN:
-            yield hit, with_it - walk - len(hit.term.shape), 2 * (with_it - white)
-
-
-def _wandering() -> list[int]:
-    """The noise terms that wander."""
-    return [i for i, term in enumerate(NOISE_TERMS) if term.id in WANDERING]
+    said: tuple[_Likelier, ...] = rows.problem.remember(("likelier", rows.fit.model), asked)
+    return said
 
 
 def with_sets(tracks: Sequence[Track], alpha: float) -> list[Track]:
@@ -200,7 +204,8 @@ def _with_set(track: Track, alpha: float) -> Track:
     rows = of_all_rows(track)
     if rows is None:
         return track
-    laws = sorted((hit for hit in rows.laws if _is_rival(hit)), key=_worth, reverse=True)
+    likelier = [one.hit for one in _likelier(track)]
+    laws = sorted((hit for hit in rows.laws if _is_rival(hit) or hit in likelier), key=_worth, reverse=True)
     keys = _keys(laws)
     problem, steps = track.problem, tuple(step for step in track.steps if not step.hit.candidate.generic)
     fit = solve(problem, rows.fit.model, start=track.fit.noise.power)
