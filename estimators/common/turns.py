@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from insenv.core.compiled import jit
+from insenv.core.compiled import jit, patient
 from insenv.core.earth import EARTH_RATE
 from insenv.core.estimate import Datasheet
 from insenv.core.recording import GAP, Floats, Recording
@@ -52,6 +52,12 @@ _SEEN, _TIME, _LAST, _ORIGIN, _ROWS, _DONE, _NUMBER = range(7)
 def compiled(kernel: Callable[..., Any]) -> Callable[..., Any]:
     """The kernel compiled when it is first used, and kept on disk where there is a place for it."""
     machine: Callable[..., Any] = jit(kernel)
+    return machine
+
+
+def patiently(kernel: Callable[..., Any]) -> Callable[..., Any]:
+    """The same for what chunks are given to: compiled when it has worked enough for that."""
+    machine: Callable[..., Any] = patient(kernel)
     return machine
 
 
@@ -153,7 +159,7 @@ def _settings(axis: Axis) -> tuple[float, float, float, float, bool]:
     return float(axis.dt), float(axis.share), float(axis.vertical), float(axis.slack), axis.instant
 
 
-@compiled
+@patiently
 def _most(angle, now):  # type: ignore[no-untyped-def]
     """Revolutions that a chunk can complete at most."""
     most = 0
@@ -168,7 +174,7 @@ def _most(angle, now):  # type: ignore[no-untyped-def]
     return most
 
 
-@compiled
+@patiently
 def _walk(t, y, angle, settings, state):  # type: ignore[no-untyped-def]
     """Every row of a batch, in place."""
     now, part, closed, count = state

@@ -37,6 +37,7 @@ from estimators.common.turns import (
     compiled,
     follow,
     gyro_axis,
+    patiently,
 )
 from estimators.north_finder.spread import azimuth, level_rate, solved
 from insenv.core.estimate import Datasheet, Estimate
@@ -74,7 +75,7 @@ class Correlation:
         return gyro_errors(self.datasheet, gyro_axis(self.datasheet))
 
 
-@compiled
+@patiently
 def weigh(closed, count, coefficients, known, time):  # type: ignore[no-untyped-def]
     """Coefficients of the amplitudes of cosine and sine, one constant for each stretch."""
     for r in range(len(count)):

@@ -54,6 +54,7 @@ from estimators.common.turns import (
     compiled,
     follow,
     gyro_axis,
+    patiently,
 )
 from estimators.north_finder.correlation import divide
 from estimators.north_finder.spread import azimuth, level_rate, solved
@@ -139,7 +140,7 @@ def _prior() -> Floats:
     return np.diag([ScaleFactor.linear[0].sd ** 2, ScaleFactorDrift.linear[0].sd ** 2])
 
 
-@compiled
+@patiently
 def _weigh(mode, closed, count, coefficients, known, time):  # type: ignore[no-untyped-def]
     """Coefficients of cosine, sine, scale factor and its rate."""
     for r in range(len(count)):

@@ -50,6 +50,7 @@ from estimators.common.turns import (
     T,
     Turns,
     compiled,
+    patiently,
 )
 from insenv.core.earth import EARTH_RATE
 from insenv.core.estimate import Datasheet
@@ -120,7 +121,7 @@ def azimuth(known: Any, x: Floats, cov: Floats, level: float | None) -> tuple[Fl
     return np.where(good, angle, 0.0), np.where(good, variance, ANYWHERE), np.where(good[..., None], slope, 0.0)
 
 
-@compiled
+@patiently
 def _solve(weighed, told, x, cov):  # type: ignore[no-untyped-def]
     """Every row: estimate and covariance, in place."""
     closed, count, coefficients, known, time = weighed
@@ -172,16 +173,22 @@ def _angle_noise(s, coefficients, variances, dt, cov):  # type: ignore[no-untype
             if follows:
                 b = coefficients[j - 1, o]
                 jump[o] -= b[0] + b[1] * ca + b[2] * sa
-        _jump(jump, variance * (v[F0] ** 2 + (1 - v[F0]) ** 2), cov)
+        _jump(jump, variance * _ends(v[F0]), cov)
         if last:
             for o in range(k):
                 a = coefficients[j, o]
                 jump[o] = a[0] + a[1] * ca + a[2] * sa
-            _jump(jump, variance * (v[F1] ** 2 + (1 - v[F1]) ** 2), cov)
+            _jump(jump, variance * _ends(v[F1]), cov)
         for o in range(k):
             for p in range(k):
                 a, b = coefficients[j, o], coefficients[j, p]
                 cov[o, p] += inside * (a[1] * b[1] + a[2] * b[2])
+
+
+@compiled
+def _ends(share):  # type: ignore[no-untyped-def]
+    """Squares of the shares on both sides of a boundary."""
+    return share * share + (1 - share) * (1 - share)
 
 
 @compiled

@@ -21,7 +21,7 @@ from math import floor, inf, isfinite, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from estimators.common.turns import compiled
+from estimators.common.turns import compiled, patiently
 from insenv.core.recording import Floats
 
 #: Length of a block, shortest dwell [s].
@@ -113,7 +113,7 @@ def white_noise(found: Found) -> tuple[Floats, NDArray[np.int64]]:
     return found.now[..., _NS] / np.maximum(count, 1), count.astype(np.int64)
 
 
-@compiled
+@patiently
 def _follow(shared, channels, settings, state):  # type: ignore[no-untyped-def]
     t, segment = shared
     y, angle, warmth, power = channels
@@ -171,7 +171,7 @@ def _within(s, rows, i, dt):  # type: ignore[no-untyped-def]
     return i
 
 
-@compiled
+@patiently
 def _finish(settings, state):  # type: ignore[no-untyped-def]
     now, dwells, count = state
     for r in range(now.shape[0]):
@@ -236,7 +236,7 @@ def _noise(s, residual):  # type: ignore[no-untyped-def]
         return
     mean = s[_NR] / s[_ND]
     if s[_NH]:
-        s[_NS] += 0.5 * (mean - s[_NL]) ** 2 * s[_ND]
+        s[_NS] += 0.5 * ((mean - s[_NL]) * (mean - s[_NL])) * s[_ND]
         s[_NC] += 1
     s[_NL], s[_NH] = mean, 1.0
     s[_NR], s[_ND], s[_NB] = 0.0, 0.0, 0.0

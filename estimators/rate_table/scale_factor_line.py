@@ -47,6 +47,7 @@ from estimators.common.turns import (
     compiled,
     follow,
     gyro_axis,
+    patiently,
 )
 from estimators.rate_table.scale_factor import mean_and_repeatability
 from insenv.core.errors import InputError
@@ -236,7 +237,7 @@ def _added(state: Dwells, turns: Turns) -> Dwells:
     return Dwells(left, sums[:, :most].reshape(*front, most, _KEPT), count.reshape(front))
 
 
-@compiled
+@patiently
 def _fold(closed, turned, sums, count):  # type: ignore[no-untyped-def]
     """Add each revolution to its dwell, in place; one of another direction or rate begins a new dwell."""
     for r in range(len(count)):
@@ -247,11 +248,11 @@ def _fold(closed, turned, sums, count):  # type: ignore[no-untyped-def]
                 last += 1
                 count[r] = last + 1
             d = sums[r, last]
-            end = v[F1] ** 2 + (1 - v[F1]) ** 2
+            end = v[F1] * v[F1] + (1 - v[F1]) * (1 - v[F1])
             if d[_TURNS] > 0 and d[_IN] == v[STRETCH]:
                 d[_ENDS] += end - d[_END]
             else:
-                d[_ENDS] += end + v[F0] ** 2 + (1 - v[F0]) ** 2
+                d[_ENDS] += end + v[F0] * v[F0] + (1 - v[F0]) * (1 - v[F0])
             if d[_TURNS] == 0:
                 d[_START] = v[START]
             d[_WAY], d[_IN], d[_END], d[_STOP] = v[WAY], v[STRETCH], end, v[START] + v[T]

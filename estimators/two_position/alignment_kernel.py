@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 
-from insenv.core.compiled import jit
+from insenv.core.compiled import jit, patient
 
 #: Time that is one in the sums [s].
 SPAN = 300.0
@@ -77,7 +77,7 @@ def _onward(row, a, t):
     row[TIME] = t
 
 
-@jit
+@patient
 def begin(quaternion, rate, rows, r, a):
     """R_n C_b^n before the first sample."""
     for i in range(rows.shape[0]):
@@ -87,7 +87,7 @@ def begin(quaternion, rate, rows, r, a):
             rows[i, LAST + k] = a[k]
 
 
-@jit
+@patient
 def gather(  # noqa: C901, PLR0912, PLR0913, PLR0915 -- one loop over samples; numba wants it in one function
     velocity, attitude, turning, about_z, numbers, rows, sums, cells, where, r, a
 ):

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 
 from estimators.two_position.alignment_kernel import A_START, BEGAN, J_START, TWIST_START, frame
-from insenv.core.compiled import jit
+from insenv.core.compiled import jit, patient
 
 
 @jit
@@ -88,7 +88,7 @@ def force(x, t, turned, twist, held, numbers, work, f, D):  # noqa: PLR0913 -- s
         D[h, 6], D[h, 7], D[h, 8] = cx, cy, cz
 
 
-@jit
+@patient
 def polynomials(x, sums, dt, numbers, work, turned, f, D, a, B):  # noqa: PLR0913 -- as `force`
     """Coefficients of the velocity in x = t / T of a rest of length T, and their derivatives by the parameters.
 

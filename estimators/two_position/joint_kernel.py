@@ -20,7 +20,7 @@ import math
 
 from estimators.two_position.alignment_kernel import CELL, END, J_END, MEAN, TWIST_END, WHERE
 from estimators.two_position.alignment_model import force
-from insenv.core.compiled import jit
+from insenv.core.compiled import patient
 
 #: Variance of the velocity at the start of a rest [m^2/s^2]: it may be anything.
 FREE = 1.0
@@ -29,7 +29,7 @@ N = 12
 assert TWIST_END == J_END + 9 and CELL == TWIST_END + 9
 
 
-@jit
+@patient
 def scatter(cells, out):
     """Number and sum of squared second differences of mean velocities within a rest, both channels, per run (2,)."""
     for i in range(cells.shape[0]):
@@ -44,7 +44,7 @@ def scatter(cells, out):
         out[i, 0], out[i, 1] = n, total
 
 
-@jit
+@patient
 def gather(  # noqa: C901, PLR0912, PLR0913, PLR0915 -- one loop over blocks; scratch is given
     x, cells, sway, noise, numbers, now, work, turned, twist, held, f, D, line, normal, walk
 ):

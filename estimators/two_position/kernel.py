@@ -6,12 +6,12 @@ from __future__ import annotations
 
 from estimators.common.least_squares import recursion
 from estimators.two_position.alignment_kernel import BEFORE, SPAN
-from insenv.core.compiled import jit
+from insenv.core.compiled import jit, patient
 
 _recursion = jit(recursion)
 
 
-@jit
+@patient
 def fit(velocity, where, dt, rows, counts, starts, P, X):  # noqa: PLR0913 -- a state in its arrays
     """Take velocities east and north into a fit for each of the first rests.
 

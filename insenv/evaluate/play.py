@@ -12,6 +12,7 @@ from contextlib import closing
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from insenv.core.compiled import hurry
 from insenv.core.errors import InputError
 from insenv.core.estimate import Policy
 from insenv.core.recording import Recording
@@ -170,6 +171,7 @@ def _rolled(stage: Stage, work: Work, task: Task, policy: Policy, progress: Prog
     judge = task.judge
     assert isinstance(judge, Panel)
     # What is compiled and read at first is no part of the time.
+    hurry()
     roll_out(replace(task, steps=1), policy, None, work.seeds[:1], keep=False)
     for one in judge.members:
         one.timed.cpu = 0.0

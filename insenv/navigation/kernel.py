@@ -29,7 +29,7 @@ from __future__ import annotations
 import math
 
 from insenv.core import earth
-from insenv.core.compiled import jit
+from insenv.core.compiled import jit, patient
 
 #: Half angles whose square is smaller need no library function: the first term left out is below 1e-17.
 _SMALL = 0.01
@@ -154,7 +154,7 @@ def turn_of_navigation(zeta):
     return _turns((-zeta[0], -zeta[1], -zeta[2]))[0]
 
 
-@jit
+@patient
 def static(gyro, accelerometer, dt, keep, rows, results):
     """Run the rows on, in place: no velocity in Coriolis acceleration and transport rate.
 
@@ -230,7 +230,7 @@ def _advance(u, v, p, dt):
     return w, moved, zeta
 
 
-@jit
+@patient
 def full(gyro, accelerometer, dt, keep, rows, results):
     """As `static`, with the velocity fed back; the third of the results, (R, m, 3), is the position."""
     velocity, attitude, position = results

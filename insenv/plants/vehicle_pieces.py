@@ -22,6 +22,7 @@ import math
 
 import numpy as np
 
+from insenv.core.compiled import patient
 from insenv.plants.vehicle_kernel import compiled, facing, instant, jump, settling, swayed, three, turned
 from insenv.plants.vehicle_turn import SAME, SETTLED
 
@@ -293,8 +294,7 @@ def _row(t, span, row, rule, work, means, edges):
     _flags(t, span, row, means)
 
 
-@compiled
-def expose(t, span, rows, rule, means, edges):
+def _expose(t, span, rows, rule, means, edges):
     """All runs, R of them, between two edges of ``t``; what has one row is shared by all.
 
     ``rows`` are fixed (1 or R, 39), as `insenv.plants.vehicle` says; turn (., 6): start, angle before, angle turned
@@ -320,3 +320,6 @@ def expose(t, span, rows, rule, means, edges):
         left = settling(three(own, 6), moved, tails[i % tails.shape[0]], settle)
         row = (own, moved, settle, left, waves[i % waves.shape[0]])
         _row(t, span, row, (length, nodes, transform), work, means[i], edges[i])
+
+
+expose = patient(_expose, error_model="numpy")

@@ -6,17 +6,16 @@ with v the increments in pulses and p in [0, 1) the part of a pulse that had pas
 of many pulses per sample the angle error is uniform on one pulse q: the effect ``quantization`` with Q = q / sqrt(12).
 
 The sum runs sample by sample on the part of a pulse alone, so that its rounding does not grow and chunks are the whole
-bit for bit. That is a loop, which numba compiles when it is first used.
+bit for bit. That is a loop, which numba compiles when it is worth it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
+from insenv.core.compiled import jit, patient
 from insenv.core.recording import Floats
 
 
@@ -46,7 +45,7 @@ def count(increments: Floats, phase: Floats | float, factor: float = 1.0) -> tup
     left[...] = phase
     if increments.shape != counts.shape or not increments.flags.c_contiguous:
         increments = np.ascontiguousarray(np.broadcast_to(increments, counts.shape))
-    _kernel()(increments.reshape(left.size, n), left.reshape(-1), counts.reshape(left.size, n), factor)
+    _counted(increments.reshape(left.size, n), left.reshape(-1), counts.reshape(left.size, n), factor)
     return counts, left
 
 
@@ -68,6 +67,7 @@ def _count(increments: Any, phase: Any, counts: Any, factor: float) -> None:
             counts[i, k], phase[i] = _split(phase[i] + increments[i, k] * factor)
 
 
+@jit
 def _split(angle: float) -> tuple[float, float]:
     """Whole pulses, and the part in [0, 1) that is left."""
     whole = np.floor(angle)
@@ -76,12 +76,4 @@ def _split(angle: float) -> tuple[float, float]:
     return whole + over, part - over
 
 
-@lru_cache
-def _kernel() -> Callable[[Floats, Floats, Floats, float], None]:
-    """The loop, compiled."""
-    from numba import njit
-    from numba.extending import register_jitable
-
-    register_jitable(_split)
-    compiled: Callable[[Floats, Floats, Floats, float], None] = njit(cache=True)(_count)
-    return compiled
+_counted = patient(_count)

@@ -16,6 +16,7 @@ from typing import Any, Protocol
 import joblib
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
+from insenv.core.compiled import hurry
 from insenv.core.errors import InputError
 from insenv.sweep.store import Job, Table, versions
 
@@ -54,6 +55,7 @@ def answer(job: Job, call: Call) -> tuple[int, Table]:
         If the job does not give one row for each seed.
     """
     start, seeds = call
+    hurry()
     table = job(seeds)
     lengths = {name: len(column) for name, column in table.items()}
     if not lengths or set(lengths.values()) != {len(seeds)}:

@@ -32,6 +32,7 @@ import numpy as np
 from bench_line import Line, cpu
 
 from insenv.close import close
+from insenv.core.compiled import hurry
 from insenv.core.recording import Floats
 from insenv.core.series.allan import allan_deviation, log_taus
 from insenv.data.load import read_recordings
@@ -46,6 +47,7 @@ RATES, TAUS = 10_000_000, 52  # two of the shortest fall together
 
 
 def main() -> None:
+    hurry()
     shown = False
     for lines in (
         noise,

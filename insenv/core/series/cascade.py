@@ -13,12 +13,10 @@ which every process that simulates would spend.
 from __future__ import annotations
 
 import math
-from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
-from insenv.core.compiled import jit
+from insenv.core.compiled import patient
 from insenv.core.recording import Floats
 
 
@@ -32,15 +30,11 @@ def cascade(sections: Floats, x: Floats, state: Floats | None = None) -> tuple[F
     after = np.zeros(shape) if state is None else np.array(np.broadcast_to(state, shape))
     y = np.array(x, dtype=np.float64, order="C")
     rows = math.prod(x.shape[:-1])
-    _compiled()(np.ascontiguousarray(sections), y.reshape(rows, x.shape[-1]), after.reshape(rows, *shape[-2:]))
+    _filtered(np.ascontiguousarray(sections), y.reshape(rows, x.shape[-1]), after.reshape(rows, *shape[-2:]))
     return y, after
 
 
-@lru_cache
-def _compiled() -> Any:
-    return jit(_filtered)
-
-
+@patient
 def _filtered(sections, y, state):
     for row in range(y.shape[0]):
         for k in range(y.shape[1]):

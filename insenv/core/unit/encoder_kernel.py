@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 
-from insenv.core.compiled import jit
+from insenv.core.compiled import jit, patient
 
 _TIMES = 3
 
@@ -22,7 +22,7 @@ def _off(reading, c, s):
     return c * math.cos(reading) + s * math.sin(reading)
 
 
-@jit
+@patient
 def true_angles(readings, errors, out):
     """Of readings of shape (R, n), for cosines and sines of shape (R, 2), into ``out``."""
     for row in range(readings.shape[0]):
@@ -33,7 +33,7 @@ def true_angles(readings, errors, out):
             out[row, i] = readings[row, i] - off
 
 
-@jit
+@patient
 def readings(angles, errors, out):
     """Of true angles of shape (R, n); the converse of `true_angles`."""
     for row in range(angles.shape[0]):

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 
-from insenv.core.compiled import jit
+from insenv.core.compiled import jit, patient
 
 
 @jit
@@ -90,7 +90,7 @@ def _rests(angles, rates, row):
     return True
 
 
-@jit
+@patient
 def carried(chain, fixed, angles, vectors, out):
     """Carry a constant vector of each run, (R, 3), into ``out``, shape (1, 3, R, n).
 
@@ -104,7 +104,7 @@ def carried(chain, fixed, angles, vectors, out):
             out[0, 0, row, i], out[0, 1, row, i], out[0, 2, row, i] = v
 
 
-@jit
+@patient
 def spun(chain, fixed, angles, rates, out):
     """Rate against the base at each sample, (1, 3, R, n), for ``rates`` (R, k, n); the rest as of `carried`."""
     for row in range(out.shape[2]):
@@ -120,7 +120,7 @@ def spun(chain, fixed, angles, rates, out):
             out[0, 0, row, i], out[0, 1, row, i], out[0, 2, row, i] = v
 
 
-@jit
+@patient
 def felt(chain, fixed, angles, rates, earth, force, out):
     """Mean inertial rates and mean forces, (2, 3, R, n), by Simpson's rule of the Earth's rate and the force.
 

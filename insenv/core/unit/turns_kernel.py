@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from insenv.core.compiled import jit
+from insenv.core.compiled import patient
 
 
 def _at(t, begin, time, ramp, start, angle, out):
@@ -30,4 +30,4 @@ def _at(t, begin, time, ramp, start, angle, out):
                 out[1, row, i] = peak
 
 
-at = jit(_at)
+at = patient(_at)
