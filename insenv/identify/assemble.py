@@ -17,7 +17,7 @@ from insenv.core.series.spectrum import psd
 from insenv.data.manifest.spec import Manifest
 from insenv.effects.base import NoiseEffect
 from insenv.effects.noise import readings_density
-from insenv.effects.timing import SampleHold
+from insenv.effects.timing import SampleHold, TimingSkew
 from insenv.identify.clean import systematic
 from insenv.identify.clean.outliers import rows_of_bins
 from insenv.identify.clean.plausibility import UNMOVED
@@ -59,7 +59,7 @@ from insenv.identify.search.detectable import Sensitivity
 from insenv.identify.search.rivals import Rivalry
 from insenv.identify.search.rounded import log_p_unrounded
 from insenv.identify.search.tracks import Step, Track
-from insenv.identify.search.twins import rarer_sentence, twin_sentence, twins
+from insenv.identify.search.twins import half_row_sentence, rarer_sentence, twin_sentence, twins
 from insenv.identify.search.unfinished import made_by_rounding, unfinished
 from insenv.identify.switches import switchable
 
@@ -164,7 +164,8 @@ def _target(
     verdict = _verdict(track, bool(lines or coarse or gain), left, earth)
     first = estimates(plain, before)
     declared = set(track.prepared.model)
-    found = tuple(_added(track, index, step, own[step.hit.term]) for index, step in enumerate(track.steps))
+    row = recordings[0].dt if all(r.channels[problem.target].covers == "instant" for r in recordings) else 0.0
+    found = tuple(_added(track, index, step, own[step.hit.term], row) for index, step in enumerate(track.steps))
     suspects = suspected(earth, scores[1])
     collinear = _collinear(track)
     spanned = _inseparable(track)
@@ -337,12 +338,14 @@ def _verdict(track: Track, beside: bool, left: Structure, earth: EarthFindings) 
     return "unexplained-structure" if more else "nothing-significant"
 
 
-def _added(track: Track, index: int, step: Step, parameters: tuple[Estimate, ...]) -> Added:
+def _added(track: Track, index: int, step: Step, parameters: tuple[Estimate, ...], row: float) -> Added:
     effect = step.hit.candidate.effect
     rivalry = track.rivalries[index] if index < len(track.rivalries) else Rivalry((), None)
     remark = f"one cause, judged on {', '.join(step.together)} together" if step.together else ""
     same = twins(track.problem, track.fit, step.hit.term)
-    remark = "; ".join(filter(None, (remark, twin_sentence(same), rarer_sentence(rivalry.rarer))))
+    skews = [(e.value, e.sd) for e in parameters] if row and effect.id == TimingSkew.id else []
+    sentences = remark, twin_sentence(same), rarer_sentence(rivalry.rarer), half_row_sentence(skews, row)
+    remark = "; ".join(filter(None, sentences))
     if rivalry.noise:
         remark = UNDECIDED
     if track.instead:

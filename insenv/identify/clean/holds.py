@@ -46,6 +46,13 @@ SEEN = 12.0
 #: A part tells a share in so many standard deviations that half of the whole's would show, and has it if it is the
 #: whole's within that half. Fewest differences of a part.
 TELLS, HALF, PART = 3.0, 0.5, 48
+#: Share of the motion that must be left in the rows looked at: where jumps and ramps were left out, what is beside them
+#: is what smoothing makes of the reference.
+LEAST_MOTION = 0.5
+#: Share of what a hold of that time makes at other phases that it must make at its own.
+SHOWN = 0.1
+#: Delays beside which a hold must be told by so many standard deviations.
+DELAYS, BESIDE = 16, 6.0
 #: Share of the hold times of which that may not hold.
 MOST = 0.1
 #: Peaks of the spectrum that are looked at as renewal rates, hold times that are tried, and phases of each.
@@ -108,7 +115,11 @@ def find_hold(recordings: tuple[Recording, ...], spans: tuple[slice, ...], probl
         look = _best(view)
         if look.hold is not None:
             hold = _of_all_runs(look.hold, run, recordings, spans, problem, model)
-            if _recurs(hold, recordings, spans, problem, model):
+            if (
+                _shows(view, look.hold)
+                and _beside_delays(view, look.hold)
+                and _recurs(hold, recordings, spans, problem, model)
+            ):
                 return Look(hold)
             look = Look()
         looks.append(look)
@@ -143,12 +154,20 @@ def _view(recording: Recording, span: slice, problem: Problem, run: int, model: 
     """The cells of a run in which a hold is looked for; None where nothing moves there."""
     exposure = aligned(recording, _whole(recording, problem, run))
     cells = _cells(exposure, span)
-    if len(cells) < 64 or not np.any(np.diff(exposure.u[cells])):
+    if len(cells) < 64 or not np.any(np.diff(exposure.u[cells])) or _still_there(exposure, cells) < LEAST_MOTION:
         return None
     columns = [regressors(t.effect, exposure, t.shape)[cells] for t in model]
     columns.append(TimingSkew().basis(exposure.u, exposure.motion)[cells])
     q = _orthogonal(np.diff(np.column_stack(columns), axis=0))
     return _View(exposure, cells, q, _outside(q, np.diff((exposure.y - exposure.motion.rate)[cells])))
+
+
+def _still_there(exposure: Exposure, cells: NDArray[np.int64]) -> float:
+    """Share of the square sum of the acceleration, from the first to the last of the cells, that is in them."""
+    moved = np.diff(exposure.u[cells[0] : cells[-1] + 1]) ** 2
+    whole = float(np.sum(moved))
+    both = cells[:-1][np.diff(cells) == 1] - cells[0]
+    return float(np.sum(moved[both])) / whole if whole else 0.0
 
 
 def aligned(recording: Recording, exposure: Exposure) -> Exposure:
@@ -162,6 +181,37 @@ def aligned(recording: Recording, exposure: Exposure) -> Exposure:
     else:
         edges = np.interp(motion.t - motion.lag, motion.t, before_mean(exposure.u, motion.rate_edges, motion)[1])
     return replace(exposure, u=u, motion=replace(motion, rate=u, rate_edges=edges, lag=0.0, window=0.0))
+
+
+def _shows(view: _View, hold: Hold) -> bool:
+    """Whether the motion shows a hold at its phase as it does at others.
+
+    Where every jump of a table falls on a renewal nothing is held, and what is left of the jumps is no hold.
+    """
+    dt = view.exposure.motion.dt
+    search, ratio = _Search(view.exposure, view.cells, view.q, view.left), hold.hold / dt
+    usual = np.median([search.gain(ratio, ratio * k / PHASES).size for k in range(PHASES)])
+    return search.gain(ratio, hold.phases[0] / dt).size > SHOWN * float(usual)
+
+
+def _beside_delays(view: _View, hold: Hold) -> bool:
+    """Whether the hold is still told beside any filter from one hold time ahead to two late.
+
+    Where all jumps of a table fall on one phase of a hold, a held output is a late one, and what smoothing makes of
+    those jumps is one too.
+    """
+    dt, cells, u = view.exposure.motion.dt, view.cells, view.exposure.u
+    ratio = hold.hold / dt
+    late = np.unique(np.round(np.linspace(-ratio, 2 * ratio, DELAYS)).astype(int))
+    rows = np.arange(len(u))
+    delayed = np.column_stack([np.diff(np.interp(rows - k, rows, u)[cells]) for k in late])
+    own = _orthogonal(np.column_stack([view.q, delayed]))
+    search = _Search(view.exposure, cells, own, _outside(own, view.left))
+    found = search.gain(ratio, hold.phases[0] / dt)
+    if not 0 < found.share <= MOST_SHARE:
+        return False
+    noise = max(found.total - found.gain, 0.0) / max(len(view.left) - own.shape[1] - 1, 1)
+    return found.gain > BESIDE**2 * noise
 
 
 def _of_all_runs(

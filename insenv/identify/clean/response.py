@@ -37,6 +37,8 @@ CHANGING = 0.01
 TOLD = 4.0
 #: Share of what a lag changes beyond which it is no longer a straight line in the lag, as a `timing_skew` is.
 BENT = 0.2
+#: Share of the range of a command within a row from which on it jumps, which no table does.
+JUMP = 0.05
 #: Share of the largest correlation, squared, from which a peak is as good.
 AS_GOOD = 0.9
 #: Share of the fitted rows below which the longest stretch without a gap is one of many pieces.
@@ -208,7 +210,7 @@ def responding(
     if sum(float(s.known.sum()) for s in parts) < 0.75 * FEWEST:
         return recordings
     noisy = {s.run for s in parts if (table := recordings[s.run].table) is not None and not table.still}
-    read = {s.run: _coarse(s) for s in parts if _measured(recordings[s.run])}
+    read = {s.run: _coarse(s) for s in parts if _measured(recordings[s.run]) or _ramps(s)}
     own = noisy | {s.run for s in parts if _bent(s, read.get(s.run, 0.0))}
     gain, sd, _ = fitted(parts, {s.run: 0.0 for s in parts}, lag_of=set())
     if not own and not _other(gain, sd, model):
@@ -366,14 +368,25 @@ def _most_alike(one: Stretch, longest: float) -> tuple[float, float]:
     alike = both**2 / np.maximum(power, 1e-300)
     best = int(np.argmax(alike))
     peaks = 1 + np.flatnonzero((alike[1:-1] >= alike[:-2]) & (alike[1:-1] >= alike[2:]))
-    good = np.append(peaks[alike[peaks] > AS_GOOD * alike[best]], best)
+    good = np.append([k for k in peaks[alike[peaks] > AS_GOOD * alike[best]] if _apart(alike, int(k), best)], best)
     at = int(good[np.argmin(np.abs(good - most))])
     return (at - most) * dt, float(alike[at])
 
 
+def _apart(alike: Floats, one: int, best: int) -> bool:
+    """Whether a valley lies between two peaks: a lost row makes small ones on the slope of a large one."""
+    return float(alike[min(one, best) : max(one, best) + 1].min()) < AS_GOOD * float(alike[one])
+
+
 def _measured(recording: Recording) -> bool:
-    """Whether the table's motion was measured: a command is no motion, for the table is late by its ramps."""
+    """Whether the table's motion was measured: a command that jumps is none, for the table is late by its ramps."""
     return any(recording.channels[name].source == "encoder" for name in order(recording)[:1])
+
+
+def _ramps(one: Stretch) -> bool:
+    """Whether a command goes from rate to rate as a table does, row by row: then it is the motion."""
+    u = one.exposure.u[one.start : one.stop]
+    return float(np.abs(np.diff(u)).max(initial=0.0)) < JUMP * float(np.ptp(u))
 
 
 def _bent(one: Stretch, lag: float) -> bool:

@@ -8,6 +8,8 @@ credible.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from insenv.core.units import STANDARD_GRAVITY
@@ -17,6 +19,8 @@ from insenv.identify.fit.problem import Problem, Term
 
 #: Share of gravity that an axis feels, up to which it is level: a small tilt changes what it reads.
 LEVEL = 0.3
+#: Share of a row within which a skew of half a row is that, and to which it must be told.
+HALF_ROW = 0.02
 
 
 def twins(problem: Problem, fit: Fit, term: Term) -> tuple[Effect, ...]:
@@ -42,6 +46,23 @@ def twin_sentence(found: tuple[Effect, ...]) -> str:
 def rarer_sentence(keys: tuple[str, ...]) -> str:
     """A sentence on rarer effects that explain no better; empty where there are none."""
     return f"rarer, and nearly the same curve on this recording: {', '.join(keys)}" if keys else ""
+
+
+def half_row_sentence(skews: Sequence[tuple[float, float]], row: float) -> str:
+    """A sentence on a skew of half a ``row`` [s], which is what a reading that is a mean over its row has.
+
+    Gyros of simulations are often differences of an angle, and attitudes of units the sum of their own rates.
+    ``skews`` are values with standard deviations, of each run that has one [s].
+    """
+    if not skews or any(sd > HALF_ROW * row for _, sd in skews):
+        return ""
+    for sign, when, covers in (
+        (1, "ends", ': covers = "interval" says so, and leaves no skew'),
+        (-1, "begins", ", which no error of the instrument is"),
+    ):
+        if all(abs(c - 0.5 * sign * row) <= max(HALF_ROW * row, 3 * sd) for c, sd in skews):
+            return f"it is half a row, as of readings that are means over the step that {when} at their time{covers}"
+    return ""
 
 
 def _level(problem: Problem) -> bool:

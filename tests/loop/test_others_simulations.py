@@ -1,0 +1,125 @@
+"""Gyros as other people simulate them beside an exact table: half a row is said to be what means have.
+
+A gyro made of the differences of an angle is a mean over its row, a command that is ramped is the motion itself, and
+jumps that all fall on one row in five hold nothing. Generated with NumPy, no effect of insenv; seeds are fixed.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from insenv.close import close
+from insenv.core.recording import Floats
+from insenv.identify.findings import Findings, TargetFindings
+
+HZ = 100.0
+
+
+def wave(n: int = 18000) -> tuple[Floats, Floats]:
+    """Time [s] and angle [deg] of a table that swings at two frequencies."""
+    t = np.arange(n) / HZ
+    slow, fast = 2 * np.pi * 0.1, 2 * np.pi * 0.33
+    return t, 50 / slow * (1 - np.cos(slow * t)) + 30 / fast * (1 - np.cos(fast * t))
+
+
+def ramps(levels: tuple[float, ...], dwell: float, slope: float) -> tuple[Floats, Floats]:
+    """Time [s] and rate [deg/s] of a table that goes from rate to rate on ramps of ``slope`` [deg/s^2]."""
+    times, rates = [0.0], [levels[0]]
+    for before, after in zip(levels[:-1], levels[1:], strict=True):
+        times += [times[-1] + dwell, times[-1] + dwell + abs(after - before) / slope]
+        rates += [before, after]
+    t = np.arange(0.0, times[-1] + dwell, 1 / HZ)
+    return t, np.interp(t, times, rates)
+
+
+def judged(folder: Path, t: Floats, reference: str, values: Floats, gyro: Floats, more: str = "") -> Findings:
+    """The loop on a gyro [deg/s] beside an angle or a rate, as a modest user declares it."""
+    unit = "deg" if reference == "table_angle" else "deg/s"
+    np.savez(folder / "run.npz", t=t, reference=values, gyro=gyro)
+    text = (
+        'data = "run.npz"\n[channels]\ntime = { column = "t", unit = "s" }\n'
+        f'gyro = {{ column = "gyro", unit = "deg/s"{more} }}\n'
+        f'{reference} = {{ column = "reference", unit = "{unit}" }}\n'
+        '[model]\ntarget = "gyro"\ndeclared = ["bias", "scale_factor"]\n'
+    )
+    path = folder / "run.toml"
+    path.write_text(text)
+    return close(path)
+
+
+def names(found: Findings) -> tuple[str, ...]:
+    return tuple(one.effect for one in of(found).added)
+
+
+def of(found: Findings) -> TargetFindings:
+    return found.targets[0]
+
+
+@pytest.mark.parametrize("ahead", [False, True])
+def test_a_skew_of_half_a_row_is_said_to_be_one_of_means(tmp_path: Path, ahead: bool) -> None:
+    t, angle = wave()
+    gyro = np.diff(angle, append=angle[-1:]) * HZ if ahead else np.diff(angle, prepend=angle[:1]) * HZ
+    gyro += 0.1 + 0.1 * np.random.default_rng(1).standard_normal(len(t))
+    found = judged(tmp_path, t, "table_angle", angle, gyro)
+    assert names(found) == ("timing_skew",)
+    assert of(found).added[0].parameters[0].value == pytest.approx(-0.005 if ahead else 0.005, abs=1e-4)
+    assert ("begins at their time" if ahead else 'covers = "interval" says so') in of(found).added[0].remark
+
+
+def test_said_to_be_means_they_have_none(tmp_path: Path) -> None:
+    t, angle = wave()
+    gyro = np.diff(angle, prepend=angle[:1]) * HZ + 0.1 * np.random.default_rng(2).standard_normal(len(t))
+    found = judged(tmp_path, t, "table_angle", angle, gyro, ', covers = "interval"')
+    assert of(found).verdict == "nothing-significant" and names(found) == ()
+
+
+@pytest.mark.parametrize("rows", [1.0, 4.0])
+def test_a_delay_of_whole_rows_stays_a_skew(tmp_path: Path, rows: float) -> None:
+    t, angle = wave()
+    gyro = np.interp(t - rows / HZ, t, np.gradient(angle, t))
+    gyro += 0.1 * np.random.default_rng(3).standard_normal(len(t))
+    found = judged(tmp_path, t, "table_angle", angle, gyro)
+    assert names(found) == ("timing_skew",)
+    assert of(found).added[0].parameters[0].value == pytest.approx(rows / HZ, abs=2e-4)
+    assert "half a row" not in of(found).added[0].remark
+
+
+def test_a_gyro_that_is_late_behind_a_ramped_command_has_a_skew(tmp_path: Path) -> None:
+    """Eight rows late, and the command is what the table does: nothing was named for it."""
+    t, rate = ramps((0, 40, 0, -40, 0, 80, 0, -80, 0), 10.0, 50.0)
+    gyro = np.interp(t - 0.08, t, rate) + 0.1 * np.random.default_rng(4).standard_normal(len(t))
+    found = judged(tmp_path, t, "table_rate", rate, gyro)
+    assert of(found).verdict == "effects-found" and names(found) == ("timing_skew",)
+    assert of(found).added[0].parameters[0].value == pytest.approx(0.08, abs=1e-3)
+
+
+def test_jumps_of_an_angle_that_was_read_hold_nothing(tmp_path: Path) -> None:
+    """Jumps that all fall on a whole number of rows, an angle with seven digits, a rate that begins at its row."""
+    levels = np.array([0, 10, 20, 40, 80, 40, 20, 10, 0, -10, -20, -40, -80, -40, -20, -10, 0.0])
+    rate = np.repeat(levels, 800)
+    t = np.arange(len(rate)) / HZ
+    angle = np.concatenate([[0.0], np.cumsum(rate)[:-1]]) / HZ
+    angle = np.array([float(f"{x:.7g}") for x in angle])
+    gyro = rate + 0.2 + 0.3 * np.random.default_rng(5).standard_normal(len(t))
+    assert names(judged(tmp_path, t, "table_angle", angle, gyro)) in ((), ("timing_skew",))
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_slow_rows_on_ramps_are_not_held(tmp_path: Path, seed: int) -> None:
+    """Ten rows a second, ramps of some rows, an encoder of 15 bits: holds of 0.6 s were named, with skews for them."""
+    rng = np.random.default_rng([seed, 28])
+    fine = np.arange(0.0, 120.0, 1e-3)
+    command = np.repeat(50 * rng.uniform(-1, 1, 7), len(fine) // 7 + 1)[: len(fine)]
+    rate = np.empty_like(command)
+    now = 0.0
+    for k, wanted in enumerate(command):
+        now += np.clip(wanted - now, -0.1, 0.1)
+        rate[k] = now
+    t = fine[100::100]
+    angle = np.interp(t, fine, np.cumsum(rate) * 1e-3)
+    step = 360 / 2**15
+    gyro = np.interp(t, fine, rate) + 0.01 * rng.standard_normal(len(t))
+    assert "sample_hold" not in names(judged(tmp_path, t, "table_angle", np.floor(angle / step) * step, gyro))
