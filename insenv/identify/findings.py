@@ -251,6 +251,15 @@ class Switch:
 
 
 @dataclass(frozen=True)
+class Solved:
+    """Which switches are on, the powers of the noise that was fitted with them, and the coefficients of all columns."""
+
+    on: tuple[bool, ...]
+    power: tuple[float, ...]
+    theta: tuple[float, ...]
+
+
+@dataclass(frozen=True)
 class Switchable:
     """The bins of one target and the columns of every effect that was found or tried: enough to fit any of them anew.
 
@@ -279,8 +288,9 @@ class Switchable:
         Variance of a mode of eigenvalue ``lam`` for a unit of each noise term's power.
     rows : ndarray of int, shape (bins, 2)
         First row of each bin and the one after its last, counted through all runs.
-    known : tuple of (which switches are on, powers of the noise)
-        The fitted noise of the declared model, of the final one, and of that with one switch turned.
+    known : tuple of Solved
+        The declared model, the final one, that with one switch turned, and with two of which one is a curve without a
+        cause: its coefficients are so loosely told that a fit anew, of rounded columns, would err where it goes on.
     own_level : bool
         Whether a run without fitted bins has a level (and a scale factor) of its own.
     cleaned : tuple of str
@@ -301,7 +311,7 @@ class Switchable:
     lam: Floats
     spectra: Floats
     rows: NDArray[np.int64]
-    known: tuple[tuple[tuple[bool, ...], tuple[float, ...]], ...]
+    known: tuple[Solved, ...]
     own_level: bool
     cleaned: tuple[str, ...] = ()
 

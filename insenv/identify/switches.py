@@ -5,10 +5,13 @@ y - X theta = after:   with X, the priors and the noise's spectra anyone can fit
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import numpy as np
 
-from insenv.identify.findings import Switch, Switchable
-from insenv.identify.fit.gls import solve
+from insenv.core.recording import Floats
+from insenv.identify.findings import Solved, Switch, Switchable
+from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.noise import eigenvalues
 from insenv.identify.fit.problem import NOISE_TERMS, Problem, Term, free_bins
 from insenv.identify.search.tracks import Track
@@ -19,6 +22,9 @@ MOST_REFUSED, MOST_RIVALS = 4, 3
 MOST_BINS, MOST_FREE = 12000, 60
 #: Eigenvalues at which the spectra of the noise are told.
 SPECTRUM = 200
+
+#: Of a column: name, unit, standard deviation of its prior.
+Named = tuple[str, str, float]
 
 
 def switchable(track: Track) -> Switchable | None:
@@ -39,7 +45,7 @@ def switchable(track: Track) -> Switchable | None:
         of=tuple(of),
         labels=tuple((name, unit) for name, unit, _ in names),
         prior=np.array([sd for term in terms for sd in problem.priors(term)]),
-        theta=_found(track, terms, names, of),
+        theta=_found(track.fit, tuple(range(len(track.fit.model))), names, of),
         free=free,
         blocks=tuple((b.run + 1, b.start, b.stop, b.fitted, b.span) for b in problem.bins.blocks),
         width=problem.bins.width,
@@ -47,7 +53,7 @@ def switchable(track: Track) -> Switchable | None:
         noise=tuple(term.id for term in NOISE_TERMS),
         lam=lam,
         spectra=np.column_stack([term.spectrum(lam, problem.bins.width) for term in NOISE_TERMS]),
-        known=_known(track, terms, switches),
+        known=_known(track.problem, terms, switches, names, of),
         own_level=any(term.effect.part == "level" and term.per_run for term in fit.model),
         rows=_rows(problem),
         cleaned=(*cleaned, *(("a held output",) if track.prepared.held.hold else ())),
@@ -98,16 +104,20 @@ def offered(track: Track) -> tuple[tuple[Term, ...], tuple[Switch, ...]]:
 
 
 def _known(
-    track: Track, terms: tuple[Term, ...], switches: tuple[Switch, ...]
-) -> tuple[tuple[tuple[bool, ...], tuple[float, ...]], ...]:
-    """Powers of the noise of the declared model, of the final one, and of that with one switch turned."""
+    problem: Problem, terms: tuple[Term, ...], switches: tuple[Switch, ...], names: list[Named], of: list[int]
+) -> tuple[Solved, ...]:
+    """The declared model, the final one, that with one switch turned, and with two of which one is a curve."""
     final = tuple(one.role in ("declared", "added") for one in switches)
-    turned = (tuple(on != (k == j) for k, on in enumerate(final)) for j in range(len(final)))
+    some = range(len(final))
+    pairs = ((i, j) for i, j in combinations(some, 2) if switches[i].generic or switches[j].generic)
+    turned = (tuple(on != (k in pair) for k, on in enumerate(final)) for pair in (*((j,) for j in some), *pairs))
     states = dict.fromkeys((final, tuple(one.role == "declared" for one in switches), *turned))
     found = []
     for state in states:
-        model = tuple(term for term, on in zip(terms, state, strict=True) if on)
-        found.append((state, tuple(map(float, solve(track.problem, model).noise.power))))
+        inside = tuple(k for k, on in enumerate(state) if on)
+        fit = solve(problem, tuple(terms[k] for k in inside))
+        theta = tuple(map(float, _found(fit, inside, names, of)))
+        found.append(Solved(state, tuple(map(float, fit.noise.power)), theta))
     return tuple(found)
 
 
@@ -116,15 +126,15 @@ def _shape(problem: Problem, term: Term) -> tuple[tuple[str, float, str], ...]:
     return tuple((p.name, float(v), p.unit_on(problem.unit)) for p, v in zip(shapes, term.shape, strict=True))
 
 
-def _found(track: Track, terms: tuple[Term, ...], names: list[tuple[str, str, float]], of: list[int]) -> np.ndarray:
-    """Coefficients of the final model, SI."""
-    design = track.fit.design
+def _found(fit: Fit, inside: tuple[int, ...], names: list[Named], of: list[int]) -> Floats:
+    """Coefficients of all columns [SI]; zero of terms that are not ``inside`` the model, and where a column adds nothing."""
+    design = fit.design
     known = {
-        (int(term), label[1]): value
-        for term, label, value in zip(design.term, design.labels, track.fit.theta, strict=True)
+        (inside[int(term)], label[1]): value
+        for term, label, value in zip(design.term, design.labels, fit.theta, strict=True)
+        if term >= 0
     }
-    inside = len(track.fit.model)
-    return np.array([known.get((k, row[0]), 0.0) if k < inside else 0.0 for k, row in zip(of, names, strict=True)])
+    return np.array([known.get((k, row[0]), 0.0) for k, row in zip(of, names, strict=True)])
 
 
 def _eigenvalues(problem: Problem) -> np.ndarray:

@@ -102,7 +102,10 @@ def _target(target: TargetFindings, index: int) -> Block | None:
         "terms": list(model.noise),
         "lam": [float(model.lam[0]), float(model.lam[-1]), len(model.lam)],
         "spectra": np.round(np.log(model.spectra), 6).T.tolist(),
-        "known": [["".join("01"[on] for on in state), list(power)] for state, power in model.known],
+        "known": [
+            ["".join("01"[on] for on in one.on), {"power": one.power, "theta": [_short(v) for v in one.theta]}]
+            for one in model.known
+        ],
         "ownLevel": model.own_level,
         "cleaned": list(model.cleaned),
         "heldOut": [target.held_out.before, target.held_out.after, target.held_out.noise_floor],
@@ -201,6 +204,11 @@ def _blocks(traces: Traces) -> list[Block]:
 def _in_unit(one: Estimate) -> Block:
     unit = unit_for(one.unit, one.value or one.sd)
     return {"unit": unit.label, "per": unit.factor}
+
+
+def _short(value: float) -> float:
+    """With the digits that count."""
+    return float(f"{value:.12g}")
 
 
 def _finite(value: float) -> float | None:

@@ -44,9 +44,6 @@ pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here (Debi
 EVIL = "</script><img src=x onerror=evil()><script>evil()</script> {{ 7 * 7 }}"
 #: Largest relative difference of held-out errors; of models whose noise the page fits by itself.
 SAME, ALIKE = 1e-4, 2e-3
-#: The same where a spline runs far beyond the data, which hardly tell its coefficients: -0.19 +- 1.5 on the parked
-#: vehicle. Rounding of its columns counts there, and with a second effect where the fit of the noise ends.
-SPLINE, BOTH = 1e-2, 0.15
 
 
 @pytest.fixture(scope="module")
@@ -147,12 +144,12 @@ def _compare(visit: Visit, found: Findings) -> None:
         splines = ["spline" in label for label in labels]
         for k, box in enumerate(boxes):
             box.click()
-            near = SPLINE if splines[k] else SAME
-            assert visit.rms(ident) == pytest.approx(_engine(target, (k,)), rel=near), (target.target, k)
+            assert visit.rms(ident) == pytest.approx(_engine(target, (k,)), rel=SAME), (target.target, k)
             if k + 1 < len(boxes):
                 boxes[k + 1].click()
                 expected = _engine(target, (k, k + 1))
-                near = BOTH if any(splines[k : k + 2]) else ALIKE
+                # A curve without a cause runs far beyond the data, which hardly tell its coefficients: they are insenv's.
+                near = SAME if any(splines[k : k + 2]) else ALIKE
                 assert visit.rms(ident) == pytest.approx(expected, rel=near), (target.target, k)
                 boxes[k + 1].click()
             box.click()

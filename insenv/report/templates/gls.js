@@ -391,13 +391,13 @@ const GLS = (() => {
   function solve(ready, on) {
     const {problem, columns} = ready, wanted = columns.map((_, j) => j).filter(j => columns[j].s < 0 || on[columns[j].s]);
     const kept = independent(ready, wanted), pool = pooled(ready, kept), told = problem.known.get(on.map(Number).join(''));
-    const {power, loglik} = told ? {power: told, loglik: likelihood(pool, told).value} : fitNoise(pool, problem.most);
+    const {power, loglik} = told ? {power: told.power, loglik: likelihood(pool, told.power).value} : fitNoise(pool, problem.most);
     const {beta, sd} = coefficients(ready, kept, power), left = Float64Array.from(problem.y), theta = [];
-    kept.forEach((j, a) => {
-      const c = columns[j];
-      if (c.s < 0) return;
-      const value = beta[a] / c.scale;
-      theta.push({column: j - problem.free.length, value, sd: sd[a] / c.scale});
+    (told ? wanted : kept).forEach(j => { // what insenv found itself is taken as it is
+      const c = columns[j], a = kept.indexOf(j), column = j - problem.free.length;
+      const value = c.s < 0 ? 0 : told ? told.theta[column] : beta[a] / c.scale;
+      if (!value) return;
+      theta.push({column, value, sd: a < 0 ? NaN : sd[a] / c.scale});
       for (let i = 0; i < problem.n; i++) left[i] -= value * c.x[i];
     });
     ownLevels(problem, on, left);
