@@ -54,6 +54,7 @@ them; then this page and its pictures are written by
 python scripts/close_loop_on_measured_data.py
 ```
 
+All rows are of one state of the engine; `make pages` says whether it has changed since.
 None of these is a gyro on a rate table: no such recording is public that we know of. Those cases rest on simulation.
 """
 
