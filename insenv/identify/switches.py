@@ -127,7 +127,7 @@ def _shape(problem: Problem, term: Term) -> tuple[tuple[str, float, str], ...]:
 
 
 def _found(fit: Fit, inside: tuple[int, ...], names: list[Named], of: list[int]) -> Floats:
-    """Coefficients of all columns [SI]; zero of terms that are not ``inside`` the model, and where a column adds nothing."""
+    """Coefficients of all columns [SI]; zero of terms not ``inside`` the model, and where a column adds nothing."""
     design = fit.design
     known = {
         (inside[int(term)], label[1]): value

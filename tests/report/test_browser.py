@@ -148,7 +148,7 @@ def _compare(visit: Visit, found: Findings) -> None:
             if k + 1 < len(boxes):
                 boxes[k + 1].click()
                 expected = _engine(target, (k, k + 1))
-                # A curve without a cause runs far beyond the data, which hardly tell its coefficients: they are insenv's.
+                # A curve runs far beyond the data, which hardly tell its coefficients: they are insenv's.
                 near = SAME if any(splines[k : k + 2]) else ALIKE
                 assert visit.rms(ident) == pytest.approx(expected, rel=near), (target.target, k)
                 boxes[k + 1].click()
