@@ -63,8 +63,9 @@ from insenv.identify.search.twins import half_row_sentence, rarer_sentence, twin
 from insenv.identify.search.unfinished import made_by_rounding, unfinished
 from insenv.identify.switches import switchable
 
-#: Held-out error in scatters of the fitted noise from which on a word is said.
-WANDER = 2.0
+#: Held-out error in scatters of the fitted noise from which on a word is said; and from which on what a turning unit's
+#: held-out data hold beyond their level is no noise of the fitted ones.
+WANDER, UNFORETOLD = 2.0, 3.0
 #: Standard deviations by which a parameter must be beyond what is credible to be said so.
 SURE = 3.0
 #: Chance of so different a gain in the parts of a recording below which it is said.
@@ -155,10 +156,11 @@ def _target(
     went = went_away(problem, track.fit) if track.finer and not declared_noise else ()
     own, differs = _by_parts(track, _own_estimates(track))
     apart = _follows_nothing(problem, own)
-    left = replace(left, reasons=(*left.reasons, *apart, *differs, *unfinished(track, alpha), *lost, *went))
+    scores = held_out_score(plain, before), held_out_score(problem, track.fit)
+    doubts = (*apart, *differs, *unfinished(track, alpha), *lost, *went, *_unforetold(problem, scores[1]))
+    left = replace(left, reasons=(*left.reasons, *doubts))
     lines, hold = tuple(x for x in track.prepared.lines if not x.of_encoder), track.prepared.held.hold
     earth = earth_findings(track, alpha)
-    scores = held_out_score(plain, before), held_out_score(problem, track.fit)
     coarse = _rounding(track, alpha, scores)
     gain = undeclared_gain(problem, track.fit, track.prepared.model, scores)
     verdict = _verdict(track, bool(lines or coarse or gain), left, earth)
@@ -198,7 +200,7 @@ def _target(
         spectra=_spectra(plain, before, problem, track.fit, declared_noise),
         traces=_traces(recordings, plain, before, problem, track.fit),
         derived=derived(plain, before, track, earth),
-        cautions=(*_incredible(problem, own), *cautions(earth), *_wander(scores[1])),
+        cautions=(*_incredible(problem, own), *cautions(earth), *_wander(problem, scores[1])),
         covariance=covariance(problem, track.fit),
         beside=Here(partial(_beside, track)),
         switchable=Lazy(partial(switchable, track)),
@@ -265,13 +267,28 @@ def _saturation(track: Track, recordings: tuple[Recording, ...], scores: tuple[S
     return (saturation_effect(rails, track.problem, losses, *(score.rms for score in scores)),)
 
 
-def _wander(score: Score) -> tuple[str, ...]:
-    """A word where held-out data are further off than the scatter of the fitted noise, though it foretells that."""
-    if not score.rms > WANDER * score.floor > 0:
+def _wander(problem: Problem, score: Score) -> tuple[str, ...]:
+    """A word where held-out data are further off than the scatter of the fitted noise."""
+    if not score.rms > WANDER * score.floor > 0 or _unforetold(problem, score):
         return ()
+    if score.scatter > WANDER * score.floor:
+        return (
+            f"Held-out data scatter by {score.scatter / score.floor:.2g} times as much as the fitted noise: they hold "
+            "motion, vibration or an error that the fitted data do not show.",
+        )
     return (
         f"Held-out data are off by {score.rms / score.floor:.2g} times the scatter of the fitted noise: their level "
         "has wandered since the fit, as flicker and random walk do, and what integrated gyros bring in.",
+    )
+
+
+def _unforetold(problem: Problem, score: Score) -> tuple[str, ...]:
+    """A reason to doubt a model of a turning unit: held-out data scatter as no noise of the fitted data does."""
+    if not (problem.turns and score.scatter > UNFORETOLD * score.floor > 0):
+        return ()
+    return (
+        f"held-out data are off by {score.scatter / score.floor:.2g} times the scatter of the fitted noise, their "
+        "level left out: the model does not hold for all motion",
     )
 
 

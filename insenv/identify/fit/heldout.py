@@ -23,11 +23,15 @@ MOST_GROWTH = 0.02
 
 @dataclass(frozen=True)
 class Score:
-    """How a fit does on held-out bins: root mean square, noise floor, and the whitened sum of squares."""
+    """How a fit does on held-out bins: root mean square, noise floor, and the whitened sum of squares.
+
+    ``scatter`` is the root mean square about the level of each block, as the fitted noise has it in ``floor``.
+    """
 
     rms: float
     floor: float
     whitened: float
+    scatter: float
 
 
 def residual(problem: Problem, fit: Fit) -> Floats:
@@ -47,11 +51,15 @@ def held_out_score(problem: Problem, fit: Fit) -> Score:
     """Score of a fit on the held-out bins."""
     left = residual(problem, fit)
     variance = problem.held_out_modes().shapes @ fit.noise.power
-    whitened = float(np.sum(transform(problem.held_out, left) ** 2 / variance))
-    held = problem.bins.held_out
+    modes = transform(problem.held_out, left) ** 2
     # The level of a block is what the noise wandered since the fit, not its scatter: no part of the floor.
-    scatter = np.where(eigenvalues(problem.held_out) > 0, variance, 0.0)
-    return Score(float(np.sqrt(np.mean(left[held] ** 2))), float(np.sqrt(np.mean(scatter))), whitened)
+    moves = eigenvalues(problem.held_out) > 0
+
+    def scatter(of_modes: Floats) -> float:
+        return float(np.sqrt(np.mean(np.where(moves, of_modes, 0.0))))
+
+    rms = float(np.sqrt(np.mean(left[problem.bins.held_out] ** 2)))
+    return Score(rms, scatter(variance), float(np.sum(modes / variance)), scatter(modes))
 
 
 def confirms(before: Score, after: Score, by_noise_of: Score) -> bool:

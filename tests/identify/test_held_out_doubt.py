@@ -1,0 +1,52 @@
+"""Held-out data beyond what the fitted noise foretells are a doubt of the model."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from insenv.close import close
+from insenv.identify.findings import TargetFindings
+
+DT = 0.02
+
+
+def closed(folder: Path, other: float, seed: int) -> TargetFindings:
+    """Means over 0.2 s of half a minute of a gyro beside a table that turns faster towards the end.
+
+    There an ``other`` axis comes in, as it moves.
+    """
+    rng = np.random.default_rng(seed)
+    t = DT * np.arange(1500)
+    late = t > 0.6 * t[-1]
+    rate = np.where(late, 1.0, 0.3) * (np.sin(0.9 * t) * np.sin(0.13 * t) + 0.5 * np.sin(2.1 * t))
+    axis = lfilter([0.1], [1, -0.9], rng.standard_normal(len(t)))
+    read = rate + np.where(late, other, 0.0) * axis + 0.003 + 0.005 * rng.standard_normal(len(t))
+    np.savetxt(folder / "run.csv", np.column_stack([t, read, rate]), "%.9g", ",", header="t,g,w", comments="")
+    (folder / "run.toml").write_text(
+        'data = "run.csv"\n[channels]\ntime = { column = "t", unit = "s" }\n'
+        'gyro = { column = "g", unit = "rad/s" }\n'
+        'table_rate = { column = "w", unit = "rad/s", source = "encoder" }\n'
+        '[model]\ntarget = "gyro"\ndeclared = ["bias", "scale_factor"]\n'
+        '[held_out]\naveraging = "0.2 s"\n'
+    )
+    (found,) = close(folder / "run.toml").targets
+    return found
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_held_out_data_that_hold_more_than_the_fitted_ones_are_a_doubt(tmp_path: Path, seed: int) -> None:
+    found = closed(tmp_path, 0.1, seed)
+    assert found.verdict in ("unexplained-structure", "effects-found-incomplete")
+    assert any("their level left out" in reason for reason in found.reasons)
+    assert not any("scatter" in caution for caution in found.cautions)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_faster_turns_alone_are_none(tmp_path: Path, seed: int) -> None:
+    found = closed(tmp_path, 0.0, seed)
+    assert found.verdict == "nothing-significant"
+    assert not found.reasons
