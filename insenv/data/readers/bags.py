@@ -259,7 +259,7 @@ def messages_of_bag(path: Path) -> Iterator[Message]:
     """
     content = path.read_bytes()
     if not content.startswith(b"#ROSBAG V2.0\n"):
-        raise InputError(f"{path}: is no ROS bag of version 2.0")
+        raise InputError(f"{path}: is no ROS bag of version 2.0; wanted one, or format = 'text' where it holds a table")
     topics: dict[bytes, tuple[str, str, str]] = {}
     for fields, body in _records(path, content[13:]):
         if fields.get(b"op") == _CONNECTION:

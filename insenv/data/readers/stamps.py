@@ -1,7 +1,8 @@
 """Dates and times of day as stamps: "2025-10-04 16:35:12.186" -> seconds since 1970, "16:35:12.186" -> of the day.
 
-Loggers of computers write them. A time of day that falls by more than half a day goes on after midnight. A time zone
-shifts all stamps alike and is passed over.
+Loggers of computers write them, also as names of files ("2025_10_04_16_35_12.186") and by halves of the day
+("4:35:12.186 PM"). A time of day that falls by more than half a day goes on after midnight. A time zone shifts all
+stamps alike and is passed over.
 """
 
 from __future__ import annotations
@@ -15,9 +16,11 @@ import numpy as np
 
 from insenv.core.recording import Floats
 
-_DATE = r"(?P<year>\d{4})[-/.](?P<month>\d\d?)[-/.](?P<day>\d\d?)"
-_CLOCK = r"(?P<hour>[01]?\d|2[0-3]):(?P<minute>[0-5]\d):(?P<second>[0-5]\d|60)(?P<part>[.,:]\d+)?"
-_STAMP = re.compile(rf"(?:{_DATE}[ T]+)?{_CLOCK}(?: ?(?:Z|UTC|[+-]\d\d:?\d\d))?")
+_DATE = r"(?P<year>\d{4})[-/._](?P<month>\d\d?)[-/._](?P<day>\d\d?)"
+#: Behind a date the numbers of the clock may stand as those of the date do.
+_BETWEEN = r"(?(year)[:_-]|:)"
+_CLOCK = rf"(?P<hour>[01]?\d|2[0-3]){_BETWEEN}(?P<minute>[0-5]\d){_BETWEEN}(?P<second>[0-5]\d|60)(?P<part>[.,:]\d+)?"
+_STAMP = re.compile(rf"(?:{_DATE}[ T_-]+)?{_CLOCK}(?: ?(?P<half>[AP])M)?(?: ?(?:Z|UTC|[+-]\d\d:?\d\d))?", re.I)
 _HALF_A_DAY, _DAY = 43_200.0, 86_400.0
 
 
@@ -27,7 +30,10 @@ def second(cell: str) -> float:
     if match is None:
         return np.nan
     part = f"0.{match['part'][1:]}" if match["part"] else "0"
-    of_day = 3600 * int(match["hour"]) + 60 * int(match["minute"]) + int(match["second"])
+    hour = int(match["hour"])
+    if match["half"]:
+        hour = hour % 12 + 12 * (match["half"] in "Pp")
+    of_day = 3600 * hour + 60 * int(match["minute"]) + int(match["second"])
     if match["year"] is None:
         return of_day + float(part)
     return _midnight(int(match["year"]), int(match["month"]), int(match["day"])) + of_day + float(part)

@@ -43,7 +43,13 @@ def stamped(form: str) -> list[str]:
     return [(NOON + timedelta(seconds=t)).strftime(form) for t in TIMES]
 
 
-@pytest.mark.parametrize("form", ["%Y-%m-%d %H:%M:%S.%f", "%Y/%m/%dT%H:%M:%S.%fZ", "%H:%M:%S.%f", "%H:%M:%S,%f"])
+@pytest.mark.parametrize(
+    "form",
+    [
+        *("%Y-%m-%d %H:%M:%S.%f", "%Y/%m/%dT%H:%M:%S.%fZ", "%H:%M:%S.%f", "%H:%M:%S,%f"),
+        *("%Y_%m_%d_%H_%M_%S.%f", "%Y-%m-%d-%H-%M-%S.%f", "%I:%M:%S.%f %p"),
+    ],
+)
 def test_dates_and_times_of_day_are_read_in_seconds(form: str, tmp_path: Path) -> None:
     delimiter = ";" if "," in form else ","
     lines = [delimiter.join(("when", "gz"))]
@@ -53,6 +59,16 @@ def test_dates_and_times_of_day_are_read_in_seconds(form: str, tmp_path: Path) -
 
 def test_a_time_of_day_goes_on_after_midnight() -> None:
     assert seconds(["23:59:59.5", "00:00:00.5", "00:00:01.5"]) == pytest.approx([86399.5, 86400.5, 86401.5])
+
+
+def test_noon_and_midnight_by_halves_of_the_day() -> None:
+    assert seconds(["12:00:01 AM", "1:00:00 am", "12:00:00 PM", "11:59:59 PM"]) == pytest.approx(
+        [1, 3600, 43200, 86399]
+    )
+
+
+def test_numbers_with_strokes_between_are_no_time_of_day() -> None:
+    assert np.isnan(seconds(["10-20-30", "10_20_30", "12-2025-01"])).all()
 
 
 @given(st.lists(st.datetimes(datetime(1971, 1, 1), datetime(2099, 1, 1)), min_size=1, max_size=5))
