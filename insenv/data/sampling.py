@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from insenv.core.errors import InputError
 from insenv.core.recording import GAP, Floats
 from insenv.core.series.rounding import counter_step
-from insenv.data.clock import NEGLIGIBLE, Clock, clock_of, roughness
+from insenv.data.clock import NEGLIGIBLE, WINDOW, Clock, clock_of, roughness
 
 Mask = NDArray[np.bool_]
 
@@ -238,13 +238,32 @@ def _remarks(off: Mask, leaps: Mask, left: Floats, place: Callable[[int], str]) 
         first, sizes = int(np.argmax(off)), np.abs(left[off])
         span = f"{sizes.max():.3g} s" if off.sum() == 1 else f"{sizes.min():.3g} to {sizes.max():.3g} s"
         count = "1 time stamp is" if off.sum() == 1 else f"{int(off.sum())} time stamps are"
-        it = "it" if off.sum() == 1 else f"the first at {place(first)}, them"
+        it = "it" if off.sum() == 1 else "them"
         where = f" at {place(first)}" if off.sum() == 1 else ""
-        found.append(f"{count} off the clock{where} by {span}: the clock's time is taken for {it}")
-    if leaps.any():
-        first = int(np.argmax(leaps))
-        times = "once" if leaps.sum() == 1 else f"{int(leaps.sum())} times, first"
-        found.append(f"the clock was set {times} at {place(first)}: a row there is left out")
+        at = "" if off.sum() == 1 else f", the first at {place(first)}"
+        found.append(f"{count} off the clock{where} by {span}{at}: the clock's time is taken for {it}")
+    return (*found, *_leapt(leaps, place))
+
+
+def _leapt(leaps: Mask, place: Callable[[int], str]) -> tuple[str, ...]:
+    """What rows at another phase of the clock say: it was set, or stamps go to and fro, which no clock is set to do."""
+    if not leaps.any():
+        return ()
+    rows = np.flatnonzero(leaps)
+    stretches = np.split(rows, np.flatnonzero(np.diff(rows) > WINDOW) + 1)
+    once = [int(one[0]) for one in stretches if len(one) == 1]
+    swaying = [one for one in stretches if len(one) > 1]
+    found = []
+    if once:
+        times = "once" if len(once) == 1 else f"{len(once)} times, first"
+        found.append(f"the clock was set {times} at {place(once[0])}: a row there is left out")
+    if swaying:
+        where = "in one stretch" if len(swaying) == 1 else f"in {len(swaying)} stretches, the first"
+        count = sum(map(len, swaying))
+        found.append(
+            f"stamps go to and fro about the clock {where} from {place(int(swaying[0][0]))}: {count} rows there are "
+            "left out"
+        )
     return tuple(found)
 
 

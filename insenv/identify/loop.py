@@ -58,6 +58,7 @@ from insenv.identify.search.unit.one_box import (
     surest,
     warmed,
 )
+from insenv.identify.search.unit.one_line import rings_too
 
 #: Effects of one physical cause on several targets: judged on all of them together.
 SHARED = tuple(sorted(effect.id for effect in ALL if effect.of_base))
@@ -134,7 +135,9 @@ def trace(
         if times:
             width *= 2**times
             progress(f"means over {width:.3g} s: shorter ones hold vibration")
+            gone = [_gone(track, width) for track in tracks]
             tracks = found([_averaged(track, times) for track in tracks])
+            tracks = [replace(t, refusals=(*t.refusals, *lines)) for t, lines in zip(tracks, gone, strict=True)]
     for index, track in enumerate(tracks):
         if _worse(track):
             progress(f"{track.problem.target}: held-out data are worse without its lines and its hold")
@@ -189,6 +192,12 @@ def _averaged(track: Track, times: int) -> Track:
         rivalries=(),
         finer=problem.bins.width,
     )
+
+
+def _gone(track: Track, width: float) -> tuple[Refusal, ...]:
+    """Lines that held-out data refused, of which means over ``width`` know nothing."""
+    lines = (r for r in track.refusals if r.fails and r.hit.candidate.effect.line)
+    return tuple(r for r in lines if unresolved(r.hit.term, width))
 
 
 def _worse(track: Track) -> bool:
@@ -397,6 +406,8 @@ def _proposals(tracks: list[Track], alpha: float) -> list[_Proposal]:
         found += [_Proposal((index,), (hit,), hit.p_value) for hit in good[:1]]
     found += _drifts_of_one_box(tracks, alpha)
     found += [one for index in range(len(tracks)) if (one := _warmed_too(tracks, index, alpha))]
+    if not found:
+        found += [one for index in range(len(tracks)) if (one := _rung_too(tracks, index, alpha))]
     for key in SHARED:
         where = tuple(i for i, t in enumerate(tracks) if _has(t, key) and not _full(t))
         if where:
@@ -417,6 +428,16 @@ def _warmed_too(tracks: list[Track], index: int, alpha: float) -> _Proposal | No
     if best is None or (log_p := log_p_by_itself(track, best)) >= math.log(alpha):
         return None
     return _Proposal((index,), (best,), math.exp(log_p))
+
+
+def _rung_too(tracks: list[Track], index: int, alpha: float) -> _Proposal | None:
+    """A line that other channels of a unit at rest have, where it is significant on this one at that frequency."""
+    if _full(tracks[index]):
+        return None
+    hit = rings_too(tracks, index)
+    if hit is None or hit.log_p >= math.log(alpha) or _refused(tracks[index], hit):
+        return None
+    return _Proposal((index,), (hit,), hit.p_value)
 
 
 def _drifts_of_one_box(tracks: list[Track], alpha: float, keys: tuple[str, ...] = DRIFTS) -> list[_Proposal]:

@@ -243,3 +243,24 @@ def test_rows_pressed_to_one_instant_are_left_out(tmp_path: Path) -> None:
     full = cells.count > 0
     off = cells.y[full] - cells.motion.rate[full]
     assert np.abs(off).max() < 1.0  # with those rows 4 to 40 rad/s
+
+
+def remarks_of(folder: Path, stamps: Floats) -> tuple[str, ...]:
+    return closed(folder, {**bench(), "time": stamps}).remarks
+
+
+def test_a_clock_that_is_set_is_told_from_stamps_that_go_to_and_fro(tmp_path: Path) -> None:
+    """Rows whose phase changes again and again three times a second: no clock is set like that."""
+    t = bench()["time"]
+    (found,) = [one for one in remarks_of(tmp_path, t + 0.4 * DT * (t > t[1500])) if "clock was set" in one]
+    assert "set once" in found
+    half = np.arange(N) // 28 % 2 * ((np.arange(N) > 1000) & (np.arange(N) < 1300))
+    told = remarks_of(tmp_path, t + 0.4 * DT * half)
+    assert any("stamps go to and fro about the clock in one stretch from line" in one for one in told), told
+    assert not any("clock was set" in one for one in told)
+
+
+def test_the_first_of_several_stamps_is_told_in_a_whole_sentence(tmp_path: Path) -> None:
+    told = remarks_of(tmp_path, late(0.01)(bench()["time"]))
+    (found,) = [one for one in told if "off the clock" in one]
+    assert ", the first at line " in found and found.endswith(": the clock's time is taken for them")

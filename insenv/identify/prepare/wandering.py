@@ -93,6 +93,15 @@ def without_line(problem: Problem, fit: Fit, line: Line) -> Problem:
     return replace(problem, y=y, cache={})
 
 
+def reach(problem: Problem, frequency: float) -> float:
+    """Half the band in which a line of the fitted bins is looked for [Hz]."""
+    return _reach(frequency, max(b.n for b in problem.fitted) * problem.bins.width)
+
+
+def _reach(frequency: float, duration: float) -> float:
+    return max(BAND_SHARE * frequency, BAND_WIDTHS / duration)
+
+
 def _frequencies(n: int, width: float) -> Floats:
     return np.arange(n) / (2 * n * width)
 
@@ -140,7 +149,7 @@ def _of_block(problem: Problem, fit: Fit, block: Block, frequency: float) -> Lin
     values = residual(problem, fit)[block.start : block.stop]
     time = problem.bins.time[block.start : block.stop]
     spectrum = periodogram(values, width)
-    half = max(BAND_SHARE * frequency, BAND_WIDTHS / (block.n * width))
+    half = _reach(frequency, block.n * width)
     near = np.flatnonzero(np.abs(spectrum.f - frequency) < half)
     if not len(near):
         return None

@@ -61,11 +61,16 @@ def unfinished(track: Track, alpha: float) -> tuple[str, ...]:
 def _what_does_not_last(track: Track) -> tuple[str, ...]:
     """What foretells nothing though it was significant."""
     return tuple(
-        f"{r.hit.candidate.effect.key} follows the fitted data (p = {r.hit.p_value:.1g}) "
-        "and does not hold on the held-out data"
+        f"{_what(r.hit)} follows the fitted data (p = {r.hit.p_value:.1g}) and does not hold on the held-out data"
         for r in track.refusals
         if r.fails or r.hit.candidate.generic
     )
+
+
+def _what(hit: Hit) -> str:
+    """The key of an effect, a line's with its frequency."""
+    effect = hit.candidate.effect
+    return f"{effect.key} at {hit.term.shape[0]:.4g} Hz" if effect.line else effect.key
 
 
 def _without_a_size(track: Track, alpha: float) -> tuple[str, ...]:

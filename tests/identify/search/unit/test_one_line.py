@@ -1,0 +1,44 @@
+"""A line that shakes a whole unit: sure on some channels, and looked for at that frequency alone on the others."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from insenv.close import close
+from insenv.identify.findings import TargetFindings
+
+AXES = ("gyro_x", "gyro_y", "gyro_z")
+DT, N, FREQUENCY = 0.025, 2400, 10.0
+
+
+def shaken(folder: Path, sizes: tuple[float, ...], seed: int, until: float = 1.0) -> dict[str, TargetFindings]:
+    """A triad at rest for a minute: white noise, and a line whose phase wanders, of so many sigma on each axis."""
+    rng, t = np.random.default_rng(seed), DT * np.arange(N)
+    phase = 2 * np.pi * FREQUENCY * t + 0.12 * np.cumsum(rng.standard_normal(N))
+    line = np.cos(phase) * (t < until * t[-1])
+    read = 1e-3 * (rng.standard_normal((3, N)) + np.outer(sizes, line))
+    np.savez(folder / "bench.npz", **dict(zip(AXES, read, strict=True)))
+    channels = [f'{axis} = {{ column = "{axis}", unit = "rad/s" }}' for axis in AXES]
+    head = ['data = "bench.npz"', "[channels]", f'time = {{ rate = "{1 / DT:g} Hz" }}']
+    tail = ["[model]", f"target = {json.dumps(AXES)}", 'declared = ["bias"]']
+    (folder / "bench.toml").write_text("\n".join([*head, *channels, *tail]) + "\n", encoding="utf-8")
+    return {target.target: target for target in close(folder / "bench.toml").targets}
+
+
+def has_line(found: TargetFindings) -> bool:
+    return any(added.effect == "tone" for added in found.added)
+
+
+def test_a_line_of_two_axes_is_found_where_it_is_weak(tmp_path: Path) -> None:
+    """By itself the third axis shows it in half of these."""
+    found = [shaken(tmp_path, (1.5, 1.2, 0.35), seed) for seed in range(6)]
+    assert all(has_line(one["gyro_x"]) for one in found)
+    assert sum(has_line(one["gyro_z"]) for one in found) >= 5
+
+
+def test_an_axis_that_is_not_shaken_has_no_line(tmp_path: Path) -> None:
+    found = [shaken(tmp_path, (1.5, 1.2, 0.0), seed) for seed in range(8)]
+    assert not any(has_line(one["gyro_z"]) for one in found)
