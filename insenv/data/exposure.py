@@ -32,6 +32,8 @@ from insenv.data.reference import order, programme
 from insenv.data.resample import through
 from insenv.data.smooth import smoothed
 
+#: Share of the second difference at one end of a row, of that at the other, below which the rate has a corner in it.
+CORNER = 0.25
 #: Which manifest channel would supply a field of `Motion`.
 CHANNEL_OF = {
     "rate": "table_rate",
@@ -392,7 +394,21 @@ def _integral(recording: Recording, channel: Channel) -> Callable[[Floats], Floa
     steps = np.diff(times)
     v = channel.values
     means = v[1:] if channel.covers == "interval" else 0.5 * (v[1:] + v[:-1])
+    if channel.covers == "instant" and channel.source == "command" and len(v) > 3:
+        means = means - _bow(v)
     return _at(times, np.concatenate([[0.0], np.cumsum(means * steps)]))
+
+
+def _bow(values: Floats) -> Floats:
+    """What the straight line between two values of a curve has more than their mean, shape (n - 1,).
+
+    A twelfth of the second difference, the mean of those at both ends; nothing at a corner, where one of them is next to
+    none and nothing tells when within the row the rate bends.
+    """
+    bend = np.diff(values, 2)
+    before, after = np.append(bend[:1], bend), np.append(bend, bend[-1:])
+    corner = np.minimum(np.abs(before), np.abs(after)) < CORNER * np.maximum(np.abs(before), np.abs(after))
+    return np.where(corner, 0.0, 0.5 * (before + after)) / 12
 
 
 def _angle_function(recording: Recording, preferred: tuple[str, ...]) -> Callable[[Floats], Floats] | None:

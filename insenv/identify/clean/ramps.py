@@ -29,10 +29,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
+from scipy.ndimage import maximum_filter1d, median_filter, uniform_filter1d
 
 from insenv.core.recording import Floats, Recording
+from insenv.core.series.stretches import stretches
 from insenv.data.exposure import table_rate_of_rows, table_share
+from insenv.data.reference import order
 from insenv.identify.findings import RejectedRows
 
 #: Changes of a command that holds, as a share of its rows at most; least rows of a dwell.
@@ -56,6 +58,9 @@ LEAST_JUMPS = 3
 STANDS, AS_ONE, LONGEST_JUMP, SEEN = 6, 0.02, 4, 0.2
 #: Share of the jumps between that by which means are off, none, and instants, a half; deviations in which it is told.
 INSTANT, SURE = 0.25, 3.0
+#: Rows around a bend and the times by which it is sharper than is usual there; share of the rows beyond which a rate
+#: bends everywhere.
+AROUND, SHARP, MOST_BENT = 15, 4.0, 0.2
 
 
 def slewed(recording: Recording, target: str) -> Recording:
@@ -221,6 +226,45 @@ def jumping(recording: Recording, target: str, run: int) -> tuple[RejectedRows, 
             jumps.append((u[last] - u[first]) * share)
             off.append(float(np.sum(left[first + 1 : last] - np.median(beside))))
     return tuple(found) if _of_instants(np.array(jumps), np.array(off), noise) else ()
+
+
+def bending(recording: Recording, target: str, run: int) -> tuple[RejectedRows, ...]:
+    """Rows within which the rate of a table bends, where its reading tells neither their mean nor their value.
+
+    A rate that was read at instants does not tell its mean over a row in which a ramp begins, nor does an angle tell
+    the rate at an instant there: it is off by up to an eighth of the change of the slope in a row, a skew of as much.
+    Of a rate that bends everywhere, as a swing does, nothing is left out; so where the reading beside the bend is not
+    on its line, for it is late.
+    """
+    share, channel, names = table_share(recording, target), recording.channels[target], order(recording)
+    if not names or not share or recording.channels[names[0]].delay != channel.delay or len(recording) < 4 * STANDS:
+        return ()
+    told = recording.channels[names[0]]
+    if told.covers == channel.covers if names[0] == "table_rate" else channel.covers == "interval":
+        return ()
+    u = table_rate_of_rows(recording, target, names[:1])
+    assert u is not None
+    exact = names[0] == "table_rate" and told.source == "command"
+    left = channel.values - u * share
+    noise = 1.4826 / np.sqrt(2) * float(np.median(np.abs(np.diff(left))))
+    curve = told.values * share if exact else channel.values
+    bend = np.zeros(len(u))
+    bend[1:-1] = np.abs(np.diff(curve, 2))
+    blur = 0.0 if exact else OFF * 1.4826 * float(np.median(bend))
+    usual = median_filter(bend, AROUND)
+    sharp = (bend > SHARP * usual) & (bend > 8 * SEEN * noise) & (bend > blur)
+    reason, found = "the table's rate bends within this row, and its reading does not tell when", []
+    late = 0
+    for first, last in stretches(np.asarray(maximum_filter1d(sharp, 3), bool)):
+        before, after = slice(max(first - STANDS, 0), first), slice(last, last + STANDS)
+        beside = np.concatenate([left[before] - np.median(left[before]), left[after] - np.median(left[after])])
+        allowed = OFF * noise + AS_ONE * float(np.ptp(u[before.start : after.stop]))
+        if np.abs(beside).max(initial=0.0) > allowed:
+            late += 1
+        else:
+            found.append(RejectedRows(target, run, int(first), int(last), reason, "ramp"))
+    many = sum(one.stop - one.start for one in found) > MOST_BENT * len(u)
+    return () if many or late > len(found) else tuple(found)
 
 
 def _of_instants(jumps: Floats, off: Floats, noise: float) -> bool:

@@ -31,7 +31,7 @@ from insenv.identify.clean.lost import lost_rows
 from insenv.identify.clean.motion import at_rest
 from insenv.identify.clean.outliers import leaving_out, without_outliers
 from insenv.identify.clean.rails import Rail, find_rails, without_rails
-from insenv.identify.clean.ramps import jumping, slewed
+from insenv.identify.clean.ramps import bending, jumping, slewed
 from insenv.identify.clean.response import responding, with_held
 from insenv.identify.clean.triads import turns_left_out, without_turns
 from insenv.identify.findings import RejectedRows, SampleSpectrum
@@ -193,7 +193,7 @@ def _without_jumps(
     recordings: tuple[Recording, ...], target: str
 ) -> tuple[tuple[Recording, ...], tuple[RejectedRows, ...]]:
     """The recordings without rows within which a table's rate jumps: half of a jump would be told to be a lag."""
-    jumps = tuple(row for run, r in enumerate(recordings) for row in jumping(r, target, run))
+    jumps = tuple(row for run, r in enumerate(recordings) for row in jumping(r, target, run) or bending(r, target, run))
     return tuple(_leaving_out(r, target, run, jumps) for run, r in enumerate(recordings)), jumps
 
 
