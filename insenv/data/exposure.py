@@ -402,8 +402,8 @@ def _integral(recording: Recording, channel: Channel) -> Callable[[Floats], Floa
 def _bow(values: Floats) -> Floats:
     """What the straight line between two values of a curve has more than their mean, shape (n - 1,).
 
-    A twelfth of the second difference, the mean of those at both ends; nothing at a corner, where one of them is next to
-    none and nothing tells when within the row the rate bends.
+    A twelfth of the second difference, the mean of those at both ends; nothing at a corner, where one of them is next
+    to none and nothing tells when within the row the rate bends.
     """
     bend = np.diff(values, 2)
     before, after = np.append(bend[:1], bend), np.append(bend, bend[-1:])

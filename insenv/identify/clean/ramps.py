@@ -229,35 +229,29 @@ def jumping(recording: Recording, target: str, run: int) -> tuple[RejectedRows, 
 
 
 def bending(recording: Recording, target: str, run: int) -> tuple[RejectedRows, ...]:
-    """Rows within which the rate of a table bends, where its reading tells neither their mean nor their value.
+    """Rows within which a commanded rate bends that was read at instants, beside readings that are means.
 
-    A rate that was read at instants does not tell its mean over a row in which a ramp begins, nor does an angle tell
-    the rate at an instant there: it is off by up to an eighth of the change of the slope in a row, a skew of as much.
-    Of a rate that bends everywhere, as a swing does, nothing is left out; so where the reading beside the bend is not
-    on its line, for it is late.
+    It does not tell its mean over a row in which a ramp begins: it is off by up to an eighth of the change of the slope
+    in a row, a skew of as much. Of a rate that bends everywhere, as a swing does, nothing is left out; so where the
+    reading beside the bend is not on its line, for it is late.
     """
     share, channel, names = table_share(recording, target), recording.channels[target], order(recording)
-    if not names or not share or recording.channels[names[0]].delay != channel.delay or len(recording) < 4 * STANDS:
+    if names[:1] != ("table_rate",) or not share or len(recording) < 4 * STANDS:
         return ()
-    told = recording.channels[names[0]]
-    if told.covers == channel.covers if names[0] == "table_rate" else channel.covers == "interval":
+    told = recording.channels["table_rate"]
+    if told.source != "command" or told.covers != "instant" or channel.covers != "interval":
         return ()
     u = table_rate_of_rows(recording, target, names[:1])
     assert u is not None
-    exact = names[0] == "table_rate" and told.source == "command"
     left = channel.values - u * share
     noise = 1.4826 / np.sqrt(2) * float(np.median(np.abs(np.diff(left))))
-    curve = told.values * share if exact else channel.values
-    bend = np.zeros(len(u))
-    bend[1:-1] = np.abs(np.diff(curve, 2))
-    blur = 0.0 if exact else OFF * 1.4826 * float(np.median(bend))
-    usual = median_filter(bend, AROUND)
-    sharp = (bend > SHARP * usual) & (bend > 8 * SEEN * noise) & (bend > blur)
+    bend = np.pad(np.abs(np.diff(told.values * share, 2)), 1)
+    sharp = (bend > SHARP * median_filter(bend, AROUND)) & (bend > 8 * SEEN * noise)
     reason, found = "the table's rate bends within this row, and its reading does not tell when", []
     late = 0
     for first, last in stretches(np.asarray(maximum_filter1d(sharp, 3), bool)):
         before, after = slice(max(first - STANDS, 0), first), slice(last, last + STANDS)
-        beside = np.concatenate([left[before] - np.median(left[before]), left[after] - np.median(left[after])])
+        beside = np.concatenate([x - np.median(x) for x in (left[before], left[after]) if len(x)])
         allowed = OFF * noise + AS_ONE * float(np.ptp(u[before.start : after.stop]))
         if np.abs(beside).max(initial=0.0) > allowed:
             late += 1

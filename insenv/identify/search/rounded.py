@@ -9,7 +9,7 @@ a curve of the rate that is smaller than half a step is no law, and one that is 
 below `alpha` is not named: the rounding is.
 
 Of the steps of the table's angle, which a curve of rate or angle and a line may follow, the coefficients are tried that
-they would make, of mean square M: beside them the evidence is no more than theta' M^-1 theta.
+they would make, of mean square M: beside them the evidence is that of the covariance C + M.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def beside_steps(problem: Problem, larger: Fit, hit: Hit) -> Hit:
     if made is None:
         return hit
     theta, cov, among = larger.beta[own], larger.cov[np.ix_(own, own)], made[own] @ made[own].T / made.shape[1]
-    alone, beside = (float(theta @ np.linalg.lstsq(c, theta, rcond=1e-9)[0]) for c in (cov, among))
+    alone, beside = (float(theta @ np.linalg.lstsq(c, theta, rcond=1e-12)[0]) for c in (cov, cov + among))
     if not 0 < beside < alone:
         return hit
     less = replace(hit, deviate=hit.deviate * float(np.sqrt(beside / alone)))
