@@ -34,7 +34,7 @@ from insenv.identify.prepare.excess import most_power, structure
 from insenv.identify.prepare.line_effects import IN_BINS
 from insenv.identify.prepare.lines import Line
 from insenv.identify.prepare.problems import prepare
-from insenv.identify.prepare.vibration import as_lines, averaged, doublings, stands_out, unresolved, without
+from insenv.identify.prepare.vibration import as_lines, averaged, doublings, stands_out, unnamed, unresolved, without
 from insenv.identify.prepare.wandering import lost, of_encoder, wanders, without_line
 from insenv.identify.search.candidates import candidates
 from insenv.identify.search.earth_rate import due_level
@@ -173,6 +173,8 @@ def _averaged(track: Track, times: int) -> Track:
     for step in named:
         sd = max(row.sd for row in told[step.hit.term] if row.parameter == "f")
         lines += as_lines(problem, track.fit, step.hit.term, sd, step.p_value)
+    known = (*(line.frequency for line in lines), *(s.hit.term.shape[0] for s in track.steps if s.hit.term.effect.line))
+    lines += unnamed(problem, prepared.fast(width), known)
     # Of all else the longer means are asked anew: beside a hump the noise, and so every significance, was wrong.
     steps = tuple(s for s in track.steps if s not in gone and isinstance(s.hit.candidate.effect, Tone))
     longer = averaged(without(problem, track.fit, tuple(step.hit.term for step in named)), times)

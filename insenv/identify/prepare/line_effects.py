@@ -151,6 +151,8 @@ def _remark(group: tuple[Line, ...], width: float) -> str:
     what = f"{group[0].share:.1%} of the variance of the samples"
     slow = all(line.frequency < IN_BINS / width for line in group)
     fast = "" if slow else " above the bin rate"
+    if group[0].averaged:
+        return f"a line above the bin rate: {where}; {what}; left to the means, which are long beside it"
     if all(line.steady for line in group):
         return f"a steady line{fast}: {where}; {what}; subtracted"
     if slow:

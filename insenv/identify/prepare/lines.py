@@ -18,6 +18,8 @@ from insenv.core.recording import Floats
 from insenv.identify.fit.gls import Fit, whitened
 from insenv.identify.fit.problem import Problem
 
+#: Fewest values in which a line is looked for.
+FEWEST = 256
 #: Probability of calling noise a line, per recording and target.
 FALSE_ALARM = 1e-4
 #: At most so many lines are looked for.
@@ -31,6 +33,8 @@ SAME_LINE = 0.3
 LOUDER, SMOOTHED, WIDEST = 2.0, 0.1, 0.1
 #: Share of a line's power from which on the reference has it too.
 IN_REFERENCE = 0.25
+#: The same of motion, where it has a line, and where it has any: an axis that is reversed leaves four times its power.
+MOTION_LINE, MOTION_ANY = 0.1, 0.5
 #: A line is steady if one sinusoid takes out more than this share of its power, and is so many deviations tall.
 STEADY, LEAST_STEADY = 0.9, 4.0
 
@@ -103,6 +107,8 @@ class Line:
         Probability that noise alone has such a peak.
     of_encoder : bool
         Whether it is the pattern of an encoder's steps, and no line of the instrument.
+    averaged : bool
+        Whether it was left to means that are long beside it: nothing was subtracted.
     """
 
     run: int
@@ -115,6 +121,7 @@ class Line:
     share: float
     p_value: float
     of_encoder: bool = False
+    averaged: bool = False
 
     def at(self, t: Floats) -> Floats:
         """The line at times from the start of the run [s]; zero unless it is steady."""
@@ -140,7 +147,7 @@ def find_lines(t: Floats, dt: float, values: Floats, quantum: float, run: int, l
     lowest : float
     """
     n = len(values)
-    if n < 256:
+    if n < FEWEST:
         return ()
     found = periodogram(values, dt)
     f = found.f
@@ -182,6 +189,38 @@ def steps_of_encoder(line: Line, dt: float, left: Floats, reference: Floats, ste
     own, other = periodogram(left, dt), periodogram(reference, dt)
     band = np.abs(own.f - line.frequency) <= max(0.5 * SAME_LINE, 2 / (len(left) * dt))
     return bool(other.power[band].sum() > IN_REFERENCE * own.power[band].sum())
+
+
+def of_motion(frequency: float, dt: float, left: Floats, reference: Floats) -> bool:
+    """Whether the motion has a line where ``left`` has one, or is as loud there: steps of who carries the unit, say.
+
+    What a filter, a soft mount or another axis makes of such motion is left of it, and no line of the instrument.
+
+    Parameters
+    ----------
+    frequency : float
+        Of the line that is left [Hz].
+    dt : float
+        Time between the values [s].
+    left, reference : ndarray, shape (n,)
+        What is left of the readings, and what was subtracted from them.
+    """
+    own, other = periodogram(left, dt), periodogram(reference, dt)
+    band = np.abs(own.f - frequency) <= max(0.5 * SAME_LINE, 2 / (len(left) * dt))
+    share = float(other.power[band].sum()) / max(float(own.power[band].sum()), 1e-300)
+    stands = float((other.power / other.background)[band].max(initial=0.0)) > np.log(len(left) / 2 / FALSE_ALARM)
+    return share > (MOTION_LINE if stands else MOTION_ANY)
+
+
+def again(line: Line, dt: float, values: Floats) -> bool:
+    """Whether other ``values`` every ``dt`` seconds have a peak where the line is, as far from it as lines wander."""
+    n = len(values)
+    if n < FEWEST:
+        return False
+    found = periodogram(values, dt)
+    band = np.abs(found.f - line.frequency) <= max(SAME_LINE, 3 * line.frequency_sd)
+    peak = float((found.power / found.background)[band].max(initial=0.0))
+    return peak > np.log(max(int(band.sum()), 1) / FALSE_ALARM)
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from insenv.core.errors import InputError
 from insenv.core.recording import Channel, Floats, Recording, Response
@@ -39,7 +40,7 @@ from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Model, Problem, Term, regressors
 from insenv.identify.prepare.binned import binned, enough
 from insenv.identify.prepare.declared import declared_model
-from insenv.identify.prepare.lines import SAME_LINE, Line, find_lines, quantum, steps_of_encoder
+from insenv.identify.prepare.lines import SAME_LINE, Line, again, find_lines, of_motion, quantum, steps_of_encoder
 from insenv.identify.prepare.samples import sample_spectrum
 from insenv.identify.prepare.widths import FEWEST_AGREEING, rows_of_motion, rows_per_bin, whole_holds, whole_rows
 
@@ -75,6 +76,8 @@ class Prepared:
         Values at which the target clips; ``plain`` has the rows at them.
     samples : callable
         Spectrum of the samples, when it is asked for.
+    fast : callable
+        Lines of the samples that means over so many seconds do not follow, and that held-out data have too.
     """
 
     plain: Problem
@@ -85,6 +88,7 @@ class Prepared:
     rejected: tuple[RejectedRows, ...] = ()
     rails: tuple[Rail, ...] = ()
     samples: Callable[[], SampleSpectrum | None] = field(default=lambda: None, repr=False, compare=False)
+    fast: Callable[[float], tuple[Line, ...]] = field(default=lambda width: (), repr=False, compare=False)
 
 
 def prepare(
@@ -104,7 +108,8 @@ def prepare(
     _series(manifest)
     model = declared_model(manifest, recordings, target)
     ready = _ready(manifest, recordings, uses, target, model, holds, width)
-    lines = _recurring(_lines(ready.recordings, ready.uses, ready.plain, model), ready.plain) if tones else ()
+    own = ready.recordings, ready.uses, ready.plain, model
+    lines = _recurring(_lines(*own), ready.plain) if tones else ()
     lines = tuple(line for line in lines if not _of_hold_or_motion(line, ready.held.hold, ready.plain))
     rows = _rejecting_rows(manifest, ready, lines)
     plain = ready.plain if rows == ready.rows else binned(manifest, ready.measured, ready.uses, target, rows)
@@ -114,7 +119,12 @@ def prepare(
         problem = plain if ready.held.hold is None else binned(manifest, ready.recordings, ready.uses, target, rows)
     plain = _clipping(manifest, ready.clean, ready.uses, target, rows, plain)
     samples = partial(_samples, ready.recordings, ready.uses, plain, model, lines)
-    return Prepared(plain, problem, model, lines, ready.held, ready.rejected, ready.clean.rails, samples)
+    fast = partial(_confirmed, *own) if tones else _none
+    return Prepared(plain, problem, model, lines, ready.held, ready.rejected, ready.clean.rails, samples, fast)
+
+
+def _none(width: float) -> tuple[Line, ...]:
+    return ()
 
 
 @dataclass(frozen=True)
@@ -202,13 +212,13 @@ def _recurring(lines: tuple[Line, ...], problem: Problem) -> tuple[Line, ...]:
     if not problem.turns or len({block.run for block in problem.fitted}) == 1:
         return lines
 
-    def again(line: Line) -> bool:
+    def recurs(line: Line) -> bool:
         """Whether another run has it, as near as either wanders."""
         far = [max(SAME_LINE, line.frequency_sd, one.frequency_sd) for one in lines]
         near = [abs(one.frequency - line.frequency) < reach for one, reach in zip(lines, far, strict=True)]
         return any(close and one.run != line.run for close, one in zip(near, lines, strict=True))
 
-    return tuple(line for line in lines if line.steady or again(line))
+    return tuple(line for line in lines if line.steady or recurs(line))
 
 
 def _of_hold_or_motion(line: Line, hold: Hold | None, problem: Problem) -> bool:
@@ -414,22 +424,42 @@ def _scatter(problem: Problem, model: Model) -> float:
 
 
 def _lines(
-    recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], problem: Problem, model: Model
+    recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], problem: Problem, model: Model, width: float = 0.0
 ) -> tuple[Line, ...]:
-    """Lines above the bin rate that matter, in the longest contiguous stretch of each run that may be fitted."""
+    """Lines that matter, above the bin rate or that of means over ``width`` [s].
+
+    They are of the longest contiguous stretch of each run that may be fitted.
+    """
+    width = width or problem.bins.width
     found: list[Line] = []
     for run, (recording, use) in enumerate(zip(recordings, uses, strict=True)):
         span = _longest_fitted(recording, use)
         t = (recording.t - recording.t[0])[span]
         step = quantum(recording.channels[problem.target].values[span]) * recording.dt
         values = _sample_residual(recording, span, problem, model)
-        lines = find_lines(t, recording.dt, values, step, run, 0.6 / problem.bins.width)
         reference = recording.channels[problem.target].values[span] - values
-        found += [
-            replace(x, of_encoder=steps_of_encoder(x, recording.dt, values, reference, problem.encoder)) for x in lines
-        ]
+        for line in find_lines(t, recording.dt, values, step, run, 0.6 / width):
+            steps = steps_of_encoder(line, recording.dt, values, reference, problem.encoder)
+            moved = problem.turns and not steps and of_motion(line.frequency, recording.dt, values, reference)
+            found += [] if moved else [replace(line, of_encoder=steps)]
     noise = _bin_noise(problem)
-    return tuple(x for x in found if _matters(x, problem.bins.width, noise))
+    return tuple(x for x in found if _matters(x, width, noise))
+
+
+def _confirmed(
+    recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], problem: Problem, model: Model, width: float
+) -> tuple[Line, ...]:
+    """Lines that means over ``width`` [s] do not follow, of those that held-out samples of the run have as well.
+
+    The tallest peak of a hump is elsewhere in other data.
+    """
+
+    def confirmed(line: Line) -> bool:
+        recording, use = recordings[line.run], uses[line.run]
+        span = _longest(recording, use.held_out)
+        return again(line, recording.dt, _sample_residual(recording, span, problem, model))
+
+    return tuple(x for x in _lines(recordings, uses, problem, model, width) if confirmed(x))
 
 
 def _samples(
@@ -466,9 +496,14 @@ def _bin_noise(problem: Problem) -> float:
 
 def _longest_fitted(recording: Recording, use: RowUse) -> slice:
     """Longest stretch of consecutive fitted rows without a gap."""
+    return _longest(recording, use.fit)
+
+
+def _longest(recording: Recording, wanted: NDArray[np.bool_]) -> slice:
+    """Longest stretch of consecutive rows that are wanted, without a gap."""
     best = slice(0, 0)
     for piece in recording.pieces():
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], use.fit[piece].astype(int), [0]])))
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], wanted[piece].astype(int), [0]])))
         for a, b in zip(edges[::2], edges[1::2], strict=True):
             if b - a > best.stop - best.start:
                 best = slice(piece.start + int(a), piece.start + int(b))

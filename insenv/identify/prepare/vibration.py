@@ -29,7 +29,8 @@ from insenv.identify.fit.heldout import residual
 from insenv.identify.fit.noise import fit_noise, loglik
 from insenv.identify.fit.problem import NOISE_TERMS, Model, Problem, Term, pooled
 from insenv.identify.prepare.excess import broad_p
-from insenv.identify.prepare.lines import FALSE_ALARM, Line, periodogram
+from insenv.identify.prepare.lines import FALSE_ALARM, SAME_LINE, WIDEST, Line, periodogram
+from insenv.identify.prepare.wandering import FEWEST_CYCLES
 
 #: P-value of a hump from which on means are merged; fitted means that must be left, and the longest ones [s].
 HUMP, FEWEST, LONGEST = 1e-3, 80, 5.0
@@ -37,6 +38,8 @@ HUMP, FEWEST, LONGEST = 1e-3, 80, 5.0
 PARTS, AWAY = 5, 3.0
 #: Frequency in bins up to which they resolve a line.
 RESOLVED = 0.45
+#: Share of the samples' variance from which a line that longer means leave out is told.
+LEAST_SHARE = 0.01
 #: What only a unit that moves is exposed to.
 MOTION = ("force", "cross_rate")
 
@@ -75,6 +78,21 @@ def averaged(problem: Problem, times: int) -> Problem:
 def unresolved(term: Term, width: float) -> bool:
     """Whether a term is a line that means over ``width`` do not resolve."""
     return term.effect.line and term.shape[0] * width > RESOLVED
+
+
+def unnamed(problem: Problem, lines: tuple[Line, ...], known: tuple[float, ...]) -> tuple[Line, ...]:
+    """Lines of the samples at none of the ``known`` frequencies, fast enough for the band in which they wander.
+
+    A motor's line wanders: in short means, which follow it, no wave stands for it, and longer ones have none of it.
+    """
+    longest = max((b.stop - b.start) * problem.bins.width for b in problem.fitted)
+    return tuple(
+        replace(line, averaged=True)
+        for line in lines
+        if line.share > LEAST_SHARE
+        and line.frequency > max(FEWEST_CYCLES / longest, SAME_LINE / WIDEST)
+        and not any(abs(line.frequency - f) < max(SAME_LINE, line.frequency_sd) for f in known)
+    )
 
 
 def stands_out(problem: Problem, fit: Fit, term: Term) -> bool:

@@ -30,3 +30,33 @@ def test_means_that_reject_a_line_keep_the_motion(hertz: float, longest: float) 
     found = prepare(manifest(), (run,), (use(N, 0.6),), "gyro", holds=False, width=0.2)
     assert found.problem.bins.width <= longest
     assert any(not one.steady for one in found.lines) is (longest > 1)
+
+
+def carried(seed: int, of_unit: float) -> Recording:
+    """A unit that a walker turns to and fro: steps at 2.1 Hz, which the reference reads a tenth too large.
+
+    ``of_unit`` is a line of the instrument at 11 Hz, where nothing moves.
+    """
+    rng = np.random.default_rng(seed)
+    t: Floats = DT * np.arange(N, dtype=np.float64)
+    wander = 2.1 + 0.004 * np.cumsum(rng.standard_normal(N)) / np.sqrt(N)
+    step = 2 * np.pi * np.cumsum(wander) * DT
+    slow = np.cumsum(rng.standard_normal(N)) * 0.02
+    slow = np.convolve(slow, np.hanning(400) / np.hanning(400).sum(), "same")
+    gyro = slow + 0.30 * np.cos(step) + of_unit * np.cos(2 * np.pi * 11.0 * t) + 0.02 * rng.standard_normal(N)
+    angle = np.cumsum(slow + 0.33 * np.cos(step)) * DT
+    channels = {
+        "gyro": Channel(gyro, "rad/s", "instant"),
+        "table_angle": Channel(angle, "rad", "instant", source="encoder"),
+    }
+    return Recording(t, channels)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_steps_of_who_carries_a_unit_are_no_line_of_it(seed: int) -> None:
+    lines = [
+        prepare(manifest(), (carried(seed, own),), (use(N, 0.6),), "gyro", holds=False, width=0.5).lines
+        for own in (0.0, 0.03)
+    ]
+    assert lines[0] == ()
+    assert [round(line.frequency) for line in lines[1]] == [11]

@@ -124,3 +124,35 @@ def test_noise_behind_a_low_pass_is_judged_on_longer_means(hertz: float) -> None
 def test_white_noise_and_a_walk_are_judged_on_short_ones() -> None:
     walks = (1e-2 * WHITE * np.cumsum(np.random.default_rng(seed).standard_normal(3000)) for seed in range(10))
     assert not any(merged_by(passed_low(seed, 0.0) + walk) for seed, walk in enumerate(walks))
+
+
+#: Lines of a motor [Hz].
+MOTOR = (20.3, 23.8, 27.1, 32.2, 36.7, 41.4)
+
+
+def motor(seed: int, loud: float) -> Floats:
+    """40 s of a gyro on a motor [rad/s]: a hum from 4 to 15 Hz, and lines of the shaft, whose phases do not hold."""
+    rng = np.random.default_rng(seed)
+    n = 4000
+    band = butter(2, [4.0, 15.0], "bandpass", fs=RATE, output="sos")
+    values = rng.standard_normal(n) + 5.0 * sosfilt(band, rng.standard_normal(n))
+    for hertz in MOTOR:
+        slip = np.cumsum(rng.standard_normal(n)) * np.sqrt(2 * np.pi * 0.3 / RATE)
+        values = values + loud * np.cos(2 * np.pi * hertz * np.arange(n) / RATE + slip)
+    return WHITE * values
+
+
+@pytest.mark.parametrize("seed", [12, 13, 14])
+def test_lines_of_a_motor_are_named_though_short_means_have_no_wave_of_them(tmp_path: Path, seed: int) -> None:
+    """The noise of short means takes such lines in, and longer means have nothing of them."""
+    found = closed(motor(seed, 8.0), tmp_path)
+    named = [p.value for a in found.added if a.effect == "tone" for p in a.parameters if p.parameter == "f"]
+    assert len(named) == len(found.added)
+    assert all(min(abs(f - hertz) for hertz in MOTOR) < 0.4 for f in named)
+    assert sum(min(abs(f - hertz) for f in named) < 0.4 for hertz in MOTOR) >= 5
+    assert found.held_out.averaging > 0.1
+
+
+@pytest.mark.parametrize("seed", [15, 16, 17, 18])
+def test_a_motor_that_hums_in_a_band_has_no_line(tmp_path: Path, seed: int) -> None:
+    assert closed(motor(seed, 0.0), tmp_path).added == ()
