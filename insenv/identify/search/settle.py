@@ -60,7 +60,7 @@ def _rivals_of(track: Track, step: Step, alpha: float, seed: int, progress: Prog
     fit = solve(track.problem, others, start=track.fit.noise.power)
     tried = tuple(c for c in track.candidates if not c.generic and c.effect.key not in _keys(others))
     hits = search(track.problem, fit, tried, seed, track.family, track.tones)
-    if not step.together and step.p_value < step.hit.p_value:  # as it was judged by fewer looks, so are they
+    if not step.together and 0 < step.p_value < step.hit.p_value:  # as it was judged by fewer looks, so are they
         hits = [replace(hit, looks=hit.looks * step.p_value / step.hit.p_value) for hit in hits]
     return rivalry(track.problem, others, step.hit.term, hits, alpha, _gain(track))
 

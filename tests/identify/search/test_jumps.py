@@ -15,6 +15,7 @@ from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Term
 from insenv.identify.loop import trace
 from insenv.identify.search.jumps import is_step, one_of_many
+from insenv.identify.search.settle import settled
 from insenv.identify.search.tracks import Track
 from insenv.identify.search.unfinished import unfinished
 
@@ -72,3 +73,13 @@ def test_a_step_that_only_the_odds_against_events_hide_is_no_silence() -> None:
     weak = at_rest(1.3 * WHITE)
     assert not weak.steps
     assert any("a step and a jump of the noise" in reason for reason in unfinished(weak, 0.01))
+
+
+def test_rivals_of_a_step_beyond_the_smallest_probability_are_judged_by_all_looks() -> None:
+    """A probability that is smaller than a number holds says nothing of how few looks there were."""
+    track = at_rest(20 * WHITE)
+    (step,) = track.steps
+    surer = replace(step, p_value=0.0, hit=replace(step.hit, deviate=12.0))
+    (rivalry,) = settled(replace(track, steps=(surer,)), 0.01, 0, lambda text: None).rivalries
+    (usual,) = settled(track, 0.01, 0, lambda text: None).rivalries
+    assert rivalry.keys == usual.keys
