@@ -45,8 +45,10 @@ before the loop had seen it, and run once (17 of 24 right or honest); of `second
 once (30 of 32); `sixth` was there to develop on; `seventh` was opened once (34 of 38); `eighth` was there to develop
 on; `ninth` was opened once (29 of 41), `tenth` too (31 of 37); `twelfth` was collected wide to develop on (right or
 honest at first sight: 17 of 26 with a reference, 27 of 36 without, of which 46 stand here). What is shown of these is
-how the loop answers now, after what they taught. `eleventh` is shown as it was when it was opened, once: its sources
-are those of owners that no other part has, and no answer to it had been seen before; what it taught came after.
+how the loop answered after what they taught. `eleventh` (29 of 35) and `thirteenth` (38 of 41) are shown as they were
+when they were opened, once: their sources are those of owners that no other part has, and no answer to them had been
+seen before; what they taught came after. Of `fourteenth`, 18 recordings to develop on (10 right or honest at first
+sight), 10 stand here.
 
 Judgements: **right** names what is there, nothing that the data exclude, values within tolerance or three standard
 deviations; **honest** falls short and says so; **missed** is silent; **wrong, flagged** names what is not there under
