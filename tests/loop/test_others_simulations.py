@@ -115,17 +115,23 @@ def test_jumps_of_an_angle_that_was_read_hold_nothing(tmp_path: Path) -> None:
     assert names(judged(tmp_path, t, "table_angle", angle, gyro)) in ((), ("timing_skew",))
 
 
+def ramped(command: Floats, most: float) -> Floats:
+    """Rates of a table that follows a command by at most so much from sample to sample."""
+    rate = np.empty_like(command)
+    now = 0.0
+    for k, wanted in enumerate(command):
+        now += np.clip(wanted - now, -most, most)
+        rate[k] = now
+    return rate
+
+
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_slow_rows_on_ramps_are_not_held(tmp_path: Path, seed: int) -> None:
     """Ten rows a second, ramps of some rows, an encoder of 15 bits: holds of 0.6 s were named, with skews for them."""
     rng = np.random.default_rng([seed, 28])
     fine = np.arange(0.0, 120.0, 1e-3)
     command = np.repeat(50 * rng.uniform(-1, 1, 7), len(fine) // 7 + 1)[: len(fine)]
-    rate = np.empty_like(command)
-    now = 0.0
-    for k, wanted in enumerate(command):
-        now += np.clip(wanted - now, -0.1, 0.1)
-        rate[k] = now
+    rate = ramped(command, 0.1)
     t = fine[100::100]
     angle = np.interp(t, fine, np.cumsum(rate) * 1e-3)
     step = 360 / 2**15
@@ -155,11 +161,7 @@ def test_ramps_that_begin_between_rows_are_no_skew(tmp_path: Path, seed: int) ->
     rng = np.random.default_rng([seed, 22])
     fine = np.arange(0.0, 600.0, 1e-3)
     command = np.repeat(5 * rng.uniform(-1, 1, 11), len(fine) // 11 + 1)[: len(fine)]
-    rate = np.empty_like(command)
-    now = 0.0
-    for k, wanted in enumerate(command):
-        now += np.clip(wanted - now, -0.0137, 0.0137)
-        rate[k] = now
+    rate = ramped(command, 0.0137)
     angle = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1])) * 1e-3])
     t, rows = fine[50::50], slice(50, None, 50)
     gyro = np.diff(angle[::50]) / 0.05 + 5e-4 * rng.standard_normal(len(t))

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.errors import InputError
+from insenv.core.lazy import unanswered
 from insenv.core.recording import Channel, Floats, Recording, Response
 from insenv.data.exposure import expose
 from insenv.data.manifest.spec import Manifest
@@ -88,7 +89,7 @@ class Prepared:
     rejected: tuple[RejectedRows, ...] = ()
     rails: tuple[Rail, ...] = ()
     samples: Callable[[], SampleSpectrum | None] = field(default=lambda: None, repr=False, compare=False)
-    fast: Callable[[float], tuple[Line, ...]] = field(default=lambda width: (), repr=False, compare=False)
+    fast: Callable[[float], tuple[Line, ...]] = field(default=unanswered, repr=False, compare=False)
 
 
 def prepare(
@@ -119,12 +120,8 @@ def prepare(
         problem = plain if ready.held.hold is None else binned(manifest, ready.recordings, ready.uses, target, rows)
     plain = _clipping(manifest, ready.clean, ready.uses, target, rows, plain)
     samples = partial(_samples, ready.recordings, ready.uses, plain, model, lines)
-    fast = partial(_confirmed, *own) if tones else _none
+    fast = partial(_confirmed, *own) if tones else unanswered
     return Prepared(plain, problem, model, lines, ready.held, ready.rejected, ready.clean.rails, samples, fast)
-
-
-def _none(width: float) -> tuple[Line, ...]:
-    return ()
 
 
 @dataclass(frozen=True)

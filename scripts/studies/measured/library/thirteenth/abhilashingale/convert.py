@@ -2,17 +2,13 @@
 
 import numpy as np
 from scipy.spatial.transform import Rotation
-
-
-def turned(quaternions):
-    attitude = Rotation.from_quat(quaternions)
-    steps = (attitude[:-1].inv() * attitude[1:]).as_rotvec()
-    return np.concatenate((np.zeros((1, 3)), np.cumsum(steps, axis=0)))
-
+from turned import body_angles
 
 log = "raw/data/BAUD_500k_I2C_FREQ_400kHZ_UPDATE_FREQ_200Hz_BNO086.csv"
 rows = np.genfromtxt(log, delimiter=",", skip_header=1)
 rows = rows[np.isfinite(rows).all(axis=1)]
 rows = rows[np.abs(rows[:, 1:5]).sum(axis=1) > 0]
-table = np.column_stack(((rows[:, 0] - rows[0, 0]) * 1e-3, rows[:, 8:11], turned(rows[:, 1:5])))
+table = np.column_stack(
+    ((rows[:, 0] - rows[0, 0]) * 1e-3, rows[:, 8:11], body_angles(Rotation.from_quat(rows[:, 1:5])))
+)
 np.savetxt("turned.csv", table, fmt="%.9f", delimiter=",", header="t,gx,gy,gz,angle_x,angle_y,angle_z", comments="")

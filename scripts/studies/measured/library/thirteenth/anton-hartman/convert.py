@@ -2,19 +2,13 @@
 
 import numpy as np
 from scipy.spatial.transform import Rotation
-
-
-def turned(quaternions):
-    attitude = Rotation.from_quat(quaternions)
-    steps = (attitude[:-1].inv() * attitude[1:]).as_rotvec()
-    return np.concatenate((np.zeros((1, 3)), np.cumsum(steps, axis=0)))
-
+from turned import body_angles
 
 for number, folder in ((1, "Collected_Data"), (2, "Collected_Data_2")):
     for run in (1, 2, 3):
         angles = [np.load(f"raw/{folder}/{name}List_{run}.npy") for name in ("yaw", "pitch", "roll")]
-        attitude = Rotation.from_euler("ZYX", np.column_stack(angles), degrees=True).as_quat()
-        table = np.hstack((np.load(f"raw/{folder}/G_List_{run}.npy"), turned(attitude)))
+        attitude = Rotation.from_euler("ZYX", np.column_stack(angles), degrees=True)
+        table = np.hstack((np.load(f"raw/{folder}/G_List_{run}.npy"), body_angles(attitude)))
         table[:, 5] *= -1.0  # the unit's z points the other way
         names = "gx,gy,gz,angle_x,angle_y,angle_z"
         np.savetxt(f"set{number}_{run}.csv", table, fmt="%.9f", delimiter=",", header=names, comments="")

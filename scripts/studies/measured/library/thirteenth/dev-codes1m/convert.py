@@ -2,14 +2,8 @@
 
 import numpy as np
 from scipy.spatial.transform import Rotation
-
-
-def turned(quaternions):
-    attitude = Rotation.from_quat(quaternions)
-    steps = (attitude[:-1].inv() * attitude[1:]).as_rotvec()
-    return np.concatenate((np.zeros((1, 3)), np.cumsum(steps, axis=0)))
-
+from turned import body_angles
 
 rows = np.genfromtxt("raw/IMU_Data_1.csv", delimiter=",", skip_header=1, max_rows=12000)
-table = np.hstack((rows[:, :3], turned(rows[:, [13, 14, 15, 12]])))
+table = np.hstack((rows[:, :3], body_angles(Rotation.from_quat(rows[:, [13, 14, 15, 12]]))))
 np.savetxt("turned.csv", table, fmt="%.9f", delimiter=",", header="gx,gy,gz,angle_x,angle_y,angle_z", comments="")

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
+from turned import body_angles
 
 
 def columns(name, wanted):
@@ -14,6 +15,6 @@ def columns(name, wanted):
 
 rates = columns("Gyroscope.csv", ("seconds_elapsed", "x", "y", "z"))
 attitude = Rotation.from_quat(columns("Orientation.csv", ("qx", "qy", "qz", "qw")))
-turned = np.cumsum(np.concatenate((np.zeros((1, 3)), (attitude[:-1].inv() * attitude[1:]).as_rotvec())), axis=0)
+turned = body_angles(attitude)
 names = "t,gx,gy,gz,angle_x,angle_y,angle_z"
 np.savetxt("coaster.csv", np.hstack((rates, turned)), fmt="%.9f", delimiter=",", header=names, comments="")

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
+from turned import body_angles
 
 
 def table(log):
@@ -25,7 +26,7 @@ def table(log):
         at += 11
     rows = np.array(rows)
     attitude = Rotation.from_euler("ZYX", rows[:, [6, 5, 4]], degrees=True)
-    turned = np.cumsum(np.concatenate((np.zeros((1, 3)), (attitude[:-1].inv() * attitude[1:]).as_rotvec())), axis=0)
+    turned = body_angles(attitude)
     return np.column_stack((rows[:, 0] - rows[0, 0], rows[:, 1:4], turned, rows[:, 7]))
 
 

@@ -2,19 +2,13 @@
 
 import numpy as np
 from scipy.spatial.transform import Rotation
-
-
-def turned(quaternions):
-    attitude = Rotation.from_quat(quaternions)
-    steps = (attitude[:-1].inv() * attitude[1:]).as_rotvec()
-    return np.concatenate((np.zeros((1, 3)), np.cumsum(steps, axis=0)))
-
+from turned import body_angles
 
 rates = np.loadtxt("raw/gyroscope.csv", delimiter=",")
-angles = turned(np.loadtxt("raw/quaternion.csv", delimiter=",")[:, [1, 2, 3, 0]])
+attitude = Rotation.from_quat(np.loadtxt("raw/quaternion.csv", delimiter=",")[:, [1, 2, 3, 0]])
 np.savetxt(
     "turned.csv",
-    np.hstack((rates, angles)),
+    np.hstack((rates, body_angles(attitude))),
     fmt="%.9f",
     delimiter=",",
     header="gx,gy,gz,angle_x,angle_y,angle_z",
