@@ -13,10 +13,12 @@ from insenv.core.estimate import Limits
 from insenv.core.lazy import Here, Lazy
 from insenv.core.recording import Floats, Recording
 from insenv.core.series.allan import allan_deviation
+from insenv.core.series.rounding import counted
 from insenv.core.series.spectrum import psd
 from insenv.data.manifest.spec import Manifest
-from insenv.effects.base import NoiseEffect
+from insenv.effects.base import Effect, NoiseEffect
 from insenv.effects.noise import readings_density
+from insenv.effects.rate.threshold import DeadBand
 from insenv.effects.timing import SampleHold, TimingSkew
 from insenv.identify.clean import systematic
 from insenv.identify.clean.outliers import rows_of_bins
@@ -59,8 +61,8 @@ from insenv.identify.search.detectable import Sensitivity
 from insenv.identify.search.rivals import Rivalry
 from insenv.identify.search.rounded import log_p_unrounded
 from insenv.identify.search.tracks import Step, Track
-from insenv.identify.search.twins import half_row_sentence, rarer_sentence, twin_sentence, twins
-from insenv.identify.search.unfinished import made_by_rounding, unfinished
+from insenv.identify.search.twins import half_row_sentence, half_step_sentence, rarer_sentence, twin_sentence, twins
+from insenv.identify.search.unfinished import held_by_the_reference, made_by_rounding, unfinished
 from insenv.identify.switches import switchable
 
 #: Held-out error in scatters of the fitted noise from which on a word is said; and from which on what a turning unit's
@@ -157,7 +159,8 @@ def _target(
     own, differs = _by_parts(track, _own_estimates(track))
     apart = _follows_nothing(problem, own)
     scores = held_out_score(plain, before), held_out_score(problem, track.fit)
-    doubts = (*apart, *differs, *unfinished(track, alpha), *lost, *went, *_unforetold(problem, scores[1]))
+    held = held_by_the_reference(track, own)
+    doubts = (*apart, *differs, *unfinished(track, alpha), *held, *lost, *went, *_unforetold(problem, scores[1]))
     left = replace(left, reasons=(*left.reasons, *doubts))
     lines, hold = tuple(x for x in track.prepared.lines if not x.of_encoder), track.prepared.held.hold
     earth = earth_findings(track, alpha)
@@ -166,8 +169,7 @@ def _target(
     verdict = _verdict(track, bool(lines or coarse or gain), left, earth)
     first = estimates(plain, before)
     declared = set(track.prepared.model)
-    row = recordings[0].dt if all(r.channels[problem.target].covers == "instant" for r in recordings) else 0.0
-    found = tuple(_added(track, index, step, own[step.hit.term], row) for index, step in enumerate(track.steps))
+    found = tuple(_added(track, index, step, own[step.hit.term], recordings) for index, step in enumerate(track.steps))
     suspects = suspected(earth, scores[1])
     collinear = _collinear(track)
     spanned = _inseparable(track)
@@ -355,14 +357,15 @@ def _verdict(track: Track, beside: bool, left: Structure, earth: EarthFindings) 
     return "unexplained-structure" if more else "nothing-significant"
 
 
-def _added(track: Track, index: int, step: Step, parameters: tuple[Estimate, ...], row: float) -> Added:
+def _added(
+    track: Track, index: int, step: Step, parameters: tuple[Estimate, ...], recordings: tuple[Recording, ...]
+) -> Added:
     effect = step.hit.candidate.effect
     rivalry = track.rivalries[index] if index < len(track.rivalries) else Rivalry((), None)
     remark = f"one cause, judged on {', '.join(step.together)} together" if step.together else ""
     same = twins(track.problem, track.fit, step.hit.term)
-    skews = [(e.value, e.sd) for e in parameters] if row and effect.id == TimingSkew.id else []
-    sentences = remark, twin_sentence(same), rarer_sentence(rivalry.rarer), half_row_sentence(skews, row)
-    remark = "; ".join(filter(None, sentences))
+    made = _made_by_sampling(effect, parameters, track.problem.target, recordings)
+    remark = "; ".join(filter(None, (remark, twin_sentence(same), rarer_sentence(rivalry.rarer), made)))
     if rivalry.noise:
         remark = UNDECIDED
     if track.instead:
@@ -380,6 +383,19 @@ def _added(track: Track, index: int, step: Step, parameters: tuple[Estimate, ...
         remark=remark,
         same_curve=(*(e.key for e in same), *rivalry.rarer),
     )
+
+
+def _made_by_sampling(
+    effect: Effect, parameters: tuple[Estimate, ...], target: str, recordings: tuple[Recording, ...]
+) -> str:
+    """A sentence on an effect that is half a row, or half a step of the readings; else empty."""
+    channels = [r.channels[target] for r in recordings]
+    if effect.id == TimingSkew.id and all(channel.covers == "instant" for channel in channels):
+        return half_row_sentence([(e.value, e.sd) for e in parameters], recordings[0].dt)
+    if isinstance(effect, DeadBand) and not effect.whole:
+        (lost,) = (e for e in parameters if e.parameter == "c")
+        return half_step_sentence(lost.value, lost.sd, max(counted(channel.values) for channel in channels))
+    return ""
 
 
 def _rejected(track: Track, alpha: float) -> tuple[Rejected, ...]:

@@ -167,3 +167,41 @@ def test_ramps_that_begin_between_rows_are_no_skew(tmp_path: Path, seed: int) ->
     gyro = np.diff(angle[::50]) / 0.05 + 5e-4 * rng.standard_normal(len(t))
     found = judged(tmp_path, t, "table_rate", rate[rows], gyro, ', covers = "interval"', '["bias"]')
     assert "timing_skew" not in names(found) and of(found).verdict != "effects-found"
+
+
+@pytest.mark.parametrize(("cut", "seed"), [(True, 0), (True, 1), (False, 0)])
+def test_numbers_cut_towards_zero_lose_half_a_step_and_rounded_ones_nothing(
+    tmp_path: Path, cut: bool, seed: int
+) -> None:
+    step, rng = 1 / 16, np.random.default_rng(seed)
+    t = np.arange(3000) / HZ
+    slow, fast = 2 * np.pi * 0.4, 2 * np.pi * 1.1
+    rate = 25 * np.sin(slow * t) + 14 * np.sin(fast * t) + 0.05 * rng.standard_normal(len(t))
+    angle = 25 / slow * (1 - np.cos(slow * t)) + 14 / fast * (1 - np.cos(fast * t))
+    gyro = step * (np.trunc(rate / step) if cut else np.rint(rate / step))
+    (found,) = judged(tmp_path, t, "table_angle", angle, gyro, declared='["bias"]').targets
+    assert [(a.effect, "cut off towards zero" in a.remark) for a in found.added] == (
+        [("dead_band", True)] if cut else []
+    )
+
+
+def hand(n: int, hz: float, seed: int) -> Floats:
+    """A motion by hand, a few tenths of a hertz, of one as its root mean square."""
+    rng, f = np.random.default_rng(seed), np.fft.rfftfreq(n, 1 / hz)
+    x = np.fft.irfft(np.exp(-2.0 * (f - 0.3) ** 2 + 2j * np.pi * rng.random(len(f))), n)
+    return np.asarray(x / x.std())
+
+
+@pytest.mark.parametrize("seed", [7, 13])
+def test_a_skew_that_another_axis_may_make_is_said_to_have_no_sign(tmp_path: Path, seed: int) -> None:
+    """Two units on a body, one a little turned: the axis that leaks in leads, as of a hand that goes round."""
+    hz, n = 75.0, 6375
+    t, rng = np.arange(n) / hz, np.random.default_rng(seed + 100)
+    own, other = 30 * hand(n, hz, seed), hand(n, hz, seed + 1)
+    leading = np.gradient(own)
+    gyro = own + 0.03 * (12 * other + 15 * leading / leading.std()) + 0.2 * rng.standard_normal(n)
+    (found,) = judged(tmp_path, t, "table_rate", own + 0.2 * rng.standard_normal(n), gyro, declared='["bias"]').targets
+    skews = [p for a in found.added if a.effect == "timing_skew" for p in a.parameters]
+    assert skews and all(abs(p.value) < 2.5 * p.sd for p in skews)  # there is none
+    assert found.verdict == "effects-found-incomplete"
+    assert any("timing_skew is" in reason and "of either sign" in reason for reason in found.reasons)

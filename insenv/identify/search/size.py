@@ -7,10 +7,12 @@ covariance, shapes fitted beside them, and what shapes that are right only nearl
     m = theta' C^-1 theta,        z = the normal deviate that is as rare as m for chi-square on k degrees,
 
 and an effect of which z is below `LEAST`, or a coefficient of which is less certain than the largest credible one is
-large, is not named. The same holds for every effect of the catalogue. Beside a command held-out data
-tell the size of an effect without a shape too, and z grows by their deviate: a table that goes up in the fitted rows
-and down in the others shows an asymmetry to both together. Nor is a curve of the rate beside a reference that is late
-(a lag, or a skew in the model) named, if it has two shapes and more and the data tell none: then it is any curve.
+large, is not named. The same holds for every effect of the catalogue. A gain that changes (it drifts, settles, follows
+the temperature) is told beside a constant one, declared or not, for it would have the evidence of that one too. Beside
+a command held-out data tell the size of an effect without a shape too, and z grows by their deviate: a table that goes
+up in the fitted rows and down in the others shows an asymmetry to both together. Nor is a curve of the rate beside a
+reference that is late (a lag, or a skew in the model) named, if it has two shapes and more and the data tell none: then
+it is any curve.
 """
 
 from __future__ import annotations
@@ -23,8 +25,9 @@ from scipy.linalg import block_diag
 from scipy.special import chdtrc, ndtri_exp
 
 from insenv.core.recording import Floats
+from insenv.effects.rate.scale import ScaleFactor, ScaleFactorDrift, ScaleFactorTemperature, ScaleFactorWarmUp
 from insenv.effects.timing import TimingSkew
-from insenv.identify.fit.gls import Fit
+from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import Model, Problem, Term
 from insenv.identify.fit.uncertainty import coefficients_of, estimates
 
@@ -33,6 +36,8 @@ from insenv.identify.fit.uncertainty import coefficients_of, estimates
 LEAST, BESIDE_LAG = 2.5, 3.0
 #: Deviations from which on a shape is told, and how many shapes make any curve.
 TOLD, SEVERAL = 2.0, 2
+#: Gains that change.
+CHANGES = (ScaleFactorDrift.id, ScaleFactorWarmUp.id, ScaleFactorTemperature.id)
 
 
 def unsized(problem: Problem, fit: Fit, term: Term, inexact: Model = (), held_out: float = 0.0) -> str:
@@ -50,6 +55,8 @@ def unsized(problem: Problem, fit: Fit, term: Term, inexact: Model = (), held_ou
     """
     if term.effect.generic:
         return ""
+    if constant := _without_constant_gain(fit, term):
+        fit = solve(problem, (*fit.model, constant), start=fit.noise.power)
     lags = any(e.motion.lag for e in problem.exposures)
     late = _curve_of_rate(term) and (lags or (_comes_late(fit) and not term.effect.of_response))
     # A smooth discrepancy of its own could be all of a drift: what is told is the drift of the two together. Of a curve
@@ -64,7 +71,7 @@ def unsized(problem: Problem, fit: Fit, term: Term, inexact: Model = (), held_ou
     if problem.commanded and not (late or term.shape):
         z = math.hypot(z, max(held_out, 0.0))
     if z < (BESIDE_LAG if late else LEAST):
-        where = " beside a reference that is late" if late else ""
+        where = " beside a constant gain" if constant else " beside a reference that is late" if late else ""
         return f"its size is not told{where}: {_listed(theta, sd)}, {z:.2g} standard deviations from nothing"
     if late and (shapes := _shapes_untold(problem, fit, term)):
         return f"its shape is not told beside a reference that is late: {shapes}"
@@ -104,6 +111,13 @@ def deviate(theta: Floats, cov: Floats) -> float:
 def _curve_of_rate(term: Term) -> bool:
     effect = term.effect
     return effect.of_rate and effect.belongs == "instrument" and not effect.of_time
+
+
+def _without_constant_gain(fit: Fit, term: Term) -> Term | None:
+    """The constant gain that a model lacks beside a term of a gain which changes; None where nothing is lacking."""
+    if term.effect.id not in CHANGES or any(one.effect.id == ScaleFactor.id for one in fit.model):
+        return None
+    return Term(ScaleFactor())
 
 
 def _shapes_untold(problem: Problem, fit: Fit, term: Term) -> str:

@@ -21,6 +21,8 @@ from insenv.identify.fit.problem import Problem, Term
 LEVEL = 0.3
 #: Share of a row within which a skew of half a row is that, and to which it must be told.
 HALF_ROW = 0.02
+#: Share of half a step of the readings within which a dead band is that, and to which it must be told.
+NEAR_HALF = 0.35
 
 
 def twins(problem: Problem, fit: Fit, term: Term) -> tuple[Effect, ...]:
@@ -63,6 +65,20 @@ def half_row_sentence(skews: Sequence[tuple[float, float]], row: float) -> str:
         if all(abs(c - 0.5 * sign * row) <= max(HALF_ROW * row, 3 * sd) for c, sd in skews):
             return f"it is half a row, as of readings that are means over the step that {when} at their time{covers}"
     return ""
+
+
+def half_step_sentence(lost: float, sd: float, step: float) -> str:
+    """A sentence on a dead band that takes half a ``step`` of the readings: their numbers are cut towards zero.
+
+    ``lost`` is what every reading beyond the threshold loses, with its standard deviation [rad/s].
+    """
+    half = 0.5 * step
+    if not step or sd > NEAR_HALF * half or abs(lost - half) > max(NEAR_HALF * half, 2 * sd):
+        return ""
+    return (
+        "it is half a step of the readings' numbers, as of numbers that are cut off towards zero and not rounded: "
+        "from the first step on each is nearer to zero by that, and the width is no threshold"
+    )
 
 
 def _level(problem: Problem) -> bool:

@@ -3,6 +3,7 @@
 * An effect or a smooth curve that is significant on the fitted data and does not hold on the held-out data: something
   is there that is not this.
 * An effect whose size is not told, and that is still significant beside all that was added.
+* A gain or a delay of which the stated deviation, errors of the reference in it, holds nothing as well.
 * An effect of the motion that errors of the reference explain as well: something goes with the motion.
 * An effect that rounding of the readings, which no noise blurs, explains as well.
 * A drift that axes of the unit have together, and that is not told on this one.
@@ -17,16 +18,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from insenv.core.recording import Floats
+from insenv.identify.findings import Estimate
 from insenv.identify.fit.evidence import log_tail
-from insenv.identify.fit.problem import Problem
+from insenv.identify.fit.problem import Problem, Term
 from insenv.identify.search.jumps import is_step
 from insenv.identify.search.reference_errors import log_p_alone
 from insenv.identify.search.round import against
 from insenv.identify.search.rounded import log_p_unrounded
 from insenv.identify.search.scan import Hit
+from insenv.identify.search.size import LEAST
 from insenv.identify.search.tracks import MOST_ADDED, Track
 from insenv.identify.search.undecided import leaning
 from insenv.identify.search.unit.one_box import DRIFTS
@@ -86,6 +91,25 @@ def _without_a_size(track: Track, alpha: float) -> tuple[str, ...]:
         for r in track.refusals
         if r.unsized and r.hit.candidate.effect.key in left and not (late and r.hit.candidate.effect.of_rate)
     )
+
+
+def held_by_the_reference(track: Track, own: Mapping[Term, tuple[Estimate, ...]]) -> tuple[str, ...]:
+    """Gains and delays that were added and that errors of the reference may make as large, by what is stated of them.
+
+    A response is told from them by its evidence, and its size by no more than the response of the reference allows.
+    """
+    found = []
+    for step in track.steps:
+        rows = own.get(step.hit.term, ())
+        if not step.hit.candidate.effect.of_response or step.together or len(rows) != 1:
+            continue
+        (row,) = rows
+        if 0 < abs(row.value) < LEAST * row.sd:
+            found.append(
+                f"{row.effect} is {abs(row.value) / row.sd:.2g} standard deviations from nothing, beside errors of the "
+                "reference (a filter, another axis that leaks in) which may make one as large, of either sign"
+            )
+    return tuple(found)
 
 
 def _with_the_motion(track: Track, alpha: float) -> tuple[str, ...]:

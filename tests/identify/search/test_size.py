@@ -154,3 +154,18 @@ def test_held_out_data_tell_the_size_of_what_has_no_shape(problem: Problem) -> N
         assert unsized(replace(small, commanded=False), fit, term, held_out=4.0)
         assert (unsized(small, fit, term, held_out=4.0) == "") is told
         assert unsized(small, fit, term, held_out=-4.0)
+
+
+@pytest.mark.parametrize("key", ["scale_factor_warm_up", "scale_factor_drift"])
+def test_a_gain_that_changes_is_told_beside_a_constant_one(problem: Problem, key: str) -> None:
+    """A constant gain that nobody declared is the mean of one that settles slowly, or drifts."""
+    rng = np.random.default_rng(5)
+    u = problem.bins.mean(tuple(e.u for e in problem.exposures))
+    noise = WHITE * rng.standard_normal(problem.bins.n) / np.sqrt(problem.bins.width)
+    shape = (600.0,) if key == "scale_factor_warm_up" else ()
+    changes = Term(by_key(key), shape)
+    model = (Term(by_key("bias")), changes)
+    constant = replace(problem, y=noise - 0.01 * u, cache={})
+    assert "not told beside a constant gain" in unsized(constant, solve(constant, model), changes)
+    settles = replace(problem, y=noise - 0.01 * u * np.exp(-problem.bins.time / 600.0), cache={})
+    assert unsized(settles, solve(settles, model), changes) == ""
