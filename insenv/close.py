@@ -20,6 +20,7 @@ from insenv.data.split import split, without_tails
 from insenv.effects.base import DrivenEffect, Effect, NoiseEffect
 from insenv.effects.catalogue import by_key, catalogue
 from insenv.identify.assemble import findings
+from insenv.identify.clean.clock import clock_cautions
 from insenv.identify.clean.common import common_mode, common_remarks
 from insenv.identify.clean.motion import motion_cautions
 from insenv.identify.clean.plausibility import implausible
@@ -113,7 +114,9 @@ def close_on(  # noqa: PLR0913 -- as of `close`
             found = _with_formulas(found, outcome, progress)
     common = common_mode(read, recordings)
     found = replace(found, common_mode=common, remarks=(*found.remarks, *common_remarks(common)), filing=read.filing())
-    return _with_doubts(_with_doubts(found, motion_cautions(recordings, found.rows_rejected)), doubts)
+    for more_doubts in (clock_cautions(read, found), motion_cautions(recordings, found.rows_rejected), doubts):
+        found = _with_doubts(found, more_doubts)
+    return found
 
 
 def _with_formulas(found: Findings, outcome: Outcome, progress: Callable[[str], None]) -> Findings:

@@ -358,6 +358,10 @@ def test_any_file_ends_in_a_draft_or_in_one_sentence(content: bytes, tmp_path: P
         ("field.angular_velocity.z", "gyro", "z", None),
         ("dtheta_x", "gyro", "x", None),
         ("GyroX", "gyro", "x", None),
+        ("acc68Y", "accel", "y", None),
+        ("acc1_x", "accel", "x", None),
+        ("GyroZ2", "gyro", "z", None),
+        ("gyro1", "gyro", "", None),
         ("accelZ_mps2", "accel", "z", "m/s^2"),
         ("n_samples", "row", "", None),
         ("signal", "", "", None),
@@ -538,6 +542,39 @@ def test_units_of_a_tool_are_taken_where_its_stamps_run_as_they_must(tmp_path: P
     in_degrees = {n: v / DEG if n.startswith("omega") else v for n, v in theirs.items()}
     found = {c.name: c.unit for c in drafted(table(path, {"timestamp": TIME["time"], **in_degrees})).channels}
     assert (found["time"].value, found["gyro_x"].value) == ("s", None)
+
+
+def test_fields_of_a_message_have_its_units_and_gravity_still_doubts_them(tmp_path: Path) -> None:
+    """Tables of sensor_msgs/Imu, as tools write them, name no units; a driver may have put degrees into the field."""
+    columns = turned_by_hand()
+    names = {f"gyro_{a}": f"field.angular_velocity.{a}" for a in "xyz"}
+    names |= {f"accel_{a}": f"field.linear_acceleration.{a}" for a in "xyz"}
+    theirs = {**TIME, **{names[name]: values for name, values in columns.items()}}
+    header = {"field.header.seq": np.arange(8000.0)}
+    found = drafted(table(tmp_path / "a.csv", {**theirs, **header}))
+    assert not asked(found)
+    told = {channel.name: channel.unit for channel in found.channels}
+    assert (told["gyro_y"].value, told["gyro_y"].sure, told["accel_x"].value) == ("rad/s", "stated", "m/s^2")
+    degrees = {name: values / DEG if "angular" in name else values for name, values in theirs.items()}
+    assert "gyro.unit" in asked(drafted(table(tmp_path / "b.csv", {**degrees, **header})))
+    still = {"gyro_x": "angular_velocity.x", "accel_x": "orientation.w"}
+    rest = {**TIME, **{still[name]: np.full(8000, 1e-3) for name in still}}
+    assert units(drafted(table(tmp_path / "c.csv", rest)))["gyro"] == "rad/s"
+    alone = {**TIME, "angular_velocity.x": np.random.default_rng(2).standard_normal(8000)}
+    assert "gyro.unit" in asked(drafted(table(tmp_path / "d.csv", alone)))
+
+
+def test_columns_of_one_heading_are_told_by_their_place(tmp_path: Path) -> None:
+    """What the numbers speak for is an answer that can be given: which of the columns of that heading."""
+    t: Floats = np.arange(400, dtype=float) * 0.01
+    noise = np.random.default_rng(3).standard_normal((3, 400)) * 0.01
+    rows = np.column_stack([t, noise[0], t + 0.022, noise[1]])
+    path = tmp_path / "two.csv"
+    text = "\n".join(",".join(f"{v:.9g}" for v in row) for row in rows)
+    path.write_text("Time (s),X (m/s^2),Time (s),X (rad/s)\n" + text + "\n")
+    (question,) = (q for q in drafted(path).questions if q.key == "time.column")
+    assert question.hint == "Time (s) (column 0)" and question.hint in question.choices
+    assert "time.column" not in asked(drafted(path, time__column=question.hint))
 
 
 PHONES = {

@@ -205,3 +205,37 @@ def test_a_skew_that_another_axis_may_make_is_said_to_have_no_sign(tmp_path: Pat
     assert skews and all(abs(p.value) < 2.5 * p.sd for p in skews)  # there is none
     assert found.verdict == "effects-found-incomplete"
     assert any("timing_skew is" in reason and "of either sign" in reason for reason in found.reasons)
+
+
+def test_wheels_that_slip_otherwise_in_the_first_turns_are_no_warm_up(tmp_path: Path) -> None:
+    """A gain that settles by some tens of per cent is no gyro's: it is short beside wheels, by what they slip."""
+    hz, n, rng = 50.0, 4700, np.random.default_rng(4)
+    t = np.arange(n) / hz
+    rate = 25 * hand(n, hz, 4)
+    slips = np.where(t < 14, 0.6, 0.9) + 0.02 * rng.standard_normal(n)
+    wheels = np.cumsum(rate / slips) / hz
+    (found,) = judged(
+        tmp_path, t, "table_angle", wheels, rate + 0.5 * rng.standard_normal(n), declared='["bias"]'
+    ).targets
+    assert "scale_factor_warm_up" not in {a.effect for a in found.added}
+    assert found.verdict == "unexplained-structure"
+
+
+@pytest.mark.parametrize("recorded", [False, True])
+def test_a_gain_that_the_rate_of_the_rows_would_make_is_said_to_be_that_where_none_was_recorded(
+    tmp_path: Path, recorded: bool
+) -> None:
+    """Rows come 104 times a second, and the manifest says 100."""
+    t, angle = wave()
+    rng = np.random.default_rng(6)
+    gyro = np.gradient(angle, t) + 0.05 * rng.standard_normal(len(t))
+    np.savez(tmp_path / "run.npz", t=t, angle=angle, gyro=gyro / 0.96 if recorded else 1.04 * gyro)
+    time = '{ column = "t", unit = "s" }' if recorded else '{ rate = "100 Hz" }'
+    text = (
+        f'data = "run.npz"\n[channels]\ntime = {time}\ngyro = {{ column = "gyro", unit = "deg/s" }}\n'
+        'table_angle = { column = "angle", unit = "deg" }\n[model]\ntarget = "gyro"\ndeclared = ["bias"]\n'
+    )
+    (tmp_path / "run.toml").write_text(text)
+    (found,) = close(tmp_path / "run.toml").targets
+    assert "scale_factor" in {a.effect for a in found.added}
+    assert any("rate of the rows is stated, 100 Hz" in caution for caution in found.cautions) is not recorded

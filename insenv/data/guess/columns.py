@@ -7,6 +7,7 @@ gravity turns in them are gyros, in the order x, y, z. What is not told so is as
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import permutations
@@ -25,6 +26,8 @@ from insenv.data.manifest.spec import CHANNELS
 AXES = ("x", "y", "z")
 #: No sampler is as fast [s].
 SHORTEST = 5e-5
+#: Fields of a message of ROS, of which the unit is known whatever the stamps are.
+_OF_MESSAGE = re.compile(r"(?:^|\.)(?:angular_velocity|linear_acceleration)\.[xyz]$")
 
 
 @dataclass(frozen=True)
@@ -69,7 +72,10 @@ def assign(listing: Listing, answers: Mapping[str, str]) -> Roles:
     headings = _letters(columns, headings)
     known = _is_convention(columns)
     headings = [Heading("time", unit="s") if c.stamped else h for c, h in zip(columns, headings, strict=True)]
-    named = [Role(c, _with_known_unit(c, h) if known else h) for c, h in zip(columns, headings, strict=True)]
+    named = [
+        Role(c, _with_known_unit(c, h) if known or _OF_MESSAGE.search(c.heading) else h)
+        for c, h in zip(columns, headings, strict=True)
+    ]
     roles = _by_heading(_of_file(named, listing.file.stem)) if any(c.heading for c in columns) else _by_numbers(listing)
     return _with_question(_chosen(roles, columns, answers), listing, columns)
 
@@ -214,10 +220,11 @@ def _one_each(found: Mapping[str, Sequence[Role]], left: list[str]) -> Roles:
             roles[name] = replace(several[0], sure="assumed")
             continue
         if len(set(headings)) < len(headings):
-            headings = [f"{r.column.heading} (column {r.column.key})" for r in several]
+            headings = [_placed(r.column) for r in several]
         left += headings
         what = {"gyro": "a gyro", "accel": "an accelerometer"}.get(name, name.replace("_", " "))
-        hint = next((r.column.heading for r in several if r.heading.unit), "") if name == "time" else ""
+        named = (h for h, r in zip(headings, several, strict=True) if r.heading.unit)
+        hint = next(named, "") if name == "time" else ""
         text = f"Several columns read like {what}: {', '.join(headings)}. Which one?"
         questions.append(Question(f"{name}.column", text, hint, choices=(*headings, "-")))
     return Roles(roles, tuple(left), tuple(questions))
@@ -316,6 +323,11 @@ def _turns(three: Sequence[Listed], heavy: Sequence[Listed]) -> bool:
 # ---------------------------------------------------------------------------------------------- answers
 
 
+def _placed(column: Listed) -> str:
+    """A column of a heading that others have too, as a question calls it and an answer may."""
+    return f"{column.heading} (column {column.key})"
+
+
 def _chosen(roles: Roles, columns: Sequence[Listed], answers: Mapping[str, str]) -> Roles:
     """The roles with the columns that the user names for a channel, as "gyro.column" = "rate_1"."""
     by_channel = dict(roles.by_channel)
@@ -329,7 +341,7 @@ def _chosen(roles: Roles, columns: Sequence[Listed], answers: Mapping[str, str])
         if answer == "-":
             by_channel.pop(channel, None)
             continue
-        match = [c for c in columns if answer in (c.heading, str(c.key))]
+        match = [c for c in columns if answer in (c.heading, str(c.key), _placed(c))]
         if not match:
             there = ", ".join(c.heading or str(c.key) for c in columns)
             raise InputError(f"{key} = {answer!r}: no such column; there are {there}")

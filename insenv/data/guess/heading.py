@@ -144,6 +144,8 @@ _WHOLE_WORDS = {*_OTHER, *_TIME, *_SUFFIXES}
 #: Ends of words run together: SENSgyro, MATLABtime.
 _RUN_TOGETHER = re.compile(r"[a-z]+(gyro|gyroscope|accel|accelerometer|acc|time)")
 _PLAIN = re.compile(r"(gyroscope|gyro|gyr|omega|angvel|accelerometer|accel|acc|mag|dtheta|dvel|dv)([xyz])")
+#: The same with the number of a unit, as files of several have it: acc1_x, GyroX2, acc68Y.
+_NUMBERED = re.compile(r"(gyroscope|gyro|gyr|accelerometer|accel|acc)(?:\d+([xyz]?)|([xyz])\d+)")
 
 
 @dataclass(frozen=True)
@@ -214,6 +216,8 @@ def _tokens(name: str) -> list[str]:
     for word in words:
         if match := _PLAIN.fullmatch(word):
             found += [match[1], match[2]]
+        elif match := _NUMBERED.fullmatch(word):
+            found += [part for part in match.groups() if part]
         else:
             found.append(end[1] if (end := _RUN_TOGETHER.fullmatch(word)) and word not in _WHOLE_WORDS else word)
     return found

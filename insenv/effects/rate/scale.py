@@ -83,7 +83,7 @@ class ScaleFactorWarmUp(CurveEffect):
     id = "scale_factor_warm_up"
     title = "warm-up of the scale factor"
     meaning = "the scale factor settles exponentially after switch-on"
-    linear = (Param("c", "1", sd=0.05, bound=0.5),)
+    linear = (Param("c", "1", sd=0.05, bound=0.2),)
     shapes = (Param("tau", "s", sd=300.0, low=0.5),)
     becomes = ("scale_factor_drift",)
     source = "IEEE Std 647-2006: warm-up; first-order heating of the sensor block"
