@@ -1,7 +1,8 @@
 """Rows that are left out systematically: all of one rate, one direction, one temperature.
 
 Rows lost here and there are an accident of the logging. Where most of a dwell is lost, the instrument has said nothing
-of it, and a model that fits the rest is no statement about it: that is a finding, with its cause.
+of it, and a model that fits the rest is no statement about it: that is a finding, with its cause. One event while the
+rate moves on is none: what is lost at one rate is a dwell, or more than one visit.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.recording import Floats, Recording
+from insenv.core.series.stretches import stretches
 from insenv.data.exposure import table_rate_of_rows, table_share
 from insenv.identify.findings import RejectedRows
 
@@ -94,7 +96,11 @@ def _classes(values: Floats, index: NDArray[np.int64], mask: NDArray[np.bool_]) 
     """Median of each class of which most is lost, unless most of all is."""
     if mask.mean() > LOST:
         return
+    lost = stretches(mask)
     for one in np.unique(index[mask]):
         own = index == one
-        if own.sum() >= LEAST * len(own) and mask[own].mean() > LOST:
+        if own.sum() < LEAST * len(own) or mask[own].mean() <= LOST:
+            continue
+        visits = [own[a:b].mean() for a, b in lost if own[a:b].any()]
+        if len(visits) > 1 or max(visits) > LOST:
             yield float(np.median(values[own & mask]))
