@@ -20,12 +20,11 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from estimators.system_calibration.of_blocks import OfBlocks, Seen
-from insenv.core.estimate import Estimate
+from estimators.system_calibration.of_blocks import OfBlocks
 from insenv.core.recording import Floats
 from insenv.core.unit.motion import GYROS
 from insenv.effects.own import ALL
-from insenv.information.unit.calibration import Blocks, joined
+from insenv.information.unit.calibration import Blocks
 
 #: Effects that are estimated: the linear model of a triad.
 ESTIMATED = {effect.id for effect in ALL if effect.part}
@@ -51,22 +50,21 @@ class SixPosition(OfBlocks):
             [q.name.startswith("mounting.") or q.name.split(".")[1] in ESTIMATED for q in self.model.parameters]
         )
 
-    def estimate(self, state: Seen) -> Estimate:
-        """What is known; before there is a block of data, what the datasheet tells."""
-        parameters = [q for q, own in zip(self.model.parameters, self.estimated, strict=True) if own]
-        sd, runs, blocks = np.array([q.sd for q in parameters]), len(state.data.past), joined(state.data)
-        mean, cov = np.tile([q.mean for q in parameters], (runs, 1)), np.tile(np.diag(sd**2), (runs, 1, 1))
-        for row in range(runs if blocks is not None else 0):
-            assert blocks is not None
-            shift, spread = self._solved(blocks, row)
-            mean[row] += sd * shift
-            cov[row] = spread * np.outer(sd, sd)
-        if not state.batched:
-            mean, cov = mean[0], cov[0]
-        return Estimate(tuple(q.name for q in parameters), tuple(q.unit for q in parameters), mean, cov)
+    def solved(self, blocks: Blocks, point: Floats | None) -> tuple[Floats, Floats]:
+        """Mean and covariance of all parameters; what is not estimated keeps what is told of it."""
+        parameters, own = self.model.parameters, self.estimated
+        mean, sd = (np.array([getattr(q, name) for q in parameters]) for name in ("mean", "sd"))
+        found = np.tile(mean, (len(blocks.left), 1))
+        about = found.copy() if point is None else point
+        cov = np.tile(np.diag(sd**2), (len(found), 1, 1))
+        for row in range(len(found)):
+            shift, spread = self._of_run(blocks, row, ((mean - about[row]) / sd)[own])
+            found[row, own] = about[row, own] + sd[own] * shift
+            cov[row][np.ix_(own, own)] = spread * np.outer(sd[own], sd[own])
+        return found, cov
 
-    def _solved(self, blocks: Blocks, row: int) -> tuple[Floats, Floats]:
-        """Of one run, in units of the prior deviations."""
+    def _of_run(self, blocks: Blocks, row: int, told: Floats) -> tuple[Floats, Floats]:
+        """Of one run, from the blocks' point on, in units of the prior deviations; ``told`` is the prior mean there."""
         p, own = len(self.estimated), self.estimated
         normal, vector = np.zeros((own.sum(), own.sum())), np.zeros(own.sum())
         rows = []
@@ -89,4 +87,4 @@ class SixPosition(OfBlocks):
             others += gain @ columns[:, ~own]
         # 1 - G X is the inverse itself, as P is one.
         cov = inverse @ (np.eye(len(normal)) + noise + others @ others.T) @ inverse
-        return inverse @ vector, 0.5 * (cov + cov.T)
+        return inverse @ (vector + told), 0.5 * (cov + cov.T)

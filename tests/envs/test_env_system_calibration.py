@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -262,6 +263,42 @@ def test_a_unit_of_biases_scales_misalignments_and_second_order_has_thirty_state
     white = {"noise": {"velocity_random_walk": "40 ug/sqrt(Hz)"}}, {"noise": {"angle_random_walk": "0.01 deg/sqrt(h)"}}
     changes = {"declared": declared, "instrument.accel": white[0], "instrument.gyro": white[1]}
     assert SystemKalman(datasheet(load("system_calibration/tactical_fog", changes))).states == 30
+
+
+@cache
+def coarse() -> RollOut:
+    task = system_calibration("system_calibration/mems", {"instrument.sampling": "10 Hz", "duration": "400 s"})
+    return roll_out(task, "nineteen_positions", None, range(12))
+
+
+@pytest.mark.parametrize("name", ["batch_gls", "six_position"])
+def test_products_of_a_coarse_unit_with_its_mounting_are_in_the_model(name: str) -> None:
+    # Errors of 1 % on a unit mounted 10 arcmin askew: 3e-5, beside deviations of 2e-5. Linear about what is told,
+    # batch_gls has a mean square of 1.30 here; six_position, which knows less, shows it over 64 seeds alone.
+    played = coarse()
+    estimator = find(ESTIMATORS, name)(datasheet(load("system_calibration/mems", {"instrument.sampling": "10 Hz"})))
+    squares = []
+    for row in range(12):
+        found = estimated(estimator, played.recording(row))
+        kept = [i for i, q in enumerate(found.names) if not parameter_of_table(q)]
+        truth = np.array([played.truth[found.names[i]][row] for i in kept])
+        squares.append(((found.mean[kept] - truth) / found.sd[kept]) ** 2)
+    assert abs(np.mean(squares) - 1) < 0.25
+
+
+def test_how_a_recording_of_a_coarse_unit_is_cut_makes_no_difference() -> None:
+    run = coarse().recording(3)
+    estimator: Any = BatchGls(datasheet(load("system_calibration/mems", {"instrument.sampling": "10 Hz"})))
+    whole, state, n = estimated(estimator, run), estimator.reset(), len(run)
+    for a, b in ((0, 7), (7, 333), (333, 2101), (2101, n)):
+        state = estimator.update(state, piece(run, a, b))
+    np.testing.assert_allclose(estimator.estimate(state).mean, whole.mean, rtol=0, atol=1e-9)
+    assert estimator.reset().data.point is not None
+
+
+def piece(run: Recording, a: int, b: int) -> Recording:
+    channels = {name: replace(c, values=c.values[..., a:b]) for name, c in run.channels.items()}
+    return replace(run, t=run.t[a:b], channels=channels)
 
 
 @cache

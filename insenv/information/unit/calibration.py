@@ -10,13 +10,15 @@ noises that the datasheet tells of the channel: noises of different channels are
 there where it stands. The readings' white noise is that of a gyro's integral at the ends of a turn.
 
 All is linear in what is sought, so that one solution is the maximum of the posterior and M^-1 its covariance and the
-bound. Left out are products of two errors: of table and unit below the square of an error, 1e-7 for 0.3 mrad.
+bound. Left out are products of two errors: of table and unit below the square of an error, 1e-7 for 0.3 mrad. Where
+they show beside the noise (`insenv.information.unit.anew`), u(0), X and D are those about a point of both, again and
+again as the recording grows: Gauss-Newton.
 Source: S. M. Kay, Fundamentals of Statistical Signal Processing 1 (1993), sections 4.5, 10.6 and 11.5.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 
@@ -115,6 +117,51 @@ class Blocks:
 
 
 @dataclass(frozen=True)
+class Samples:
+    """What blocks are made of: n samples of R runs.
+
+    Attributes
+    ----------
+    outputs : ndarray, shape (R, 6, n)
+        SI.
+    readings : ndarray, shape (R, k, n + 3)
+        Of the axes: at the ends of the samples, and the three before the first end.
+    turning : ndarray, shape (R, n + 1)
+        Whether an axis turns in a sample, and in the one before the first.
+    warmth : ndarray, shape (R, n + 1)
+        Temperature at the edges [K].
+    first : int
+        Samples before these.
+    """
+
+    outputs: Floats
+    readings: Floats
+    turning: Floats
+    warmth: Floats
+    first: int
+
+    @classmethod
+    def of(cls, parts: Sequence[Samples]) -> Samples:
+        """Parts that follow each other as one."""
+        one, more = parts[0], parts[1:]
+        return cls(
+            np.concatenate([part.outputs for part in parts], axis=-1),
+            np.concatenate([one.readings, *(part.readings[..., 3:] for part in more)], axis=-1),
+            np.concatenate([one.turning, *(part.turning[..., 1:] for part in more)], axis=-1),
+            np.concatenate([one.warmth, *(part.warmth[..., 1:] for part in more)], axis=-1),
+            one.first,
+        )
+
+
+@dataclass(frozen=True)
+class _Point:
+    """About what is linearised: errors of the table, shape (..., q), and parameters of each channel, (..., p_c)."""
+
+    errors: Floats
+    values: tuple[Floats, ...]
+
+
+@dataclass(frozen=True)
 class UnitModel:
     """The linear model of a datasheet.
 
@@ -190,44 +237,34 @@ class UnitModel:
         """Most columns of a channel."""
         return max(len(place) for place in self.places)
 
-    def blocks(self, outputs: Floats, readings: Floats, turning: Floats, warmth: Floats, first: int) -> Blocks:
-        """Whole blocks.
-
-        Parameters
-        ----------
-        outputs : ndarray, shape (R, 6, n)
-            SI.
-        readings : ndarray, shape (R, k, n + 3)
-            Of the axes: at the ends of the samples, and the three before the first end.
-        turning : ndarray, shape (R, n + 1)
-            Whether an axis turns in a sample, and in the one before the first.
-        warmth : ndarray, shape (R, n + 1)
-            Temperature at the edges [K].
-        first : int
-            Samples before these.
-        """
-        n = outputs.shape[-1]
-        moved = np.diff(readings[..., 2:], axis=-1) * (turning[:, None, 1:] > 0)
-        expected = self._expected(readings[..., 2:], moved)
-        felt = self._motions(readings, moved, turning, warmth, first)
+    def blocks(self, samples: Samples, point: Floats | None = None) -> Blocks:
+        """Whole blocks, linear about what is told or about a ``point`` of all parameters, shape (R, p)."""
+        at = self._told if point is None else self._at(point)
+        n, turning = samples.outputs.shape[-1], samples.turning
+        edges = samples.readings[..., 2:]
+        moved = np.diff(edges, axis=-1) * (turning[:, None, 1:] > 0)
+        expected = self._expected(edges, moved, at.errors)
+        course = self._course(samples, moved)
+        felt = self._motions(course, samples.warmth, at.errors)
         width, b = self.width, n // self.size
-        left = np.empty((len(outputs), 6, b))
-        columns = np.zeros((len(outputs), 6, width, b))
-        for c, (sensor, mean, free) in enumerate(self.sensors):
+        left = np.empty((len(turning), 6, b))
+        columns = np.zeros((len(turning), 6, width, b))
+        for c, ((sensor, _, free), values) in enumerate(zip(self.sensors, at.values, strict=True)):
             motion = felt[sensor.target]
-            told = sensor.measure(motion, mean)[0] - sensor.true_input(motion)
-            left[:, c] = self._means(outputs[:, c], self.size) - self._means(expected[c], self.size // 2)
+            told = sensor.measure(motion, values)[0] - sensor.true_input(motion)
+            left[:, c] = self._means(samples.outputs[:, c], self.size) - self._means(expected[c], self.size // 2)
             left[:, c] -= self._means(told, self.size // self.stride)
-            own = sensor.regressors(motion, mean)[..., free]
+            own = sensor.regressors(motion, values)[..., free]
             for j in range(own.shape[-1]):
                 columns[:, c, j] = self._means(own[..., j], self.size // self.stride)
-        for j, derivative in enumerate(self._of_the_table(readings[..., 2:], moved)):
+        sensed = self._inputs if point is None else self._outputs
+        for j, derivative in enumerate(self._of_the_table(lambda e: sensed(course, samples.warmth, e, at), at.errors)):
             for c in range(6):
                 own_count = len(self.places[c]) - len(nuisance(self.gimbals))
                 columns[:, c, own_count + j] = self._means(derivative[c], self.size // self.stride)
         by_block = np.add.reduceat(moved, np.arange(0, n, self.size), axis=-1)
         flags: NDArray[np.bool_] = np.any(turning[:, 1:].reshape(len(turning), b, self.size) > 0, axis=-1)
-        return Blocks(left, columns, flags, self._along(readings[..., 3 :: self.size][..., :b], by_block))
+        return Blocks(left, columns, flags, self._along(samples.readings[..., 3 :: self.size][..., :b], by_block))
 
     @staticmethod
     def _means(values: Floats, per: int) -> Floats:
@@ -245,47 +282,78 @@ class UnitModel:
     def _no_error(self) -> Floats:
         return np.zeros(len(self.gimbals.names))
 
-    def _expected(self, edges: Floats, moved: Floats) -> tuple[Floats, ...]:
+    @cached_property
+    def _told(self) -> _Point:
+        return _Point(self._no_error, tuple(mean for _, mean, _ in self.sensors))
+
+    def _at(self, point: Floats) -> _Point:
+        """Of values of all parameters, shape (R, p)."""
+        errors, values, names = np.zeros((len(point), len(self.gimbals.names))), [], [q.name for q in self.parameters]
+        for j, name in enumerate(self.gimbals.names):
+            if name in names:
+                errors[:, j] = point[:, names.index(name)]
+        for (_, mean, free), place in zip(self.sensors, self.places, strict=True):
+            own = np.tile(mean, (len(point), 1))
+            own[:, free] = point[:, place[: int(free.sum())]]
+            values.append(own)
+        return _Point(errors, tuple(values))
+
+    def _true(self, angles: Floats, rates: Floats, errors: Floats, dt: float) -> tuple[Floats, Floats]:
+        """True angles (R, k, 2 m + 1) and mean rates (R, k, m) over intervals of ``dt`` of what the encoders say."""
+        if not errors[..., 5 + len(self.gimbals.axes) :].any():
+            return angles, rates
+        true = self.gimbals.true_angles(angles, errors)
+        return true, rates + np.diff((true - angles)[..., ::2], axis=-1) / dt
+
+    def _expected(self, edges: Floats, moved: Floats, errors: Floats) -> tuple[Floats, ...]:
         """Means over pairs of samples of what a unit without errors senses, each of shape (R, n / 2)."""
-        rates = (moved[..., ::2] + moved[..., 1::2]) / (2 * self.sheet.dt)
-        felt = exposed(self.gimbals, self._no_error, edges, rates, self._place)
+        dt = 2 * self.sheet.dt
+        true, rates = self._true(edges, (moved[..., ::2] + moved[..., 1::2]) / dt, errors, dt)
+        felt = exposed(self.gimbals, errors, true, rates, self._place)
         return (*felt.rate, *felt.force)
 
-    def _coarse(self, edges: Floats, moved: Floats) -> tuple[Floats, Floats]:
-        """Readings at edges and middles of the intervals, and mean rates over these, (R, k, 2 m + 1) and (R, k, m)."""
-        s = self.stride
-        rates = np.add.reduceat(moved, np.arange(0, moved.shape[-1], s), axis=-1) / (s * self.sheet.dt)
-        return edges[..., :: s // 2], rates
-
-    def _motions(
-        self, readings: Floats, moved: Floats, turning: Floats, warmth: Floats, first: int
-    ) -> dict[str, Motion]:
+    def _course(self, samples: Samples, moved: Floats) -> Course:
+        """Of the readings, on the intervals of derivatives."""
         s, dt = self.stride, self.sheet.dt
-        angles, means = self._coarse(readings[..., 2:], moved)
+        means = np.add.reduceat(moved, np.arange(0, moved.shape[-1], s), axis=-1) / (s * dt)
         # Backward differences, exact where the acceleration is even: what comes after the last sample is not known yet.
+        readings = samples.readings
         now, before, earlier = (readings[..., 2 - j : readings.shape[-1] - j : s] for j in range(3))
-        rates = (3 * now - 4 * before + earlier) / (2 * dt) * (turning[:, None, ::s] > 0)
-        t = (first + np.arange(0, moved.shape[-1] + 1, s)) * dt
-        course = Course(t, angles, means, rates)
-        return motions(
-            self.gimbals, self._no_error, course, self._place, warmth[:, ::s], self.sheet.reference_temperature
+        rates = (3 * now - 4 * before + earlier) / (2 * dt) * (samples.turning[:, None, ::s] > 0)
+        t = (samples.first + np.arange(0, moved.shape[-1] + 1, s)) * dt
+        return Course(t, readings[..., 2 :: s // 2], means, rates)
+
+    def _motions(self, course: Course, warmth: Floats, errors: Floats) -> dict[str, Motion]:
+        s = self.stride
+        angles, means = self._true(course.angles, course.means, errors, s * self.sheet.dt)
+        true = Course(course.t, angles, means, course.rates)
+        return motions(self.gimbals, errors, true, self._place, warmth[:, ::s], self.sheet.reference_temperature)
+
+    def _inputs(self, course: Course, _: Floats, errors: Floats, __: _Point) -> tuple[Floats, ...]:
+        """What a unit without errors senses on the intervals of derivatives, each of shape (R, m)."""
+        angles, rates = self._true(course.angles, course.means, errors, self.stride * self.sheet.dt)
+        felt = exposed(self.gimbals, errors, angles, rates, self._place)
+        return (*felt.rate, *felt.force)
+
+    def _outputs(self, course: Course, warmth: Floats, errors: Floats, at: _Point) -> tuple[Floats, ...]:
+        """What the unit says there, with the errors of its point."""
+        felt = self._motions(course, warmth, errors)
+        return tuple(
+            sensor.measure(felt[sensor.target], values)[0]
+            for (sensor, _, _), values in zip(self.sensors, at.values, strict=True)
         )
 
-    def _of_the_table(self, edges: Floats, moved: Floats) -> Iterator[tuple[Floats, ...]]:
-        """Derivatives of the six inputs to each error of the table that is not known, each of shape (R, m)."""
-        angles, rates = self._coarse(edges, moved)
-        nominal = exposed(self.gimbals, self._no_error, angles, rates, self._place)
-        dt = self.stride * self.sheet.dt
+    def _of_the_table(
+        self, sensed: Callable[[Floats], tuple[Floats, ...]], errors: Floats
+    ) -> Iterator[tuple[Floats, ...]]:
+        """Derivatives of what is sensed to each error of the table that is not known, each of shape (R, m)."""
+        nominal = sensed(errors)
         for j, sd in enumerate(self.gimbals.sd):
             if not sd > 0:
                 continue
-            errors = self._no_error.copy()
-            errors[j] = _STEP
-            true = self.gimbals.true_angles(angles, errors)
-            shift = np.diff((true - angles)[..., ::2], axis=-1) / dt
-            felt = exposed(self.gimbals, errors, true, rates + shift, self._place)
-            pairs = zip((*felt.rate, *felt.force), (*nominal.rate, *nominal.force), strict=True)
-            yield tuple((a - b) / _STEP for a, b in pairs)
+            off = errors.copy()
+            off[..., j] += _STEP
+            yield tuple((a - b) / _STEP for a, b in zip(sensed(off), nominal, strict=True))
 
     def _along(self, angles: Floats, moved: Floats) -> Floats:
         """Squares of the shares that the gyros have of the axes that turned, shape (R, 3, b)."""
@@ -338,12 +406,13 @@ class UnitModel:
         means = np.add.reduceat(data, edges[:-1], axis=-1) / np.diff(edges)
         return means.T, self._root(c, edges, turning, blocks.along[row])
 
-    def posterior(self, blocks: Blocks) -> tuple[Floats, Floats]:
-        """Mean and covariance of all parameters, shapes (R, p) and (R, p, p)."""
+    def posterior(self, blocks: Blocks, point: Floats | None = None) -> tuple[Floats, Floats]:
+        """Mean and covariance of all parameters, (R, p) and (R, p, p), of blocks that are linear about a point."""
         matrix, vector = self.information(blocks)
         mean, sd = (np.array([getattr(q, name) for q in self.parameters]) for name in ("mean", "sd"))
         cov: Floats = np.asarray(np.linalg.inv(np.eye(len(sd)) + matrix), float)
-        found = mean + sd * (cov @ vector[..., None])[..., 0]
+        about = np.tile(mean, (len(vector), 1)) if point is None else point
+        found = about + sd * (cov @ (vector + (mean - about) / sd)[..., None])[..., 0]
         return found, 0.5 * (cov + np.swapaxes(cov, -1, -2)) * np.outer(sd, sd)
 
     def _root(self, c: int, edges: NDArray[np.int64], turning: NDArray[np.bool_], along: Floats) -> Floats:
@@ -402,12 +471,18 @@ class Gathered:
         Whether an axis turned in the sample before the rest, and the temperature at its end [K].
     rest : ndarray, shape (R, 6 + k + 2, r)
         Rows that fill no block.
+    point : ndarray, shape (R, p), optional
+        About which the blocks are linear; None: about what is told, once and for all.
+    samples : tuple of Samples
+        Of the blocks, where there is a point.
     """
 
     blocks: tuple[Blocks, ...]
     past: Floats
     last: Floats
     rest: Floats
+    point: Floats | None = None
+    samples: tuple[Samples, ...] = ()
 
     @property
     def passed(self) -> int:
@@ -415,10 +490,11 @@ class Gathered:
         return sum(part.turning.shape[-1] for part in self.blocks)
 
 
-def nothing(model: UnitModel, batch: int) -> Gathered:
-    """Before any data."""
+def nothing(model: UnitModel, batch: int, anew: bool = False) -> Gathered:
+    """Before any data; ``anew``: blocks may be linearised again (`linearised`)."""
     k = len(model.gimbals.axes)
-    return Gathered((), np.full((batch, k, 3), np.nan), np.zeros((batch, 2)), np.zeros((batch, 8 + k, 0)))
+    point = np.tile([q.mean for q in model.parameters], (batch, 1)) if anew else None
+    return Gathered((), np.full((batch, k, 3), np.nan), np.zeros((batch, 2)), np.zeros((batch, 8 + k, 0)), point)
 
 
 def gathered(model: UnitModel, state: Gathered, chunk: Recording) -> Gathered:
@@ -442,8 +518,21 @@ def gathered(model: UnitModel, state: Gathered, chunk: Recording) -> Gathered:
         last = np.stack([np.zeros(batch), rows[:, 7 + k, 0]], axis=-1)
     readings = np.concatenate([past, rows[:, 6 : 6 + k, :end]], axis=-1)
     beside = np.concatenate([last[..., None], rows[:, 6 + k :, :end]], axis=-1)
-    made = model.blocks(rows[:, :6, :end], readings, beside[:, 0], beside[:, 1], state.passed * model.size)
-    return Gathered((*state.blocks, made), readings[..., -3:].copy(), beside[..., -1].copy(), rows[..., end:].copy())
+    samples = Samples(rows[:, :6, :end], readings, beside[:, 0], beside[:, 1], state.passed * model.size)
+    return replace(
+        state,
+        blocks=(*state.blocks, model.blocks(samples, state.point)),
+        past=readings[..., -3:].copy(),
+        last=beside[..., -1].copy(),
+        rest=rows[..., end:].copy(),
+        samples=() if state.point is None else (*state.samples, samples),
+    )
+
+
+def linearised(model: UnitModel, state: Gathered, point: Floats) -> Gathered:
+    """The same about another point, shape (R, p)."""
+    samples = Samples.of(state.samples)
+    return replace(state, blocks=(model.blocks(samples, point),), point=point, samples=(samples,))
 
 
 def _from_rest(readings: Floats, turning: Floats) -> Floats:
@@ -458,6 +547,11 @@ def joined(state: Gathered) -> Blocks | None:
         return None
     parts = state.blocks
     return Blocks(*(np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in _FIELDS))
+
+
+def begun(blocks: Blocks, count: int) -> Blocks:
+    """The first ``count`` of them."""
+    return Blocks(*(getattr(blocks, name)[..., :count] for name in _FIELDS))
 
 
 _FIELDS = ("left", "columns", "turning", "along")

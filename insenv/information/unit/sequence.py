@@ -20,7 +20,7 @@ from insenv.core.recording import Floats
 from insenv.core.unit.gimbals import turn_time
 from insenv.core.unit.turns import Turns, at_rest, turned
 from insenv.information.positions import Angles, right_angles
-from insenv.information.unit.calibration import BLOCK, Blocks, UnitModel
+from insenv.information.unit.calibration import BLOCK, Blocks, Samples, UnitModel
 from insenv.information.unit.shares import shared
 
 #: Sampling with which motion is planned [Hz], and rest whose information stands for each of its seconds [s].
@@ -123,7 +123,8 @@ class Planner:
         n = angles.shape[-1]
         warmth = np.full((1, n + 1), self.datasheet.reference_temperature)
         flags = np.concatenate([np.zeros((1, 1)), turning], axis=-1)
-        return self.model.blocks(np.zeros((1, 6, n)), np.concatenate([before, angles], axis=-1), flags, warmth, 0)
+        readings = np.concatenate([before, angles], axis=-1)
+        return self.model.blocks(Samples(np.zeros((1, 6, n)), readings, flags, warmth, 0))
 
 
 def _command(visit: Visit, rate: float) -> tuple[Floats, Floats, Floats]:
