@@ -382,14 +382,53 @@ class OfferedModels:
 
 
 @dataclass(frozen=True)
+class SwitchableUnit:
+    """A whole unit on a table, of which any effect found or tried can be fitted anew, and the cells of one channel.
+
+    With the triangle R of the fitted cells of all six channels, [X, D, y] = Q R, least squares on the rows of R are
+    those on the cells. What is measured of the channel is ``Traces.after + columns @ theta``.
+
+    Attributes
+    ----------
+    switches : tuple of Switch
+        ``effect`` is the instrument or "table" and the id: "gyro.scale_factor".
+    of : tuple of int
+        Index of the switch of each column, -1 of errors of the table that are in every model.
+    labels : tuple of (name, SI unit, factor), or None
+        Of each column, None where it has no part in this channel.
+    triangle : ndarray, shape (p + q + 1, p + q + 1)
+    deviations : ndarray, shape (p + q,)
+        Deviation that is stated of a coefficient; infinite where none is.
+    fitted : int
+        Cells of the six channels.
+    columns : ndarray, shape (cells, p + q)
+        Of the cells of `Traces`.
+    theta : ndarray, shape (p + q,)
+        In the final model.
+    rests : ndarray of int, shape (cells,)
+        Number of the rest to which each belongs, from 1.
+    """
+
+    switches: tuple[Switch, ...]
+    of: tuple[int, ...]
+    labels: tuple[tuple[str, str, float] | None, ...]
+    triangle: Floats
+    deviations: Floats
+    fitted: int
+    columns: Floats
+    theta: Floats
+    rests: NDArray[np.int64]
+
+
+@dataclass(frozen=True)
 class TargetFindings:
     """All that was found on one target channel.
 
     ``cautions`` say, in sentences, which of the figures may be wrong by more than their standard deviations.
     ``beside`` fits an effect that was tried, at the shape nearest to one that is given, beside all that is in the
     model: its coefficients, none where the recording does not tell them.
-    ``switchable`` gives what a reader may fit anew, ``models`` what was fitted for him, ``samples`` the spectrum of the
-    samples: they take time, so that a report asks for them and nothing else does.
+    ``switchable`` and ``unit_switchable`` give what a reader may fit anew, ``models`` what was fitted for him,
+    ``samples`` the spectrum of the samples: they take time, so that a report asks for them and nothing else does.
     """
 
     target: str
@@ -415,6 +454,7 @@ class TargetFindings:
         default=unanswered, compare=False, repr=False
     )
     switchable: Callable[[], Switchable | None] = field(default=nothing, compare=False, repr=False)
+    unit_switchable: Callable[[], SwitchableUnit | None] = field(default=nothing, compare=False, repr=False)
     models: Callable[[], OfferedModels | None] = field(default=nothing, compare=False, repr=False)
     samples: Callable[[], SampleSpectrum | None] = field(default=nothing, compare=False, repr=False)
 

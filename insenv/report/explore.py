@@ -11,6 +11,7 @@ import json
 import re
 import zlib
 from collections.abc import Sequence
+from dataclasses import replace
 from importlib.resources import files
 from itertools import pairwise
 from typing import Any
@@ -19,7 +20,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.recording import Floats
-from insenv.identify.findings import Estimate, Findings, Switch, Switchable, TargetFindings, Traces
+from insenv.identify.findings import (
+    Estimate,
+    Findings,
+    Switch,
+    Switchable,
+    SwitchableUnit,
+    TargetFindings,
+    Traces,
+)
 from insenv.report import words
 from insenv.report.found import as_before
 from insenv.report.quantities import p_value, unit_for
@@ -41,7 +50,9 @@ def data(findings: Findings) -> tuple[str, tuple[str, ...]]:
     targets = [one for index in range(len(findings.targets)) if (one := _one(findings.targets, index)) is not None]
     if not targets:
         return "", ()
-    text = json.dumps({"targets": targets}, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    text = json.dumps(
+        {"targets": targets, "unit": _unit(findings.targets)}, ensure_ascii=True, allow_nan=False, separators=(",", ":")
+    )
     return text.replace("<", "\\u003c"), tuple(one["id"] for one in targets)
 
 
@@ -51,7 +62,7 @@ def _one(targets: Sequence[TargetFindings], index: int) -> Block | None:
     if as_before(target, targets):
         return None
     sharing = [one for one in targets if one is target or as_before(one, targets) == target.target]
-    return _target(target, index + 1) or _fitted_beforehand(sharing, index + 1)
+    return _target(target, index + 1) or _of_unit(target, index + 1) or _fitted_beforehand(sharing, index + 1)
 
 
 def scripts() -> tuple[str, ...]:
@@ -189,6 +200,69 @@ def _fitted_beforehand(sharing: Sequence[TargetFindings], index: int) -> Block |
     }
 
 
+#: What an instrument of a unit is called; the table's own effects say what they are.
+_INSTRUMENTS = {"gyro": ", gyros", "accel": ", accelerometers"}
+
+
+def _unit(targets: Sequence[TargetFindings]) -> Block | None:
+    """What all channels of a whole unit on a table share: the triangle of its fitted cells by rows, and the priors."""
+    model = next((model for target in targets if (model := target.unit_switchable()) is not None), None)
+    if model is None:
+        return None
+    rows = [_exact(v) for k, row in enumerate(model.triangle) for v in row[k:]]
+    deviations = [_finite(one) for one in model.deviations]
+    return {"triangle": rows, "deviations": deviations, "of": list(model.of), "fitted": model.fitted}
+
+
+def _of_unit(target: TargetFindings, index: int) -> Block | None:
+    """A channel of a whole unit on a table: its cells, and their columns."""
+    model, traces = target.unit_switchable(), target.traces
+    size = float(np.sqrt(np.mean(traces.after**2))) if len(traces.after) else 0.0
+    if model is None or not size > 0 or not all(np.isfinite(one).all() for one in (traces.after, model.columns)):
+        return None
+    packed = _Packed()
+    common = _common(target, index, packed, _step(traces.t), np.column_stack([model.rests, model.rests + 1]))
+    packed.add("after", traces.after, RESIDUAL * size)
+    # Columns are multiplied by coefficients here, and not fitted: the triangle is.
+    scale = np.sqrt(np.mean(model.columns**2, axis=0))
+    for k, (column, wanted) in enumerate(zip(model.columns.T, _largest(model.theta, scale, size), strict=True)):
+        packed.add(f"c{k}", column, FINE * size / wanted)
+    return {
+        **common,
+        "switches": [_switch_of_unit(one, target) for one in model.switches],
+        "columns": [_coefficient_of_unit(model, k) for k in range(len(model.of))],
+        "blocks": _blocks(traces),
+        "cleaned": [],
+        "whole": True,
+        "floor": _finite(target.held_out.noise_floor),
+        "parts": packed.parts,
+        "data": packed.text(),
+    }
+
+
+def _coefficient_of_unit(model: SwitchableUnit, k: int) -> Block:
+    found: Block = {"s": model.of[k], "theta": _exact(model.theta[k])}
+    if (label := model.labels[k]) is None:
+        return found
+    name, si, factor = label
+    unit = unit_for(si, float(model.theta[k]) or 1e-5)
+    return {**found, "name": name, "unit": unit.label, "per": unit.factor, "f": factor}
+
+
+def _switch_of_unit(one: Switch, target: TargetFindings) -> Block:
+    """Notes are of the channel's own instruments and of the table: a triad has an effect of the other's name."""
+    kind, _, effect = one.effect.partition(".")
+    own = kind == "table" or target.target.startswith(kind)
+    plain = _switch(replace(one, effect=effect), target)
+    name = plain["name"] + _INSTRUMENTS.get(kind, "")
+    return {**plain, "key": one.effect, "name": name, "note": plain["note"] if own else ""}
+
+
+def _exact(value: float) -> float:
+    """With the digits of which a fit of many coefficients feels the last."""
+    return float(f"{value:.15g}")
+
+
 def _blocks(traces: Traces) -> list[Block]:
     """Stretches of one run that are all fitted, or all held out."""
     held, run = traces.held_out, traces.run
@@ -219,13 +293,16 @@ def _steps(model: Switchable, size: float) -> list[float]:
     """Steps of the columns: times the largest coefficient that counts, they are `FINE` of the residual."""
     fitted = np.concatenate([np.arange(start, stop) for _, start, stop, own, _ in model.blocks if own])
     scale = np.sqrt(np.mean(model.columns[fitted] ** 2, axis=0))
-    # A coefficient that was not fitted is taken for one that would be thirty times the residual.
-    wanted = np.maximum(np.abs(model.theta), 30 * size / np.maximum(scale, 1e-300))
-    step = FINE * size / wanted
+    step = FINE * size / _largest(model.theta, scale, size)
     curve = np.array([model.switches[k].generic for k in model.of], bool)
     step = np.minimum(step, np.where(curve, FINEST_CURVE, FINEST) * np.where(scale > 0, scale, 1.0))
     largest = np.abs(model.columns).max(axis=0, initial=0.0)
     return np.maximum(step, np.maximum(largest, 1e-300) / _MOST).tolist()
+
+
+def _largest(theta: Floats, scale: Floats, size: float) -> Floats:
+    """Largest coefficients that count: one that was not fitted is taken for thirty times the residual."""
+    return np.maximum(np.abs(theta), 30 * size / np.maximum(scale, 1e-300))
 
 
 def _coefficient(model: Switchable, k: int) -> Block:

@@ -6,7 +6,7 @@ import pickle
 import re
 import shutil
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -15,17 +15,24 @@ import numpy as np
 import pytest
 import rate_test_cases
 from made_findings import EVERY, nothing_significant
+from on_axes_cases import found as unit_found
+from on_axes_cases import outputs as unit_outputs
+from on_axes_cases import recording as unit_recording
 from positions_cases import ACCELS, GYROS, Case, manifest, recording, scales, tied
 
 from insenv import datasets
 from insenv.close import close
 from insenv.core.lazy import Lazy
+from insenv.core.recording import Floats
+from insenv.core.unit.motion import UNIT
 from insenv.effects.catalogue import by_key
 from insenv.identify.findings import Findings, TargetFindings
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.heldout import held_out_score
 from insenv.identify.positions.findings import position_findings
 from insenv.identify.positions.model import triad_term
+from insenv.identify.positions.on_axes.offered import offered as offered_of_unit
+from insenv.identify.positions.on_axes.trace import UnitFound
 from insenv.identify.positions.rest import RestMeans, RestTerm
 from insenv.identify.positions.search import held_out_error
 from insenv.identify.positions.search import solve as solve_positions
@@ -210,6 +217,82 @@ def test_positions_show_each_model_as_the_engine_fits_it(browser: Any, attitudes
         visit.page.click("#t4-explore >> text=As found")
         coefficients = visit.page.inner_text("#t4-explore .scroll table")
         assert all(f", accel_{axis}" in coefficients for axis in "xyz") and "NaN" not in coefficients
+
+
+@pytest.fixture(scope="module")
+def on_a_table(tmp_path_factory: pytest.TempPathFactory) -> Findings:
+    """A whole unit on a table of three axes: two of them are not at right angles, a gyro feels acceleration."""
+    errors = {"axes_zx.angle": 2e-4}
+    effects: dict[str, dict[str, tuple[float, ...]]] = {"gyro_y": {"g_sensitivity": (5e-7, 0.0, 0.0)}}
+    return unit_found(tmp_path_factory.mktemp("unit"), unit_recording(unit_outputs(errors, effects), seed=3))
+
+
+def _left_of_unit(found: UnitFound, turned: Sequence[int]) -> Floats:
+    """Residuals of a whole unit with some switches turned, by the engine."""
+    rows = offered_of_unit(found)
+    final = [row.switch.role in ("declared", "added") for row in rows]
+    fit = solve_positions(found.problem, [row.term for k, row in enumerate(rows) if final[k] != (k in turned)])
+    return found.problem.raw(fit.residual)
+
+
+def _of_channel(found: UnitFound, name: str, left: Floats) -> float:
+    """Held-out error of a channel."""
+    channel = np.concatenate([np.full(len(part.means), part.channel) for part in found.problem.cells])
+    used = found.problem.held_out & (channel == UNIT.index(name))
+    return float(np.sqrt(np.mean(left[used] ** 2)))
+
+
+def test_a_unit_on_a_table_gives_the_engines_error_of_each_channel(
+    browser: Any, on_a_table: Findings, tmp_path: Path
+) -> None:
+    added = {one.effect for target in on_a_table.targets for one in target.added}
+    assert added == {"axis_non_orthogonality", "g_sensitivity"}
+    text = to_html(on_a_table)
+    assert len(text.encode()) <= 1_000_000
+    (tmp_path / "unit.html").write_text(text, "utf-8")
+    left: dict[tuple[int, ...], Floats] = {}
+    with Visit(browser, tmp_path / "unit.html", viewport={"width": 390, "height": 800}) as visit:
+        for number, target in enumerate(on_a_table.targets, 1):
+            ident, was = f"t{number}", target.held_out
+            unit, name = target.unit_switchable.make.args  # type: ignore[attr-defined]
+            visit.page.click(f'[role=tab][aria-controls="{ident}"]')
+            visit.page.wait_for_selector(f"#{ident}-explore[data-rms]")
+            assert visit.rms(ident) == pytest.approx(was.after, rel=SAME)
+            visit.page.click(f"#{ident}-explore >> text=Declared only")
+            assert visit.rms(ident) == pytest.approx(was.before, rel=SAME)
+            visit.page.click(f"#{ident}-explore >> text=As found")
+            boxes = visit.page.query_selector_all(f"#{ident}-explore [data-switch]")
+            order = [int(box.get_attribute("data-switch")) for box in boxes]
+            assert len(boxes) >= 10
+            for turned in [*((k,) for k in range(len(boxes))), *((k, k + 1) for k in range(0, len(boxes) - 1, 3))]:
+                for k in turned:
+                    boxes[k].click()
+                switches = tuple(order[k] for k in turned)
+                if switches not in left:
+                    left[switches] = _left_of_unit(unit, switches)
+                error = _of_channel(unit, name, left[switches])
+                assert visit.rms(ident) == pytest.approx(error, rel=SAME), (name, switches)
+                for k in turned:
+                    boxes[k].click()
+        assert visit.page.evaluate("document.documentElement.scrollWidth") <= 390
+        visit.axe_finds_nothing()
+
+
+def test_what_is_switched_of_a_unit_holds_on_every_tab(browser: Any, on_a_table: Findings, tmp_path: Path) -> None:
+    (tmp_path / "unit.html").write_text(to_html(on_a_table), "utf-8")
+    gyro, accel = on_a_table.targets[0], on_a_table.targets[3]
+    with Visit(browser, tmp_path / "unit.html") as visit:
+        visit.page.click("#t1-explore >> text=Declared only")
+        assert visit.rms("t1") == pytest.approx(gyro.held_out.before, rel=SAME)
+        visit.page.click('[role=tab][aria-controls="t4"]')
+        visit.page.wait_for_selector("#t4-explore[data-rms]")
+        assert visit.rms("t4") == pytest.approx(accel.held_out.before, rel=SAME)
+        visit.page.click("#t4-explore >> text=Copy as [held_out]")
+        rests = tomllib.loads(visit.page.input_value("#t4-explore textarea"))["held_out"]["positions"]
+        assert rests == list(range(1, 27))
+        visit.page.click("#t4-explore >> text=As found")
+        coefficients = visit.page.inner_text("#t4-explore .scroll table")
+        assert "axes_zx.angle" in coefficients and "NaN" not in coefficients and "g-sensitivity" not in coefficients
 
 
 def test_pickled_findings_give_the_same_page(found: Findings, path: Path) -> None:

@@ -84,11 +84,12 @@
       this.declared = T.switches.map(s => s.role === 'declared');
       this.zoom = {name: 'time', range: null};
       this.both = true;
+      this.series = !T.models && !T.whole;
     }
 
     async open() {
       if (this.ready) return;
-      const problem = await problemOf(this.T);
+      const problem = await problemOf(this.T, D.unit);
       this.a = problem.arrays;
       this.ready = problem.solve ? problem : GLS.prepare(problem);
       this.solve = problem.solve || (on => GLS.solve(this.ready, on));
@@ -130,12 +131,13 @@
       this.hosts = {time: el('div', {class: 'plot'})};
       const panel = (key, title, good) => el('figure', {}, el('h4', {}, title), this.hosts[key] = el('div', {class: 'plot'}), el('figcaption', {}, good));
       const panels = T.against.map(c => panel(c.name, 'Residual against ' + c.label, 'Good: level. It shows what the range in time holds; drag here, and time shows these bins alone.'));
-      if (!T.models) panels.push(panel('allan', 'Allan deviation', 'Good: the measured curve follows the fitted noise.'), panel('spectrum', 'Spectrum', 'Good: no peak stands out of the fitted noise.'));
+      if (this.series) panels.push(panel('allan', 'Allan deviation', 'Good: the measured curve follows the fitted noise.'), panel('spectrum', 'Spectrum', 'Good: no peak stands out of the fitted noise.'));
       this.table = el('div', {class: 'scroll'});
       this.others = el('div', {});
       const cleaned = T.cleaned.length ? ' Taken out of the samples beforehand, in every model here: ' + T.cleaned.join(', ') + '.' : '';
       this.place.append(
-        el('p', {class: 'note'}, T.models ? 'Each switch shows the model that insenv fitted without it or with it, on the same rests and turns.' :
+        el('p', {class: 'note'}, T.whole ? 'Each switch fits the model of the whole unit anew, its six channels and the errors of the table together, as insenv does; it holds on every tab.' :
+          T.models ? 'Each switch shows the model that insenv fitted without it or with it, on the same rests and turns.' :
           'Each switch fits the model anew on the fitted data, noise and all, as insenv does; shapes such as time constants and frequencies stay as found, and deviations are those for known shapes.' + cleaned),
         el('div', {class: 'board'},
           el('div', {class: 'model', role: 'group', 'aria-label': 'effects of the model'}, group('declared', 'Declared'), group('added', 'Added'), group('rival', 'Cannot be told apart'), group('refused', 'Tried and refused'),
@@ -156,7 +158,7 @@
         u.ctx.save();
         u.ctx.fillStyle = css('--held');
         for (const b of T.blocks) if (!b.fitted) {
-          const i = Math.min(b.start, T.n - 2), half = b.n > 1 || T.models ? 0.5 * (x[i + 1] - x[i]) : 0, l = Math.max(u.valToPos(x[b.start] - half, 'x', true), u.bbox.left);
+          const i = Math.min(b.start, T.n - 2), half = b.n > 1 || !this.series ? 0.5 * (x[i + 1] - x[i]) : 0, l = Math.max(u.valToPos(x[b.start] - half, 'x', true), u.bbox.left);
           const r = Math.min(u.valToPos(x[b.start + b.n - 1] + half, 'x', true), u.bbox.left + u.bbox.width);
           if (r > l) u.ctx.fillRect(l, u.bbox.top, r - l, u.bbox.height);
         }
@@ -186,8 +188,8 @@
         this.order[c.name] = [...x.keys()].sort((i, j) => this.a[c.name][i] - this.a[c.name][j]);
         this.plots[c.name] = scatter(c.name, c.label, 260);
       }
-      if (!T.models) this.plots.allan = loglog('allan', 'averaging time [s]', 'Allan deviation [' + unit + ']');
-      if (!T.models) this.plots.spectrum = loglog('spectrum', 'frequency [Hz]', 'root PSD [' + unit + '/√Hz]');
+      if (this.series) this.plots.allan = loglog('allan', 'averaging time [s]', 'Allan deviation [' + unit + ']');
+      if (this.series) this.plots.spectrum = loglog('spectrum', 'frequency [Hz]', 'root PSD [' + unit + '/√Hz]');
       for (const [key, host] of Object.entries(this.hosts)) { host.setAttribute('role', 'img'); host.setAttribute('aria-label', 'plot: ' + key + '; its figures are in the tables'); }
       this.hosts.time.tabIndex = 0;
       this.hosts.time.addEventListener('keydown', e => this.key(e));
@@ -201,7 +203,7 @@
       const fit = this.solve(this.on);
       if (!fit) {
         this.on = [...this.last];
-        this.readout.textContent = 'Too few positions tell that model: the last one stays.';
+        this.readout.textContent = 'Too few rests and turns tell that model: the last one stays.';
       } else {
         this.now = fit;
         this.last = [...this.on];
@@ -230,7 +232,7 @@
           u.setScale('y', {min: -limit, max: limit});
         });
       }
-      if (!T.models) this.noise(base, now);
+      if (this.series) this.noise(base, now);
       const edges = this.fields.querySelectorAll('input'), whole = this.values(this.zoom.name), range = this.zoom.range || [Math.min(...whole), Math.max(...whole)];
       edges.forEach((e, k) => { e.value = +range[k].toPrecision(6); });
       this.fields.querySelector('span').textContent = this.zoom.name === 'time' ? T.timeLabel : T.against.find(c => c.name === this.zoom.name).label;
@@ -282,6 +284,7 @@
     }
 
     heldOut() { // rows of a manifest, half-open; bins that follow each other are one range
+      if (this.T.whole) return '[held_out]\npositions = [' + [...new Set(this.chosen().map(i => this.a.first[i]))].join(', ') + ']\n';
       const ranges = [];
       for (const i of this.chosen()) {
         const first = this.a.first[i], end = this.a.end[i], last = ranges[ranges.length - 1];
@@ -335,12 +338,17 @@
 
   const tabs = el('div', {class: 'tabs', role: 'tablist', 'aria-label': 'targets'});
   async function show(k, focus) {
+    const from = targets.find(t => t.T.id === sections[current].id && t.T.whole && t.ready) || {};
     current = k;
     sections.forEach((s, i) => { s.hidden = i !== k; });
     [...tabs.children].forEach((b, i) => { b.setAttribute('aria-selected', i === k); b.tabIndex = i === k ? 0 : -1; });
     if (focus) tabs.children[k].focus();
     const t = targets.find(t => t.T.id === sections[k].id);
-    if (t) { await t.open(); t.resize(); }
+    if (t) {
+      if (t.T.whole && from.on) { t.on = [...from.on]; if (t.ready) t.update(); }
+      await t.open();
+      t.resize();
+    }
     address();
   }
   const said = new URLSearchParams(location.hash.slice(1));

@@ -408,6 +408,28 @@ const GLS = (() => {
     return {left, theta, power, loglik, rms: Math.sqrt(sum / Math.max(n, 1)), floor};
   }
 
+  // The model of a whole unit on a table: the triangle of its fitted cells stands for them; priors follow the noise.
+  function unit({triangle, deviations, of, fitted}, on) {
+    const k = of.length, n = k + 1, all = [...Array(n).keys()], at = (i, j) => i > j ? 0 : triangle[i * n - i * (i - 1) / 2 + j - i];
+    const column = j => all.map(i => at(i, j)), wanted = all.slice(0, k).filter(j => of[j] < 0 || on[of[j]]), y = column(k);
+    const rows = wanted.map(column), size = rows.map(t => Math.hypot(...t) || 1), freedom = fitted - wanted.filter(j => of[j] >= 0).length;
+    if (freedom < 1) return null;
+    let scale = y.reduce((s, v) => s + v * v, 0) / fitted, found, rss, prior;
+    for (let pass = 0; pass < 60; pass++) { // beside what the cells do not tell the smallest coefficients
+      const columns = rows.map((t, a) => ({t: t.map(v => v / size[a]), p: 1e-16 + (deviations[wanted[a]] ? scale / (deviations[wanted[a]] * size[a]) ** 2 : 0)}));
+      const ready = {mode: {lam: all, shapes: all.map(() => [1])}, columns, all: [y]};
+      found = coefficients(ready, rows.map((_, a) => a), [1]);
+      found.beta.forEach((v, a) => { found.beta[a] = v / size[a]; found.sd[a] /= size[a]; });
+      rss = all.reduce((s, i) => s + (y[i] - rows.reduce((t, x, a) => t + x[i] * found.beta[a], 0)) ** 2, 0);
+      prior = wanted.reduce((s, j, a) => s + (deviations[j] ? (found.beta[a] / deviations[j]) ** 2 : 0), 0);
+      const next = rss / freedom;
+      if (Math.abs(next - scale) < 1e-10 * scale) break;
+      scale = next;
+    }
+    const nu = Math.max(freedom, 4), wide = Math.sqrt((rss + scale * prior) / freedom * nu / (nu - 2));
+    return {loglik: -0.5 * fitted * Math.log(rss + scale * prior), theta: wanted.map((column, a) => ({column, value: found.beta[a], sd: found.sd[a] * wide}))};
+  }
+
   // Two-sided density of the fitted noise, and its Allan deviation: the integral of the density times the filter.
   const density = (problem, power, f) => f.map(v => problem.width * spectra(problem, Math.min(4, 4 * Math.sin(Math.PI * v * problem.width) ** 2)).reduce((s, w, j) => s + w * power[j], 0));
   function allan(problem, power, counts) {
@@ -416,5 +438,5 @@ const GLS = (() => {
     return counts.map(m => Math.sqrt(x.reduce((t, v, i) => t + 4 * s[i] / problem.width * Math.sin(Math.PI * v * m) ** 4 / (m * Math.sin(Math.PI * v)) ** 2 * v * step, 0)));
   }
 
-  return {unpack, prepare, solve, density, allan, fft};
+  return {unpack, prepare, solve, unit, density, allan, fft};
 })();

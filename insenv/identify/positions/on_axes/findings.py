@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
+from insenv.core.lazy import Lazy
 from insenv.core.recording import Floats, Recording
 from insenv.core.unit.motion import UNIT
 from insenv.data.manifest import Manifest
@@ -21,11 +23,13 @@ from insenv.identify.findings import (
     NextExperiment,
     NotTestable,
     Rejected,
+    SwitchableUnit,
     TargetFindings,
     Traces,
     findings_of,
 )
 from insenv.identify.fit.uncertainty import NOISE_UNITS
+from insenv.identify.positions.on_axes.offered import offered, unit_switchable
 from insenv.identify.positions.on_axes.problem import UnitTerm
 from insenv.identify.positions.on_axes.trace import UnitFound
 from insenv.identify.positions.search import Fit, Step
@@ -68,7 +72,12 @@ def _target(manifest: Manifest, recordings: Sequence[Recording], found: UnitFoun
         next_experiment=_next(found, added),
         spectra=NO_SPECTRA,
         traces=_traces(found, target),
+        unit_switchable=Lazy(partial(_switchable, found, target)),
     )
+
+
+def _switchable(found: UnitFound, target: str) -> SwitchableUnit | None:
+    return unit_switchable(found, offered(found), target)
 
 
 def plain_key(key: str) -> str:

@@ -82,6 +82,8 @@ class Cells:
         Middles [s].
     run : int
     turning, held_out : ndarray of bool, shape (m,)
+    rest : ndarray of int, shape (m,)
+        Number of the rest to which it belongs.
     """
 
     channel: int
@@ -93,6 +95,7 @@ class Cells:
     run: int
     turning: NDArray[np.bool_]
     held_out: NDArray[np.bool_]
+    rest: NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -175,6 +178,11 @@ class OnAxes:
         whole = np.concatenate(parts)
         p = self.cells[0].columns.shape[1]
         return whole[:, 0], whole[:, 1 : 1 + p], whole[:, 1 + p :]
+
+    def rows(self, terms: Sequence[UnitTerm]) -> tuple[Floats, Floats]:
+        """Whitened columns of the terms, then of the table's errors, and the whitened means."""
+        y, columns, nuisance = self._white
+        return np.hstack([columns[:, [j for term in terms for j in term.at]], nuisance]), y
 
 
 #: Least cells beside its coefficients from which a channel tells the size of its noise, and its least and largest.

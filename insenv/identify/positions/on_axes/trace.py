@@ -19,6 +19,7 @@ from insenv.core.recording import Channel, Floats, Recording
 from insenv.core.unit.gimbals import Gimbals
 from insenv.core.unit.motion import UNIT
 from insenv.data.manifest import Manifest
+from insenv.data.split import split
 from insenv.effects.base import Effect
 from insenv.effects.catalogue import by_key
 from insenv.effects.noise import AngleRandomWalk
@@ -51,9 +52,10 @@ _LEFT = 1e-3
 
 @dataclass(frozen=True)
 class UnitFound:
-    """What was found: the problem, the search's outcome, and why what is left is no noise."""
+    """What was found: the problem, what was tried, the search's outcome, and why what is left is no noise."""
 
     problem: OnAxes
+    tried: tuple[UnitTerm, ...]
     outcome: Outcome
     reasons: tuple[str, ...]
     rests: int
@@ -96,7 +98,7 @@ def trace_unit(
     blocks = [_blocks(manifest, model, run) for model, run in zip(models, runs, strict=True)]
     starts = np.cumsum([0.0, *(float(r.t[-1] - r.t[0]) for r in recordings[:-1])])
     numbers, rests = _numbered(blocks)
-    held = [_held_out(manifest, number, rests) for number in numbers]
+    held = _held_out(manifest, recordings, blocks, (numbers, rests))
     size = models[0].size * models[0].sheet.dt
     slips = [
         float(start + size * t)
@@ -110,7 +112,7 @@ def trace_unit(
         cell
         for row, model in enumerate(models)
         for cell in _cells(model, blocks[row], _excess(model, runs[row], warm), terms, layout,
-                           (float(starts[row]), row), held[row])
+                           (float(starts[row]), row), (numbers[row], held[row]))
     ]  # fmt: skip
     problem = OnAxes(tuple(cells), (1.0,) * len(cells), np.array([sd for _, _, sd in layout]))
     # A slip at any turn takes up all that one rest is off by: the noise is looked at without.
@@ -125,7 +127,7 @@ def trace_unit(
         progress("what to measure next")
         end = float(starts[-1] + recordings[-1].t[-1] - recordings[-1].t[0])
         further = _next(models[0], limits_of(recordings), (problem, outcome), terms, layout, (end, len(runs)))
-    return UnitFound(problem, outcome, reasons, rests, (_said(rests, held, numbers),), further)
+    return UnitFound(problem, terms.tried, outcome, reasons, rests, (_said(rests, held, numbers),), further)
 
 
 #: Columns of the table's errors of which a deviation is stated: name, angle of mounting (None: of all runs), deviation.
@@ -158,7 +160,8 @@ def _next(
         blocks = plan.blocks()
         count = blocks.turning.shape[-1]
         still = excess(np.arange(count + 1.0), np.full(count + 1, 298.15), 298.15)
-        made.append((plan, _cells(plan.model, blocks, still, terms, layout, begun, np.zeros(count, bool))))
+        fitted = np.ones(count, np.int64), np.zeros(count, bool)
+        made.append((plan, _cells(plan.model, blocks, still, terms, layout, begun, fitted)))
     sets = {
         step.term.effect.key: (step.term, [t for t in _shaped(terms.tried, outcome.rivals[step.term.effect.key])])
         for step in outcome.steps
@@ -259,16 +262,30 @@ def _numbered(blocks: Sequence[Blocks]) -> tuple[list[NDArray[np.int64]], int]:
     return found, last
 
 
-def _held_out(manifest: Manifest, number: NDArray[np.int64], rests: int) -> NDArray[np.bool_]:
-    named = manifest.held_out.positions
+def _held_out(
+    manifest: Manifest,
+    recordings: Sequence[Recording],
+    blocks: Sequence[Blocks],
+    counted: tuple[Sequence[NDArray[np.int64]], int],
+) -> list[NDArray[np.bool_]]:
+    """Whether each block is held out: by the number of its rest, else where the row in that rest's middle is."""
+    (numbers, rests), named = counted, manifest.held_out.positions
     if named in ("even", "odd"):
-        return number % 2 == (named == "odd")
+        return [number % 2 == (named == "odd") for number in numbers]
     if isinstance(named, tuple):
         if beyond := [n for n in named if n > rests]:
             where = f"{manifest.path}: held_out.positions has {beyond[0]}"
             raise InputError(f"{where}; there are {rests} rests, counted from 1")
-        return np.isin(number, named)
-    return number % EVERY == 0
+        return [np.isin(number, named) for number in numbers]
+    if manifest.held_out.names_nothing or named is not None:
+        return [number % EVERY == 0 for number in numbers]
+    found = []
+    for use, run, block, number in zip(split(manifest, recordings), recordings, blocks, numbers, strict=True):
+        per_block, still = len(run) / len(number), ~block.turning[0]
+        middle = {n: np.flatnonzero(still & (number == n)).mean() + 0.5 for n in np.unique(number[still])}
+        out = {n: bool(use.held_out[int(at * per_block)]) for n, at in middle.items()}
+        found.append(np.array([out.get(n, False) for n in number]))
+    return found
 
 
 def _excess(model: UnitModel, run: Recording, warm: bool) -> Mapping[float, Floats]:
@@ -288,10 +305,11 @@ def _cells(  # noqa: PLR0913 -- what a run is made of
     terms: Candidates,
     layout: Layout,
     begun: tuple[float, int],
-    held: NDArray[np.bool_],
+    use: tuple[NDArray[np.int64], NDArray[np.bool_]],
 ) -> list[Cells]:
+    """Cells of the six channels of a run; ``use``: of each block the number of its rest, and whether it is held out."""
     names, mounted = [p.name for p in model.parameters], model.gimbals.mounted
-    found, (start, run) = [], begun
+    found, (start, run), (number, held) = [], begun, use
     for c, target in enumerate(UNIT):
         columns, means, covariance = model.cells(blocks, 0, c)
         edges = model.edges(blocks, 0, c)
@@ -305,8 +323,9 @@ def _cells(  # noqa: PLR0913 -- what a run is made of
         for j, (name, mount, _) in enumerate(layout):
             if mount is None or mount == mounted:
                 nuisance[:, j] = own[name]
-        turning = blocks.turning[0][edges[:-1]]
-        found.append(Cells(c, design, nuisance, means, covariance, time, run, turning, held[edges[:-1]]))
+        first = edges[:-1]
+        turning = blocks.turning[0][first]
+        found.append(Cells(c, design, nuisance, means, covariance, time, run, turning, held[first], number[first]))
     return found
 
 
