@@ -125,6 +125,7 @@ def check_sampling(path: Path, t: Floats, place: Callable[[int], str]) -> None:
 def _read_run(manifest: Manifest, run: RunSpec, words: Mended) -> Recording:
     table = words.table
     t = time(manifest, run, table)
+    table = _unwound(manifest, run, table)
     table, t, far = _without_strays(manifest, run, table, t)
     t, back = nearly_forwards(t, table.place)
     table, t, again = _without_copies(manifest, run, table, t)
@@ -415,6 +416,19 @@ def _segments(labels: Sequence[str]) -> tuple[Segment, ...]:
     breaks = [i for i, (a, b) in enumerate(pairwise(labels), start=1) if a != b]
     edges = [0, *breaks, len(labels)]
     return tuple(Segment(labels[a], a, b) for a, b in pairwise(edges) if labels[a])
+
+
+def _unwound(manifest: Manifest, run: RunSpec, table: Table) -> Table:
+    """The rows with the table's angle made cumulative where it is declared wrapped, in the unit of its column.
+
+    What time the rows were taken is asked of it: a turn between two rows is no step of its encoder, and no roughness.
+    """
+    spec = manifest.channels.get("table_angle")
+    if spec is None or not spec.wrapped or "table_angle" not in table.values:
+        return table
+    factor, _ = _unit(manifest, run, table, spec, "table_angle", "angle")
+    angle = np.unwrap(table.values["table_angle"], period=2 * np.pi / abs(factor))
+    return replace(table, values={**table.values, "table_angle": angle})
 
 
 def _with_whole_turns(recording: Recording, manifest: Manifest, run: RunSpec, table: Table) -> Recording:

@@ -205,6 +205,26 @@ def test_stamps_that_an_encoder_cannot_confirm_are_those_of_the_clock(
         assert np.ptp(np.diff(run.t)) < 1e-6, (seed, run.notes)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_turns_of_a_wrapped_angle_hide_no_steps_of_its_encoder(tmp_path: Path, seed: int) -> None:
+    """Stamps 3 % of a period off were taken, and a gain of -2 promille told: wraps hid that the angle has steps."""
+    draw = np.random.default_rng(seed)
+    t = 0.05 * np.arange(1, 12001)
+    angle = 5.0 / (0.04 * np.pi) * (1 - np.cos(0.04 * np.pi * t)) - 5.0
+    step = 360 / 2**13
+    stamps = np.round(t + 1.5e-3 * draw.standard_normal(len(t)), 3)
+    read = np.mod(np.floor(angle / step) * step, 360.0)
+    np.savez(tmp_path / "run.npz", t=stamps, a=read, g=draw.standard_normal(len(t)))
+    (tmp_path / "run.toml").write_text(
+        'data = "run.npz"\n[channels]\ntime = { column = "t", unit = "s" }\n'
+        'gyro = { column = "g", unit = "rad/s" }\ntable_angle = { column = "a", unit = "deg", wrapped = true }\n'
+        '[model]\ntarget = "gyro"\ndeclared = ["bias"]\n'
+    )
+    (run,) = read_recordings(load_manifest(tmp_path / "run.toml"))
+    assert np.ptp(np.diff(run.t)) < 1e-6, run.notes
+    assert np.ptp(run.channels["table_angle"].values) < np.pi
+
+
 def test_a_median_between_two_steps_is_no_fault() -> None:
     """Of an even number of uneven steps none need be like the median."""
     random = np.random.default_rng(1)
