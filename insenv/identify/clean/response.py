@@ -54,6 +54,8 @@ DECISIVE, CORRELATED, MOTION = 5.0, 2.0, 0.999
 #: The same beside a filter, for one more parameter; windows tried, and the longest one, in seconds and in lags: a mean
 #: that is late by less than an eighth of its window would have to look ahead.
 ONE_MORE, TRIES, MOST_WINDOW, LATEST = 4.0, 8, 1.0, 8.0
+#: Share of what is added to a mean, squared, that may be wrong in it: about a third of the added.
+MISSED = 0.1
 #: Passes, the departure in robust deviations from which a row has no weight, and the change of a lag in rows and of the
 #: gain in its deviations that is none.
 PASSES, FAR, SETTLED = 8, 5.0, 1e-3
@@ -300,7 +302,21 @@ def _mean_over(
 
     ends = float(np.log(shortest)), float(np.log(longest))
     minimize_scalar(loss, bounds=ends, method="bounded", options={"xatol": 0.05, "maxiter": TRIES})
-    return max(tried, key=lambda one: one.log_likelihood)
+    sound = [one for one in tried if all(_undone(s, one.window) for s in parts if s.run in lag_of)]
+    return max(sound, key=lambda one: one.log_likelihood, default=None)
+
+
+def _undone(one: Stretch, window: float) -> bool:
+    """Whether what stands for the motion before a mean over a window has the reference for its mean, or nearly so.
+
+    Of motion as fast as the window is long it has not, and is no more than a curve that is larger at some frequencies:
+    a gyro behind a filter of its own, which makes fast motion smaller, had such a reference, and a gain 10 % short.
+    """
+    power, frequency = _motion(one)
+    mean = np.sinc(frequency * window)
+    added = mean**4 * ((1 - mean) + 5 * (1 - mean) ** 2)
+    missed = 1 - mean * (1 + added)
+    return float(power @ missed**2) < MISSED * float(power @ added**2)
 
 
 def _followed(
@@ -333,10 +349,19 @@ def _at_motion(one: Stretch, left: Floats, slack: Floats) -> tuple[float, int]:
     known = one.known > 0
     left = np.where(known, left - np.median(left[known]), 0.0)
     bound = FAR * 1.4826 * float(np.median(np.abs(left[known]))) + slack
-    power = dct(one.input(0.0), norm="ortho")[1:] ** 2
-    count = 1 + int(np.searchsorted(np.cumsum(power), MOTION * float(power.sum())))
+    count = len(_motion(one)[0])
     modes = dct(np.clip(left, -bound, bound), norm="ortho")[1 : count + 1]
     return float(np.mean(modes**2)), count
+
+
+def _motion(one: Stretch) -> tuple[Floats, Floats]:
+    """Power of the input in the modes of its motion, and their frequencies [Hz]."""
+    from scipy.fft import dct  # slow to import
+
+    u = one.input(0.0)
+    power = dct(u, norm="ortho")[1:] ** 2
+    count = 1 + int(np.searchsorted(np.cumsum(power), MOTION * float(power.sum())))
+    return power[:count], np.arange(1, count + 1) / (2 * len(u) * one.exposure.motion.dt)
 
 
 def _other(gain: float, sd: float, model: Model) -> bool:

@@ -112,8 +112,17 @@ class Hit:
 
     @property
     def rank(self) -> float:
-        """What orders hits that are significant: the likelihood ratio, less what the spent freedom gains by chance."""
-        return self.likelihood_ratio - 2 * self.size - 2 * float(np.log(self.looks))
+        """What orders hits that are significant: the likelihood ratio, less what the spent freedom gains by chance.
+
+        Of the ratio counts what errors of the reference leave of the evidence: of two laws the one that errors of the
+        motion follow as well may be the likelier by far.
+        """
+        return self.left * self.likelihood_ratio - 2 * self.size - 2 * float(np.log(self.looks))
+
+    @property
+    def left(self) -> float:
+        """Share of the evidence that is left beside errors of the reference."""
+        return (self.deviate / self.alone) ** 2 if 0 < self.deviate < self.alone else 1.0
 
     @property
     def p_value(self) -> float:

@@ -105,3 +105,26 @@ def test_of_a_table_that_swings_evenly_the_shortest_lag_is_taken(gain: float) ->
         response = run.responses.get("gyro", Response(0.45))
         assert np.sign(response.gain) == np.sign(gain)
         assert response.lag == pytest.approx(0.0, abs=0.015)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_gyro_behind_a_filter_is_beside_no_mean_longer_than_its_motion(seed: int) -> None:
+    """Swings of 1 to 2 Hz and a first-order filter of the gyro's: no mean over a third of a second made the encoder."""
+    rng = np.random.default_rng(seed)
+    fine, tau, delay = 0.0025, 0.033, 0.024
+    t: Floats = np.arange(0.0, 80_000) * fine
+    waves = [(np.exp(-0.5 * ((f - 1.6) / 0.35) ** 2) + 0.05, f, rng.uniform(0, 6)) for f in np.linspace(0.3, 4.7, 45)]
+    rate: Floats = 0.2 * np.sum([a * np.sin(2 * np.pi * f * t + p) for a, f, p in waves], axis=0)
+    share = 1 - np.exp(-fine / tau)
+    behind = np.interp(t - delay, t, lfilter([share], [1, share - 1], rate))
+    rows = slice(20, None, 20)
+    noise = rng.standard_normal((2, len(t[rows])))
+    channels = {
+        "gyro": Channel(0.95 * behind[rows] + 0.005 * noise[0], "rad/s"),
+        "table_rate": Channel(rate[rows] + 0.005 * noise[1], "rad/s", source="encoder"),
+    }
+    run = with_reference(Recording(t[rows], channels))
+    (found,) = responding((run,), (slice(0, len(run)),), "gyro", ())
+    response = found.responses.get("gyro", Response())
+    assert response.window == 0.0
+    assert response.lag == pytest.approx(tau + delay, abs=0.01)
