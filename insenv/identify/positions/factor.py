@@ -1,13 +1,15 @@
-"""Scales that are no error of an instrument but a wrong unit or range: what factor they are, in words.
+"""What is no error of an instrument but a wrong unit, range, sign or axis: which one, in words.
 
 Rates that are wrong by a factor k turn a triad by k times the angle: past half a turn no small correction finds that.
-So k is tried first, over two orders of magnitude, by the rotations from rest to rest.
+So k is tried first, over two orders of magnitude, by the rotations from rest to rest; and so are the 48 ways to call
+three axes x, y and z, each with either sign.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import permutations, product
 
 import numpy as np
 
@@ -31,6 +33,8 @@ NEAR = 0.06
 WRONG = 0.3
 #: Factors of the rates that are tried, and how much less of the rotation errors one must leave to be believed.
 TRIED, BETTER = np.geomspace(0.1, 10.0, 121), 3.0
+#: Share by which errors may differ where two ways to call the axes do equally well: one is hardly turned about.
+NEARLY = 1.2
 #: Bias from which an accelerometer is taken to be broken [m/s^2].
 BROKEN = 0.3 * STANDARD_GRAVITY
 
@@ -51,14 +55,37 @@ def common_factor(problem: Rotations) -> float:
 
     It is one if with it the rotations come out `BETTER` times as well, and no instrument is off by so much.
     """
-
-    def left(k: float) -> float:
-        scaled = replace(problem, turns=tuple(replace(t, rates=t.rates / k) for t in problem.turns))
-        errors, _ = scaled.errors((), np.zeros(0))
-        return float(np.sqrt(np.median(np.sum(errors**2, axis=1))))
-
-    errors = [left(k) for k in TRIED]
+    errors = [_left(problem, np.eye(3) / k) for k in TRIED]
     best = int(np.argmin(errors))
-    if errors[best] * BETTER > left(1.0) or not factor_of([float(TRIED[best])]):
+    if errors[best] * BETTER > _left(problem, np.eye(3)) or not factor_of([float(TRIED[best])]):
         return 1.0
     return float(TRIED[best])
+
+
+def other_axes(problem: Rotations) -> str:
+    """With which signs and order of the gyros' axes the rotations come out `BETTER` times as well, in words.
+
+    Empty where none does; of those that do nearly as well as the best, the one that changes the least.
+    """
+    ways = sorted(
+        ((order, signs) for order in permutations(range(3)) for signs in product((1, -1), repeat=3)),
+        key=lambda way: sum(k != i or sign < 0 for i, (k, sign) in enumerate(zip(*way, strict=True))),
+    )
+    left = np.array(
+        [_left(problem, np.array(signs)[:, None] * np.eye(3)[list(order)] / problem.gain) for order, signs in ways]
+    )
+    best = int(np.argmax(left < NEARLY * left.min()))
+    if left[best] * BETTER > left[0]:
+        return ""
+    axes = ", ".join(("-" if sign < 0 else "") + "xyz"[k] for k, sign in zip(*ways[best], strict=True))
+    return (
+        f"rotations from rest to rest come out {left[0] / left[best]:.2g} times as well with the gyros' axes taken as "
+        f"{axes} beside the accelerometers' x, y, z: check signs and order of the columns"
+    )
+
+
+def _left(problem: Rotations, matrix: Floats) -> float:
+    """Median error of the rotations with rates that ``matrix`` has changed [rad]."""
+    changed = replace(problem, turns=tuple(replace(t, rates=t.rates @ matrix.T) for t in problem.turns))
+    errors, _ = changed.errors((), np.zeros(0))
+    return float(np.sqrt(np.median(np.sum(errors**2, axis=1))))

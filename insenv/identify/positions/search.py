@@ -44,6 +44,8 @@ LEAST_SHARE = 1e-2
 DISTINCT = 0.02
 #: Why an effect is refused that nothing confirms.
 UNFORETOLD = "no rest foretells another"
+#: Why a law is refused of which no instrument has so much.
+INCREDIBLE = "larger than is credible"
 #: Least freedom that an effect must leave.
 LEAST_FREEDOM = 2
 #: Most effects that are tried at once where none alone helps.
@@ -532,7 +534,7 @@ def _refusal(problem: Problem, now: Fit, fit: Fit, terms: tuple[Any, ...], p: fl
     if worse:
         return worse
     if any(_beyond(problem, fit, term) for term in terms):
-        return "larger than is credible"
+        return INCREDIBLE
     return ""
 
 

@@ -31,13 +31,14 @@ from insenv.identify.findings import NotTestable
 from insenv.identify.positions.accel import Magnitudes, directions, gravities, uncertain_directions
 from insenv.identify.positions.accel import with_walk as with_bias_walk
 from insenv.identify.positions.bent import bent
-from insenv.identify.positions.factor import common_factor, factor_of
+from insenv.identify.positions.factor import common_factor, factor_of, other_axes
 from insenv.identify.positions.gyro import Rotations, rotations, with_noise
 from insenv.identify.positions.known import KnownAttitudes, as_level_as_read, noise_of_means, stated_up
 from insenv.identify.positions.model import AXES, Surroundings, TriadTerm, triad_term
 from insenv.identify.positions.rest import RestMeans, RestTerm, with_walk
 from insenv.identify.positions.rests import Rest, Rests, find_rests, means, middle_times
 from insenv.identify.positions.search import (
+    INCREDIBLE,
     LEAST_FREEDOM,
     UNFORETOLD,
     Doubt,
@@ -322,12 +323,15 @@ def _determined_together(terms: Sequence[TriadTerm], room: int) -> bool:
 
 
 def _unconfirmed(outcome: Outcome, alpha: float) -> tuple[str, ...]:
-    """What is significant, and refused for want of a rest that others foretell."""
+    """What is significant and refused, for want of a rest that others foretell or for being more than is credible."""
+    why = {
+        UNFORETOLD: "no rest is left that could refuse it: more attitudes would tell",
+        INCREDIBLE: "is larger than is credible: check signs, axes and units",
+    }
     return tuple(
-        f"{one.effect} would explain these rests (p = {one.p_value:.1g}), and no rest is left that could refuse it: "
-        "more attitudes would tell"
+        f"{one.effect} would explain these rests (p = {one.p_value:.1g}), and {why[one.reason]}"
         for one in outcome.rejected
-        if one.reason == UNFORETOLD and one.p_value < alpha
+        if one.reason in why and one.p_value < alpha
     )
 
 
@@ -405,6 +409,8 @@ def _gyros_between(
     outcome = search(problem, declared, tried, alpha)
     untold = problem.gain != 1 and not any(problem.begin((term,)).any() for term in outcome.after.terms)
     wrong = (f"rotations from rest to rest: the gyros' {factor_of([problem.gain])}",) if untold else ()
+    axes = other_axes(problem)
+    wrong = (*wrong, axes) if axes else wrong
     return Part(problem, outcome, (*wrong, *_structure(problem, outcome.after, alpha, "turns")))
 
 

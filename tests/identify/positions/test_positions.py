@@ -35,7 +35,7 @@ from positions_cases import (
 from insenv.calibration import calibration
 from insenv.close import close
 from insenv.core.errors import InputError
-from insenv.core.recording import Channel, Recording, Segment, Site
+from insenv.core.recording import Channel, Floats, Recording, Segment, Site
 from insenv.data.manifest import HeldOut, KnownPositions, Model, load_manifest
 from insenv.data.save import save
 from insenv.effects.catalogue import by_key
@@ -261,6 +261,20 @@ def test_gyros_of_another_range_have_a_scale_factor(scale: float) -> None:
     assert names(found.gyro.outcome) == ["scale_factor"] and found.gyro.reasons == ()
     truth = {"scale_factor": (scale, scale + 0.01, scale)}
     assert max(map(abs, z_scores(found.gyro.outcome.after, truth))) < 4
+
+
+@pytest.mark.parametrize(
+    ("axes", "words"),
+    [
+        (np.diag([-1.0, -1.0, -1.0]), "-x, -y, -z"),
+        (np.diag([1.0, -1.0, 1.0]), "x, -y, z"),
+        (np.eye(3)[[1, 0, 2]], "y, x, z"),
+    ],
+)
+def test_gyros_of_other_signs_or_order_are_said_to_be_so(axes: Floats, words: str) -> None:
+    found = trace(Case(gyro=axes - np.eye(3)), seed=7, targets=GYROS, declared=("bias",))
+    assert found.gyro is not None
+    assert any(f"with the gyros' axes taken as {words} " in reason for reason in found.gyro.reasons), found.gyro.reasons
 
 
 def test_g_sensitivity_is_found_on_the_gyro_that_has_it() -> None:
