@@ -323,7 +323,10 @@ def _determined_together(terms: Sequence[TriadTerm], room: int) -> bool:
 
 
 def _unconfirmed(outcome: Outcome, alpha: float) -> tuple[str, ...]:
-    """What is significant and refused, for want of a rest that others foretell or for being more than is credible."""
+    """What is significant and refused, for want of a rest that others foretell or for being more than is credible.
+
+    What is slow and more than credible is none: attitudes that go with time have such a drift from other errors.
+    """
     why = {
         UNFORETOLD: "no rest is left that could refuse it: more attitudes would tell",
         INCREDIBLE: "is larger than is credible: check signs, axes and units",
@@ -331,7 +334,7 @@ def _unconfirmed(outcome: Outcome, alpha: float) -> tuple[str, ...]:
     return tuple(
         f"{one.effect} would explain these rests (p = {one.p_value:.1g}), and {why[one.reason]}"
         for one in outcome.rejected
-        if one.reason in why and one.p_value < alpha
+        if one.reason in why and one.p_value < alpha and not (one.reason == INCREDIBLE and one.effect in SLOW)
     )
 
 
