@@ -29,6 +29,7 @@ KINDS = {
     "d": "long rest",
     "e": "temperature",
     "f": "vehicle",
+    "simulated": "simulation",
 }
 #: Folders before a recording's own, in what the command said.
 FOLDERS = re.compile(r"(?<![\w.])/(?:[\w.+-]+/)+(?=[\w.+-]+/[\w.+-]+\.\w+)")
@@ -45,10 +46,10 @@ before the loop had seen it, and run once (17 of 24 right or honest); of `second
 once (30 of 32); `sixth` was there to develop on; `seventh` was opened once (34 of 38); `eighth` was there to develop
 on; `ninth` was opened once (29 of 41), `tenth` too (31 of 37); `twelfth` was collected wide to develop on (right or
 honest at first sight: 17 of 26 with a reference, 27 of 36 without, of which 46 stand here). What is shown of these is
-how the loop answered after what they taught. `eleventh` (29 of 35) and `thirteenth` (38 of 41) are shown as they were
-when they were opened, once: their sources are those of owners that no other part has, and no answer to them had been
-seen before; what they taught came after. Of `fourteenth`, 18 recordings to develop on (10 right or honest at first
-sight), 10 stand here.
+how the loop answered after what they taught. `eleventh` (29 of 35) and `thirteenth` (38 of 41) were opened once too;
+`fifteenth` (18 of 19, of eight owners) is shown as it was when it was opened: no answer to it had been seen before. Of
+`fourteenth`, 18 recordings to develop on (10 right or honest at first sight), 10 stand here; of `sixteenth`, 34 to
+develop on (28 at first sight), 27, their facts written after the answers.
 
 Judgements: **right** names what is there, nothing that the data exclude, values within tolerance or three standard
 deviations; **honest** falls short and says so; **missed** is silent; **wrong, flagged** names what is not there under
