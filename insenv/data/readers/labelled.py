@@ -28,7 +28,7 @@ _UNIT = r"m/s\^?2|m/s²|deg/s|°/s|rad/s|dps|mdps|rpm|mg|g|deg|rad|°C|C|ms|us|n
 _PAIR = re.compile(
     r"(?P<name>[A-Za-z][A-Za-z0-9_ /^.()\[\]°²*%-]*?)\s*[:=]\s*"
     rf"(?:(?P<value>{_NUMBER}(?:(?:\s*,\s*|\s+){_NUMBER}(?![\w.:=]|\s*[:=]))*)"
-    rf"(?:\s?(?P<unit>{_UNIT})(?![A-Za-z0-9]))?)?(?![\d:])"
+    rf"(?:\s?(?P<unit>{_UNIT})(?!\w|\s*[:=]))?)?(?![\d:])"
 )
 _STAMPED = re.compile(
     r"\s*\[?(?P<stamp>(?:\d{4}[-/]\d\d?[-/]\d\d?[ T])?\d\d?:\d\d:\d\d(?:[.,]\d+)?)\]?\s*(?:->|[,;\s])\s*"

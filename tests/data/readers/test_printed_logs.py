@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from insenv.core.errors import InputError
@@ -125,6 +125,8 @@ NAMES = st.from_regex(r"[A-Za-z][A-Za-z_]{3,8}", fullmatch=True)
 
 
 @SETTINGS
+@example(["AAAA", "g_AA"], [0.0] * 6, ": ", " ")
+@example(["roll", "g"], [0.0] * 6, ": ", " ")
 @given(
     st.lists(NAMES, min_size=2, max_size=6, unique=True),
     st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=6, max_size=6),
