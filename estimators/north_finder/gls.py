@@ -25,10 +25,12 @@ What is free, and what holds it:
 
 Drifts that no polynomial follows (flicker, rate random walk, a wandering lock-in threshold) enter the covariance with
 their density S at one cycle per turn, 2 S / (T level^2); so does what pulses at one rate do beyond a white error of the
-angle (`insenv.information.rate_noise`). A declared lock-in is subtracted; a declared rate of order 1
-that is locked to the angle (a magnetic field) is subtracted and its deviation added, for nothing tells it from the
-Earth. A level error (east, north) = (dE, dN) of the table turns the apparent azimuth by dN tan L; with an accelerometer
-on the datasheet it is estimated (`estimators.north_finder.levelling`) and taken out.
+angle (`insenv.information.rate_noise`). The polynomial of the scale factor is behind what walks, above all a wandering
+lock-in threshold, whose -W^2 / 2 u is a scale factor at one rate: the deviation of the present one holds that. A
+declared lock-in is subtracted; a declared rate of order 1 that is locked to the angle (a magnetic field) is subtracted
+and its deviation added, for nothing tells it from the Earth. A level error (east, north) = (dE, dN) of the table turns
+the apparent azimuth by dN tan L; with an accelerometer on the datasheet it is estimated
+(`estimators.north_finder.levelling`) and taken out.
 """
 
 from __future__ import annotations
@@ -50,7 +52,7 @@ from insenv.effects.bias import Bias
 from insenv.effects.rate.lock_in import LockIn
 from insenv.effects.rate.scale import ScaleFactor
 from insenv.information.polynomial import BIAS_SD, SCALE_SD
-from insenv.information.rate_noise import density, leak, lock_in, pulses, walk_density, white_angle
+from insenv.information.rate_noise import density, leak, lock_in, misfit, pulses, walk_density, white_angle
 
 #: Longest block [s].
 BLOCK = 0.2
@@ -242,6 +244,7 @@ class NorthGls:
             2 * (density(self.datasheet, rate, self.share) + self._leaks(rows, rate) + self._pulses(rows, rate)) / used
         )
         spread[:, 0, 0] += (extra + np.where(turns, drift, 0.0)) / level**2
+        spread[:, 1, 1] += np.where(turns, self._behind(rows, rate), 0.0)
         mean = np.stack([np.arctan2(s, c), np.sum(gradient[:, 1] * solution, axis=-1)], axis=-1)
         self._before_data(turns & self._found(cov), mean, spread)
         return mean, spread
@@ -258,6 +261,16 @@ class NorthGls:
             ]
             beyond = walk * (np.array(each) - 1)
         return beyond
+
+    def _behind(self, rows: Floats, rate: Floats) -> Floats:
+        """Variance of the present scale factor by random walks that its polynomial is behind."""
+        walk = walk_density(self.datasheet, rate, self.share)
+        turning = np.stack([rows[:, kernel.FORWARD], rows[:, kernel.BACKWARD]])
+        share = np.where(rows[:, kernel.TURN] < 0, turning[1], turning[0]) / np.maximum(turning.sum(axis=0), 1e-9)
+        left = np.zeros(len(rows))
+        if np.any(walk > 0):
+            left[:] = [misfit(round(float(x), 2), self.degree, self.bias_degree) for x in share]
+        return np.asarray(walk * rows[:, kernel.USED] * left / max(self.share, 1e-9) ** 2)
 
     def _pulses(self, rows: Floats, rate: Floats) -> Floats:
         """Density of the pulses' error beyond that of a white one, where the table holds one rate."""

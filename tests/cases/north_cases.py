@@ -14,7 +14,7 @@ from insenv.effects.base import Effect
 from insenv.effects.catalogue import by_key
 from insenv.plants.profile import Piece, Profile, constant
 from insenv.plants.turntable import Encoder, Ripple, Turntable
-from insenv.rig import Fitted, Normals, Rig
+from insenv.rig import Fitted, Normals, Rig, RigState
 from insenv.scenario import Scenario, datasheet
 from insenv.sensors.chain import Sensor
 from insenv.sensors.counter import count
@@ -112,6 +112,13 @@ def wrapped(x: Floats) -> Floats:
 
 def play(scenario: Scenario, policy: Policy, seeds: range) -> tuple[Recording, Floats]:
     """A batch of runs of a packaged scenario in steps of its task, and their true azimuths."""
+    recording, rig, _ = played(scenario, policy, seeds)
+    assert isinstance(rig.plant, Turntable)
+    return recording, np.asarray(rig.plant.azimuth)
+
+
+def played(scenario: Scenario, policy: Policy, seeds: range) -> tuple[Recording, Rig, RigState]:
+    """The same, with the rig and where it stands at the end."""
     assert scenario.task is not None
     rig, sheet = scenario.cast(seeds), datasheet(scenario)
     normals, phase = Normals(rig, seeds), scenario.phases(seeds, "gyro")
@@ -128,8 +135,7 @@ def play(scenario: Scenario, policy: Policy, seeds: range) -> tuple[Recording, F
         if "accel_x" in readings.outputs:
             channels["accel_x"] = Channel(readings.outputs["accel_x"], "m/s^2", "interval")
         parts.append(Recording(readings.t, channels))
-    assert isinstance(rig.plant, Turntable)
-    return joined(parts), np.asarray(rig.plant.azimuth)
+    return joined(parts), rig, state
 
 
 def joined(parts: list[Recording]) -> Recording:

@@ -6,7 +6,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from north_cases import LATITUDE, PULSE, RATE, TILT, Case, azimuths, joined, piece, play, row, there_and_back, wrapped
+from north_cases import (
+    LATITUDE,
+    PULSE,
+    RATE,
+    TILT,
+    Case,
+    azimuths,
+    joined,
+    piece,
+    play,
+    played,
+    row,
+    there_and_back,
+    wrapped,
+)
 from scipy.linalg import solveh_banded
 
 from estimators.common.rate_policies import Bidirectional, ConstantRate
@@ -18,13 +32,15 @@ from insenv.core.recording import Floats, Recording
 from insenv.core.rows import rows
 from insenv.core.units import ARCSEC, DEG, PPM
 from insenv.effects.angle import EarthRate, EncoderHarmonic
+from insenv.effects.rate.scale import ScaleFactor
 from insenv.information.fisher import IncrementNoise, information, north_bound
 from insenv.information.polynomial import BiasPolynomial, ScaleFactorPolynomial
-from insenv.information.rate_noise import pulses
+from insenv.information.rate_noise import misfit, pulses
 from insenv.plants.profile import Piece, constant
 from insenv.plants.turntable import Turntable
 from insenv.scenario import datasheet, load
 from insenv.sensors.chain import Sensor
+from insenv.systems.north_finder.scale_factor import scale_factor
 
 BOTH = Case(acceleration=20 * DEG, profile=there_and_back())
 QUIET = {"walk": 0.0, "pulse": 0.0}
@@ -300,6 +316,29 @@ def test_drifts_that_no_polynomial_follows_widen_the_belief() -> None:
     np.testing.assert_allclose(widened, np.hypot(plain, extra), rtol=1e-2)
 
 
+@pytest.mark.parametrize("present", [1.0, 0.5, 0.2])
+@pytest.mark.parametrize("degree", [1, 2])
+def test_what_a_polynomial_is_behind_a_walk(degree: int, present: float) -> None:
+    n, rng = 500, np.random.default_rng(4)
+    x = (np.arange(n) + 0.5) / n
+    walk = np.cumsum(rng.standard_normal((4000, n)), axis=1) / np.sqrt(n)
+    sense = np.where(x > 1 - present, 1.0, -1.0)
+    columns = np.column_stack([*(x**k for k in range(degree + 1)), *([sense] if present < 1 else [])])
+    fitted = walk @ np.linalg.pinv(columns).T @ columns[-1]
+    assert misfit(present, degree, 0) == pytest.approx(np.var(walk[:, -1] - fitted), rel=0.1)
+
+
+def test_a_walk_widens_the_scale_factor_at_one_rate_as_well() -> None:
+    azimuth, walk = azimuths(2), 1e-8
+    widened, plain = (
+        found(case, case.run(azimuth, 0)).of(ScaleFactor.id)[1] / PPM
+        for case in (replace(Case(), noise={"rate_random_walk": walk}), Case())
+    )
+    extra = walk / (RATE * np.sin(TILT)) * np.sqrt(300 * misfit(1.0, 2, 0)) / PPM
+    assert extra > plain[0]
+    np.testing.assert_allclose(widened, np.hypot(plain, extra), rtol=0.03)
+
+
 def test_impossible_settings_are_refused() -> None:
     sheet = Case().datasheet()
     with pytest.raises(InputError, match="no latitude"):
@@ -339,3 +378,24 @@ def test_the_belief_is_honest(name: str, policy: type[ConstantRate | Bidirection
         mean, sd = estimator.estimate(estimator.update(estimator.reset(100), recording)).of("azimuth")
         z.append(wrapped(mean - azimuth) / sd)
     assert rms(np.concatenate(z)) == pytest.approx(1.0, abs=0.15)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("policy", [ConstantRate, Bidirectional])
+@pytest.mark.parametrize("rate", [5, 10, 20, 40])
+def test_the_belief_of_the_scale_factor_holds_what_the_lock_in_does(
+    rate: float, policy: type[ConstantRate | Bidirectional]
+) -> None:
+    # The deviation was 4 times too small at 5 deg/s, twice at 10 deg/s: a walking threshold was in the azimuth alone.
+    scenario = load("north_finder/realistic")
+    sheet = datasheet(scenario)
+    count, estimator = 96, NorthGls(sheet)
+    recording, rig, state = played(scenario, policy(sheet, rate * DEG), range(1000, 1000 + count))
+    estimate = estimator.estimate(estimator.update(estimator.reset(count), recording))
+    sense = np.sign(np.diff(recording.values("table_angle", "rad")[..., -2:])[..., 0])
+    u = (sense * rate * DEG + 7.292115e-5 * np.sin(LATITUDE)) * np.sin(sheet.mounting.tilt)
+    mean, sd = estimate.of(ScaleFactor.id)
+    assert rms((mean - scale_factor(rig, state, np.broadcast_to(u, count), sheet)) / sd) == pytest.approx(1.0, abs=0.22)
+    assert isinstance(rig.plant, Turntable)
+    mean, sd = estimate.of("azimuth")
+    assert rms(wrapped(mean - rig.plant.azimuth) / sd) == pytest.approx(1.0, abs=0.22)

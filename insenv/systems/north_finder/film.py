@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from insenv.core.motion import Motion
+from insenv.core.earth import EARTH_RATE
 from insenv.core.recording import Floats, Recording
 from insenv.effects.rate.scale import ScaleFactor
 from insenv.envs.group import Group
 from insenv.envs.render import Frame
 from insenv.envs.task import Task
 from insenv.plants.turntable import Turntable
-from insenv.rig import Fitted
 from insenv.systems.north_finder.frame import IGNORANT, History, View, horizontal_earth_rate, residual
+from insenv.systems.north_finder.scale_factor import scale_factor
 from insenv.systems.north_finder.view import Renderer
 
 _GYRO = "gyro"
@@ -49,12 +49,20 @@ class NorthFinderFilm:
             float(chunk.t[-1]),
             float(angle[-1]),
             left,
-            _scale_factor(group, chunk, rate),
+            self._scale_factor(group, chunk, rate),
             unexplained=unexplained,
             believed_scale_factor=_believed_scale_factor(group),
             north=north,
         )
         self._view = self._seen(group, float(chunk.t[-1]), history)
+
+    def _scale_factor(self, group: Group, chunk: Recording, rate: Floats) -> float:
+        """True error of the scale factor at the end of a step, as an estimator means it."""
+        plant = group.rig.plant
+        assert isinstance(plant, Turntable) and plant.latitude is not None
+        vertical = EARTH_RATE * np.sin(plant.latitude)
+        u = float(rate.mean() + vertical) * float(np.sin(plant.tilt))
+        return float(scale_factor(group.rig, group.state, np.full(1, u), self._task.datasheet)[0])
 
     def _seen(self, group: Group, time: float, history: History) -> View:
         plant, judge = group.rig.plant, self._task.judge
@@ -82,35 +90,6 @@ class NorthFinderFilm:
         if not group.means.size:
             return None
         return float(group.means[0, 0]), float(group.deviations[0, 0])
-
-
-def _scale_factor(group: Group, chunk: Recording, rate: Floats) -> float:
-    """True error of the scale factor over a step: what its effects add to the table's rate, relative."""
-    plant = group.rig.plant
-    assert isinstance(plant, Turntable)
-    dt = float(chunk.t[1] - chunk.t[0]) if len(chunk) > 1 else float(chunk.t[0])
-    t = np.concatenate([[chunk.t[0] - dt], chunk.t])
-    mean = float(rate.mean()) or 1.0
-    motion = Motion(
-        t=t,
-        rate=np.full(len(chunk), mean),
-        temperature=plant.temperature.at(t),
-        reference_temperature=plant.reference_temperature,
-    )
-    (fitted,) = (f for f in group.rig.instruments if f.sensor.target == _GYRO)
-    return float(_of_scale(fitted, motion).mean()) / mean
-
-
-def _of_scale(fitted: Fitted, motion: Motion) -> Floats:
-    """What the effects of the scale factor add to the rate, shape (n,)."""
-    total = np.zeros(motion.n)
-    first = 0
-    for effect in fitted.sensor.effects:
-        theta = fitted.theta[0, first : first + len(effect.params)]
-        first += len(effect.params)
-        if effect.id.startswith("scale_factor") and not effect.missing(motion):
-            total = total + effect.apply(motion.rate, motion, theta, effect.begin(motion, theta))[0]
-    return total
 
 
 def _believed_scale_factor(group: Group) -> tuple[float, float] | None:
