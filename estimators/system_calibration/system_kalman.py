@@ -12,6 +12,18 @@ velocity is zero, and so v^ is a measurement of dv: of the force's errors by its
 gyros' biases across the level by the slope's slope, and through the turns between two rests of scale factors and
 misalignments of the gyros. Two angles of a turn show at its end as tilts against gravity; the readings of the table
 are not needed, but for where it stands at first. What is found is put back into the navigation after every sample.
+Regressors are those of theta*, which is what is told.
+
+Of a coarse unit the products of dtheta and phi show beside the noise (`insenv.information.unit.anew`): then the filter
+begins again as the recording grows, with the parameters theta* and the first attitude that it found, and with the
+covariance that was told; the error of the first attitude is three states more. So all of navigation and regressors are
+those of one course near the true one. (Taken where the filter stood at each time, they are those of many courses, which
+together tell what none does.) What was told about mu instead of theta* is put in at the end,
+
+    theta^ = theta* + x^ + S P^-1 (mu - theta*),
+
+with S the covariance found and P the one told: of a linear filter the same as to begin with mu - theta*. All rows are
+kept for that.
 
 Of a unit with biases, scale factors, misalignments (9 and 6) and second-order terms there are 30 states; what else is
 declared with a deviation is one state each, and slow noise is processes of first order
@@ -20,7 +32,8 @@ Source: the 19 positions and their filter of velocity errors as the toolbox PSIN
 Multiposition calibration method of laser gyro SINS, J. Chinese Inertial Technology (2011); Camberlein and Mazzanti,
 Calibration technique for laser gyro strapdown inertial navigation systems, Symposium Gyro Technology, Stuttgart (1985);
 the equations are derived anew from Titterton and Weston, Strapdown Inertial Navigation Technology, 2nd ed. (2004),
-sections 12.2 and 12.3.
+sections 12.2 and 12.3; to begin again about what was found is Gauss-Newton: Bell and Cathey, The iterated Kalman filter
+update as a Gauss-Newton method, IEEE Trans. Automatic Control 38 (1993) 294.
 """
 
 from __future__ import annotations
@@ -33,21 +46,25 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from insenv.core.attitude import quaternion_from_dcm
+from insenv.core.attitude import dcm_from_quaternion, dcm_from_rotation_vector, quaternion_from_dcm
 from insenv.core.earth import EARTH_RATE
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Estimate
 from insenv.core.recording import Floats, Recording
 from insenv.core.unit.gimbals import Gimbals
 from insenv.core.unit.motion import GYROS, UNIT
+from insenv.effects.base import combine
 from insenv.information.positions import from_level
+from insenv.information.unit.anew import FIRST, after, products_show
 from insenv.information.unit.inputs import ROWS, TURNING, Slow, UnitInputs, noises_of_first_order, rows_of
 
 #: Velocity of a unit at rest on its table, white from sample to sample [m/s]. What the second order of the angles makes
 #: of gravity in a second stands beside it.
 VIBRATION = 1e-5
-#: Length of a block, at whose beginning regressors are taken anew and slow noise goes on [s].
+#: Length of a block, at whose beginning slow noise goes on [s].
 BLOCK = 1.0
+#: Blocks whose regressors are taken together.
+_TOGETHER = 20
 
 
 @dataclass(frozen=True)
@@ -58,10 +75,10 @@ class Seen:
     ----------
     rows : ndarray, shape (R, STATE + m)
         Of `estimators.system_calibration.system_kalman_kernel`; values of the states in their deviations, of the
-        parameters since the block began, which is zero between blocks.
+        parameters beside ``theta``.
     cov : ndarray, shape (R, 6 + m, 6 + m)
     theta : ndarray, shape (R, q)
-        Parameters [SI].
+        Parameters of which the regressors are [SI].
     past : ndarray, shape (R, ROWS, 1)
         Row before the rest.
     rest : ndarray, shape (R, ROWS, r)
@@ -69,6 +86,14 @@ class Seen:
     samples : int
         Taken so far.
     batched : bool
+    begun : ndarray, shape (R, q) or (R, q + 3)
+        ``theta`` less what is told, and of a coarse unit the first attitude, in deviations of both.
+    kept : tuple of ndarray, shape (R, ROWS, n)
+        All rows, of a coarse unit.
+    outset : Seen or None
+        State before the first row, of a coarse unit.
+    due : int
+        Blocks after which the filter begins again.
     """
 
     rows: Floats
@@ -78,6 +103,10 @@ class Seen:
     rest: Floats
     samples: int
     batched: bool
+    begun: Floats
+    kept: tuple[Floats, ...] = ()
+    outset: Seen | None = None
+    due: int = FIRST
 
 
 @final
@@ -139,6 +168,16 @@ class SystemKalman:
     def _sd(self) -> Floats:
         return np.array([q.sd for q in self.inputs.parameters])
 
+    @cached_property
+    def _anew(self) -> bool:
+        return products_show(self.datasheet)
+
+    @cached_property
+    def _sought(self) -> NDArray[np.int64]:
+        """Places among all states of the parameters, and of the first attitude where it is one."""
+        first = np.arange(6 + self._places[-1], self.states)
+        return np.concatenate([6 + self._own, first]).astype(np.int64)
+
     @property
     def size(self) -> int:
         """Samples of a block."""
@@ -146,8 +185,8 @@ class SystemKalman:
 
     @property
     def states(self) -> int:
-        """Errors of attitude and velocity, parameters, and processes of slow noise."""
-        return 6 + int(self._places[-1])
+        """Errors of attitude and velocity, parameters, processes of slow noise; the first attitude of a coarse unit."""
+        return 6 + int(self._places[-1]) + 3 * self._anew
 
     def reset(self, batch: int | None = None) -> Seen:
         """No row yet."""
@@ -159,7 +198,7 @@ class SystemKalman:
         cov[:, walks, walks] = 0.0
         rows = np.zeros((runs, _kernel().STATE + m))
         nothing = np.zeros((runs, ROWS, 0))
-        return Seen(rows, cov, theta, nothing, nothing, 0, batch is not None)
+        return Seen(rows, cov, theta, nothing, nothing, 0, batch is not None, np.zeros((runs, len(self._sought))))
 
     def update(self, state: Seen, chunk: Recording) -> Seen:
         """State after a chunk."""
@@ -168,22 +207,51 @@ class SystemKalman:
             return state
         if not state.past.shape[-1]:
             state = self._begun(state, chunk, rows)
+        if state.outset is not None:
+            state = replace(state, kept=(*state.kept, rows))
         rows = np.concatenate([state.past, state.rest, rows], axis=-1)
         state, at = replace(state, rows=state.rows.copy(), cov=state.cov.copy()), 0
-        while rows.shape[-1] - at >= self.size + 2:
-            state = self._block(state, np.ascontiguousarray(rows[..., at : at + self.size + 2]))
-            at += self.size
+        while (whole := self._whole(rows[..., at:])) > 0:
+            if state.outset is not None:
+                whole = min(whole, state.due - state.samples // self.size)
+            state = self._onward(state, rows[..., at : at + whole * self.size + 2])
+            at += whole * self.size
+            if state.outset is not None and state.samples == state.due * self.size:
+                state = self._again(state, state.outset)
         return replace(state, past=rows[..., at : at + 1].copy(), rest=rows[..., at + 1 :].copy())
 
     def estimate(self, state: Seen) -> Estimate:
         """What is known after the last whole block."""
         own = 6 + self._own
         cov = state.cov[:, own[:, None], own] * np.outer(self._sd, self._sd)
-        mean = state.theta
+        mean = np.array([q.mean for q in self.inputs.parameters]) + self._sd * self._found(state)[:, : len(self._sd)]
         if not state.batched:
             mean, cov = mean[0], cov[0]
         parameters = self.inputs.parameters
         return Estimate(tuple(q.name for q in parameters), tuple(q.unit for q in parameters), mean, cov)
+
+    def _found(self, state: Seen) -> Floats:
+        """Parameters and the first attitude, less what is told, in deviations, shape (R, q) or (R, q + 3)."""
+        at = self._sought
+        drawn_back = combine(state.cov[:, at[:, None], at], state.begun)
+        return state.begun + state.rows[:, _kernel().STATE - 6 + at] - drawn_back
+
+    def _again(self, state: Seen, outset: Seen) -> Seen:
+        """The filter after the same rows, begun with what it found."""
+        q, found = len(self._sd), self._found(state)
+        theta = np.array([q.mean for q in self.inputs.parameters]) + self._sd * found[:, :q]
+        again = replace(outset, rows=outset.rows.copy(), cov=outset.cov.copy(), theta=theta)
+        for i, turn in enumerate(combine(again.cov[:, :3, -3:], found[:, q:])):
+            first = dcm_from_quaternion(again.rows[i, :4])
+            again.rows[i, :4] = quaternion_from_dcm(dcm_from_rotation_vector(turn) @ first)
+        rows = np.concatenate(state.kept, axis=-1)
+        again = self._onward(again, np.concatenate([outset.past, rows[..., : state.samples + 1]], axis=-1))
+        kept, due = (rows,), after(state.due)
+        return replace(state, rows=again.rows, cov=again.cov, theta=theta, begun=found, kept=kept, due=due)
+
+    def _whole(self, rows: Floats) -> int:
+        """Whole blocks, with a row before and one after them."""
+        return (rows.shape[-1] - 2) // self.size
 
     def _begun(self, state: Seen, chunk: Recording, rows: Floats) -> Seen:
         """Attitude by the table's first readings, and what of it is not known."""
@@ -196,33 +264,46 @@ class SystemKalman:
             first[i, :4] = quaternion_from_dcm(to_unit.T)
             cov[i, :3, :3] = (to_unit.T * mounting**2) @ to_unit + (to_base.T * base**2) @ to_base
             cov[i, :3, :3] += (np.sum(np.square(others)) + table.noise**2) * np.eye(3)
+            if self._anew:
+                cov[i, :3, -3:] = np.linalg.cholesky(cov[i, :3, :3])
+                cov[i, -3:, :3] = cov[i, :3, -3:].T
         past = rows[..., :1].copy()
         past[:, TURNING] = 0.0
-        return replace(state, rows=first, cov=cov, past=past)
+        state = replace(state, rows=first, cov=cov, past=past)
+        return replace(state, outset=state) if self._anew else state
 
-    def _block(self, state: Seen, rows: Floats) -> Seen:
-        """After a block; rows with that before and that after it. Arrays of the state are changed."""
-        inputs, found = self.inputs.solved(rows, state.samples, state.theta)
-        runs, n, m = len(rows), self.size, self.states - 6
-        columns = np.empty((runs, n, m))
+    def _onward(self, state: Seen, rows: Floats) -> Seen:
+        """After whole blocks; rows with that before and that after them. Arrays of the state are changed."""
+        coupling, whole = self.inputs.coupling(state.theta), self._whole(rows)
+        for first in range(0, whole, _TOGETHER):
+            count = min(_TOGETHER, whole - first)
+            at = first * self.size
+            self._blocks(state, np.ascontiguousarray(rows[..., at : at + count * self.size + 2]), coupling, at)
+        return replace(state, samples=state.samples + whole * self.size)
+
+    def _blocks(self, state: Seen, rows: Floats, coupling: Floats, at: int) -> None:
+        """Blocks that begin ``at`` samples after those of the state, whose arrays are changed."""
+        inputs, found = self.inputs.solved(rows, state.samples + at, state.theta)
+        runs, n = len(rows), inputs.shape[-1]
+        columns = np.empty((runs, n, self._places[-1]))
         columns[..., self._own] = np.concatenate(found, axis=-1) * self._sd
         columns[..., self._slow] = [s.sd for s in self._noises[1]]
-        self._slow_on(state)
-        _kernel().run(
-            np.ascontiguousarray(np.swapaxes(inputs, -1, -2)),
-            columns,
-            np.ascontiguousarray(rows[:, TURNING, 1:-1] == 0.0),
-            self._places,
-            self._numbers,
-            state.rows,
-            state.cov,
-        )
-        values = state.rows[:, _kernel().STATE :]
-        theta = state.theta + values[:, self._own] * self._sd
-        values[:, self._own] = 0.0
-        np.add(state.cov, np.swapaxes(state.cov, -1, -2), out=state.cov)
-        np.multiply(state.cov, 0.5, out=state.cov)
-        return replace(state, theta=theta, samples=state.samples + n)
+        inputs, resting = np.ascontiguousarray(np.swapaxes(inputs, -1, -2)), rows[:, TURNING, 1:-1] == 0.0
+        for k in range(0, n, self.size):
+            now = slice(k, k + self.size)
+            self._slow_on(state)
+            _kernel().run(
+                np.ascontiguousarray(inputs[:, now]),
+                np.ascontiguousarray(columns[:, now]),
+                np.ascontiguousarray(resting[:, now]),
+                self._places,
+                coupling,
+                self._numbers,
+                state.rows,
+                state.cov,
+            )
+            np.add(state.cov, np.swapaxes(state.cov, -1, -2), out=state.cov)
+            np.multiply(state.cov, 0.5, out=state.cov)
 
     def _slow_on(self, state: Seen) -> None:
         """Slow noise goes on by a block, half of it before and half after it: one step from middle to middle."""

@@ -4,8 +4,12 @@ With a = (phi, dv) the errors of attitude and velocity, theta what is constant w
 
     P_aa' = (Phi P_aa + B P_ta) Phi' + (Phi P_at + B P_tt) B' + Q,      P_at' = Phi P_at + B P_tt
 
-P_tt is not touched. A column of B is that of its channel in the attitude matrix times the regressor, so that B P
-needs one sum over the parameters of each channel. At rest each component of the velocity is a scalar measurement.
+P_tt is not touched. A column of B is the regressor times that of its channel in L = diag(-C, C) K dt, with K = du / dy
+what an error of the outputs makes of the inputs, so that B P needs one sum over the parameters of each channel. At rest
+each component of the velocity is a scalar measurement.
+
+The specific force in Phi stands straight up, as on a table that goes nowhere. What navigation makes of it is tilted by
+the very errors that are sought, and the filter would learn of a heading that nobody sees.
 
 Each row runs alone through the same loop: chunks and batches make no difference.
 """
@@ -26,8 +30,21 @@ QUATERNION, VELOCITY, BEFORE, TURNED, STATE = 0, 4, 7, 13, 14
 
 
 @jit
-def _onward(p, x, places, c, force, zeta, white, dt, scratch):  # noqa: C901, PLR0912, PLR0913 -- plain loops
-    """Covariance after a sample; c: C_b^n in its middle, force: increment of velocity by the specific force."""
+def _lever(c, coupling, dt, lever):
+    """What errors of the six outputs add to those of attitude and velocity in a sample."""
+    for i in range(3):
+        for ch in range(6):
+            a, b = 0.0, 0.0
+            for j in range(3):
+                a += c[i, j] * coupling[j, ch]
+                b += c[i, j] * coupling[3 + j, ch]
+            lever[i, ch] = -dt * a
+            lever[3 + i, ch] = dt * b
+
+
+@jit
+def _onward(p, x, places, lever, fall, zeta, white, scratch):  # noqa: C901, PLR0912, PLR0913 -- plain loops
+    """Covariance after a sample; fall: increment of velocity by the specific force."""
     sums, t, m = scratch
     size = p.shape[0]
     for ch in range(6):
@@ -37,14 +54,17 @@ def _onward(p, x, places, c, force, zeta, white, dt, scratch):  # noqa: C901, PL
             h, source = x[j], p[6 + j]
             for k in range(size):
                 row[k] += h * source[k]
-    for k in range(size):
-        for i in range(6):
-            t[i, k] = p[i, k]
-        for i in range(3):
-            t[i, k] -= dt * (c[i, 0] * sums[0, k] + c[i, 1] * sums[1, k] + c[i, 2] * sums[2, k])
-            t[3 + i, k] += dt * (c[i, 0] * sums[3, k] + c[i, 1] * sums[4, k] + c[i, 2] * sums[5, k])
+    for i in range(6):
+        row, own = t[i], lever[i]
+        for k in range(size):
+            row[k] = p[i, k]
+        for ch in range(6):
+            if own[ch] != 0.0:
+                h, source = own[ch], sums[ch]
+                for k in range(size):
+                    row[k] += h * source[k]
     add_crossed((-zeta[0], -zeta[1], -zeta[2]), p[0:3], t[0:3])
-    add_crossed(force, p[0:3], t[3:6])
+    add_crossed((0.0, 0.0, fall), p[0:3], t[3:6])
     for i in range(6):
         for ch in range(6):
             s = 0.0
@@ -56,20 +76,15 @@ def _onward(p, x, places, c, force, zeta, white, dt, scratch):  # noqa: C901, PL
         p[i, 0] = a - (zeta[1] * g - zeta[2] * b)
         p[i, 1] = b - (zeta[2] * a - zeta[0] * g)
         p[i, 2] = g - (zeta[0] * b - zeta[1] * a)
-        p[i, 3] = t[i, 3] + force[1] * g - force[2] * b
-        p[i, 4] = t[i, 4] + force[2] * a - force[0] * g
-        p[i, 5] = t[i, 5] + force[0] * b - force[1] * a
-        for j in range(3):
-            p[i, j] -= dt * (c[j, 0] * m[i, 0] + c[j, 1] * m[i, 1] + c[j, 2] * m[i, 2])
-            p[i, 3 + j] += dt * (c[j, 0] * m[i, 3] + c[j, 1] * m[i, 4] + c[j, 2] * m[i, 5])
+        p[i, 3] = t[i, 3] - fall * b
+        p[i, 4] = t[i, 4] + fall * a
+        p[i, 5] = t[i, 5]
+        for j in range(6):
+            for ch in range(6):
+                p[i, j] += lever[j, ch] * (m[i, ch] + lever[i, ch] * white[ch])
         for k in range(6, size):
             p[i, k] = t[i, k]
             p[k, i] = t[i, k]
-    for i in range(3):
-        for j in range(3):
-            for b in range(3):
-                p[i, j] += c[i, b] * c[j, b] * white[b]
-                p[3 + i, 3 + j] += c[i, b] * c[j, b] * white[3 + b]
 
 
 @jit
@@ -99,21 +114,22 @@ def _at_rest(p, v, variance, found, gain):
 
 
 @jit
-def run(inputs, columns, resting, places, numbers, rows, cov):  # noqa: PLR0913, PLR0915 -- one loop over samples
+def run(inputs, columns, resting, places, coupling, numbers, rows, cov):  # noqa: PLR0913, PLR0915 -- one loop
     """Run the rows on through a block, in place.
 
     inputs : shape (R, n, 6), rates and forces less what is declared. columns : (R, n, m), regressors of the states
     in units of their deviations, those of a channel together. resting : (R, n), not zero where the velocity is known
-    to be zero at the end of a sample. places : (7,), first state of each channel. numbers : dt, Earth's rate north
-    and up, gravity, variance of a velocity at rest, and six white densities. rows : (R, STATE + m).
-    cov : (R, 6 + m, 6 + m).
+    to be zero at the end of a sample. places : (7,), first state of each channel. coupling : (R, 6, 6), K. numbers :
+    dt, Earth's rate north and up, gravity, variance of a velocity at rest, and six white densities.
+    rows : (R, STATE + m). cov : (R, 6 + m, 6 + m). States beyond those of the channels stand.
     """
     dt, size = numbers[0], cov.shape[1]
     zeta = (0.0, numbers[1] * dt, numbers[2] * dt)
-    fall, variance, white = numbers[3] * dt, numbers[4], numbers[5:11] * dt
+    fall, variance, white = numbers[3] * dt, numbers[4], numbers[5:11] / dt
     navigation = turn_of_navigation(zeta)
     scratch = (np.empty((6, size)), np.empty((6, size)), np.empty((6, 6)))
     found, gain, c, u = np.empty(size), np.empty(size), np.empty((3, 3)), np.empty(6)
+    off, lever = np.empty(6), np.empty((6, 6))
     for i in range(rows.shape[0]):
         r, p = rows[i], cov[i]
         q, v = (r[0], r[1], r[2], r[3]), (r[4], r[5], r[6])
@@ -122,19 +138,23 @@ def run(inputs, columns, resting, places, numbers, rows, cov):  # noqa: PLR0913,
         for n in range(inputs.shape[1]):
             h = columns[i, n]
             for ch in range(6):
-                s = inputs[i, n, ch]
+                s = 0.0
                 for j in range(places[ch], places[ch + 1]):
-                    s -= h[j] * x[j]
+                    s += h[j] * x[j]
+                off[ch] = s
+            for ch in range(6):
+                s = inputs[i, n, ch]
+                for j in range(6):
+                    s -= coupling[i, ch, j] * off[j]
                 u[ch] = s * dt
             a, f = (u[0], u[1], u[2]), (u[3], u[4], u[5])
             c[:, :] = 0.0
             add_matrix(q, c)
-            before = v
             q, v = static_step(q, v, a, f, (a0, f0), zeta, navigation, fall)
             add_matrix(q, c)
             a0, f0 = a, f
-            force = (v[0] - before[0], v[1] - before[1], v[2] - before[2] + fall)
-            _onward(p, h, places, c, force, zeta, white, dt, scratch)
+            _lever(c, coupling[i], dt, lever)
+            _onward(p, h, places, lever, fall, zeta, white, scratch)
             if resting[i, n] == 0.0:
                 r[TURNED] = 1.0
             else:

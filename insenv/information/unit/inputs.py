@@ -28,6 +28,8 @@ from insenv.sensors.chain import Sensor
 
 #: Passes of the equation for the true inputs.
 _PASSES = 2
+#: Size of the inputs at which it is found what an error of the outputs makes of them [rad/s], [m/s^2].
+_PROBE = (1.0, 1.0, 1.0, 10.0, 10.0, 10.0)
 #: A process that is slower than so many times the recording is a constant of it.
 _SLOW = 10.0
 #: One whose density at zero stays below this share of the white noise's is added to that.
@@ -169,6 +171,24 @@ class UnitInputs:
             for c, (sensor, _, free) in enumerate(self.sensors)
         ]
         return inputs[..., 1:-1], columns
+
+    def coupling(self, theta: Floats) -> Floats:
+        """Derivative of the true inputs to the outputs, shape (R, 6, 6), of what is odd in one input.
+
+        Regressors are derivatives of the outputs. A misalignment of 1 % turns what they make of the inputs by as much.
+        """
+        runs, k = len(theta), len(UNIT)
+        signs = np.concatenate([np.diag(_PROBE), -np.diag(_PROBE)])
+        inputs = np.tile(np.repeat(signs[..., None], 3, axis=-1), (runs, 1, 1))
+        rows = np.ones((len(inputs), ROWS, 3))
+        rows[:, WARMTH] = self.sheet.reference_temperature
+        values = self._values(np.repeat(theta, 2 * k, axis=0))
+        felt = self._motions(inputs, rows, 1)
+        out = [s.measure(felt[c], values[c])[0][:, 1] for c, (s, _, _) in enumerate(self.sensors)]
+        both = np.stack(out, axis=-1).reshape(runs, 2, k, k)
+        odd = (both[:, 0] - both[:, 1]) / (2 * np.array(_PROBE)[:, None])
+        found: Floats = np.linalg.inv(np.swapaxes(odd, -1, -2))
+        return found
 
     def _values(self, theta: Floats) -> list[Floats]:
         """All parameters of each channel, the declared means where they are not sought, shape (R, all)."""
