@@ -9,7 +9,10 @@ what an error of the outputs makes of the inputs, so that B P needs one sum over
 each component of the velocity is a scalar measurement.
 
 The specific force in Phi stands straight up, as on a table that goes nowhere. What navigation makes of it is tilted by
-the very errors that are sought, and the filter would learn of a heading that nobody sees.
+the very errors that are sought, and the filter would learn of a heading that nobody sees. Of a coarse unit that heading
+is some tenths of a radian off, with the bias of the gyro about the vertical; where it is put right, the level errors
+turn with what navigation takes for north. Held fast in its old axes, what they have in common with the parameters would
+look like something new at each turn of the axes.
 
 Each row runs alone through the same loop: chunks and batches make no difference.
 """
@@ -17,6 +20,8 @@ Each row runs alone through the same loop: chunks and batches make no difference
 # mypy: disable-error-code="no-untyped-def"
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
@@ -114,6 +119,35 @@ def _at_rest(p, v, variance, found, gain):
 
 
 @jit
+def _turned(q, angles):
+    """A quaternion after a small turn in axes of navigation."""
+    e0, e1, e2 = 0.5 * angles[0], 0.5 * angles[1], 0.5 * angles[2]
+    w = 1.0 / math.sqrt(1.0 + e0 * e0 + e1 * e1 + e2 * e2)
+    return (
+        w * (q[0] - (e0 * q[1] + e1 * q[2] + e2 * q[3])),
+        w * (q[1] + e0 * q[0] + e1 * q[3] - e2 * q[2]),
+        w * (q[2] + e1 * q[0] + e2 * q[1] - e0 * q[3]),
+        w * (q[3] + e2 * q[0] + e0 * q[2] - e1 * q[1]),
+    )
+
+
+@jit
+def _turned_in_azimuth(p, v, angle):
+    """Turn horizontal errors of attitude and velocity, and the velocity, with what navigation takes for north."""
+    cosine, sine = math.cos(angle), math.sin(angle)
+    for i in (0, 3):
+        for k in range(p.shape[0]):
+            a, b = p[i, k], p[i + 1, k]
+            p[i, k], p[i + 1, k] = cosine * a - sine * b, sine * a + cosine * b
+    for k in range(p.shape[0]):
+        row = p[k]
+        for i in (0, 3):
+            a, b = row[i], row[i + 1]
+            row[i], row[i + 1] = cosine * a - sine * b, sine * a + cosine * b
+    return cosine * v[0] - sine * v[1], sine * v[0] + cosine * v[1], v[2]
+
+
+@jit
 def run(inputs, columns, resting, places, coupling, numbers, rows, cov):  # noqa: PLR0913, PLR0915 -- one loop
     """Run the rows on through a block, in place.
 
@@ -162,14 +196,8 @@ def run(inputs, columns, resting, places, coupling, numbers, rows, cov):  # noqa
                     _second_order(p)
                     r[TURNED] = 0.0
                 _at_rest(p, v, variance, found, gain)
-                v = (v[0] - found[3], v[1] - found[4], v[2] - found[5])
-                e0, e1, e2 = 0.5 * found[0], 0.5 * found[1], 0.5 * found[2]
-                q = (
-                    q[0] - (e0 * q[1] + e1 * q[2] + e2 * q[3]),
-                    q[1] + e0 * q[0] + e1 * q[3] - e2 * q[2],
-                    q[2] + e1 * q[0] + e2 * q[1] - e0 * q[3],
-                    q[3] + e2 * q[0] + e0 * q[2] - e1 * q[1],
-                )
+                v = _turned_in_azimuth(p, (v[0] - found[3], v[1] - found[4], v[2] - found[5]), found[2])
+                q = _turned(q, (found[0], found[1], found[2]))
                 for j in range(size - 6):
                     x[j] += found[6 + j]
         r[0], r[1], r[2], r[3] = q
