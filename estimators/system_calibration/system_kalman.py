@@ -86,6 +86,8 @@ class Seen:
     samples : int
         Taken so far.
     batched : bool
+    wrong : ndarray, shape (R,)
+        What the square of angles makes of a velocity at rest [m/s].
     begun : ndarray, shape (R, q) or (R, q + 3)
         ``theta`` less what is told, and of a coarse unit the first attitude, in deviations of both.
     kept : tuple of ndarray, shape (R, ROWS, n)
@@ -103,6 +105,7 @@ class Seen:
     rest: Floats
     samples: int
     batched: bool
+    wrong: Floats
     begun: Floats
     kept: tuple[Floats, ...] = ()
     outset: Seen | None = None
@@ -198,7 +201,8 @@ class SystemKalman:
         cov[:, walks, walks] = 0.0
         rows = np.zeros((runs, _kernel().STATE + m))
         nothing = np.zeros((runs, ROWS, 0))
-        return Seen(rows, cov, theta, nothing, nothing, 0, batch is not None, np.zeros((runs, len(self._sought))))
+        wrong, begun = self._wrong(np.tile(np.eye(len(self._sd)), (runs, 1, 1))), np.zeros((runs, len(self._sought)))
+        return Seen(rows, cov, theta, nothing, nothing, 0, batch is not None, wrong, begun)
 
     def update(self, state: Seen, chunk: Recording) -> Seen:
         """State after a chunk."""
@@ -240,14 +244,16 @@ class SystemKalman:
         """The filter after the same rows, begun with what it found."""
         q, found = len(self._sd), self._found(state)
         theta = np.array([q.mean for q in self.inputs.parameters]) + self._sd * found[:, :q]
-        again = replace(outset, rows=outset.rows.copy(), cov=outset.cov.copy(), theta=theta)
+        own = self._sought[:q]
+        wrong = self._wrong(state.cov[:, own[:, None], own])
+        again = replace(outset, rows=outset.rows.copy(), cov=outset.cov.copy(), theta=theta, wrong=wrong)
         for i, turn in enumerate(combine(again.cov[:, :3, -3:], found[:, q:])):
             first = dcm_from_quaternion(again.rows[i, :4])
             again.rows[i, :4] = quaternion_from_dcm(dcm_from_rotation_vector(turn) @ first)
         rows = np.concatenate(state.kept, axis=-1)
         again = self._onward(again, np.concatenate([outset.past, rows[..., : state.samples + 1]], axis=-1))
-        kept, due = (rows,), after(state.due)
-        return replace(state, rows=again.rows, cov=again.cov, theta=theta, begun=found, kept=kept, due=due)
+        again = replace(again, past=state.past, rest=state.rest, begun=found, kept=(rows,))
+        return replace(again, outset=outset, due=after(state.due))
 
     def _whole(self, rows: Floats) -> int:
         """Whole blocks, with a row before and one after them."""
@@ -299,6 +305,7 @@ class SystemKalman:
                 self._places,
                 coupling,
                 self._numbers,
+                VIBRATION**2 + state.wrong**2,
                 state.rows,
                 state.cov,
             )
@@ -318,20 +325,26 @@ class SystemKalman:
         state.cov[:, at, at] += new
         state.rows[:, _kernel().STATE + self._slow] *= kept
 
+    def _wrong(self, cov: Floats) -> Floats:
+        """Velocities at rest that the square of what is not known of the gyros makes of gravity, shape (R,) [m/s].
+
+        cov : shape (R, q, q), of the parameters in their deviations.
+        """
+        assert self.datasheet.site.gravity is not None
+        variances = np.diagonal(cov, axis1=-2, axis2=-1) * self._sd**2
+        angles = [
+            [j for j, q in enumerate(self.inputs.parameters) if q.name.startswith(g) and q.unit == "1"] for g in GYROS
+        ]
+        found: Floats = np.max([variances[:, one].sum(axis=-1) for one in angles], axis=0)
+        return found * self.datasheet.site.gravity
+
     @cached_property
     def _numbers(self) -> Floats:
         site = self.datasheet.site
         assert site.gravity is not None
         latitude = site.latitude
         north, up = (0.0, 0.0) if latitude is None else (EARTH_RATE * np.cos(latitude), EARTH_RATE * np.sin(latitude))
-        variance = VIBRATION**2 + (self._second_order * site.gravity) ** 2
-        return np.array([self.datasheet.dt, north, up, site.gravity, variance, *self._noises[0]])
-
-    @cached_property
-    def _second_order(self) -> float:
-        """Square of the angle by which scale factors and misalignments may be wrong at first [rad^2]."""
-        angles = [[q.sd for q in self.inputs.parameters if q.name.startswith(g) and q.unit == "1"] for g in GYROS]
-        return float(max(np.sum(np.square(one)) for one in angles))
+        return np.array([self.datasheet.dt, north, up, site.gravity, *self._noises[0]])
 
 
 def _kernel() -> ModuleType:

@@ -94,8 +94,8 @@ def _onward(p, x, places, lever, fall, zeta, white, scratch):  # noqa: C901, PLR
 
 @jit
 def _second_order(p):
-    """What terms of second order may have made of both in a turn: twice phi times what they erred by."""
-    share = 4.0 * (p[0, 0] + p[1, 1] + p[2, 2])
+    """What terms of second order may have made of both in a turn: twice the level error times what they erred by."""
+    share = 4.0 * (p[0, 0] + p[1, 1])
     for i in range(6):
         p[i, i] *= 1.0 + share
 
@@ -148,18 +148,18 @@ def _turned_in_azimuth(p, v, angle):
 
 
 @jit
-def run(inputs, columns, resting, places, coupling, numbers, rows, cov):  # noqa: PLR0913, PLR0915 -- one loop
+def run(inputs, columns, resting, places, coupling, numbers, variances, rows, cov):  # noqa: PLR0913, PLR0915
     """Run the rows on through a block, in place.
 
     inputs : shape (R, n, 6), rates and forces less what is declared. columns : (R, n, m), regressors of the states
     in units of their deviations, those of a channel together. resting : (R, n), not zero where the velocity is known
     to be zero at the end of a sample. places : (7,), first state of each channel. coupling : (R, 6, 6), K. numbers :
-    dt, Earth's rate north and up, gravity, variance of a velocity at rest, and six white densities.
+    dt, Earth's rate north and up, gravity, and six white densities. variances : (R,), of a velocity at rest.
     rows : (R, STATE + m). cov : (R, 6 + m, 6 + m). States beyond those of the channels stand.
     """
     dt, size = numbers[0], cov.shape[1]
     zeta = (0.0, numbers[1] * dt, numbers[2] * dt)
-    fall, variance, white = numbers[3] * dt, numbers[4], numbers[5:11] / dt
+    fall, white = numbers[3] * dt, numbers[4:10] / dt
     navigation = turn_of_navigation(zeta)
     scratch = (np.empty((6, size)), np.empty((6, size)), np.empty((6, 6)))
     found, gain, c, u = np.empty(size), np.empty(size), np.empty((3, 3)), np.empty(6)
@@ -195,7 +195,7 @@ def run(inputs, columns, resting, places, coupling, numbers, rows, cov):  # noqa
                 if r[TURNED] != 0.0:
                     _second_order(p)
                     r[TURNED] = 0.0
-                _at_rest(p, v, variance, found, gain)
+                _at_rest(p, v, variances[i], found, gain)
                 v = _turned_in_azimuth(p, (v[0] - found[3], v[1] - found[4], v[2] - found[5]), found[2])
                 q = _turned(q, (found[0], found[1], found[2]))
                 for j in range(size - 6):
