@@ -55,7 +55,7 @@ from insenv.core.unit.gimbals import Gimbals
 from insenv.core.unit.motion import GYROS, UNIT
 from insenv.effects.base import combine
 from insenv.information.positions import from_level
-from insenv.information.unit.anew import FIRST, after, products_show
+from insenv.information.unit.anew import FIRST, after, hidden, products_show
 from insenv.information.unit.inputs import ROWS, TURNING, Slow, UnitInputs, noises_of_first_order, rows_of
 
 #: Velocity of a unit at rest on its table, white from sample to sample [m/s]. What the second order of the angles makes
@@ -63,6 +63,8 @@ from insenv.information.unit.inputs import ROWS, TURNING, Slow, UnitInputs, nois
 VIBRATION = 1e-5
 #: Length of a block, at whose beginning slow noise goes on [s].
 BLOCK = 1.0
+#: Passes at most until an estimate stays where it is.
+_PASSES = 5
 #: Blocks whose regressors are taken together.
 _TOGETHER = 20
 
@@ -110,6 +112,12 @@ class Seen:
     kept: tuple[Floats, ...] = ()
     outset: Seen | None = None
     due: int = FIRST
+
+    def runs(self, rows: NDArray[np.int64]) -> Seen:
+        """Some of the runs."""
+        of = {name: getattr(self, name)[rows] for name in ("rows", "cov", "theta", "past", "rest", "wrong", "begun")}
+        outset = None if self.outset is None else self.outset.runs(rows)
+        return replace(self, **of, kept=tuple(part[rows] for part in self.kept), outset=outset)
 
 
 @final
@@ -226,6 +234,11 @@ class SystemKalman:
 
     def estimate(self, state: Seen) -> Estimate:
         """What is known after the last whole block."""
+        for _ in range(_PASSES):
+            rows = self._gone(state)
+            if not len(rows):
+                break
+            state = self._settled(state, rows)
         own = 6 + self._own
         cov = state.cov[:, own[:, None], own] * np.outer(self._sd, self._sd)
         mean = np.array([q.mean for q in self.inputs.parameters]) + self._sd * self._found(state)[:, : len(self._sd)]
@@ -239,6 +252,27 @@ class SystemKalman:
         at = self._sought
         drawn_back = combine(state.cov[:, at[:, None], at], state.begun)
         return state.begun + state.rows[:, _kernel().STATE - 6 + at] - drawn_back
+
+    def _gone(self, state: Seen) -> NDArray[np.int64]:
+        """Runs that went so far from where they began that the square of it shows beside the noise of a rest."""
+        if state.outset is None or state.samples < self.size:
+            return np.zeros(0, np.int64)
+        gravity, q = self._gravity, len(self._sd)
+        went = self._found(state) - state.begun
+        angles = {"1": 1.0, "m/s^2": 1 / gravity}
+        sizes = self._sd * [angles.get(q.unit, 0.0) for q in self.inputs.parameters]
+        tilts = combine(state.outset.cov[:, :2, -3:], went[:, q:])
+        squares = np.sum((went[:, :q] * sizes) ** 2, axis=-1) + np.sum(tilts**2, axis=-1)
+        return np.flatnonzero(squares * gravity > hidden(self.datasheet))
+
+    def _settled(self, state: Seen, rows: NDArray[np.int64]) -> Seen:
+        """The same, these runs begun again."""
+        assert state.outset is not None
+        again = self._again(state.runs(rows), state.outset.runs(rows))
+        found = {name: getattr(state, name).copy() for name in ("rows", "cov", "theta", "begun")}
+        for name, values in found.items():
+            values[rows] = getattr(again, name)
+        return replace(state, **found)
 
     def _again(self, state: Seen, outset: Seen) -> Seen:
         """The filter after the same rows, begun with what it found."""
@@ -330,21 +364,23 @@ class SystemKalman:
 
         cov : shape (R, q, q), of the parameters in their deviations.
         """
-        assert self.datasheet.site.gravity is not None
         variances = np.diagonal(cov, axis1=-2, axis2=-1) * self._sd**2
         angles = [
             [j for j, q in enumerate(self.inputs.parameters) if q.name.startswith(g) and q.unit == "1"] for g in GYROS
         ]
         found: Floats = np.max([variances[:, one].sum(axis=-1) for one in angles], axis=0)
-        return found * self.datasheet.site.gravity
+        return found * self._gravity
+
+    @property
+    def _gravity(self) -> float:
+        assert self.datasheet.site.gravity is not None
+        return self.datasheet.site.gravity
 
     @cached_property
     def _numbers(self) -> Floats:
-        site = self.datasheet.site
-        assert site.gravity is not None
-        latitude = site.latitude
+        latitude = self.datasheet.site.latitude
         north, up = (0.0, 0.0) if latitude is None else (EARTH_RATE * np.cos(latitude), EARTH_RATE * np.sin(latitude))
-        return np.array([self.datasheet.dt, north, up, site.gravity, *self._noises[0]])
+        return np.array([self.datasheet.dt, north, up, self._gravity, *self._noises[0]])
 
 
 def _kernel() -> ModuleType:

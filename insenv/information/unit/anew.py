@@ -32,12 +32,17 @@ def products_show(sheet: Datasheet) -> bool:
         return False
     unit = max(_size(q.sd for q in sought(sheet) if q.name.startswith(target) and q.unit == "1") for target in UNIT)
     mounting = _size(q.sd for q in nuisance(table) if q.name.startswith("mounting."))
+    return (unit + mounting) * unit * gravity > hidden(sheet)
+
+
+def hidden(sheet: Datasheet) -> float:
+    """What the noise of a rest hides of a specific force [m/s^2]."""
     rest = np.array([0, REST])
     variances = [
         sum(n.coefficient**2 * float(n.effect.covariance(rest, BLOCK)[0, 0]) for n in stated_noises(sheet, target))
         for target in ACCELEROMETERS
     ]
-    return bool((unit + mounting) * unit * gravity > _HIDDEN * np.sqrt(min(variances)))
+    return float(_HIDDEN * np.sqrt(min(variances)))
 
 
 def after(count: int) -> int:
