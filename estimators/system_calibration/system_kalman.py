@@ -269,7 +269,7 @@ class SystemKalman:
         """The same, these runs begun again."""
         assert state.outset is not None
         again = self._again(state.runs(rows), state.outset.runs(rows))
-        found = {name: getattr(state, name).copy() for name in ("rows", "cov", "theta", "begun")}
+        found = {name: getattr(state, name).copy() for name in ("rows", "cov", "theta", "wrong", "begun")}
         for name, values in found.items():
             values[rows] = getattr(again, name)
         return replace(state, **found)
