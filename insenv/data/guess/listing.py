@@ -16,11 +16,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats, Mounting, Site
 from insenv.data.guess.heading import DIMENSION, kind_of, unit_in
 from insenv.data.manifest.checks import SUFFIXES
+from insenv.data.manifest.schema import shown
 from insenv.data.manifest.spec import WHOLE, Reading, RunSpec
 from insenv.data.readers import MOST_INCOMPLETE, Column, arrays, bags, labelled, rdata, read_table, spreadsheet
 from insenv.data.readers.conventions import unit_of
@@ -38,6 +40,8 @@ ALIKE = 3
 MOST_ROWS = 400_000
 #: Share of cells in a column that must be numbers.
 NUMERIC = 0.9
+#: Kinds of columns that are not left out without a word.
+_MEASURED = DIMENSION.keys() - {"time"}
 #: A word that may head a line of one kind.
 _KIND = re.compile(r"[$#!]?[A-Za-z_][A-Za-z0-9_]*")
 _FREQUENCY = re.compile(
@@ -107,6 +111,18 @@ class Listing:
 
 
 @dataclass(frozen=True)
+class _Lack:
+    """What a column lacks: rows that hold a number, of those looked at, and where the first is that holds none."""
+
+    have: int
+    rows: int
+    first: str
+
+    def __str__(self) -> str:
+        return f"{self.rows - self.have} of {self.rows} rows hold no number, {self.first}"
+
+
+@dataclass(frozen=True)
 class _Layout:
     """Layout of a text: delimiter, header cells, line of the header, line of the first row, which columns are what.
 
@@ -123,6 +139,7 @@ class _Layout:
     rate: float | None = None
     texts: tuple[int, ...] = field(default=())
     filled: tuple[int, ...] = field(default=())
+    lacking: Mapping[str, _Lack] = field(default_factory=dict)
 
 
 def listing(path: Path, names: Sequence[str] = ()) -> Listing:
@@ -140,6 +157,8 @@ def listing(path: Path, names: Sequence[str] = ()) -> Listing:
         raise InputError(f"{path}: a ROS bag in MCAP; wanted it as .db3 (ros2 bag convert), or as a table")
     if kind == "psins-imu":
         return Listing(path, kind, ())
+    if not path.stat().st_size:
+        raise InputError(f"{path}: is empty; wanted a table of numbers")
     found = _archive(path, kind) if kind in ("npz", "mat", "rda", "parquet", "bag") else _text(path, kind)
     if not found.columns:
         raise InputError(f"{path}: no column of numbers was found; wanted a table, a row for each time")
@@ -193,7 +212,10 @@ def _topics(keys: Sequence[str]) -> list[str]:
 
 def _without_gaps(found: Listing) -> Listing:
     """The listing without rows that lack a value, columns that mostly do left out before."""
-    columns = [c for c in found.columns if np.mean(np.isfinite(c.values)) >= 1 - MOST_INCOMPLETE]
+    numbers = {str(c.key): np.isfinite(c.values) for c in found.columns}
+    columns = [c for c in found.columns if numbers[str(c.key)].mean() >= 1 - MOST_INCOMPLETE]
+    lacking = {name: _lack(has) for name, has in numbers.items() if not has.all()}
+    found = _named_as_left_out(replace(found, columns=tuple(columns)), lacking)
     whole = np.all([np.isfinite(c.values) for c in columns], axis=0) if columns else np.ones(0, dtype=bool)
     if whole.all() or whole.mean() < 1 - MOST_INCOMPLETE:
         return found
@@ -201,6 +223,35 @@ def _without_gaps(found: Listing) -> Listing:
     note = f"{lost} row{'s lack' if lost > 1 else ' lacks'} a value: left out"
     kept = tuple(replace(c, values=c.values[whole]) for c in columns)
     return replace(found, columns=kept, incomplete=True, notes=(*found.notes, note))
+
+
+def _lack(has: NDArray[np.bool_]) -> _Lack:
+    """Of a column that has numbers in these rows."""
+    return _Lack(int(has.sum()), len(has), f"the first of them row {int(np.argmin(has))}")
+
+
+def _named_as_left_out(found: Listing, lacking: Mapping[str, _Lack]) -> Listing:
+    """The listing with a note on each column of an instrument that is left out as it lacks too much.
+
+    Raises
+    ------
+    InputError
+        If no gyro and no accelerometer is left of those that the headings speak of.
+    """
+    have = {c.heading or str(c.key) for c in found.columns}
+    missed = {name: lack for name, lack in lacking.items() if name not in have | {str(c.key) for c in found.columns}}
+    left = {name: lack for name, lack in missed.items() if kind_of(arrays.matrix_of(name)) in _MEASURED}
+    if not left:
+        return found
+    kinds = {kind_of(arrays.matrix_of(name)) for name in left}
+    if kinds & {"gyro", "accel"} and {kind_of(arrays.matrix_of(name)) for name in have} <= {"time", "temperature"}:
+        said = "; ".join(f"{name}: {lack}" for name, lack in list(left.items())[:2])
+        more = f", and {len(left) - 2} more such columns" if len(left) > 2 else ""
+        raise InputError(
+            f"{found.file}: no gyro and no accelerometer has a number in most rows ({said}{more}); wanted a file for "
+            "each sensor, with the rows that it has"
+        )
+    return replace(found, notes=(*found.notes, *(f"{name} is left out: {lack}" for name, lack in left.items())))
 
 
 def _of_instruments(columns: Sequence[Listed], length: int) -> bool:
@@ -276,6 +327,7 @@ def _text(path: Path, kind: str) -> Listing:
         rate=layout.rate,
         labels=texts,
     )
+    whole = _named_as_left_out(whole, {} if word else layout.lacking)  # else lines are not those of the file
     if others:
         note = f"lines that begin with {', '.join(others)} are not read: they want a manifest of their own"
         whole = replace(whole, notes=(*whole.notes, note))
@@ -416,7 +468,21 @@ def _layout(path: Path, text: str) -> _Layout:
     line = 0 if header is None else split[header][0].number
     filled = tuple(i for i in numeric if _is_filled([row[i] for row in rows]))
     number, rate = split[first][0].number, _rate(split[:top])
-    return _Layout(delimiter, names, units, line, number, numeric, width, rate, texts, filled)
+    lacking = _lacking([(one.number, c) for one, _, c in split[first:] if len(c) == width], names, delimiter)
+    return _Layout(delimiter, names, units, line, number, numeric, width, rate, texts, filled, lacking)
+
+
+def _lacking(rows: Sequence[tuple[int, list[str]]], names: Sequence[str], delimiter: str | None) -> dict[str, _Lack]:
+    """What the named columns lack in the rows that are looked at, with the first line and the word in it."""
+    found = {}
+    for i, name in enumerate(names):
+        cells = [(number, _value(row[i], delimiter)) for number, row in rows]
+        bad = [(number, cell) for number, cell in cells if not is_number(cell) or np.isnan(float(cell))]
+        if bad:
+            number, cell = bad[0]
+            said = f"the first of them line {number}, {f'which has {shown(cell)}' if cell else 'empty there'}"
+            found[name] = _Lack(len(cells) - len(bad), len(cells), said)
+    return found
 
 
 def _whole(lines: Sequence[str]) -> Iterator[tuple[int, str]]:

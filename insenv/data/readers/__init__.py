@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from insenv.core.errors import InputError
+from insenv.data.manifest.schema import shown
 from insenv.data.manifest.spec import EVENTS, Reading, RunSpec
 from insenv.data.readers import arrays, bags, binary, novatel, parquet, psins, rdata, spreadsheet, text
 from insenv.data.readers.table import Column, Table, rows_of
@@ -85,11 +86,21 @@ def _chosen(path: Path, table: Table, columns: Sequence[Column], reading: Readin
     if lost > MOST_INCOMPLETE * kept.sum():
         found = f"{lost} of {int(kept.sum())} rows lack a value"
         raise InputError(f"{path}: {found}; wanted at most {100 * MOST_INCOMPLETE:.0f} % of them incomplete")
-    first = table.place(int(np.argmax(kept & ~whole))) if lost else ""
+    first = _first_lack(table, columns, int(np.argmax(kept & ~whole))) if lost else ""
     noun = f"1 row lacks a value, {first}" if lost == 1 else f"{lost} rows lack a value, the first {first}"
     rows = np.flatnonzero(kept & whole)
     taken = replace(rows_of(table, rows), index=rows - reading.skip)
     return replace(taken, notes=(*table.notes, *((f"{noun}: left out",) if lost else ())))
+
+
+def _first_lack(table: Table, columns: Sequence[Column], row: int) -> str:
+    """Where a row is that lacks a value, and the word that stands in its place."""
+    for column in columns:
+        values = table.values.get(column.channel)
+        if values is not None and column.channel not in EVENTS and not np.isfinite(values[row]):
+            word = table.word(column.channel, row)
+            return f"{table.place(row)}{f' ({column.key} is {shown(word)})' if word else ''}"
+    return table.place(row)
 
 
 def check_table(path: Path, columns: Sequence[Column], table: Table) -> None:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -83,6 +83,7 @@ def read_rows(body: Body, columns: Sequence[Column]) -> Table:
         labels={column.channel: data for column, data in found.items() if column.label},
         units=units,
         place=partial(_place, body),
+        word=partial(_word, body, {column.channel: i for column, i in at.items()}),
         notes=tuple(notes),
         behind=tuple(behind),
         stamped=frozenset(column.channel for column in stamped),
@@ -297,3 +298,9 @@ def _place(body: Body, row: int) -> str:
     """Line of the 0-based ``row``: blank lines are no rows."""
     line = next((line for i, (line, _) in enumerate(_rows(body)) if i == row), None)
     return f"row {row}" if line is None else f"line {line}"
+
+
+def _word(body: Body, at: Mapping[str, int], channel: str, row: int) -> str:
+    """Cell of a channel in the 0-based ``row``; "" where the row has none."""
+    cells = next((cells for i, (_, cells) in enumerate(_rows(body)) if i == row), [])
+    return cells[at[channel]].strip() if at[channel] < len(cells) else ""

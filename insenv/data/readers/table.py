@@ -48,6 +48,8 @@ class Table:
         Units that the file itself states.
     place : callable
         0-based row -> where an editor or a program shows it ("line 7", "row 6").
+    word : callable
+        Channel and 0-based row -> what stands there in a text; "" where nothing does.
     quantity : "rate" or "increment"
         What gyros and accelerometers hold unless the manifest says otherwise.
     t : ndarray, shape (n,), optional
@@ -68,6 +70,7 @@ class Table:
     labels: Mapping[str, Sequence[str]] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     place: Callable[[int], str] = "row {}".format
+    word: Callable[[str, int], str] = "".format
     quantity: Quantity = "rate"
     t: Floats | None = None
     site: Site | None = None
@@ -82,7 +85,7 @@ class Table:
 
 def rows_of(table: Table, kept: NDArray[np.int64]) -> Table:
     """Some rows of a table; each keeps its place in the file."""
-    place = table.place
+    place, word = table.place, table.word
     return replace(
         table,
         values={name: values[kept] for name, values in table.values.items()},
@@ -90,6 +93,7 @@ def rows_of(table: Table, kept: NDArray[np.int64]) -> Table:
         t=None if table.t is None else table.t[kept],
         index=None if table.index is None else table.index[kept],
         place=lambda i: place(int(kept[i])),
+        word=lambda channel, i: word(channel, int(kept[i])),
     )
 
 
