@@ -111,7 +111,10 @@ def north(runs: int) -> Section:
         "until its reversal."
     )
     return Section(
-        "North finder", lines, verdict, {"online_north": curves(drawn, "time [s]", "told, rms [arcsec]", (25, 400))}
+        "North finder",
+        lines,
+        verdict,
+        {"online_north": curves(drawn, "time [s]", "claimed deviation of north, rms [arcsec]", (25, 400))},
     )
 
 

@@ -79,13 +79,13 @@ class Point:
 
 @dataclass(frozen=True)
 class Panel:
-    """One system: points of its table, further points by kind, bounds by their label, and errors that are demanded."""
+    """One system: points of its table, further points by kind, predictions by label, and errors that are demanded."""
 
     title: str
     quantity: str
     asked: tuple[Point, ...]
     series: dict[str, tuple[Point, ...]]
-    bounds: dict[str, tuple[Floats, Floats]]
+    predicted: dict[str, tuple[Floats, Floats]]
     demanded: tuple[float, ...]
 
 
@@ -110,7 +110,7 @@ def two_positions(seeds: Sequence[int], jobs: int) -> Panel:
         ),
     }
     words = ("Two positions: 3 sigma < 1 arcmin", "inertial part, rms [arcmin]")
-    return Panel(*words, asked, series, _bounds_of_rests(), (DEMANDED,))
+    return Panel(*words, asked, series, _predicted_of_rests(), (DEMANDED,))
 
 
 def _schedule(rest: float, seeds: Sequence[int]) -> Point:
@@ -133,13 +133,16 @@ def _of_heading(kind: str, words: str, estimator: str, one: vehicle.Judged) -> P
     return Point(kind, words, estimator, time, rms, told, one.z("heading"), len(one.time))
 
 
-def _bounds_of_rests() -> dict[str, tuple[Floats, Floats]]:
+def _predicted_of_rests() -> dict[str, tuple[Floats, Floats]]:
     """Two equal rests at 170 deg, and three with half turns there and back."""
     sheet = two_position(VEHICLE).datasheet
     told = instrument(Told.of(sheet))
     spent = np.geomspace(120.0, 1000.0, 12)
     found = {}
-    for label, turns in (("bound, two rests", [170 * DEG]), ("bound, three rests", [180 * DEG, 180 * DEG])):
+    for label, turns in (
+        ("predicted, two equal rests", [170 * DEG]),
+        ("predicted, three equal rests", [180 * DEG, 180 * DEG]),
+    ):
         turning = turn_time(sheet, turns[0])
         rests = (spent - len(turns) * turning) / (len(turns) + 1)
         sd = [bound(told, procedure(float(rest), turns, turning)).installation / ARCMIN for rest in rests]
@@ -177,7 +180,7 @@ def north(seeds: Sequence[int], jobs: int) -> Panel:
     several = [_turning(time, few) for time in (100.0, 150.0, 200.0, 450.0)]
     series = {PUBLISHED: tuple(one[0] for one in several), DOCUMENTED: tuple(one[1] for one in several)}
     return Panel(
-        "North, realistic instrument", "azimuth, rms [arcsec]", asked, series, _bounds_of_turns(), (46.0, 30.0)
+        "North, realistic instrument", "azimuth, rms [arcsec]", asked, series, _predicted_of_turns(), (46.0, 30.0)
     )
 
 
@@ -209,13 +212,13 @@ def _designed_north(time: str, seeds: Sequence[int], jobs: int) -> tuple[Point, 
     return _designed(design(TABLE, Asked(time=time), _TWO, jobs), ARCSEC, seeds, jobs)
 
 
-def _bounds_of_turns() -> dict[str, tuple[Floats, Floats]]:
-    """Of the published procedure, and of the best one that `insenv design` finds."""
+def _predicted_of_turns() -> dict[str, tuple[Floats, Floats]]:
+    """What `insenv design` predicts of the best procedure that it finds."""
     kind, _ = kind_of(TABLE)
     times = np.array([80.0, 110.0, 150.0, 200.0, 300.0, 450.0])
     designer = Designer(kind)
     best = [designer.at(time) for time in times[::-1].tolist()][::-1]
-    return {"bound, designed": (times, np.array([np.nan if p is None else p.sd / ARCSEC for p in best]))}
+    return {"predicted, best design": (times, np.array([np.nan if p is None else p.sd / ARCSEC for p in best]))}
 
 
 # ------------------------------------------------------------------------------------------------------ rate table
@@ -229,7 +232,7 @@ def rate_table(seeds: Sequence[int], jobs: int) -> Panel:
     asked = (rows["published_ladder"], rows["sweep_and_refine"], _designed_ladder(n))
     others = tuple(row for name, row in rows.items() if name not in ("published_ladder", "sweep_and_refine"))
     words = ("Scale factor, a fault at an unknown rate", "scale factor, rms [ppm]")
-    return Panel(*words, asked, {DOCUMENTED: others}, _bound_of_a_line(), (asked[0].rms,))
+    return Panel(*words, asked, {DOCUMENTED: others}, _least_of_a_line(), (asked[0].rms,))
 
 
 def _ladder(name: str, words: str, n: int, maker: Maker | None = None) -> Point:
@@ -257,7 +260,7 @@ def _designed_ladder(n: int) -> Point:
     return _ladder(DESIGNED, plan.words, n, maker)
 
 
-def _bound_of_a_line() -> dict[str, tuple[Floats, Floats]]:
+def _least_of_a_line() -> dict[str, tuple[Floats, Floats]]:
     """Half of the time at each end of the range, white noise alone: a line has no smaller variance."""
     times, noise = np.geomspace(300.0, 6000.0, 12), 0.12 * DEG / 60
-    return {"bound of a line": (times, noise / (35 * DEG) / np.sqrt(times) / PPM)}
+    return {"least of a line, white noise": (times, noise / (35 * DEG) / np.sqrt(times) / PPM)}

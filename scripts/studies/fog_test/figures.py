@@ -253,7 +253,7 @@ def _policy_picture(rows: Sequence[Row]) -> Figure:
         ax.annotate(
             row.policy, (row.time, row.found), xytext=(across, up), textcoords="offset points", ha=side, va="center"
         )
-    ax.set(xlabel="median time of the test [s]", ylabel="faults found", ylim=(-0.1, 1.2), xlim=(0, 4500))
+    ax.set(xlabel="median time of the test [s]", ylabel="share of the faults found", ylim=(-0.1, 1.2), xlim=(0, 4500))
     return drawn
 
 
