@@ -23,8 +23,9 @@ from studies.result_page import Section, table, write
 from insenv.close import close
 from insenv.core.errors import InputError
 from insenv.datasets import load
+from insenv.effects.tone import Tone
 from insenv.identify.findings import Findings, TargetFindings
-from insenv.report import estimates, figures, sentences
+from insenv.report import estimates, evidence, figures, sentences
 from insenv.report.found import kinds, title
 from insenv.report.quantities import percent, span
 from insenv.report.words import key_of, listing
@@ -168,11 +169,13 @@ def _best_said(found: Findings) -> str:
 
 
 def _pictures(name: str, found: Findings) -> dict[str, Figure]:
-    """Residual before and after of the accelerometer, and of the gyro, whose error falls most."""
+    """Residual before and after of the accelerometer, and of the gyro, whose error falls most; the samples' lines."""
     made = {}
     for kind in dict.fromkeys(t.target.split("_")[0] for t in found.targets):
         best = _best(t for t in found.targets if t.target.startswith(kind))
         made[f"measured_{name}_{kind}"] = figures.overview(best) if len(best.spectra.f) else figures.against_time(best)
+        if any(key_of(one).startswith(Tone.id) for one in best.added) and (samples := best.samples()) is not None:
+            made[f"measured_{name}_{kind}_samples"] = evidence.samples(best, samples)
     return made
 
 

@@ -52,6 +52,8 @@ _STYLE = {
 POINTS, FAR = 36, 0.005
 #: Line of what is held out, where it cannot be shaded.
 DOTTED = (0, (1, 1.2))
+#: Length of a stroke that stands for a point, as a share of all points' span.
+_STROKE = 1e-6
 #: Share of a step by which what is drawn of many points goes on from one to the next.
 GOLDEN = 0.5 * (5**0.5 - 1)
 
@@ -69,12 +71,15 @@ def cloud(ax: Axes, x: Floats, y: Floats, color: str) -> None:
     shown = _thinned(y, round(POINTS * width))
     crowd = 500 / max(int(np.count_nonzero(shown)), 1)
     stroke, alpha = float(np.clip(3.2 * np.sqrt(crowd), 1.3, 3.4)), float(np.clip(crowd, 0.3, 0.65))
-    # Strokes without length and with round ends: one path, a tenth of the size of markers.
-    points = np.repeat(np.column_stack([x, y])[shown & np.isfinite(x) & np.isfinite(y)], 2, axis=0)
+    # Strokes of next to no length with round ends: one path, a tenth of the size of markers. A picture of pixels has
+    # none of no length at all, and none that is snapped to one pixel.
+    kept = shown & np.isfinite(x) & np.isfinite(y)
+    points = np.repeat(np.column_stack([x, y])[kept], 2, axis=0)
+    points[1::2, 0] += _STROKE * (float(np.ptp(x[kept])) or 1.0) if kept.any() else 0.0
     codes = np.tile([MplPath.MOVETO, MplPath.LINETO], len(points) // 2)
     path = MplPath(points, codes)
     path.should_simplify = False
-    ax.add_patch(PathPatch(path, fill=False, ec=color, lw=stroke, alpha=alpha, capstyle="round", zorder=2))
+    ax.add_patch(PathPatch(path, fill=False, ec=color, lw=stroke, alpha=alpha, capstyle="round", snap=False, zorder=2))
     ax.autoscale_view()
 
 

@@ -93,11 +93,14 @@ def samples(target: TargetFindings, found: SampleSpectrum) -> Figure:
     draw.log_log(ax, found.f, [mean, largest], unit)
     ends = f"means over {found.width:.3g} s end here"
     ax.axvline(0.5 / found.width, color=draw.DECLARED, lw=1.0, ls=":", label=ends)
+    order = sorted(f for f, _ in found.lines)
     for k, (f, steady) in enumerate(found.lines):
         label = "_" if k else "line found (dashed: it wanders)"
         ax.axvline(f, color=draw.BEFORE, lw=0.9, ls="-" if steady else "--", alpha=0.8, zorder=1, label=label)
         if k < _NAMED:
-            place: dict[str, Any] = {"xytext": (3, -2 - 10 * (k % 3)), "textcoords": "offset points", "va": "top"}
+            last = f > 0.7 * found.nyquist  # beside the end of the axis there is no room
+            side: dict[str, Any] = {"xytext": (-3 if last else 3, -2 - 10 * (order.index(f) % 3))}
+            place = side | {"ha": "right" if last else "left", "textcoords": "offset points", "va": "top"}
             look: dict[str, Any] = {"fontsize": 8, "color": draw.BEFORE_MEAN, "xycoords": ("data", "axes fraction")}
             ax.annotate(f"{f:.4g} Hz", (f, 1.0), **place, **look)
     ax.set_xlim(found.f[0], found.nyquist)

@@ -10,6 +10,8 @@ import pytest
 from made_findings import (
     gyro,
 )
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 
 from insenv.report import (
     binning,
@@ -113,3 +115,13 @@ def test_drawing_is_lazy_and_leaves_pyplot_alone() -> None:
     )
     here = Path(__file__).parents[1] / "cases"
     subprocess.run([sys.executable, "-c", code], check=True, cwd=here, env={"PYTHONPATH": f"{here}:{here.parents[1]}"})
+
+
+def test_the_points_of_a_cloud_are_in_a_picture_of_pixels() -> None:
+    figure = Figure(figsize=(4, 3), facecolor="white")
+    canvas = FigureCanvasAgg(figure)
+    ax = figure.add_subplot()
+    ax.axis("off")
+    drawing.cloud(ax, np.linspace(0.0, 1.0, 100), np.random.default_rng(8).standard_normal(100), drawing.BEFORE)
+    canvas.draw()
+    assert np.any(np.asarray(canvas.buffer_rgba())[..., 2] < 200, axis=0).sum() > 90
