@@ -31,6 +31,7 @@ from insenv.systems.system_calibration.env import system_calibration
 
 PAGE = Path(__file__).parents[1] / "docs/results/system_calibration.md"
 SCENARIO = "system_calibration/tactical_fog"
+COARSE = "system_calibration/mems"
 #: White noise is told by the root of a second: fewer samples are the same data.
 CHANGES: Mapping[str, Any] = {"instrument.sampling": "20 Hz"}
 ESTIMATED_BY = ("batch_gls", "six_position", "multi_position", "system_kalman")
@@ -60,7 +61,8 @@ def main() -> None:
 
 
 def _sections(runs: int, kept: Path | None, loop: Path | None) -> Iterator[Section]:
-    yield _estimators(runs)
+    yield _estimators(runs, SCENARIO, "Estimators after the 19 positions")
+    yield _estimators(runs, COARSE, "Estimators of a coarse unit after the 19 positions")
     if kept is not None:
         yield _bound(kept)
     planner = Planner(datasheet(load(SCENARIO)))
@@ -115,9 +117,11 @@ def _loop(folder: Path) -> Section:
     )
 
 
-def _errors(name: str, runs: int, changes: Mapping[str, Any], policy: str) -> tuple[RollOut, Floats, Floats, float]:
+def _errors(
+    name: str, runs: int, changes: Mapping[str, Any], policy: str, scenario: str = SCENARIO
+) -> tuple[RollOut, Floats, Floats, float]:
     """The last runs, errors and deviations of the unit's parameters, (R, q), and samples a minute."""
-    task = system_calibration(SCENARIO, changes)
+    task = system_calibration(scenario, changes)
     estimator, errors, deviations, spent, samples = find(ESTIMATORS, name)(task.datasheet), [], [], 0.0, 0
     for first in range(0, runs, TOGETHER):
         seeds = range(first, min(first + TOGETHER, runs))
@@ -135,15 +139,15 @@ def _errors(name: str, runs: int, changes: Mapping[str, Any], policy: str) -> tu
     return played, np.array(errors), np.array(deviations), 60 * samples / spent
 
 
-def _estimators(runs: int) -> Section:
+def _estimators(runs: int, scenario: str, title: str) -> Section:
     rows, said = [], ""
     for name in ESTIMATED_BY:
-        played, errors, sd, speed = _errors(name, runs, CHANGES, "nineteen_positions")
+        played, errors, sd, speed = _errors(name, runs, CHANGES, "nineteen_positions", scenario)
         z = errors / sd
         each = np.sqrt(np.mean(z**2, axis=0))
         told = "all"
         if name == "batch_gls":
-            task = system_calibration(SCENARIO, CHANGES)
+            task = system_calibration(scenario, CHANGES)
             names = tuple(q.name for q in task.quantities)
             least = bounds(task.datasheet, played.recording(0), names)
             over = np.sqrt(np.mean(errors**2, axis=0)) / [least[n] for n in names]
@@ -166,7 +170,7 @@ def _estimators(runs: int) -> Section:
         "of single parameters",
         "million samples of 20 Hz a minute",
     )
-    return Section("Estimators after the 19 positions", table(header, rows), said)
+    return Section(title, (f"`{scenario}`:", "", *table(header, rows)), said)
 
 
 def _sequences(planner: Planner, runs: int) -> Section:

@@ -77,10 +77,11 @@ def columns(u: Floats, *regressors: Floats) -> Floats:
         shape = np.broadcast_shapes(shape, *(np.shape(r) for r in regressors))
     if len(regressors) == 1 and np.shape(regressors[0]) == shape:
         return regressors[0][..., None]
-    side_by_side = np.empty((*shape, len(regressors)))
+    # Each in one piece: to write and to add up columns of a batch whose numbers stand apart takes twice the time.
+    one_by_one = np.empty((len(regressors), *shape))
     for j, regressor in enumerate(regressors):
-        side_by_side[..., j] = regressor
-    return side_by_side
+        one_by_one[j] = regressor
+    return np.moveaxis(one_by_one, 0, -1)
 
 
 def spread(u: Floats, addition: Floats) -> Floats:
