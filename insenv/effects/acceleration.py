@@ -50,7 +50,7 @@ class CentripetalAcceleration(LinearEffect):
     def linear(self) -> tuple[Param, ...]:
         """One coefficient, whose unit is that of the power."""
         unit = f"1/({OUTPUT})" if self.order == 1 else f"1/({OUTPUT})^3"
-        return (Param("c", unit, sd=1e-4, bound=1e-1),)
+        return (Param("c", unit, sd=1e-4, bound=1.0),)
 
     def basis(self, u: Floats, motion: Motion) -> Floats:
         """Even power of the input, shape (..., n, 1); the mean rate stands for the rate."""

@@ -66,7 +66,7 @@ class EncoderHarmonic(_Wave):
     id = "encoder_harmonic"
     title = "encoder harmonic"
     meaning = "the reference is wrong: the table's encoder repeats an angle error every turn"
-    linear = (Param("c", "rad", sd=1e-4, bound=1e-2), Param("s", "rad", sd=1e-4, bound=1e-2))
+    linear = (Param("c", "rad", sd=1e-4, bound=0.1), Param("s", "rad", sd=1e-4, bound=0.1))
     source = "Sensors 13 (2013) 2750: encoder harmonics on a rate table"
     hides = "encoder"
     belongs = "reference"

@@ -25,7 +25,7 @@ class GSensitivity(LinearEffect):
     id = "g_sensitivity"
     title = "g-sensitivity"
     meaning = "the bias follows the specific force along an axis"
-    linear = tuple(Param(f"c_{axis}", OUTPUT + "/(m/s^2)", sd=1e-4, bound=1e-3) for axis in "xyz")
+    linear = tuple(Param(f"c_{axis}", OUTPUT + "/(m/s^2)", sd=1e-4, bound=5e-3) for axis in "xyz")
     needs = ("force",)
     source = "IEEE Std 1431-2004: acceleration sensitivity; Titterton and Weston, section 4"
     on_axes = ("gyro",)

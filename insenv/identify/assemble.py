@@ -62,7 +62,7 @@ from insenv.identify.search.rivals import Rivalry
 from insenv.identify.search.rounded import log_p_unrounded
 from insenv.identify.search.tracks import Step, Track
 from insenv.identify.search.twins import half_row_sentence, half_step_sentence, rarer_sentence, twin_sentence, twins
-from insenv.identify.search.unfinished import held_by_the_reference, made_by_rounding, unfinished
+from insenv.identify.search.unfinished import made_by_rounding, unfinished, untold
 from insenv.identify.switches import switchable
 
 #: Held-out error in scatters of the fitted noise from which on a word is said; and from which on what a turning unit's
@@ -159,7 +159,7 @@ def _target(
     own, differs = _by_parts(track, _own_estimates(track))
     apart = _follows_nothing(problem, own)
     scores = held_out_score(plain, before), held_out_score(problem, track.fit)
-    held = held_by_the_reference(track, own)
+    held = untold(track, own)
     doubts = (*apart, *differs, *unfinished(track, alpha), *held, *lost, *went, *_unforetold(problem, scores[1]))
     left = replace(left, reasons=(*left.reasons, *doubts))
     lines, hold = tuple(x for x in track.prepared.lines if not x.of_encoder), track.prepared.held.hold

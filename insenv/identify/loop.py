@@ -633,7 +633,8 @@ def _pruned(track: Track, alpha: float) -> Track:
         alone = at_shape(track.problem, fit, base, step.hit, step.hit.term)
         if log_tail(alone.deviate) > math.log(alpha):
             steps = tuple(s for s in track.steps if s is not step)
-            refusals = (*track.refusals, Refusal(step.hit, "superfluous beside what was added after it"))
+            why = "superfluous beside what was added after it"
+            refusals = (*track.refusals, Refusal(step.hit, why, displaced=True))
             score = held_out_score(track.problem, fit)
             track = replace(track, fit=fit, steps=steps, score=score, refusals=refusals)
     return track

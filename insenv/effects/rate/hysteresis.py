@@ -70,7 +70,7 @@ class EncoderBacklash(MemoryEffect):
     id = "encoder_backlash"
     title = "backlash of the encoder"
     meaning = "the reference is wrong: play in the encoder's coupling, taken up after each reversal"
-    linear = (Param("c", "rad", sd=1e-4, bound=1e-2, low=0.0),)
+    linear = (Param("c", "rad", sd=1e-4, bound=0.1, low=0.0),)
     needs = ("angle",)
     source = "Play operator: Brokate and Sprekels, Hysteresis and Phase Transitions (1996), section 2.1"
     instruments = ("gyro",)

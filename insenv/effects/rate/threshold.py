@@ -23,6 +23,9 @@ THRESHOLDS, LEAST_SHARE = 10, 0.02
 #: A share of the largest rate below which the table stands.
 STANDS = 1e-5
 
+#: Share of a threshold over which a jump at it is blurred.
+SECANT = 0.05
+
 
 @final
 @dataclass(frozen=True)
@@ -53,6 +56,19 @@ class DeadBand(CurveEffect):
         share = u / theta[..., 1, None]
         lost = np.where(np.abs(share) < 1.0, share, 0.0) if self.whole else np.clip(share, -1.0, 1.0)
         return np.asarray(-theta[..., 0, None] * lost)
+
+    def jacobian(self, u: Floats, motion: Motion, theta: Floats) -> Floats:
+        """Derivative of the addition to c and d, shape (..., n, 2).
+
+        The whole form jumps at the threshold, by which d is known, and a jump has no derivative: the secant over
+        `SECANT` of the threshold stands for it.
+        """
+        found = super().jacobian(u, motion, theta)
+        if not self.whole:
+            return found
+        low, high = (theta * np.array([1.0, 1.0 + side]) for side in (-SECANT, SECANT))
+        change = self.curve(u, motion, high) - self.curve(u, motion, low)
+        return np.stack([found[..., 0], change / (2 * SECANT * theta[..., 1, None])], axis=-1)
 
     def variants(self, motion: Motion) -> tuple[Self, ...]:
         """Both forms."""

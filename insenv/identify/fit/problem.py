@@ -40,8 +40,6 @@ _NUISANCE = -1
 #: Models whose columns are remembered: a search asks for them again, and for each with hundreds of terms more.
 MOST_STACKS = 8
 
-#: Usual sizes of a parameter in the standard deviation of its prior.
-WIDE = 30.0
 #: Share of the largest run's power of a column, below which a run tells nothing of its parameter.
 UNTOLD = 1e-4
 #: A column whose part outside the span of the columns before it is a smaller share of it is not told from them.
@@ -218,10 +216,7 @@ class Problem:
 
     def priors(self, term: Term) -> list[float]:
         """Prior standard deviation of each column of a term in a fit: so wide that it pulls no credible value."""
-        wide = [
-            max(p.sd * self._prior_scale(p), min(WIDE * p.sd * self._prior_scale(p), self.limits(p)[1]))
-            for p in term.effect.linear
-        ]
+        wide = [max(p.sd * self._prior_scale(p), self.limits(p)[1]) for p in term.effect.linear]
         return [sd for sd in wide for _ in range(len(self.exposures) if term.per_run else 1)]
 
     def limits(self, param: Param) -> tuple[float, float]:

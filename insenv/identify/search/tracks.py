@@ -50,7 +50,8 @@ class Refusal:
 
     ``fails`` says that it was so by itself, and that held-out data speak against it, ``unsized`` that its size is not
     told, ``of_box`` that it is a drift of several axes of the unit together, ``fails_together`` that it is one cause on
-    several targets, and that held-out data of this one speak against it.
+    several targets, and that held-out data of this one speak against it, ``displaced`` that what was added after it
+    explained as much.
     """
 
     hit: Hit
@@ -59,6 +60,7 @@ class Refusal:
     unsized: bool = False
     of_box: bool = False
     fails_together: bool = False
+    displaced: bool = False
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 * An effect or a smooth curve that is significant on the fitted data and does not hold on the held-out data: something
   is there that is not this.
 * An effect whose size is not told, and that is still significant beside all that was added.
-* A gain or a delay of which the stated deviation, errors of the reference in it, holds nothing as well.
+* An effect of which the stated deviation, errors of the reference and of its form in it, holds nothing as well.
 * An effect of the motion that errors of the reference explain as well: something goes with the motion.
 * An effect that rounding of the readings, which no noise blurs, explains as well.
 * A drift that axes of the unit have together, and that is not told on this one.
@@ -37,8 +37,13 @@ from insenv.identify.search.undecided import leaning
 from insenv.identify.search.unit.one_box import DRIFTS
 from insenv.identify.search.unit.turn_on import turned_on_anew
 
-#: What is far beyond the level: so many times less likely.
-FAR = 10.0
+_BESIDE_THE_REFERENCE = (
+    "beside errors of the reference (a filter, another axis that leaks in) which may make one as large, of either sign"
+)
+_BY_ITS_DEVIATION = "by a deviation that holds what the form of its curve and errors of the reference leave open"
+
+#: What is far beyond the level: so many times less likely; and a probability that leaves no doubt.
+FAR, CERTAIN = 10.0, 1e-6
 #: Tones at multiples of one frequency that are no chance.
 MOST_BY_CHANCE = 2
 #: Waves in the fitted time of a frequency whose multiples are not just any frequencies, and how far off a multiple may
@@ -81,34 +86,40 @@ def _what(hit: Hit) -> str:
 def _without_a_size(track: Track, alpha: float) -> tuple[str, ...]:
     """What is significant to the end and cannot be named, for its coefficients could be anything.
 
-    A curve of the rate beside a reference that is late is what the filter of that reference leaves.
+    A curve of the rate beside a reference that is late is what the filter of that reference leaves, unless it is beyond
+    all doubt that something bends the response.
     """
     late = any(e.motion.lag for e in track.problem.exposures)
-    left = {hit.candidate.effect.key: hit for hit in track.last_physical if hit.log_p < np.log(alpha)}
-    return tuple(
-        f"{r.hit.candidate.effect.key} follows the data (p = {left[r.hit.candidate.effect.key].p_value:.1g}), but "
-        f"{r.reason}"
-        for r in track.refusals
-        if r.unsized and r.hit.candidate.effect.key in left and not (late and r.hit.candidate.effect.of_rate)
-    )
+    left = {
+        hit.candidate.effect.key: hit
+        for hit in track.last_physical
+        if hit.log_p < np.log(CERTAIN if late and hit.candidate.effect.of_rate else alpha)
+    }
+    found = []
+    for refusal in track.refusals:
+        hit = left.get(refusal.hit.candidate.effect.key)
+        if hit and (refusal.unsized or refusal.displaced):
+            # What displaced an effect, and was taken out again itself, leaves its evidence behind.
+            why = "what explained it better was not kept" if refusal.displaced else refusal.reason
+            found.append(f"{hit.candidate.effect.key} follows the data (p = {hit.p_value:.1g}), but {why}")
+    return tuple(found)
 
 
-def held_by_the_reference(track: Track, own: Mapping[Term, tuple[Estimate, ...]]) -> tuple[str, ...]:
-    """Gains and delays that were added and that errors of the reference may make as large, by what is stated of them.
+def untold(track: Track, own: Mapping[Term, tuple[Estimate, ...]]) -> tuple[str, ...]:
+    """What was added with one coefficient and is near nothing by the deviation that is stated of it.
 
-    A response is told from them by its evidence, and its size by no more than the response of the reference allows.
+    An effect is told from noise by its evidence. Its stated deviation holds more: what the form of the curve and
+    errors of the reference leave open.
     """
     found = []
     for step in track.steps:
-        rows = own.get(step.hit.term, ())
-        if not step.hit.candidate.effect.of_response or step.together or len(rows) != 1:
+        rows, effect = own.get(step.hit.term, ()), step.hit.candidate.effect
+        if effect.generic or effect.line or step.together or len(rows) != 1:
             continue
         (row,) = rows
         if 0 < abs(row.value) < LEAST * row.sd:
-            found.append(
-                f"{row.effect} is {abs(row.value) / row.sd:.2g} standard deviations from nothing, beside errors of the "
-                "reference (a filter, another axis that leaks in) which may make one as large, of either sign"
-            )
+            why = _BESIDE_THE_REFERENCE if effect.of_response else _BY_ITS_DEVIATION
+            found.append(f"{row.effect} is {abs(row.value) / row.sd:.2g} standard deviations from nothing, {why}")
     return tuple(found)
 
 
