@@ -291,6 +291,11 @@ class LinearEffect(Effect):
 class CurveEffect(Effect):
     """An effect with a non-linear shape: a time constant, a centre rate, a frequency, a threshold."""
 
+    def contradiction(self, theta: Floats) -> str:
+        """Why parameters, shape (p,), are no such effect though each by itself may be; empty if they are."""
+        del theta
+        return ""
+
     @abstractmethod
     def curve(self, u: Floats, motion: Motion, theta: Floats) -> Floats:
         """The addition, shape (..., n), for parameters of shape (..., p)."""

@@ -23,8 +23,8 @@ THRESHOLDS, LEAST_SHARE = 10, 0.02
 #: A share of the largest rate below which the table stands.
 STANDS = 1e-5
 
-#: Share of a threshold over which a jump at it is blurred.
-SECANT = 0.05
+#: Share of a threshold over which a jump at it is blurred, and shares of what is below it that are all of it.
+SECANT, ALL = 0.05, (0.8, 1.25)
 
 
 @final
@@ -69,6 +69,13 @@ class DeadBand(CurveEffect):
         low, high = (theta * np.array([1.0, 1.0 + side]) for side in (-SECANT, SECANT))
         change = self.curve(u, motion, high) - self.curve(u, motion, low)
         return np.stack([found[..., 0], change / (2 * SECANT * theta[..., 1, None])], axis=-1)
+
+    def contradiction(self, theta: Floats) -> str:
+        """Below the threshold all is lost, c = d: what loses a part of it is another bend of the response."""
+        share = float(theta[0] / theta[1])
+        if ALL[0] <= share <= ALL[1]:
+            return ""
+        return f"it would lose {share:.0%} of the rates below its threshold, and a dead band loses all of them"
 
     def variants(self, motion: Motion) -> tuple[Self, ...]:
         """Both forms."""

@@ -11,7 +11,7 @@ from scipy.optimize import minimize
 from scipy.special import ndtri_exp
 
 from insenv.core.recording import Floats
-from insenv.effects.base import Effect
+from insenv.effects.base import CurveEffect, Effect
 from insenv.effects.tone import Tone
 from insenv.identify.clean.settling import only_time
 from insenv.identify.fit.evidence import held_out_deviate, joint_deviate, log_tail
@@ -133,7 +133,11 @@ def _beyond_bounds(problem: Problem, fit: Fit) -> str:
             return f"its {name} would be {value:.3g}, beyond the credible {low:.3g} to {high:.3g}"
         if abs(value) + slack < params[name].least:
             return f"its {name} would be {value:.3g}, less than the credible {params[name].least:.3g}"
-    return ""
+    term = fit.model[-1]
+    if not isinstance(term.effect, CurveEffect) or term.per_run:
+        return ""
+    theta = fit.theta[fit.design.term == len(fit.model) - 1]
+    return term.effect.contradiction(np.concatenate([theta, term.shape])) if len(theta) == len(params) else ""
 
 
 def at_shape(problem: Problem, fit: Fit, base: Reference, hit: Hit, term: Term) -> Hit:

@@ -138,9 +138,9 @@ def test_one_curve_under_two_names_is_a_rivalry_and_an_unlike_one_is_not() -> No
     assert not {"bias_drift", "bias_temperature:1", "encoder_harmonic:2"} & set(rivals)
 
 
-@pytest.mark.parametrize("size", [0.02, 0.05])
+@pytest.mark.parametrize("size", [0.2, 0.5])
 def test_an_effect_beyond_its_bound_is_not_credible(size: float) -> None:
-    """An encoder that is wrong by that many radians is broken, not eccentric: the bound is a hundredth."""
+    """An encoder that is wrong by that many radians is broken, not eccentric: the bound is a tenth."""
     run = gyro_run("reversal", 38, (("encoder_harmonic:1", np.array([size, 0.0])),), duration=DURATION)
     problem, _, fit, tried = begun(run.recording)
     alone = tuple(c for c in tried if c.effect.key == "encoder_harmonic:1")
@@ -152,7 +152,7 @@ def test_an_effect_beyond_its_bound_is_not_credible(size: float) -> None:
 
 def test_an_effect_within_its_bound_is_named_however_strong() -> None:
     """A hundred standard deviations of the prior, thousands of the estimate."""
-    run = gyro_run("reversal", 38, (("encoder_harmonic:1", np.array([0.0099, 0.0])),), duration=DURATION)
+    run = gyro_run("reversal", 38, (("encoder_harmonic:1", np.array([0.099, 0.0])),), duration=DURATION)
     problem, _, fit, tried = begun(run.recording)
     hits = search(problem, fit, tried, 0, len(tried) + 1)
     assert hits[0].candidate.effect.key == "encoder_harmonic:1"

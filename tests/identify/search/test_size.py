@@ -15,6 +15,7 @@ from simulated_runs import FITTED, gyro_run, manifest, use
 from insenv.core.recording import Floats
 from insenv.effects.angle import AngleLockedRate
 from insenv.effects.catalogue import CATALOGUE, by_key
+from insenv.effects.rate.threshold import DeadBand
 from insenv.effects.tone import Tone
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Problem, Term
@@ -169,3 +170,32 @@ def test_a_gain_that_changes_is_told_beside_a_constant_one(problem: Problem, key
     assert "not told beside a constant gain" in unsized(constant, solve(constant, model), changes)
     settles = replace(problem, y=noise - 0.01 * u * np.exp(-problem.bins.time / 600.0), cache={})
     assert unsized(settles, solve(settles, model), changes) == ""
+
+
+def test_no_credible_size_pays_for_its_prior(problem: Problem) -> None:
+    """An eccentricity of 1.8 deg had ten deviations of a prior, and another wave was named in its place."""
+    for term in terms(problem):
+        for param, sd in zip(term.effect.linear, problem.priors(term), strict=True):
+            assert sd >= problem.limits(param)[1], term.effect.key
+
+
+def test_a_dead_band_that_jumps_has_a_size(problem: Problem) -> None:
+    """Its depth is its threshold, which the jump tells: by the slope below it alone neither is told."""
+    u = np.concatenate([e.u for e in problem.exposures])
+    d = 0.3 * float(np.abs(u).max())
+    term = Term(replace(by_key("dead_band"), whole=True), (d,))
+    column = problem.columns(term)[:, 0]
+    noise = WHITE * np.random.default_rng(5).standard_normal(problem.bins.n) / np.sqrt(problem.bins.width)
+    made = replace(problem, y=noise + d * column, cache={})
+    fit = solve(made, (Term(by_key("bias")), Term(by_key("scale_factor")), term))
+    (c,), ((variance,),) = coefficients_of(made, fit, term)
+    assert c == pytest.approx(d, abs=4 * np.sqrt(variance))  # false alarm 6e-5
+    assert np.sqrt(variance) < 0.05 * d
+    assert not unsized(made, fit, term)
+
+
+@pytest.mark.parametrize(("share", "is_one"), [(1.0, True), (0.9, True), (0.67, False), (1.5, False)])
+def test_what_loses_a_part_of_the_low_rates_is_no_dead_band(share: float, is_one: bool) -> None:
+    effect = by_key("dead_band")
+    assert isinstance(effect, DeadBand)
+    assert (not effect.contradiction(np.array([share * 0.1, 0.1]))) == is_one
