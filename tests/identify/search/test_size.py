@@ -183,7 +183,7 @@ def test_a_dead_band_that_jumps_has_a_size(problem: Problem) -> None:
     """Its depth is its threshold, which the jump tells: by the slope below it alone neither is told."""
     u = np.concatenate([e.u for e in problem.exposures])
     d = 0.3 * float(np.abs(u).max())
-    term = Term(replace(by_key("dead_band"), whole=True), (d,))
+    term = Term(DeadBand(whole=True), (d,))
     column = problem.columns(term)[:, 0]
     noise = WHITE * np.random.default_rng(5).standard_normal(problem.bins.n) / np.sqrt(problem.bins.width)
     made = replace(problem, y=noise + d * column, cache={})
