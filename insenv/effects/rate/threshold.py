@@ -71,9 +71,12 @@ class DeadBand(CurveEffect):
         return np.stack([found[..., 0], change / (2 * SECANT * theta[..., 1, None])], axis=-1)
 
     def contradiction(self, theta: Floats) -> str:
-        """Below the threshold all is lost, c = d: what loses a part of it is another bend of the response."""
+        """Of the whole form, c = d: all below the threshold is lost, and what loses a part is another bend.
+
+        The first form may lose less: numbers cut off towards zero lose half a step on average.
+        """
         share = float(theta[0] / theta[1])
-        if ALL[0] <= share <= ALL[1]:
+        if not self.whole or ALL[0] <= share <= ALL[1]:
             return ""
         return f"it would lose {share:.0%} of the rates below its threshold, and a dead band loses all of them"
 
