@@ -34,6 +34,7 @@ from insenv.identify.findings import (
 )
 from insenv.identify.fit.uncertainty import NOISE_UNITS
 from insenv.identify.positions.accel import Magnitudes
+from insenv.identify.positions.angles import apart
 from insenv.identify.positions.factor import BROKEN, factor_of
 from insenv.identify.positions.gyro import Rotations
 from insenv.identify.positions.known import KnownAttitudes
@@ -157,10 +158,13 @@ def _added(part: Part, step: Step, axis: int, unit: str, shown: Part) -> Added:
         remarks.append("one cause in the three axes of the triad")
     if isinstance(part.problem, RestMeans):
         remarks.append("told by the means at rest")
+    rows = tuple(_of_term(outcome.after, step.term, axis, unit))
+    if angles := apart(effect.id, "xyz"[axis], rows):
+        remarks.append(angles)
     return Added(
         effect=effect.id,
         order=getattr(effect, "order", None),
-        parameters=tuple(_of_term(outcome.after, step.term, axis, unit)),
+        parameters=rows,
         p_value=step.p_value,
         likelihood_ratio=step.likelihood_ratio,
         confounded_with=outcome.rivals.get(effect.key, ()),

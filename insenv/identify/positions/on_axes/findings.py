@@ -29,6 +29,7 @@ from insenv.identify.findings import (
     findings_of,
 )
 from insenv.identify.fit.uncertainty import NOISE_UNITS
+from insenv.identify.positions.angles import apart
 from insenv.identify.positions.on_axes.offered import offered, unit_switchable
 from insenv.identify.positions.on_axes.problem import UnitTerm
 from insenv.identify.positions.on_axes.trace import UnitFound
@@ -97,20 +98,24 @@ def _added(found: UnitFound, step: Step, target: str, held_out: HeldOut) -> Adde
     term, outcome = step.term, found.outcome
     rivals = dict.fromkeys(plain_key(key) for key in outcome.rivals.get(term.effect.key, ()))
     of = "one cause of the table and its six channels" if term.effect.kind == "table" else "one cause in the three axes"
+    rows = tuple(_of_term(outcome.after, term, target))
+    words = (of, _shape(term), apart(term.effect.id, target.rpartition("_")[2], rows))
     return Added(
         effect=term.effect.id,
         order=None,
-        parameters=tuple(_of_term(outcome.after, term, target)),
+        parameters=rows,
         p_value=step.p_value,
         likelihood_ratio=step.likelihood_ratio,
         confounded_with=tuple(key for key in rivals if key != term.effect.id),
         held_out_before=held_out.before,
         held_out_after=held_out.after,
-        remark=of if term.shape is None else f"{of}; {_shape(term)}",
+        remark="; ".join(word for word in words if word),
     )
 
 
 def _shape(term: UnitTerm) -> str:
+    if term.shape is None:
+        return ""
     return f"from {term.shape:.0f} s on" if term.effect.kind == "table" else f"time constant about {term.shape:.0f} s"
 
 
