@@ -4,7 +4,9 @@ At a rail many rows have exactly one and the same extreme value, many more than 
 thins out), and what was to be read lies beyond it:
 
 * where the table's rate u is known, the line a + b u through the other rows is beyond the rail in the rows at it;
-* where it is not, the rows before and after a stretch at the rail head for values beyond it.
+* beside a table's rate that is noisy or late the reading stands at the rail while the table moves, for many times
+  longer than it stands anywhere else in fast motion;
+* where it is not known, the rows before and after a stretch at the rail head for values beyond it.
 
 A coarse reading that stands still at its highest dwell does neither. Rows at a rail are left out with what lies between
 them: where noise reaches the rail now and then, the mean of what is left below it would be too small.
@@ -32,6 +34,9 @@ FEWEST, PILED = 8, 5.0
 BESIDE, DISTINCT = 5, 24
 #: What was to be read is beyond the rail by so many deviations, by so many steps of rounding, by this share of it.
 DEVIATIONS, STEPS, SHARE = 3.0, 3.0, 2e-3
+#: Rows that a reading stands at a rail at least, by how much longer than at other values beyond a share of it, and
+#: scatter of the table there in that of its white noise.
+STANDS, LONGER, FAST, MOVES = 8, 5, 0.7, 1.2
 #: Share of the stretches at a rail whose neighbours head beyond it, and stretches that are looked at.
 HEADED, LOOKED = 0.5, 500
 #: Rows at most over which the approach to a rail is a line.
@@ -145,9 +150,38 @@ def _beyond_by_table(recording: Recording, target: str, value: float, side: floa
     if free.sum() < DISTINCT or np.ptp(u[free]) == 0:
         return None
     line = np.polynomial.Polynomial.fit(u[free], values[free], 1)
-    noise = 1.4826 * float(np.median(np.abs(values[free] - line(u[free]))))
-    more = float(np.median(side * (line(u[at]) - value)))
-    return more > max(DEVIATIONS * noise, STEPS * step, SHARE * abs(value))
+    noise = _scatter(values[free] - line(u[free]))
+    asked = line(u[at])
+    more = float(np.median(side * (asked - value)))
+    if more > max(DEVIATIONS * noise, STEPS * step, SHARE * abs(value)):
+        return True
+    return _moves(line(u), at, values) and _stands(values, at, free, value)
+
+
+def _scatter(x: Floats) -> float:
+    """Standard deviation by the median of magnitudes."""
+    return 1.4826 * float(np.median(np.abs(x)))
+
+
+def _moves(asked: Floats, at: Mask, values: Floats) -> bool:
+    """Whether what is asked at a rail goes up and down, beyond its own white noise and the steps of the reading."""
+    pairs = at[1:] & at[:-1]
+    if not pairs.any():
+        return False
+    whole, white = _scatter(asked[at] - np.median(asked[at])), _scatter(np.diff(asked)[pairs]) / np.sqrt(2)
+    steps = np.abs(np.diff(values))
+    step = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
+    return whole > MOVES * white and whole**2 - white**2 > step**2
+
+
+def _stands(values: Floats, at: Mask, free: Mask, value: float) -> bool:
+    """Whether a reading stands at a rail far longer than at any other value of fast motion."""
+    middle = float(np.median(values))
+    fast = free & (np.abs(values - middle) > FAST * abs(value - middle))
+    longest = max((b - a for a, b in stretches(at)), default=0)
+    same = (np.diff(values) == 0) & fast[1:]
+    other = 1 + max((b - a for a, b in stretches(same)), default=0)
+    return longest >= max(STANDS, LONGER * other)
 
 
 def _heads_beyond(values: Floats, at: Mask, value: float, side: float, step: float) -> bool:

@@ -63,6 +63,37 @@ def test_a_sound_run_has_none(kind: str, seed: int, step: float) -> None:
     assert find_rails((recording,), "gyro") == ()
 
 
+def beside_a_late_encoder(u: Floats, top: float, step: float, seed: int) -> Recording:
+    """A gyro of u that clips at ``top``, rounded to ``step``, beside a rate that is late by 60 ms and noisy."""
+    t: Floats = 0.02 * np.arange(1.0, len(u) + 1)
+    rng = np.random.default_rng(seed)
+    rate = np.interp(t - 0.06, t, u) + 0.1 * rng.standard_normal(len(u))
+    gyro = np.clip(u + 0.01 * rng.standard_normal(len(u)), -top, top)
+    gyro = np.round(gyro / step) * step if step else gyro
+    return Recording(t, {"gyro": Channel(gyro, "rad/s"), "table_rate": Channel(rate, "rad/s")})
+
+
+@pytest.mark.parametrize("step", [0.0, 0.005])
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_gyro_that_clips_beside_a_late_and_noisy_reference_has_rails(step: float, seed: int) -> None:
+    """What is asked beyond the rail is less than three deviations of the reference; yet the table moves on."""
+    t = 0.02 * np.arange(3000)
+    u = 1.1 * np.sin(2 * np.pi * 0.41 * t + seed) + 0.5 * np.sin(2 * np.pi * 0.67 * t)
+    found = {rail.high for rail in find_rails((beside_a_late_encoder(u, 1.2, step, seed),), "gyro")}
+    assert found == {True, False}
+
+
+@pytest.mark.parametrize("step", [0.0, 0.02, 0.1])
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_highest_dwell_of_a_coarse_reading_beside_such_a_reference_is_none(step: float, seed: int) -> None:
+    """A table that runs up, turns on steadily, and back: the reading stands, and so does the table."""
+    rng = np.random.default_rng(seed + 10)
+    corners = np.cumsum(rng.uniform(0.5, 4.0, 40))
+    t = 0.02 * np.arange(int(corners[-1] / 0.02))
+    u = np.interp(t, corners, np.tile([0.0, 1.2, 1.2, 0.0, -1.2, -1.2, 0.0, 0.7], 5))
+    assert find_rails((beside_a_late_encoder(u, 9.0, step, seed),), "gyro") == ()
+
+
 def test_a_bench_at_rest_has_none() -> None:
     assert all(find_rails((bench(duration=200.0),), name) == () for name in ("accel_x", "accel_z", "gyro_x"))
 
