@@ -20,7 +20,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from insenv.core.recording import Floats, Recording
+from insenv.core.recording import GAP, Channel, Floats, Recording
 from insenv.identify.fit.evidence import HELD_OUT_SPREAD
 from insenv.identify.positions.model import AXES, Linear, Surroundings, TriadTerm
 from insenv.identify.positions.rests import Rest, means, middle_times
@@ -29,6 +29,10 @@ from insenv.identify.positions.walk import restricted_likelihood
 
 #: White parts of the noise of a turn that are tried, as shares of the variance that is left.
 WHITE = (1e-3, *np.geomspace(0.03, 3.0, 13).tolist())
+
+#: Longest step of time within a turn over which the rate goes straight from row to row [s]: a hand changes it within
+#: tenths of a second, and loggers lose a row now and then.
+BRIDGED = 0.05
 
 
 @dataclass(frozen=True)
@@ -218,9 +222,10 @@ def rotations(
 
 
 def _whole(recordings: Sequence[Recording], rests: Sequence[Rest], a: int, b: int) -> bool:
-    """Whether the turn between two rests was recorded: there are rows of it, and no gap in time."""
-    at, pieces = rests[a].stop - 1, recordings[rests[a].run].pieces()
-    return at + 1 < rests[b].start and any(p.start <= at and rests[b].start < p.stop for p in pieces)
+    """Whether the turn between two rests was recorded: there are rows of it, and no gap that hides how it went on."""
+    recording, at = recordings[rests[a].run], rests[a].stop - 1
+    steps = np.diff(recording.t[at : rests[b].start + 1])
+    return len(steps) > 1 and bool(steps.max() <= max(GAP * recording.dt, BRIDGED))
 
 
 def _turn(recording: Recording, before: Rest, after: Rest, bias: Floats, bias_after: Floats) -> Turn:
@@ -228,10 +233,17 @@ def _turn(recording: Recording, before: Rest, after: Rest, bias: Floats, bias_af
     rows = slice(before.stop - 1, after.start + 1)
     t = recording.t[rows]
     channels = [recording.channels[f"gyro_{axis}"] for axis in AXES]
-    columns = [
-        c.values[rows][1:] if c.covers == "interval" else 0.5 * (c.values[rows][1:] + c.values[rows][:-1])
-        for c in channels
-    ]
+    columns = [_rates(c, rows, t, recording.dt) for c in channels]
     dt = np.diff(t)
     share = ((0.5 * (t[1:] + t[:-1]) - t[0]) / (t[-1] - t[0]))[:, None]
     return Turn(np.column_stack(columns) - (bias + share * (bias_after - bias)), dt, before.number, after.number)
+
+
+def _rates(channel: Channel, rows: slice, t: Floats, period: float) -> Floats:
+    """Mean rates between rows: a channel that covers intervals knows the last period of a longer step alone."""
+    middle = 0.5 * (channel.values[rows][1:] + channel.values[rows][:-1])
+    if channel.covers != "interval":
+        return np.asarray(middle, float)
+    steps = np.diff(t)
+    known = np.where(steps > GAP * period, period / steps, 1.0)
+    return np.asarray(known * channel.values[rows][1:] + (1 - known) * middle, float)

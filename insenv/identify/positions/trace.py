@@ -375,7 +375,9 @@ def _uncertain(accel: Part, measured: Floats, around: Surroundings) -> Floats:
     p = sum(term.size for term in fit.terms)
     usual = np.concatenate([np.full(t.size, max(param.sd for param in t.effect.linear)) for t in fit.terms])
     rows = fit.slopes[problem.fitted].reshape(-1, fit.slopes.shape[2])
-    information = rows.T @ rows / max(fit.variance, 1e-300)
+    # A fit that leaves no freedom leaves no scatter either: that of the model without the rest is then the noise.
+    variance = (fit if fit.freedom >= LEAST_FREEDOM else after).variance
+    information = rows.T @ rows / max(variance, 1e-300)
     information[p:, p:] += np.diag(1 / problem.nuisance**2)
     information[:p, :p] += np.diag(1 / usual**2)
     covariance = np.asarray(np.linalg.inv(information), np.float64)[:p, :p]

@@ -40,13 +40,13 @@ from insenv.data.manifest import HeldOut, KnownPositions, Model, load_manifest
 from insenv.data.save import save
 from insenv.effects.catalogue import by_key
 from insenv.identify.findings import TargetFindings
-from insenv.identify.positions.accel import uncertain_directions
+from insenv.identify.positions.accel import Magnitudes, uncertain_directions
 from insenv.identify.positions.findings import position_findings
 from insenv.identify.positions.leave_out import left_out
 from insenv.identify.positions.model import Linear, Surroundings, triad_term
 from insenv.identify.positions.rests import find_rests
 from insenv.identify.positions.search import Fit, Outcome
-from insenv.identify.positions.trace import Positions, trace_positions
+from insenv.identify.positions.trace import Positions, _uncertain, trace_positions
 from insenv.identify.positions.turn import turned
 from insenv.report.html import to_html
 from insenv.report.json import to_json
@@ -188,6 +188,21 @@ def test_rests_of_two_runs_are_counted_through() -> None:
 
 
 # ------------------------------------------------------------------------------------------------- the model
+
+
+@pytest.mark.parametrize(("lost", "turns"), [(1, 15), (20, 0)])
+def test_a_row_that_a_logger_lost_hides_no_turn(lost: int, turns: int) -> None:
+    """Its step is of a time in which a hand's rate goes straight; one of 0.4 s hides where the turn went."""
+    run = recording(Case(rests=16, rest_s=4.0, gyro=scales(0.0, 0.0, 0.05)), 3)
+    turning = np.arange(len(run)) % 260 - 200
+    kept = (turning < 20) | (turning >= 20 + lost)
+    channels = {name: replace(c, values=c.values[kept]) for name, c in run.channels.items()}
+    found = trace_positions(manifest(GYROS, ("bias",), HeldOut()), (replace(run, t=run.t[kept], channels=channels),))
+    assert (len(found.gyro.problem.turns) if found.gyro else 0) == turns  # type: ignore[union-attr]
+    if found.gyro:
+        fit = found.gyro.outcome.after
+        assert names(found.gyro.outcome) == ["scale_factor"]
+        assert fit.theta[2] == pytest.approx(0.05, abs=3 * fit.sd()[2])
 
 
 @pytest.mark.parametrize("key", ["accel_bias", "accel_scale_factor", "non_orthogonality", "bias_drift"])
@@ -648,6 +663,17 @@ def test_directions_are_as_uncertain_as_the_calibration_is() -> None:
         np.testing.assert_allclose(
             np.cov(unit[:, k].T), 1e-4 * away[k] @ away[k].T, atol=0.1 * 1e-4 * np.trace(away[k] @ away[k].T)
         )
+
+
+@pytest.mark.parametrize("rests", [8, 9])
+def test_as_many_rests_as_errors_of_the_calibration_leave_no_false_certainty(rests: int) -> None:
+    """Nine coefficients fit nine magnitudes whatever they are: what is left is no noise (singular, once)."""
+    for seed in range(8):
+        found = trace_positions(manifest(GYROS, ("bias",), HeldOut()), (recording(Case(rests=rests), seed),))
+        problem = found.accel.problem
+        assert isinstance(problem, Magnitudes)
+        width = np.sqrt(np.sum(_uncertain(found.accel, problem.measured, problem.around) ** 2, axis=(1, 2)))
+        assert np.all(width > 1e-5)  # 1 mm/s^2 of scatter, and coefficients that nothing tells
 
 
 # ------------------------------------------------------------------------------------------------- known attitudes
