@@ -55,7 +55,7 @@ class BiasDrift(LinearEffect):
     id = "bias_drift"
     title = "bias drift"
     meaning = "the bias moves in proportion to time"
-    linear = (Param("c", OUTPUT + "/s", sd=3e-5, bound=3e-4),)
+    linear = (Param("c", OUTPUT + "/s", sd=3e-5, bound=1e-2),)
     source = "IEEE Std 952-1997: rate ramp"
     on_axes = ("gyro", "accelerometer")
     of_time = True
