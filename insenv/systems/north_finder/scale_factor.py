@@ -14,6 +14,7 @@ from insenv.core.estimate import Datasheet
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats
 from insenv.effects.base import DrivenEffect
+from insenv.effects.bias import Bias
 from insenv.effects.noise import RateRandomWalk
 from insenv.effects.rate.lock_in import LockIn
 from insenv.information.rate_noise import lock_in
@@ -21,7 +22,7 @@ from insenv.plants.turntable import Turntable
 from insenv.rig import Fitted, Rig, RigState
 
 #: First words of what is a scale factor at one rate.
-_SEEN = ("scale_factor", "bias", "lock_in", RateRandomWalk.id)
+_SEEN = ("scale_factor", Bias.id, "lock_in", RateRandomWalk.id)
 #: Below this input there is none [rad/s].
 _REST = 10 * EARTH_RATE
 
