@@ -131,6 +131,9 @@ def _beyond_bounds(problem: Problem, fit: Fit) -> str:
         # Of what has one sign alone, noise gives either: the other one is no finding, however uncertain.
         if not (low if low == 0 else low - slack) <= value <= high + slack:
             return f"its {name} would be {value:.3g}, beyond the credible {low:.3g} to {high:.3g}"
+        most = high if value > 0 else -low
+        if most < slack <= abs(value):
+            return f"its {name} would be {value:.3g}, but even {most:.3g}, the largest credible, would not stand out"
         if abs(value) + slack < params[name].least:
             return f"its {name} would be {value:.3g}, less than the credible {params[name].least:.3g}"
     term = fit.model[-1]

@@ -1,5 +1,7 @@
 """One round of the search on one target: what is tried, how it is ranked, how surely."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import chi2, f
@@ -27,6 +29,12 @@ def begun(recording: Recording) -> tuple[Problem, Model, Fit, tuple[Candidate, .
     found, _ = candidates(prepared.problem, CATALOGUE)
     tried = tuple(c for c in found if c.effect.key not in declared and not c.generic)
     return prepared.problem, prepared.model, solve(prepared.problem, prepared.model), tried
+
+
+def reading(recording: Recording, values: np.ndarray) -> Recording:
+    """The recording with other readings of its gyro."""
+    channel = replace(recording.channels["gyro"], values=values)
+    return replace(recording, channels={**recording.channels, "gyro": channel})
 
 
 @pytest.mark.parametrize(
@@ -148,6 +156,19 @@ def test_an_effect_beyond_its_bound_is_not_credible(size: float) -> None:
         h for h in search(problem, fit, alone, 0, len(alone) + 1) if h.candidate.effect.key == "encoder_harmonic:1"
     )
     assert hit.p_value == 1.0
+
+
+def test_what_would_not_stand_out_at_its_largest_is_not_what_is_found() -> None:
+    """An eccentricity of 0.18 rad known to 0.05: none that is credible, to 0.1, would be seen beside this noise."""
+    run = gyro_run("reversal", 38, (("encoder_harmonic:1", np.array([0.18, 0.0])),), duration=DURATION)
+    gyro = run.recording.channels["gyro"].values
+    loud = gyro + 1.0 * np.random.default_rng(3).standard_normal(len(gyro))
+    problem, _, fit, tried = begun(reading(run.recording, loud))
+    alone = tuple(c for c in tried if c.effect.key == "encoder_harmonic:1")
+    hit = next(
+        h for h in search(problem, fit, alone, 0, len(alone) + 1) if h.candidate.effect.key == "encoder_harmonic:1"
+    )
+    assert (hit.p_value, "would not stand out" in hit.remark) == (1.0, True)
 
 
 def test_an_effect_within_its_bound_is_named_however_strong() -> None:
