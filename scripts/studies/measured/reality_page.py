@@ -47,9 +47,10 @@ once (30 of 32); `sixth` was there to develop on; `seventh` was opened once (34 
 on; `ninth` was opened once (29 of 41), `tenth` too (31 of 37); `twelfth` was collected wide to develop on (right or
 honest at first sight: 17 of 26 with a reference, 27 of 36 without, of which 46 stand here). What is shown of these is
 how the loop answered after what they taught. `eleventh` (29 of 35) and `thirteenth` (38 of 41) were opened once too;
-`fifteenth` (18 of 19, of eight owners) is shown as it was when it was opened: no answer to it had been seen before. Of
-`fourteenth`, 18 recordings to develop on (10 right or honest at first sight), 10 stand here; of `sixteenth`, 34 to
-develop on (28 at first sight), 27, their facts written after the answers.
+`fifteenth` (18 of 19, of eight owners) and `eighteenth` (21 of 22, of thirteen owners) are shown as they were when they
+were opened: no answer to them had been seen before. Of `fourteenth`, 18 recordings to develop on (10 right or honest at
+first sight), 10 stand here; of `sixteenth`, 34 to develop on (28 at first sight), 27, their facts written after the
+answers.
 
 Judgements: **right** names what is there, nothing that the data exclude, values within tolerance or three standard
 deviations; **honest** falls short and says so; **missed** is silent; **wrong, flagged** names what is not there under
