@@ -75,6 +75,12 @@ MOST_DAMPED = 4
 #: Share by which bins of two targets may differ in length and be as good as one.
 SAME = 1e-6
 
+#: Log likelihood ratio by which what an effect has taken the place of must explain more to stay, as the best of rivals.
+MARGIN = 6.0
+
+#: Why an effect is refused that would take the place of one which explains more.
+LESS = "it would take the place of what explains more"
+
 #: Why no hold is tried of means that were made of uneven rows.
 OF_MEANS = "rows of uneven steps were made means: an output that is held for less is only late there"
 
@@ -569,7 +575,26 @@ def _tried(track: Track, hit: Hit, proposal: _Proposal, names: tuple[str, ...], 
     step = Step(hit, track.score, score, proposal.p_value, joined)
     steps = (*(s for s in track.steps if s.hit.term in model), step)
     grown = replace(track, fit=fit, score=score, steps=steps, hits=None)
-    return _pruned(grown, alpha), True
+    pruned = _pruned(grown, alpha)
+    if _explained_more(problem, track, pruned, hit):
+        return replace(track, refusals=(*track.refusals, Refusal(hit, LESS, displaced=True))), False
+    return pruned, True
+
+
+def _explained_more(problem: Problem, track: Track, pruned: Track, hit: Hit) -> bool:
+    """Whether an effect that ``hit`` has taken the place of explains more than it does, by itself in that place.
+
+    Two curves can contradict each other though each fits: beside a lock-in the rest of a dead band would lose a part
+    of the low rates only, which no dead band does. Of the two the likelier stays.
+    """
+    gone = [s.hit.term for s in track.steps if all(s is not left for left in pruned.steps)]
+    if not gone:
+        return False
+    rest = tuple(t for t in track.fit.model if all(t is not one for one in gone))
+    base = reference(problem, rest, track.fit.noise.power)
+    before, _ = likelihood_ratio(problem, base, with_term(rest, gone[0]) if len(gone) == 1 else track.fit.model)
+    after, _ = likelihood_ratio(problem, base, with_term(rest, hit.term))
+    return before - after > MARGIN
 
 
 def _no_step(track: Track, fit: Fit, hit: Hit) -> str:
