@@ -575,13 +575,18 @@ def _tried(track: Track, hit: Hit, proposal: _Proposal, names: tuple[str, ...], 
     step = Step(hit, track.score, score, proposal.p_value, joined)
     steps = (*(s for s in track.steps if s.hit.term in model), step)
     grown = replace(track, fit=fit, score=score, steps=steps, hits=None)
+    return _kept(track, grown, hit, alpha)
+
+
+def _kept(track: Track, grown: Track, hit: Hit, alpha: float) -> tuple[Track, bool]:
+    """The track grown by ``hit`` without what has become superfluous, or with the refusal of what explains less."""
     pruned = _pruned(grown, alpha)
-    if _explained_more(problem, track, pruned, hit):
+    if _explained_more(track, pruned, hit):
         return replace(track, refusals=(*track.refusals, Refusal(hit, LESS, displaced=True))), False
     return pruned, True
 
 
-def _explained_more(problem: Problem, track: Track, pruned: Track, hit: Hit) -> bool:
+def _explained_more(track: Track, pruned: Track, hit: Hit) -> bool:
     """Whether an effect that ``hit`` has taken the place of explains more than it does, by itself in that place.
 
     Two curves can contradict each other though each fits: beside a lock-in the rest of a dead band would lose a part
@@ -591,9 +596,9 @@ def _explained_more(problem: Problem, track: Track, pruned: Track, hit: Hit) -> 
     if not gone:
         return False
     rest = tuple(t for t in track.fit.model if all(t is not one for one in gone))
-    base = reference(problem, rest, track.fit.noise.power)
-    before, _ = likelihood_ratio(problem, base, with_term(rest, gone[0]) if len(gone) == 1 else track.fit.model)
-    after, _ = likelihood_ratio(problem, base, with_term(rest, hit.term))
+    base = reference(track.problem, rest, track.fit.noise.power)
+    before, _ = likelihood_ratio(track.problem, base, track.fit.model)
+    after, _ = likelihood_ratio(track.problem, base, with_term(rest, hit.term))
     return before - after > MARGIN
 
 
