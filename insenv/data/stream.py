@@ -160,9 +160,9 @@ def _shifted(table: Table, start: int) -> Table:
 
 
 def _csv(path: Path, columns: Sequence[Column], reading: Reading) -> Dealt | None:
-    """Text with a header line."""
+    """Text with a header line; None where it is short, or no line of it can be told by its bytes."""
     size = path.stat().st_size
-    if size <= BYTES or reading.lines:
+    if size <= BYTES or reading.lines or text.is_wide(path):
         return None
     return _csv_chunks(path, columns, size, reading)
 

@@ -30,7 +30,7 @@ from insenv.data.readers.novatel import NAMES
 from insenv.data.readers.rows import COMMENTS, MOST_LINES, is_number
 from insenv.data.readers.stamps import second
 from insenv.data.readers.table import decoding
-from insenv.data.readers.text import Line, labelled_names, lines_of
+from insenv.data.readers.text import Line, labelled_names, lines_of, text_of
 
 #: Of a text file so much is looked at for its layout, and so many lines.
 HEAD_BYTES, HEAD_LINES = 400_000, 400
@@ -296,8 +296,7 @@ def _text(path: Path, kind: str) -> Listing:
     if kind == "xlsx":
         content = spreadsheet.as_text(path)[:HEAD_BYTES]
     else:
-        with path.open("rb") as file:
-            content = file.read(HEAD_BYTES)
+        content = text_of(path, HEAD_BYTES)
     if b"RAWIMU" in content:
         return _read(path, "novatel", [(name, name, None) for name in NAMES])
     if b"\0" in content:

@@ -5,6 +5,7 @@ The header is read here, the rows below it by `insenv.data.readers.rows`.
 
 from __future__ import annotations
 
+import codecs
 import csv
 import re
 from collections import Counter
@@ -23,6 +24,7 @@ from insenv.data.readers.table import Column, Table, find_column, split_unit
 
 _LINE = re.compile(rb"([^\r\n]*)(\r\n|\r|\n|\Z)")
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+_UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 #: Bytes at the beginning of a file that are looked at first, and those of a line that there is no need for.
 HEAD_BYTES, LONGEST = 8_000_000, 1_000_000
 #: Lines at the head of a file among which the header is looked for by its names.
@@ -68,10 +70,37 @@ def read_csv(path: Path, columns: Sequence[Column], reading: Reading = WHOLE) ->
         If the header, a row or a number is not what it should be.
     """
     head = _head(path)
-    if path.stat().st_size > len(head):
+    if path.stat().st_size > HEAD_BYTES:
         # Faults of the header and the first rows are told before all of a long file is in memory.
         csv_table(path, head[: max(head.rfind(b"\n"), head.rfind(b"\r")) + 1], columns, reading)
-    return csv_table(path, path.read_bytes(), columns, reading)
+    return csv_table(path, text_of(path), columns, reading)
+
+
+def text_of(path: Path, most: int = -1) -> bytes:
+    """The first ``most`` bytes of a text file (all where negative), as UTF-8 where its byte order mark is of UTF-16.
+
+    Spreadsheets and scripts of Windows save tables so ("Unicode text", ``>`` of PowerShell). A character that ``most``
+    cuts in two is left out.
+
+    Raises
+    ------
+    InputError
+        If a file with such a mark is no UTF-16.
+    """
+    with path.open("rb") as file:
+        content = file.read(most)
+    if not content.startswith(_UTF_16):
+        return content
+    try:
+        return codecs.getincrementaldecoder("utf-16")().decode(content, final=most < 0).encode()
+    except UnicodeError:
+        raise InputError(f"{path}: begins as UTF-16 text and is none; wanted UTF-8 or UTF-16 text") from None
+
+
+def is_wide(path: Path) -> bool:
+    """Whether a file begins with the byte order mark of UTF-16."""
+    with path.open("rb") as file:
+        return file.read(2) in _UTF_16
 
 
 def _head(path: Path) -> bytes:
@@ -82,9 +111,8 @@ def _head(path: Path) -> bytes:
     InputError
         If its first line has no end.
     """
-    with path.open("rb") as file:
-        head = file.read(HEAD_BYTES)
-    if len(head) == HEAD_BYTES and b"\n" not in head[:LONGEST] and b"\r" not in head[:LONGEST]:
+    head = text_of(path, HEAD_BYTES)
+    if len(head) >= HEAD_BYTES // 2 and b"\n" not in head[:LONGEST] and b"\r" not in head[:LONGEST]:
         raise InputError(f"{path}: line 1 is longer than {LONGEST / 1e6:g} MB; wanted a table, a row on each line")
     return head
 
@@ -210,7 +238,7 @@ def read_text(path: Path, columns: Sequence[Column], reading: Reading = WHOLE) -
         If a row or a number is not what it should be.
     """
     _head(path)
-    content = path.read_bytes().removeprefix(_BYTE_ORDER_MARK)
+    content = text_of(path).removeprefix(_BYTE_ORDER_MARK)
     if reading.lines:
         content = lines_of(path, content, reading.lines)
     if (found := labelled_names(path, content, reading.skip_lines)) is not None:

@@ -12,10 +12,13 @@ from hypothesis import strategies as st
 
 from insenv.core.errors import InputError
 from insenv.core.recording import Recording
+from insenv.data.guess.listing import listing
 from insenv.data.load import read_recordings
 from insenv.data.manifest import load_manifest
 from insenv.data.readers.labelled import as_rows, names_of
 from insenv.data.readers.stamps import seconds
+from insenv.data.readers.table import Column
+from insenv.data.readers.text import read_csv, read_text
 
 ROWS = 40
 RATES = np.round(np.random.default_rng(5).standard_normal((ROWS, 3)), 4)
@@ -219,3 +222,16 @@ def test_an_empty_row_of_a_workbook_is_a_blank_line(tmp_path: Path) -> None:
         '[model]\ntarget = "gyro"\ndeclared = ["bias"]\n'
     )
     same(read_recordings(load_manifest(tmp_path / "m.toml"))[0])
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-be"])
+@pytest.mark.parametrize("kind", ["csv", "text"])
+def test_text_of_two_bytes_a_character_is_read(tmp_path: Path, encoding: str, kind: str) -> None:
+    lines = ["time [s],gz [rad/s]", *(f"{t:.2f},{rate}" for t, rate in zip(TIMES, RATES[:, 2], strict=True))]
+    content = "\ufeff" * (encoding == "utf-16-be") + "\r\n".join(lines) + "\r\n"
+    path = tmp_path / f"log.{'csv' if kind == 'csv' else 'txt'}"
+    path.write_bytes(content.encode(encoding))
+    columns = [Column("time", "time", False), Column("gyro", "gz", False)]
+    table = (read_csv if kind == "csv" else read_text)(path, columns)
+    np.testing.assert_array_equal(table.values["gyro"], RATES[:, 2])
+    assert [c.heading for c in listing(path).columns] == ["time [s]", "gz [rad/s]"]
