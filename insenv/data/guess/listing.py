@@ -293,10 +293,7 @@ def _of_array(name: str, array: Any) -> list[Listed]:
 
 def _text(path: Path, kind: str) -> Listing:
     """Columns of a text table, a workbook or the text log of a receiver."""
-    if kind == "xlsx":
-        content = spreadsheet.as_text(path)[:HEAD_BYTES]
-    else:
-        content = text_of(path, HEAD_BYTES)
+    content = spreadsheet.as_text(path)[:HEAD_BYTES] if kind == "xlsx" else text_of(path, HEAD_BYTES)
     if b"RAWIMU" in content:
         return _read(path, "novatel", [(name, name, None) for name in NAMES])
     if b"\0" in content:
