@@ -34,7 +34,16 @@ from insenv.identify.prepare.excess import most_power, structure
 from insenv.identify.prepare.line_effects import IN_BINS
 from insenv.identify.prepare.lines import Line
 from insenv.identify.prepare.problems import prepare
-from insenv.identify.prepare.vibration import as_lines, averaged, doublings, stands_out, unnamed, unresolved, without
+from insenv.identify.prepare.vibration import (
+    affordable,
+    as_lines,
+    averaged,
+    doublings,
+    stands_out,
+    unnamed,
+    unresolved,
+    without,
+)
 from insenv.identify.prepare.wandering import lost, of_encoder, wanders, without_line
 from insenv.identify.search.candidates import candidates
 from insenv.identify.search.earth_rate import due_level
@@ -138,6 +147,7 @@ def trace(
     if manifest.held_out.averaging is None:
         tried = [tuple(c.effect for c in track.candidates if not c.generic) for track in tracks]
         times = max(doublings(t.problem, t.fit, effects) for t, effects in zip(tracks, tried, strict=True))
+        times = min(affordable(t.problem, t.prepared.model, times) for t in tracks)
         if times:
             width *= 2**times
             progress(f"means over {width:.3g} s: shorter ones hold vibration")

@@ -166,19 +166,39 @@ def of_one_use(bins: Bins) -> Bins:
 
 
 def merged(bins: Bins) -> tuple[Bins, NDArray[np.int64]]:
-    """The bins two by two, and which two each is made of, shape (n, 2); neighbours of one run and one use."""
+    """The bins two by two, and which two each is made of, shape (n, 2); neighbours of one run and one use.
+
+    Of a run in many pieces a bin without its neighbour stands for both, where half of the cells are there: of rows that
+    are lost one in ten, hardly any mean over thirty would be left. It is then both of its two.
+    """
     held, weights, kept, blocks, pairs = bins.held_out, [], [], [], []
     offset = first = 0
     for run, index in enumerate(bins.kept):
         own = held[first : first + len(index)]
-        left = np.flatnonzero((index[:-1] % 2 == 0) & (np.diff(index) == 1) & (own[:-1] == own[1:]))
+        one, other = _pairs(index, own)
         w = bins.weights[run]
-        weights.append(0.5 * np.concatenate([w[left], w[left + 1]], axis=1))
-        kept.append(index[left] // 2)
-        blocks += _blocks(run, kept[-1], np.where(own[left], _HELD_OUT, _FITTED), offset)
-        pairs.append(first + np.column_stack([left, left + 1]))
-        offset, first = offset + len(left), first + len(index)
+        absent = one == other
+        before = absent & (index[one] % 2 == 1)
+        halves = np.where(before[:, None], 0.0, w[one]), np.where((absent & ~before)[:, None], 0.0, w[other])
+        both = np.concatenate(halves, axis=1)
+        stay = ~absent | (np.count_nonzero(both, axis=1) >= FULL * both.shape[1])
+        one, other, both = one[stay], other[stay], both[stay]
+        weights.append(both / both.sum(axis=1, keepdims=True))
+        kept.append(index[one] // 2)
+        blocks += _blocks(run, kept[-1], np.where(own[one], _HELD_OUT, _FITTED), offset)
+        pairs.append(first + np.column_stack([one, other]))
+        offset, first = offset + len(one), first + len(index)
     return Bins(2 * bins.width, tuple(weights), tuple(kept), tuple(blocks)), np.concatenate(pairs)
+
+
+def _pairs(index: NDArray[np.int64], held_out: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Neighbours of one use; of a run in many pieces also each bin, twice, of which the neighbour is lost."""
+    left = np.flatnonzero((index[:-1] % 2 == 0) & (np.diff(index) == 1) & (held_out[:-1] == held_out[1:]))
+    if np.count_nonzero(np.diff(index) > 1) <= MOST_PIECES:
+        return left, left + 1
+    alone = np.flatnonzero(~np.isin(index ^ 1, index))
+    order = np.argsort(np.concatenate([left, alone]), kind="stable")
+    return np.concatenate([left, alone])[order], np.concatenate([left + 1, alone])[order]
 
 
 _UNUSED, _FITTED, _HELD_OUT = 0, 1, 2

@@ -23,6 +23,8 @@ from insenv.identify.prepare.widths import rows_per_cell
 
 #: Zeros of an encoder at which its steps are tried; noise of a reading, in steps, that is more than what these make.
 DRAWS, BLURRED = 16, 0.6
+#: Bins that the noise wants beside the declared parameters.
+SPARE = 8
 
 
 def binned(
@@ -122,9 +124,9 @@ def enough(manifest: Manifest, problem: Problem, model: Model, target: str) -> N
     """Raise InputError where the fitted bins are too few for the declared parameters and the noise."""
     bins = sum(b.n for b in problem.fitted)
     parameters = sum(len(problem.names(term)) for term in model)
-    if bins < parameters + 8:
+    if bins < parameters + SPARE:
         raise InputError(
             f"{manifest.path}: {target!r} has {bins} fitted bins of {problem.bins.width:g} s for {parameters} "
             "declared parameters and the noise; wanted at least "
-            f"{parameters + 8}: a longer recording or a shorter held_out.averaging"
+            f"{parameters + SPARE}: a longer recording or a shorter held_out.averaging"
         )

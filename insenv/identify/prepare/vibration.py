@@ -28,6 +28,7 @@ from insenv.identify.fit.gls import Fit
 from insenv.identify.fit.heldout import residual
 from insenv.identify.fit.noise import fit_noise, loglik
 from insenv.identify.fit.problem import NOISE_TERMS, Model, Problem, Term, pooled
+from insenv.identify.prepare.binned import SPARE
 from insenv.identify.prepare.excess import broad_p
 from insenv.identify.prepare.lines import FALSE_ALARM, SAME_LINE, WIDEST, Line, periodogram
 from insenv.identify.prepare.wandering import FEWEST_CYCLES
@@ -57,6 +58,17 @@ def doublings(problem: Problem, fit: Fit, tried: tuple[Effect, ...]) -> int:
     times = max(0, int(np.log2(min(fitted / FEWEST, LONGEST / width))))
     if not times or (broad_p(problem, fit) >= HUMP and _foretold_p(problem, fit, times) >= HUMP):
         return 0
+    return times
+
+
+def affordable(problem: Problem, model: Model, times: int) -> int:
+    """How often, ``times`` at most, means can be merged that the declared ``model`` and the noise can still be fitted.
+
+    Axes of a unit share one averaging, and rows that are lost leave one of them fewer long means than another.
+    """
+    wanted = sum(len(problem.names(term)) for term in model) + SPARE
+    while times and sum(b.n for b in averaged(problem, times).fitted) < wanted:
+        times -= 1
     return times
 
 

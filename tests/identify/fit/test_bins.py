@@ -216,3 +216,21 @@ def with_gaps(gaps: int, lost: int) -> Bins:
     fit = np.ones(count.sum(), bool)
     e = exposure(count)
     return gather((e,), (fit,), (~fit,), 1, 1)
+
+
+def test_bins_two_by_two_survive_rows_that_are_lost_here_and_there() -> None:
+    """One row of 13 is lost: means over 32 rows, made of single ones, hold what is there and mix no uses."""
+    there = np.arange(N) % 13 != 5
+    e, at = exposure(there.astype(np.int64)), np.flatnonzero(there)
+    bins = gather((e,), (at < 352,), (at >= 352,), 1, 1)
+    values: Floats = np.square(np.arange(N, dtype=np.float64))
+    y = bins.mean((values,))
+    for _ in range(5):
+        bins, pairs = merged(bins)
+        y = y[pairs].mean(axis=1)
+    covered(bins)
+    assert list(bins.kept[0]) == list(range(N // 32))
+    assert np.array_equal(bins.held_out, np.arange(N // 32) >= 11)
+    assert_allclose(bins.mean((values,)), y, rtol=1e-12)
+    lost = ~there[: N // 32 * 32].reshape(-1, 32)
+    assert np.all(bins.weights[0][lost] == 0.0)

@@ -19,7 +19,7 @@ from insenv.identify.findings import TargetFindings
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Term
 from insenv.identify.prepare.problems import prepare
-from insenv.identify.prepare.vibration import averaged, doublings
+from insenv.identify.prepare.vibration import affordable, averaged, doublings
 
 RATE, DURATION = 100.0, 150.0
 WHITE = 1e-3
@@ -156,3 +156,28 @@ def test_lines_of_a_motor_are_named_though_short_means_have_no_wave_of_them(tmp_
 @pytest.mark.parametrize("seed", [15, 16, 17, 18])
 def test_a_motor_that_hums_in_a_band_has_no_line(tmp_path: Path, seed: int) -> None:
     assert closed(motor(seed, 0.0), tmp_path).added == ()
+
+
+def test_rows_lost_here_and_there_leave_the_longer_means(tmp_path: Path) -> None:
+    """One row of six is lost at random: none of the means over 32 rows was left."""
+    rng = np.random.default_rng(11)
+    there = (rng.random(T.size) > 1 / 6) & (T < 50.0)  # so short that a bin is a row
+    slope = 30 * WHITE * np.sqrt(12 / (RATE * 50.0)) / 50.0
+    np.savez(tmp_path / "rest.npz", t=T[there], gyro=(hummed(1) + slope * T)[there])
+    (tmp_path / "rest.toml").write_text(
+        'data = "rest.npz"\n[channels]\ntime = { column = "t", unit = "s" }\n'
+        'gyro = { column = "gyro", unit = "rad/s" }\n[model]\ntarget = "gyro"\ndeclared = ["bias"]\n'
+    )
+    found = close(tmp_path / "rest.toml").targets[0]
+    assert [a.effect for a in found.added] == ["bias_drift"]
+    told = found.added[0].parameters[0]
+    assert abs(told.value - slope) < 4 * told.sd and slope > 3 * told.sd
+
+
+def test_means_are_merged_no_further_than_the_model_can_be_fitted() -> None:
+    run = gyro_run("rest", 4, duration=600.0, noise={"angle_random_walk": 1e-5}).recording
+    model = (Term(by_key("bias")),)
+    problem = prepare(manifest(averaging=4.0), (run,), (use(len(run)),), "gyro").problem
+    assert sum(b.n for b in problem.fitted) == 89
+    assert affordable(problem, model, 2) == 2
+    assert affordable(problem, model, 8) == 3  # of 89 means 11 are left, and 5 once more
