@@ -165,11 +165,11 @@ def of_one_use(bins: Bins) -> Bins:
     return replace(bins, blocks=tuple(blocks))
 
 
-def merged(bins: Bins) -> tuple[Bins, NDArray[np.int64]]:
+def merged(bins: Bins, least: float = 1.0) -> tuple[Bins, NDArray[np.int64]]:
     """The bins two by two, and which two each is made of, shape (n, 2); neighbours of one run and one use.
 
-    Of a run in many pieces a bin without its neighbour stands for both, where half of the cells are there: of rows that
-    are lost one in ten, hardly any mean over thirty would be left. It is then both of its two.
+    Of a run in many pieces a bin whose neighbour is lost stands for both, where it has the share ``least`` of their
+    cells. It is then both of its two.
     """
     held, weights, kept, blocks, pairs = bins.held_out, [], [], [], []
     offset = first = 0
@@ -181,7 +181,7 @@ def merged(bins: Bins) -> tuple[Bins, NDArray[np.int64]]:
         before = absent & (index[one] % 2 == 1)
         halves = np.where(before[:, None], 0.0, w[one]), np.where((absent & ~before)[:, None], 0.0, w[other])
         both = np.concatenate(halves, axis=1)
-        stay = ~absent | (np.count_nonzero(both, axis=1) >= FULL * both.shape[1])
+        stay = ~absent | (np.count_nonzero(both, axis=1) >= least * both.shape[1])
         one, other, both = one[stay], other[stay], both[stay]
         weights.append(both / both.sum(axis=1, keepdims=True))
         kept.append(index[one] // 2)
@@ -197,6 +197,7 @@ def _pairs(index: NDArray[np.int64], held_out: NDArray[np.bool_]) -> tuple[NDArr
     if np.count_nonzero(np.diff(index) > 1) <= MOST_PIECES:
         return left, left + 1
     alone = np.flatnonzero(~np.isin(index ^ 1, index))
+    alone = alone[(alone < len(index) - 1) | (index[alone] % 2 == 1)]  # behind the last bin the run may have ended
     order = np.argsort(np.concatenate([left, alone]), kind="stable")
     return np.concatenate([left, alone])[order], np.concatenate([left + 1, alone])[order]
 

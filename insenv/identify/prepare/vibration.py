@@ -23,7 +23,7 @@ import numpy as np
 from scipy.special import chdtrc
 
 from insenv.effects.base import Effect
-from insenv.identify.fit.bins import merged
+from insenv.identify.fit.bins import FULL, merged
 from insenv.identify.fit.gls import Fit
 from insenv.identify.fit.heldout import residual
 from insenv.identify.fit.noise import fit_noise, loglik
@@ -41,6 +41,8 @@ PARTS, AWAY = 5, 3.0
 RESOLVED = 0.45
 #: Share of the samples' variance from which a line that longer means leave out is told.
 LEAST_SHARE = 0.01
+#: Share of the data that whole means must leave.
+LEFT = 0.5
 #: What only a unit that moves is exposed to.
 MOTION = ("force", "cross_rate")
 
@@ -81,10 +83,13 @@ def _foretold_p(problem: Problem, fit: Fit, times: int) -> float:
 
 
 def averaged(problem: Problem, times: int) -> Problem:
-    """The problem with its means merged two by two so many times."""
-    for _ in range(times):
-        problem = _halved(problem)
-    return problem
+    """The problem with its means merged two by two so many times.
+
+    Where rows are lost here and there hardly a long mean is whole: of one row in ten, one mean over thirty in
+    twenty-five. Where less than half of the data would be left, means over what is there are made.
+    """
+    whole = _merged(problem, times, 1.0)
+    return whole if whole.bins.n * 2**times >= LEFT * problem.bins.n else _merged(problem, times, FULL)
 
 
 def unresolved(term: Term, width: float) -> bool:
@@ -170,8 +175,11 @@ def went_away(problem: Problem, fit: Fit) -> tuple[str, ...]:
     )
 
 
-def _halved(problem: Problem) -> Problem:
-    bins, pairs = merged(problem.bins)
-    inside = np.isin(pairs, np.array(problem.outliers, int)).any(axis=1)
-    outliers = tuple(int(i) for i in np.flatnonzero(inside))
-    return replace(problem, bins=bins, y=problem.y[pairs].mean(axis=1), outliers=outliers, cache={})
+def _merged(problem: Problem, times: int, least: float) -> Problem:
+    """The problem with its means merged two by two so many times; each has the share ``least`` of its cells."""
+    for _ in range(times):
+        bins, pairs = merged(problem.bins, least)
+        inside = np.isin(pairs, np.array(problem.outliers, int)).any(axis=1)
+        outliers = tuple(int(i) for i in np.flatnonzero(inside))
+        problem = replace(problem, bins=bins, y=problem.y[pairs].mean(axis=1), outliers=outliers, cache={})
+    return problem

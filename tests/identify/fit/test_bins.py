@@ -226,7 +226,7 @@ def test_bins_two_by_two_survive_rows_that_are_lost_here_and_there() -> None:
     values: Floats = np.square(np.arange(N, dtype=np.float64))
     y = bins.mean((values,))
     for _ in range(5):
-        bins, pairs = merged(bins)
+        bins, pairs = merged(bins, FULL)
         y = y[pairs].mean(axis=1)
     covered(bins)
     assert list(bins.kept[0]) == list(range(N // 32))
@@ -234,3 +234,16 @@ def test_bins_two_by_two_survive_rows_that_are_lost_here_and_there() -> None:
     assert_allclose(bins.mean((values,)), y, rtol=1e-12)
     lost = ~there[: N // 32 * 32].reshape(-1, 32)
     assert np.all(bins.weights[0][lost] == 0.0)
+
+
+def test_the_last_bin_of_a_run_in_pieces_is_not_merged_beyond_its_end() -> None:
+    """Every third of 75 bins is lost, and the last has no neighbour: a mean over two would reach behind the run."""
+    there = np.arange(N) // 8 % 3 != 1
+    e = exposure(there.astype(np.int64))
+    bins = gather((e,), (there[there],), (~there[there],), 8, 1)
+    assert bins.kept[0][-1] == 74
+    values: Floats = np.square(np.arange(N, dtype=np.float64))
+    y = bins.mean((values,))
+    bins, pairs = merged(bins, FULL)
+    assert bins.kept[0][-1] == 36
+    assert_allclose(bins.mean((values,)), y[pairs].mean(axis=1), rtol=1e-12)
