@@ -62,6 +62,8 @@ class Param:
         Largest credible magnitude; a fit beyond it is not this effect.
     per_rate : bool
         Whether ``bound`` is a share of the largest input rate instead of an absolute value.
+    per_run : bool
+        Whether ``bound`` is what it may come to in the longest run, instead of in a second.
     low : float
         Least credible value: ``-bound`` unless the parameter cannot be negative.
     least : float
@@ -73,6 +75,7 @@ class Param:
     sd: float
     bound: float = np.inf
     per_rate: bool = False
+    per_run: bool = False
     low: float = -np.inf
     least: float = 0.0
 

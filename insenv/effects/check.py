@@ -115,7 +115,7 @@ def _parameter(p: Param) -> Iterator[str]:
         yield f"the parameter {p.name!r} has the unit {p.unit!r}; wanted a name such as 'c' and an SI unit"
     if not 0 < p.sd < np.inf:
         yield f"{p.name}: sd = {p.sd:g}; wanted the standard deviation that is expected of it, above zero"
-    elif not (p.per_rate or p.sd <= p.bound):
+    elif not (p.per_rate or p.per_run or p.sd <= p.bound):
         yield f"{p.name}: sd = {p.sd:g} beyond bound = {p.bound:g}; wanted at most the largest credible magnitude"
     elif 0 < p.low <= 1e-3 * p.sd:
         yield f"{p.name}: low = {p.low:g} is a step of a difference from zero; wanted 0, or more than sd / 1000"

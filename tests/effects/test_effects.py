@@ -64,7 +64,7 @@ def test_parameters_are_declared_in_full(key: str) -> None:
         assert p.unit
         assert 0 < p.sd < np.inf
         # A bound that is a share of the largest rate has no scale in common with the standard deviation.
-        assert p.per_rate or p.sd <= p.bound
+        assert p.per_rate or p.per_run or p.sd <= p.bound
         # A step of a difference must not leave the range.
         assert p.low <= 0 or p.low > 1e-3 * p.sd
 

@@ -64,7 +64,7 @@ class ScaleFactorDrift(LinearEffect):
     id = "scale_factor_drift"
     title = "scale-factor drift"
     meaning = "the scale factor moves in proportion to time"
-    linear = (Param("c", "1/s", sd=1e-5, bound=3e-4),)
+    linear = (Param("c", "1/s", sd=1e-5, bound=0.1, per_run=True),)
     source = "IEEE Std 647-2006: scale factor stability"
     instruments = ("gyro",)
     of_time = True

@@ -224,6 +224,8 @@ class Problem:
         scale = self._prior_scale(param)
         if param.per_rate:
             scale = max(float(np.abs(e.u).max()) for e in self.exposures)
+        if param.per_run:
+            scale /= max(float(np.ptp(e.motion.t)) for e in self.exposures)
         bound = param.bound * scale
         return max(param.low * scale, -bound), bound
 

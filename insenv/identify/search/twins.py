@@ -37,7 +37,8 @@ def twins(problem: Problem, fit: Fit, term: Term) -> tuple[Effect, ...]:
     own = term.effect.twins(motions[0])
     place = next(i for i, t in enumerate(fit.model) if t is term)
     size = float(np.abs(fit.theta[fit.design.term == place]).max(initial=0.0))
-    return tuple(e for e in own if instrument in e.instruments and e.key not in named and size <= e.linear[0].bound)
+    able = (e for e in own if instrument in e.instruments and e.key not in named)
+    return tuple(e for e in able if size <= problem.limits(e.linear[0])[1])
 
 
 def twin_sentence(found: tuple[Effect, ...]) -> str:

@@ -158,6 +158,18 @@ def test_an_effect_beyond_its_bound_is_not_credible(size: float) -> None:
     assert hit.p_value == 1.0
 
 
+@pytest.mark.parametrize(("duration", "credible"), [(60.0, True), (1200.0, False)])
+def test_a_drift_of_the_scale_factor_is_credible_by_what_it_comes_to(duration: float, credible: bool) -> None:
+    """6 % of the scale in a minute may be; more than all of it in twenty may not."""
+    drift = (("scale_factor_drift", np.array([1e-3])),)
+    run = gyro_run("sine", 38, drift, duration=duration, noise={"angle_random_walk": 1e-5})
+    problem, _, fit, tried = begun(run.recording)
+    alone = tuple(c for c in tried if c.effect.key == "scale_factor_drift")
+    hits = search(problem, fit, alone, 0, len(alone) + 1)
+    hit = next(h for h in hits if h.candidate.effect.key == "scale_factor_drift")
+    assert (hit.p_value < 1e-6) == credible
+
+
 def test_what_would_not_stand_out_at_its_largest_is_not_what_is_found() -> None:
     """An eccentricity of 0.18 rad known to 0.05: none that is credible, to 0.1, would be seen beside this noise."""
     run = gyro_run("reversal", 38, (("encoder_harmonic:1", np.array([0.18, 0.0])),), duration=DURATION)
