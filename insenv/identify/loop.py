@@ -23,6 +23,7 @@ from insenv.effects.catalogue import CATALOGUE
 from insenv.effects.own import ALL
 from insenv.effects.timing import SampleHold
 from insenv.effects.tone import Tone
+from insenv.identify.clean.holds import Hold, Look
 from insenv.identify.clean.settling import settled_by, without_start
 from insenv.identify.findings import NotTestable
 from insenv.identify.fit.evidence import log_tail
@@ -158,7 +159,7 @@ def trace(
         if _worse(track):
             progress(f"{track.problem.target}: held-out data are worse without its lines and its hold")
             plain = found([begin(track.problem.target, width=width, samples=False)])
-            tracks[index] = plain[0]
+            tracks[index] = _with_shown(plain[0], track.prepared.held.hold)
     if not any(manifest.noise.get(track.problem.target) for track in tracks):
         tracks = with_sets(tracks, alpha)
     return Outcome(tuple(tracks), alpha, seed)
@@ -221,10 +222,18 @@ def _gone(track: Track, width: float) -> tuple[Refusal, ...]:
 def _worse(track: Track) -> bool:
     """Whether what was taken out of the samples, a hold or lines, leaves held-out data worse off than nothing added."""
     plain = track.prepared.plain
-    if track.prepared.held.hold is None and not track.prepared.lines:
+    hold = track.prepared.held.hold
+    if (hold is None or not hold.taken) and not track.prepared.lines:
         return False
     before = held_out_score(plain, solve(plain, track.prepared.model))
     return track.score.rms > (1 + MOST_GROWTH) * before.rms
+
+
+def _with_shown(track: Track, hold: Hold | None) -> Track:
+    """The track with a hold that the readings show by themselves, which is there though taking it out does not help."""
+    if hold is None or not hold.whole or any(_is_of(step.hit, SampleHold.id) for step in track.steps):
+        return track
+    return replace(track, prepared=replace(track.prepared, held=Look(replace(hold, taken=False))))
 
 
 def _exhausted(tracks: list[Track], generic: bool, alpha: float, seed: int, progress: Progress) -> list[Track]:

@@ -70,7 +70,8 @@ class Hold:
     """An output of which the share ``share`` is held for ``hold`` [s], with their standard deviations.
 
     ``phases`` [s] are the times from a renewal to the start of each run, less than ``hold``. ``whole`` where readings
-    themselves repeat (`insenv.identify.clean.repeats`): no fit is asked which share is held.
+    themselves repeat (`insenv.identify.clean.repeats`): no fit is asked which share is held. Not ``taken`` out where
+    its phase is not one, or where the reference does not tell the motion from one renewal to the next.
     """
 
     share: float
@@ -80,6 +81,7 @@ class Hold:
     phases: tuple[float, ...]
     p_value: float
     whole: bool = False
+    taken: bool = True
 
 
 @dataclass(frozen=True)
@@ -132,11 +134,13 @@ def _shown(recordings: tuple[Recording, ...], spans: tuple[slice, ...], problem:
     if found is None:
         return None
     dt, phases = recordings[0].dt, []
+    chance, sd = float(np.exp(found.log_chance)), dt / found.changes / np.sqrt(12)
+    everywhere = repeats(recordings, tuple(slice(0, len(r)) for r in recordings), problem.target)
+    if found.slips or (everywhere is not None and everywhere.slips):
+        return Hold(1.0, 1 / found.changes, found.rows * dt, sd, (), chance, whole=True, taken=False)
     for run, (recording, span) in enumerate(zip(recordings, spans, strict=True)):
         view = _view(recording, span, problem, run, model) if found.phases[run] is None else None
         phases.append((found.phases[run] or 0) * dt if view is None else _phase(view, found.rows * dt))
-    chance = float(np.exp(-found.changes * np.log(found.rows)))
-    sd = dt / found.changes / np.sqrt(12)
     return Hold(1.0, 1 / found.changes, found.rows * dt, sd, tuple(phases), chance, whole=True)
 
 

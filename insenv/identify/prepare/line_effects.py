@@ -20,6 +20,8 @@ from insenv.identify.prepare.lines import SAME_LINE, Line
 
 #: To which share a rail is known at best: it is told by one value.
 KNOWN = 1e-4
+#: What is said of a hold that was not taken out.
+LEFT_IN = "not subtracted: from one renewal to the next nothing tells the motion well enough"
 #: Lines of less than so many cycles in a bin are lines of the bins.
 IN_BINS = 0.5
 
@@ -54,7 +56,7 @@ def hold_effect(hold: Hold, before: float, after: float) -> Added:
         confounded_with=(),
         held_out_before=before,
         held_out_after=after,
-        remark="seen in the samples, from one to the next; subtracted",
+        remark="seen in the samples, from one to the next; " + ("subtracted" if hold.taken else LEFT_IN),
     )
 
 

@@ -329,7 +329,7 @@ def _held(
     """A held output, and the recordings with it and without it; their bins begin with a renewal."""
     spans, target = _spans(recordings, uses), plain.target
     look = find_hold(recordings, spans, plain, model)
-    if look.hold is None:
+    if look.hold is None or not look.hold.taken:
         unheld = _unheld(recordings, uses, target, model)
         return look, unheld, unheld
     hold = look.hold

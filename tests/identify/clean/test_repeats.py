@@ -5,13 +5,17 @@ Seeds are fixed. 48 changes fall into one class of rows modulo 2 by chance once 
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from simulated_runs import manifest, use
 
 from insenv.core.recording import Channel, Floats, Recording
 from insenv.data.reference import with_reference
+from insenv.effects.timing import SampleHold
 from insenv.identify.clean.repeats import repeats
+from insenv.identify.loop import trace
 from insenv.identify.prepare.problems import prepare
 
 ROW = 0.01
@@ -75,3 +79,38 @@ def test_a_hold_is_found_where_the_reference_or_a_rail_would_hide_it(damage: str
     assert hold.hold == pytest.approx(0.03, abs=1e-9)
     assert hold.phases[0] == pytest.approx(0.02, abs=1e-9)
     assert not [line for line in found.lines if abs(line.frequency - 100 / 3) < 2]
+
+
+def test_a_hold_whose_phase_slips_at_lost_rows_has_its_length_and_is_left_in() -> None:
+    """A logger lost rows and repeated each reading six times after that: half the hold was named."""
+    one = bench(4, 6)
+    lost = np.isin(np.arange(len(T)), [401, 402, 803, 1404])
+    gyro = one.values("gyro", "rad/s")[: int(np.sum(~lost))]
+    read = one.channels["table_rate"]
+    one = Recording(T[~lost], {"gyro": Channel(gyro, "rad/s"), "table_rate": replace(read, values=read.values[~lost])})
+    found = repeats((one,), spans(one), "gyro")
+    assert found is not None
+    assert (found.rows, found.phases, found.slips) == (6, (None,), True)
+    (track,) = trace(manifest(), (one,), (use(len(one), 0.85),), (SampleHold(),)).tracks
+    hold = track.prepared.held.hold
+    assert hold is not None
+    assert (hold.whole, hold.taken, hold.hold) == (True, False, pytest.approx(0.06, rel=1e-3))
+
+
+def test_a_hold_that_readings_show_stays_where_taking_it_out_makes_held_out_data_worse() -> None:
+    """The reference is that of another table in the held-out part: it tells nothing from one renewal to the next."""
+    one = bench(5, 4, 1)
+    read = one.values("table_rate", "rad/s").copy()
+    noise = 1.5 * np.random.default_rng(6).standard_normal(len(T))
+    read += np.convolve(noise, np.ones(3) / 3, mode="same")
+    one = Recording(T, {**one.channels, "table_rate": Channel(read, "rad/s", source="encoder")})
+    (track,) = trace(manifest(), (one,), (use(len(T), 0.6),), (SampleHold(),)).tracks
+    assert track.prepared.held.hold is not None
+    assert track.prepared.held.hold.hold == pytest.approx(0.04, abs=1e-9)
+
+
+def test_few_renewals_of_a_long_hold_are_as_certain_as_many_of_a_short_one() -> None:
+    one = bench(7, 5)
+    some = slice(0, 5 * 30)
+    assert repeats((one,), (some,), "gyro") is not None
+    assert repeats((bench(7, 2),), (slice(0, 2 * 30),), "gyro") is None
