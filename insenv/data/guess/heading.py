@@ -58,6 +58,8 @@ _TIME = {
     "elapsed",
     "sow",
     "tow",
+    "gpst",
+    "gpstime",
 } | {
     "ustime",
     "mstime",
@@ -179,6 +181,8 @@ def read_heading(text: str, row_unit: str | None = None) -> Heading:
     name, bracket = split_unit(text)
     if bracket is not None and bracket.isdigit():
         name, bracket = f"{name}_{'xyz'[int(bracket)]}" if int(bracket) < 3 else name, None
+    if bracket is not None and bracket.strip().lower() in ("x", "y", "z"):  # "Rotation Rate (X)"
+        name, bracket = f"{name} {bracket}", None
     tokens, axis = _axis(_tokens(name))
     kind = _kind(tokens, axis)
     kind, increment = (kind[:-5], True) if kind.endswith("_step") else (kind, False)

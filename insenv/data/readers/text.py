@@ -29,9 +29,14 @@ _UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 HEAD_BYTES, LONGEST = 8_000_000, 1_000_000
 #: Lines at the head of a file among which the header is looked for by its names.
 HEAD = 60
+#: Bytes at the beginning in which the delimiters are looked at.
+LOOKED_AT = 16384
 #: A line longer than this is none of units.
 LONGEST_LINE = 10_000
 _CHECKSUM = re.compile(rb"\*[0-9A-Fa-f]{2}[ \t]*$", re.M)
+#: A row of numbers, and a cell that is one with a decimal comma, or is whole, or empty.
+_ROW = re.compile(rb"[ \t]*[+-]?[0-9.]")
+_DECIMAL = re.compile(rb"[ \t]*(?:[+-]?\d+(?:,\d+)?)?[ \t]*")
 _DECIMAL_COMMA = re.compile(rb'(?:^|[;\t])["]?[ +-]*\d+,\d+[ ]*["]?(?:$|[;\t])')
 
 
@@ -90,11 +95,26 @@ def text_of(path: Path, most: int = -1) -> bytes:
     with path.open("rb") as file:
         content = file.read(most)
     if not content.startswith(_UTF_16):
-        return content
+        return _of_one_delimiter(content)
     try:
-        return codecs.getincrementaldecoder("utf-16")().decode(content, final=most < 0).encode()
+        return _of_one_delimiter(codecs.getincrementaldecoder("utf-16")().decode(content, final=most < 0).encode())
     except UnicodeError:
         raise InputError(f"{path}: begins as UTF-16 text and is none; wanted UTF-8 or UTF-16 text") from None
+
+
+def _of_one_delimiter(content: bytes) -> bytes:
+    """Rows that commas and semicolons part (``t,x,y;z``), or that end in a semicolon as MATLAB's do, by commas alone.
+
+    A comma between two digits may be that of a decimal: where all are, nothing is changed.
+    """
+    lines = content[:LOOKED_AT].splitlines()
+    rows = [line for line in lines[: len(lines) - (len(content) > LOOKED_AT)] if _ROW.match(line)]
+    if len(rows) < 2 or not all(b"," in row and b";" in row and b'"' not in row for row in rows):
+        return content
+    cells = [re.split(rb"[,;]", row.strip().rstrip(b";")) for row in rows]
+    if len({len(row) for row in cells}) > 1 or all(_DECIMAL.fullmatch(c) for row in rows for c in row.split(b";")):
+        return content
+    return re.sub(rb";[ \t]*(?=[\r\n]|$)", b"", content).replace(b";", b",")
 
 
 def is_wide(path: Path) -> bool:

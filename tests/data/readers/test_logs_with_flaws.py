@@ -90,3 +90,38 @@ def test_the_loop_says_that_an_end_was_cut_off(tmp_path: Path) -> None:
     read(tmp_path, [*lines(), "4.0,0."], end="")
     found = close(tmp_path / "log.toml")
     assert any(f"the last line, {ROWS + 2}, is cut off: passed over" in remark for remark in found.remarks)
+
+
+@pytest.mark.parametrize("layout", ["{t},{x};{y}", "{t},{x},{y};", "{t}; {x}, {y};"])
+def test_rows_that_commas_and_semicolons_part_lose_nothing(tmp_path: Path, layout: str) -> None:
+    rate = np.random.default_rng(1).normal(0, 0.01, (ROWS, 2)).round(6)
+    rows = [layout.format(t=round(0.1 * i, 1), x=x, y=y) for i, (x, y) in enumerate(rate)]
+    run = read_columns(tmp_path, rows)
+    np.testing.assert_allclose(run.channels["gyro_x"].values, rate[:, 0])
+    np.testing.assert_allclose(run.channels["gyro_y"].values, rate[:, 1])
+
+
+def test_whole_counts_in_rows_that_end_in_a_semicolon_are_no_decimals(tmp_path: Path) -> None:
+    counts = np.random.default_rng(2).integers(-3, 3, (ROWS, 2))
+    run = read_columns(tmp_path, [f"{i},{x},{y};" for i, (x, y) in enumerate(counts)])
+    np.testing.assert_array_equal(run.channels["gyro_y"].values, counts[:, 1])
+
+
+def test_decimal_commas_between_semicolons_stay_decimal(tmp_path: Path) -> None:
+    rate = np.random.default_rng(3).normal(0, 0.01, (ROWS, 2)).round(6)
+    rows = [f"{0.1 * i:.1f};{x:.6f};{y:.6f}".replace(".", ",") for i, (x, y) in enumerate(rate)]
+    run = read_columns(tmp_path, ["t;x;y", *rows], "csv")
+    np.testing.assert_allclose(run.channels["gyro_y"].values, rate[:, 1])
+
+
+def read_columns(folder: Path, rows: list[str], form: str = "text") -> Recording:
+    """Time and two gyros, by their headings, or by their places in a file without them."""
+    (folder / "log.txt").write_text("\n".join(rows) + "\n")
+    keys = ('"t"', '"x"', '"y"') if form == "csv" else (0, 1, 2)
+    (folder / "log.toml").write_text(
+        f'data = "log.txt"\nformat = "{form}"\n[channels]\ntime = {{ column = {keys[0]}, unit = "s" }}\n'
+        f'gyro_x = {{ column = {keys[1]}, unit = "rad/s" }}\ngyro_y = {{ column = {keys[2]}, unit = "rad/s" }}\n'
+        '[model]\ntarget = ["gyro_x", "gyro_y"]\ndeclared = ["bias"]\n'
+    )
+    (found,) = read_recordings(load_manifest(folder / "log.toml"))
+    return found
