@@ -86,6 +86,7 @@ KEYS = ("columns", "time.unit", "time.rate", "gyro.unit", "gyro.offset", "accel.
     "mounting.tilt",
     "mounting.axes",
     "mounting.table_axis",
+    "procedure",
 )
 
 

@@ -97,6 +97,31 @@ def test_gravity_that_turns_tells_the_unit_of_gyros(size: float, unit: str, tmp_
     assert found.procedure.value == "multi-position" and not found.questions
 
 
+def swung(rest: int, seed: int = 1) -> dict[str, Floats]:
+    """Gyros [deg/s] of a unit that is swung slowly by hand about all axes after so many rows at rest, of 6000."""
+    random = np.random.default_rng(seed)
+    t = np.arange(6000) * DT
+    rate = np.column_stack([60 * np.sin(2 * np.pi * f * t) for f in (0.031, 0.057, 0.083)])
+    rate[:rest] = 0
+    rate += 0.1 * random.standard_normal(rate.shape)
+    return {"time [s]": t, **{f"gyro_{a} [deg/s]": rate[:, i] for i, a in enumerate("xyz")}}
+
+
+def test_a_unit_that_moves_is_asked_what_it_is_judged_by_and_is_not_written_as_at_rest(tmp_path: Path) -> None:
+    path = table(tmp_path / "a.csv", swung(rest=0))
+    made = init([path])
+    (question,) = made.draft.questions
+    assert question.key == "procedure" and "moves in" in question.text and made.draft.procedure.value is None
+    assert tomllib.loads(made.path.read_text())["model"]["procedure"] == "?"
+    told = init([path], answers={"procedure": "static"}, force=True)
+    assert not told.draft.questions and tomllib.loads(told.path.read_text())["model"]["procedure"] == "static"
+
+
+def test_a_unit_that_mostly_rests_is_not_asked(tmp_path: Path) -> None:
+    found = drafted(table(tmp_path / "a.csv", swung(rest=5000)))
+    assert found.procedure.value == "static" and not found.questions
+
+
 def test_gyros_whose_axes_do_not_turn_gravity_are_asked(tmp_path: Path) -> None:
     columns = turned_by_hand()
     columns["gyro_x"], columns["gyro_y"] = columns["gyro_y"], -columns["gyro_x"]
@@ -363,6 +388,9 @@ def test_any_file_ends_in_a_draft_or_in_one_sentence(content: bytes, tmp_path: P
         ("GyroZ2", "gyro", "z", None),
         ("gyro1", "gyro", "", None),
         ("accelZ_mps2", "accel", "z", "m/s^2"),
+        ("Rotation Rate (X)", "gyro", "x", None),
+        ("Acceleration (z)", "accel", "z", None),
+        ("GPST", "time", "", None),
         ("n_samples", "row", "", None),
         ("signal", "", "", None),
     ],

@@ -14,7 +14,8 @@ import numpy as np
 
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats
-from insenv.core.units import quantity, scale_to_si
+from insenv.core.series.moving import LEAST_REST, TIPPED, TURNING, departs
+from insenv.core.units import DEG, quantity, scale_to_si
 from insenv.data.guess import numbers, rates
 from insenv.data.guess.columns import AXES, Roles, assign
 from insenv.data.guess.draft import DECLARED, Channel, Choice, Draft, Extra, Question
@@ -34,6 +35,10 @@ FASTEST = 2e4
 ENDS = 6
 #: What is declared of accelerometers in several positions.
 _OF_ACCELEROMETERS = "accel_bias"
+#: Procedures without a table.
+PROCEDURES = ("static", "multi-position")
+#: What is looked at for motion: readings, no increments.
+DIMENSION_OF: Mapping[str, str] = {"gyro": "rate", "accel": "acceleration"}
 _PSINS = ("gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z")
 
 
@@ -83,6 +88,8 @@ def draft(listings: Sequence[Listing], answers: Mapping[str, str]) -> Draft:
     if positions:
         said.channels.append(Channel("segment", "row", "", Choice("", "each row is a position", "numbers")))
     procedure = _procedure(roles, listings, positions)
+    if procedure.value == "static":
+        procedure = _at_rest(said, procedure, _motion(listings, said.channels, period), answers)
     mounting = dict(units.mounting)
     if procedure.value == "static" and "axes" not in mounting:
         _axes(mounting, roles, units)
@@ -307,6 +314,39 @@ def _procedure(roles: Roles, listings: Sequence[Listing], positions: bool) -> Ch
     if count >= SEVERAL:
         return Choice("multi-position", f"rests in {count} attitudes", "numbers")
     return Choice("static", "no table; rests in few attitudes", "numbers")
+
+
+def _motion(listings: Sequence[Listing], channels: Sequence[Channel], period: float | None) -> str:
+    """What moves in so many rows that the rest cannot be told from it; "" where nothing does, or a unit is open."""
+    worst, said = 1.0 - LEAST_REST, ""
+    for channel in channels:
+        kind = channel.name.split("_")[0]
+        if period is None or kind not in DIMENSION_OF or not is_unit(channel.unit.value or "", DIMENSION_OF[kind]):
+            continue
+        factor = scale_to_si(str(channel.unit.value), DIMENSION_OF[kind], "unit")[0]
+        limit = TIPPED if kind == "accel" else TURNING
+        runs = [factor * c.values for one in listings for c in one.columns if c.key == channel.column]
+        share = float(np.mean(np.concatenate([departs(run, period, limit) for run in runs])))
+        if share > worst:
+            most = max(float(np.abs(run - np.median(run)).max()) for run in runs)
+            size = f"{most:.3g} m/s^2" if kind == "accel" else f"{most / DEG:.3g} deg/s"
+            worst, said = share, f"{channel.name} moves in {100 * share:.0f} % of its rows, by up to {size}"
+    return said
+
+
+def _at_rest(said: _Said, static: Choice, motion: str, answers: Mapping[str, str]) -> Choice:
+    """A unit without a table that moves most of the time is not at rest: what its errors are judged by is asked."""
+    if answers.get("procedure") in PROCEDURES:
+        return Choice(answers["procedure"], "your answer", "answered")
+    if not motion:
+        return static
+    text = (
+        f"{motion}, and no column is a table's: nothing tells its errors from the motion. Was it held still in many "
+        "attitudes (multi-position), or at rest in some rows (static, with these rows under [fit] as rows = [[from, "
+        "to]])? Beside another instrument or an attitude, name that in a column: table_rate or table_angle"
+    )
+    said.questions.append(Question("procedure", text, "", choices=PROCEDURES))
+    return Choice(None, motion, "open")
 
 
 def _of_table(roles: Roles) -> bool:

@@ -51,8 +51,11 @@ def _model(draft: Draft) -> Iterator[str]:
     targets = draft.targets or ("gyro",)
     yield f"target = {toml_value(targets[0] if len(targets) == 1 else list(targets))}"
     yield f"declared = {toml_value(list(draft.declared))}  # the errors that your model has already"
-    if draft.procedure.value == "multi-position":
-        yield f'procedure = "multi-position"  # {draft.procedure.why}'
+    yield from _question_lines(draft, "procedure")
+    if draft.procedure.value != "static" or draft.procedure.sure == "answered":
+        value = OPEN if draft.procedure.value is None else draft.procedure.value
+        if value != "rate-table":
+            yield f"procedure = {toml_value(value)}  # {draft.procedure.why}"
 
 
 def _channels(draft: Draft) -> Iterator[str]:

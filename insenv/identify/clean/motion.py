@@ -1,11 +1,10 @@
 """A unit that is declared at rest and moves: rows in which it was turned, driven or tipped are no rest.
 
-A gyro at rest reads its bias and the Earth's rate, an accelerometer its share of gravity. Means over a second that
-leave the median of the recording by more than `TURNING` or `TIPPED`, which no bias and no sway does, are motion that
-the declared procedure knows nothing of: taken for the instrument's error it would be named a step, a warm-up or a
-cross-coupling. A base that heaves or swings leaves the median by less, and comes back: there the means over a second
-scatter within `WINDOW` as they do nowhere in the quieter part, for `LASTS` and longer. Such rows are left out and said;
-a recording that has little else is refused.
+Means over a second that leave the median of the recording (`insenv.core.series.moving`), which no bias and no sway
+does, are motion that the declared procedure knows nothing of: taken for the instrument's error it would be named a
+step, a warm-up or a cross-coupling. A base that heaves or swings leaves the median by less, and comes back: there the
+means over a second scatter within `WINDOW` as they do nowhere in the quieter part, for `LASTS` and longer. Such rows
+are left out and said; a recording that has little else is refused.
 """
 
 from __future__ import annotations
@@ -15,36 +14,24 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_propagation
 
 from insenv.core.errors import InputError
 from insenv.core.recording import Recording
+from insenv.core.series.moving import BESIDE, LEAST_REST, SECOND, TIPPED, TURNING, departs, rows_of_a_second
 from insenv.core.series.stretches import stretches
 from insenv.core.units import DEG
 from insenv.data.manifest.spec import Manifest
 from insenv.data.split import RowUse
 from insenv.identify.findings import RejectedRows
 
-#: Departure of a second's mean from the median that is a turn [rad/s], and that is another attitude [m/s^2].
-TURNING, TIPPED = 5 * DEG, 1.5
 #: Scatter of such means within a window that is a swing [rad/s, m/s^2], at least so many times that of quiet windows.
 SWINGS, SWAYS, LOUDER = 1 * DEG, 0.05, 8.0
 #: Share of the windows that are quiet.
 QUIET = 0.2
 #: Length of these windows, and of the shortest swing [s].
 WINDOW, LASTS = 5.0, 10.0
-#: Robust deviations of the means at rest from which the beginning and the end of a turn are seen.
-SEEN = 4.5
-#: Deviations of a mean by the white noise of its samples that are no motion.
-NOISE = 6.0
-#: Length of the means [s], and of what is left out beside them.
-SECOND, BESIDE = 1.0, 2.0
-#: Fewest rows of a mean, so that noise is no motion.
-FEWEST = 4
 #: Why such rows are left out.
 REASON = "motion"
-#: Least share of the fitted rows, and of those held out, that must be at rest.
-LEAST_REST = 0.3
 
 
 def at_rest(
@@ -110,7 +97,7 @@ def _moving(recording: Recording, target: str, used: NDArray[np.bool_]) -> NDArr
 def _swings(recording: Recording, name: str, used: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Rows in which a channel goes to and fro, shape (rows,): then the unit moves, and no channel of it is at rest."""
     values, none = recording.channels[name].values, np.zeros(len(recording), bool)
-    rows = max(FEWEST, int(round(SECOND / recording.dt)))
+    rows = rows_of_a_second(recording.dt)
     means = values[: len(values) // rows * rows].reshape(-1, rows).mean(axis=1)
     width = int(round(WINDOW / SECOND))
     if len(means) < 4 * LASTS / SECOND:
@@ -129,24 +116,11 @@ def _swings(recording: Recording, name: str, used: NDArray[np.bool_]) -> NDArray
 
 
 def _departs(recording: Recording, name: str, used: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    values = recording.channels[name].values
-    rows = max(FEWEST, int(round(SECOND / recording.dt)))
-    limit = TIPPED if name.startswith("accel") else TURNING
-    if len(values) < 3 * rows:
-        return np.zeros(len(values), bool)
-    starts = np.arange(0, len(values), rows)
-    means = np.add.reduceat(values, starts) / np.diff(np.append(starts, len(values)))
-    away = np.abs(means - np.median(values[used]))
-    # White noise of the samples moves their means as well, and is no motion.
-    steps = np.abs(np.diff(values))[used[1:] & used[:-1]]
-    white = float(np.median(steps)) / 0.6745 / np.sqrt(2 * rows) if len(steps) else 0.0
-    limit = max(limit, NOISE * white)
-    # What has begun as a turn goes on until nothing of it is seen any more.
-    own = np.logical_or.reduceat(used, starts)
-    moves = binary_propagation(away > limit, mask=away > SEEN * np.median(away[own]))
-    beside = int(np.ceil(BESIDE / recording.dt / rows))
-    wide = np.convolve(moves, np.ones(2 * beside + 1), "same") > 0.5
-    return np.repeat(wide, rows)[: len(values)]
+    return departs(recording.channels[name].values, recording.dt, _limit(name), used)
+
+
+def _limit(name: str) -> float:
+    return TIPPED if name.startswith("accel") else TURNING
 
 
 def _restless(

@@ -1,0 +1,56 @@
+"""Whether what is said to be at rest moves: means over a second that no bias and no sway explains.
+
+A gyro at rest reads its bias and the Earth's rate, an accelerometer its share of gravity. A unit that was turned,
+driven or tipped leaves the median of the recording by more.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_propagation
+
+from insenv.core.recording import Floats
+from insenv.core.units import DEG
+
+#: Departure of a second's mean from the median that is a turn [rad/s], and that is another attitude [m/s^2].
+TURNING, TIPPED = 5 * DEG, 1.5
+#: Robust deviations of the means at rest from which the beginning and the end of a turn are seen.
+SEEN = 4.5
+#: Deviations of a mean by the white noise of its samples that are no motion.
+NOISE = 6.0
+#: Length of the means [s], and of what is left out beside them.
+SECOND, BESIDE = 1.0, 2.0
+#: Fewest rows of a mean, so that noise is no motion.
+FEWEST = 4
+#: Least share of the rows that must be at rest.
+LEAST_REST = 0.3
+
+
+def rows_of_a_second(dt: float) -> int:
+    """Rows of the means that are looked at."""
+    return max(FEWEST, int(round(SECOND / dt)))
+
+
+def departs(values: Floats, dt: float, limit: float, used: NDArray[np.bool_] | None = None) -> NDArray[np.bool_]:
+    """Rows in which a channel departs from its median by more than ``limit``, and those beside them, shape (rows,).
+
+    The median is that of the rows ``used``, by default of all.
+    """
+    used = np.ones(len(values), bool) if used is None else used
+    rows = rows_of_a_second(dt)
+    if len(values) < 3 * rows:
+        return np.zeros(len(values), bool)
+    starts = np.arange(0, len(values), rows)
+    means = np.add.reduceat(values, starts) / np.diff(np.append(starts, len(values)))
+    away = np.abs(means - np.median(values[used]))
+    # White noise of the samples moves their means as well, and is no motion.
+    steps = np.abs(np.diff(values))[used[1:] & used[:-1]]
+    white = float(np.median(steps)) / 0.6745 / np.sqrt(2 * rows) if len(steps) else 0.0
+    limit = max(limit, NOISE * white)
+    # What has begun as a turn goes on until nothing of it is seen any more.
+    own = np.logical_or.reduceat(used, starts)
+    moves = binary_propagation(away > limit, mask=away > SEEN * np.median(away[own]))
+    beside = int(np.ceil(BESIDE / dt / rows))
+    wide = np.convolve(moves, np.ones(2 * beside + 1), "same") > 0.5
+    return np.repeat(wide, rows)[: len(values)]
