@@ -34,9 +34,9 @@ LOOKED_AT = 16384
 #: A line longer than this is none of units.
 LONGEST_LINE = 10_000
 _CHECKSUM = re.compile(rb"\*[0-9A-Fa-f]{2}[ \t]*$", re.M)
-#: A row of numbers, and a cell that is one with a decimal comma, or is whole, or empty.
+#: The beginning of a row of numbers, and a cell with a decimal comma, of a number or of a time of day.
 _ROW = re.compile(rb"[ \t]*[+-]?[0-9.]")
-_DECIMAL = re.compile(rb"[ \t]*(?:[+-]?\d+(?:,\d+)?)?[ \t]*")
+_DECIMAL = re.compile(rb"[^,.]*\d,\d+[ \t]*")
 _DECIMAL_COMMA = re.compile(rb'(?:^|[;\t])["]?[ +-]*\d+,\d+[ ]*["]?(?:$|[;\t])')
 
 
@@ -105,14 +105,16 @@ def text_of(path: Path, most: int = -1) -> bytes:
 def _of_one_delimiter(content: bytes) -> bytes:
     """Rows that commas and semicolons part (``t,x,y;z``), or that end in a semicolon as MATLAB's do, by commas alone.
 
-    A comma between two digits may be that of a decimal: where all are, nothing is changed.
+    A comma between two digits may be that of a decimal: where all may, nothing is changed.
     """
     lines = content[:LOOKED_AT].splitlines()
     rows = [line for line in lines[: len(lines) - (len(content) > LOOKED_AT)] if _ROW.match(line)]
     if len(rows) < 2 or not all(b"," in row and b";" in row and b'"' not in row for row in rows):
         return content
     cells = [re.split(rb"[,;]", row.strip().rstrip(b";")) for row in rows]
-    if len({len(row) for row in cells}) > 1 or all(_DECIMAL.fullmatch(c) for row in rows for c in row.split(b";")):
+    if len({len(row) for row in cells}) > 1 or all(
+        _DECIMAL.fullmatch(cell) for row in rows for cell in row.split(b";") if b"," in cell
+    ):
         return content
     return re.sub(rb";[ \t]*(?=[\r\n]|$)", b"", content).replace(b";", b",")
 

@@ -91,7 +91,7 @@ def test_a_manifest_of_such_words_is_drafted_and_read(tmp_path: Path) -> None:
     rows = np.column_stack([np.arange(2 * ROWS) * 10, *np.mod(meant, 65536.0)]).astype(int)
     file = tmp_path / "log.csv"
     file.write_text("time_ms,ax,ay,az\n" + "\n".join(",".join(map(str, row)) for row in rows) + "\n")
-    drafted = init([file], answers={"accel.unit": "0.000244140625 g"})
+    drafted = init([file], answers={"accel.unit": "0.000244140625 g", "procedure": "static"})
     assert any("16 bits with a sign" in note for note in drafted.draft.notes)
     (read,) = read_recordings(load_manifest(drafted.path))
     assert np.allclose(read.channels["accel_z"].values, meant[2] * 9.80665 / 4096)
