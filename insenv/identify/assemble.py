@@ -46,6 +46,7 @@ from insenv.identify.findings import (
     Traces,
     findings_of,
 )
+from insenv.identify.fit.clocks import skews_apart
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.heldout import Score, held_out_score, residual
 from insenv.identify.fit.parts import apart as parts_apart
@@ -157,10 +158,12 @@ def _target(
     lost = systematic.sentences(recordings, problem.target, track.prepared.rejected)
     went = went_away(problem, track.fit) if track.finer and not declared_noise else ()
     own, differs = _by_parts(track, _own_estimates(track))
+    own, skewed = _by_skews(track, own)
     apart = _follows_nothing(problem, own)
     scores = held_out_score(plain, before), held_out_score(problem, track.fit)
     held = untold(track, own)
-    doubts = (*apart, *differs, *unfinished(track, alpha), *held, *lost, *went, *_unforetold(problem, scores[1]))
+    apart = (*apart, *differs, *skewed)
+    doubts = (*apart, *unfinished(track, alpha), *held, *lost, *went, *_unforetold(problem, scores[1]))
     left = replace(left, reasons=(*left.reasons, *doubts))
     lines, hold = tuple(x for x in track.prepared.lines if not x.of_encoder), track.prepared.held.hold
     earth = earth_findings(track, alpha)
@@ -329,6 +332,22 @@ def _by_parts(
     told = ", ".join(f"{g:.4g} ± {s:.1g}" for g, s in zip(gains, deviations, strict=True))
     what = "runs" if len(np.unique(problem.bins.run)) > 1 else "quarters of the fitted motion"
     return own, (f"the gain is not the same in the {what}: {told} (p = {found.chance:.1g})",)
+
+
+def _by_skews(
+    track: Track, own: dict[Term, tuple[Estimate, ...]]
+) -> tuple[dict[Term, tuple[Estimate, ...]], tuple[str, ...]]:
+    """The estimates with a skew no surer than quarters of the recording agree, and a word where they do not."""
+    problem = track.problem
+    if not problem.turns or not problem.target.startswith("gyro"):
+        return own, ()
+    found = skews_apart(problem, track.fit)
+    if found is None:
+        return own, ()
+    for term, rows in own.items():
+        if isinstance(term.effect, TimingSkew):
+            own = own | {term: tuple(replace(row, sd=math.hypot(row.sd, math.sqrt(found.between))) for row in rows)}
+    return own, (found.sentence(problem.target),)
 
 
 def _with_lines(track: Track) -> float:

@@ -32,12 +32,16 @@ CHANCE, NO_CHANCE = 0.1, 0.025
 
 @dataclass(frozen=True)
 class Apart:
-    """Scale factors of the parts with their deviations, the chance of their scatter, and the variance between them."""
+    """Coefficients of the parts with their deviations, the chance of their scatter, and the variance between them.
+
+    ``times`` are those of the parts [s], weighted with what tells the coefficient.
+    """
 
     values: Floats
     deviations: Floats
     chance: float
     between: float
+    times: Floats
 
     @property
     def added(self) -> float:
@@ -77,7 +81,9 @@ def apart(problem: Problem, fit: Fit, term: Term) -> Apart | None:
     variance = np.array([by_swings(problem, w, left)[0] for w in weights.T[:k]]) * np.diag(inverse)[:k] / size[:k] ** 2
     deviations = np.sqrt(variance + added)
     found = scatter(values[:k], deviations)
-    return Apart(values[:k], deviations, found.chance, found.between)
+    weight = np.where(problem.bins.held_out[:, None], 0.0, columns**2)
+    times = problem.bins.time @ weight / np.maximum(weight.sum(axis=0), 1e-300)
+    return Apart(values[:k], deviations, found.chance, found.between, times)
 
 
 def _parts(problem: Problem, column: Floats) -> NDArray[np.int64]:
