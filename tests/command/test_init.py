@@ -13,6 +13,7 @@ from command import ASYMMETRY, Ended, rows, run
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
+from insenv.close import close
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats
 from insenv.core.units import DEG, STANDARD_GRAVITY, scale_to_si
@@ -115,6 +116,31 @@ def test_a_unit_that_moves_is_asked_what_it_is_judged_by_and_is_not_written_as_a
     assert tomllib.loads(made.path.read_text())["model"]["procedure"] == "?"
     told = init([path], answers={"procedure": "static"}, force=True)
     assert not told.draft.questions and tomllib.loads(told.path.read_text())["model"]["procedure"] == "static"
+
+
+def test_the_rest_of_a_unit_that_then_moves_is_written_where_it_is_declared_at_rest(tmp_path: Path) -> None:
+    """It rests for 25 s of the 36 s that would be fitted, and never in what would be held out."""
+    path = table(tmp_path / "a.csv", swung(rest=2500))
+    (question,) = init([path]).draft.questions
+    assert question.key == "procedure" and "longest rest" in question.text
+    made = init([path], answers={"procedure": "static"}, force=True)
+    ((start, stop),) = tomllib.loads(made.path.read_text())["fit"]["rows"]
+    assert start <= 100 and 2400 <= stop <= 2600
+    found = close(made.path)
+    assert all(target.verdict == "nothing-significant" for target in found.targets)
+
+
+def test_a_unit_that_rests_in_the_motion_of_a_swing_has_no_rest(tmp_path: Path) -> None:
+    made = init([table(tmp_path / "a.csv", swung(rest=0))], answers={"procedure": "static"})
+    assert "fit" not in tomllib.loads(made.path.read_text())
+
+
+def test_columns_that_are_asked_are_the_targets(tmp_path: Path) -> None:
+    names = [f"acc{n}{a}" for n in (68, 69) for a in "XYZ"]
+    force = np.random.default_rng(1).standard_normal((400, len(names))).T
+    columns = {"time [s]": TIME["time"][:400], **dict(zip(names, force, strict=True))}
+    made = init([table(tmp_path / "a.csv", columns)])
+    assert tomllib.loads(made.path.read_text())["model"]["target"] == ["accel_x", "accel_y", "accel_z"]
 
 
 def test_a_unit_that_mostly_rests_is_not_asked(tmp_path: Path) -> None:
@@ -327,7 +353,7 @@ def test_whatever_the_header_what_is_told_is_true(data: st.DataObject, tmp_path:
     lines += [delimiter.join(f"{v:.9g}" for v in row) for row in zip(*columns, strict=True)]
     path = tmp_path / "a.csv"
     path.write_text("\n".join(line for line in lines if line) + "\n", encoding="utf-8")
-    found = drafted(path)
+    found = drafted(path, procedure="static")  # it is turned by hand
     for channel in found.channels:
         kind = channel.name.split("_")[0]
         if channel.unit.value is not None and kind in ("gyro", "accel"):

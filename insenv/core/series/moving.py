@@ -6,11 +6,14 @@ driven or tipped leaves the median of the recording by more.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_propagation
 
 from insenv.core.recording import Floats
+from insenv.core.series.stretches import stretches
 from insenv.core.units import DEG
 
 #: Departure of a second's mean from the median that is a turn [rad/s], and that is another attitude [m/s^2].
@@ -25,6 +28,10 @@ SECOND, BESIDE = 1.0, 2.0
 FEWEST = 4
 #: Least share of the rows that must be at rest.
 LEAST_REST = 0.3
+#: A second of a rest scatters by no more than this [rad/s, m/s^2], nor by so many times what the quietest do.
+STEADY, CALM, QUIETER = 2 * DEG, 0.5, 3.0
+#: Share of the seconds that are the quietest, and the shortest rest that is worth a fit [s].
+QUIETEST, WORTH = 0.1, 10.0
 
 
 def rows_of_a_second(dt: float) -> int:
@@ -54,3 +61,19 @@ def departs(values: Floats, dt: float, limit: float, used: NDArray[np.bool_] | N
     beside = int(np.ceil(BESIDE / dt / rows))
     wide = np.convolve(moves, np.ones(2 * beside + 1), "same") > 0.5
     return np.repeat(wide, rows)[: len(values)]
+
+
+def longest_rest(gyros: Sequence[Floats], accels: Sequence[Floats], dt: float) -> tuple[int, int] | None:
+    """Rows ``[start, stop)`` of the longest stretch in which all channels are quiet; None if below `WORTH`."""
+    rows = rows_of_a_second(dt)
+    count = len((*gyros, *accels)[0]) // rows
+    quiet = np.ones(count, bool)
+    for values, most in (*((g, STEADY) for g in gyros), *((a, CALM) for a in accels)):
+        scatter = values[: count * rows].reshape(count, rows).std(axis=1)
+        quiet &= scatter <= min(most, QUIETER * float(np.quantile(scatter, QUIETEST)))
+    longest = max(stretches(quiet), key=lambda one: one[1] - one[0], default=(0, 0))
+    start, stop = longest[0] * rows, longest[1] * rows
+    means = [v[start:stop].reshape(-1, rows).mean(axis=1) for v in (*gyros, *accels)] if stop > start else []
+    limits = (*(TURNING for _ in gyros), *(TIPPED for _ in accels))
+    steady = all(np.ptp(m) < limit for m, limit in zip(means, limits, strict=False))
+    return (start, stop) if (stop - start) * dt >= WORTH and steady else None

@@ -14,7 +14,7 @@ import numpy as np
 
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats
-from insenv.core.series.moving import LEAST_REST, TIPPED, TURNING, departs
+from insenv.core.series.moving import LEAST_REST, TIPPED, TURNING, departs, longest_rest
 from insenv.core.units import DEG, quantity, scale_to_si
 from insenv.data.guess import numbers, rates
 from insenv.data.guess.columns import AXES, Roles, assign
@@ -23,6 +23,7 @@ from insenv.data.guess.heading import is_unit
 from insenv.data.guess.listing import Listing
 from insenv.data.guess.rates import Units
 from insenv.data.sampling import UnevenError, sampling
+from insenv.data.split import HELD_OUT_SHARE
 from insenv.data.words import signed_columns
 
 #: Attitudes in which a triad rested from which on the recording is one of several positions.
@@ -88,8 +89,10 @@ def draft(listings: Sequence[Listing], answers: Mapping[str, str]) -> Draft:
     if positions:
         said.channels.append(Channel("segment", "row", "", Choice("", "each row is a position", "numbers")))
     procedure = _procedure(roles, listings, positions)
+    motion = _motion(listings, said.channels, period) if procedure.value == "static" else _Motion()
     if procedure.value == "static":
-        procedure = _at_rest(said, procedure, _motion(listings, said.channels, period), answers)
+        procedure = _at_rest(said, procedure, motion, answers)
+    resample = _resample(listings, said.channels[0], roles)
     mounting = dict(units.mounting)
     if procedure.value == "static" and "axes" not in mounting:
         _axes(mounting, roles, units)
@@ -105,7 +108,8 @@ def draft(listings: Sequence[Listing], answers: Mapping[str, str]) -> Draft:
         procedure=procedure,
         mounting=mounting,
         read=_reading(listings),
-        resample=_resample(listings, said.channels[0], roles),
+        resample=resample,
+        rest=motion.rest if procedure.value == "static" and resample is None else None,
         left_out=(*roles.left_out, *_unused(roles, said.channels[0])),
         notes=tuple(said.notes),
     )
@@ -316,37 +320,54 @@ def _procedure(roles: Roles, listings: Sequence[Listing], positions: bool) -> Ch
     return Choice("static", "no table; rests in few attitudes", "numbers")
 
 
-def _motion(listings: Sequence[Listing], channels: Sequence[Channel], period: float | None) -> str:
-    """What moves in so many rows that the rest cannot be told from it; "" where nothing does, or a unit is open."""
+@dataclass(frozen=True)
+class _Motion:
+    """What moves too much to be taken for a unit at rest, "" for nothing, and the rows of its longest rest."""
+
+    said: str = ""
+    rest: tuple[int, int] | None = None
+
+
+def _motion(listings: Sequence[Listing], channels: Sequence[Channel], period: float | None) -> _Motion:
+    """Whether a channel moves in so many rows, of those that would be fitted or held out, that the loop refuses it."""
     worst, said = 1.0 - LEAST_REST, ""
+    runs: dict[str, list[Floats]] = {"gyro": [], "accel": []}
     for channel in channels:
         kind = channel.name.split("_")[0]
-        if period is None or kind not in DIMENSION_OF or not is_unit(channel.unit.value or "", DIMENSION_OF[kind]):
+        if period is None or kind not in runs or not is_unit(channel.unit.value or "", DIMENSION_OF[kind]):
             continue
         factor = scale_to_si(str(channel.unit.value), DIMENSION_OF[kind], "unit")[0]
         limit = TIPPED if kind == "accel" else TURNING
-        runs = [factor * c.values for one in listings for c in one.columns if c.key == channel.column]
-        share = float(np.mean(np.concatenate([departs(run, period, limit) for run in runs])))
+        own = [factor * c.values for one in listings for c in one.columns if c.key == channel.column]
+        moving = [departs(run, period, limit) for run in own]
+        parts = [np.split(mask, [int((1 - HELD_OUT_SHARE) * len(mask))]) for mask in moving]
+        share = max(float(np.mean(np.concatenate(part))) for part in zip(*parts, strict=True))
         if share > worst:
-            most = max(float(np.abs(run - np.median(run)).max()) for run in runs)
+            most = max(float(np.abs(run - np.median(run)).max()) for run in own)
             size = f"{most:.3g} m/s^2" if kind == "accel" else f"{most / DEG:.3g} deg/s"
-            worst, said = share, f"{channel.name} moves in {100 * share:.0f} % of its rows, by up to {size}"
-    return said
+            whole = float(np.mean(np.concatenate(moving)))
+            worst, said = share, f"{channel.name} moves in {100 * whole:.0f} % of its rows, by up to {size}"
+        runs[kind] += own
+    single = said and period is not None and len(listings) == 1 and not listings[0].incomplete
+    return _Motion(said, longest_rest(runs["gyro"], runs["accel"], period) if single and period else None)
 
 
-def _at_rest(said: _Said, static: Choice, motion: str, answers: Mapping[str, str]) -> Choice:
+def _at_rest(said: _Said, static: Choice, motion: _Motion, answers: Mapping[str, str]) -> Choice:
     """A unit without a table that moves most of the time is not at rest: what its errors are judged by is asked."""
     if answers.get("procedure") in PROCEDURES:
         return Choice(answers["procedure"], "your answer", "answered")
-    if not motion:
+    if not motion.said:
         return static
+    rest = "these rows under [fit] as rows = [[from, to]]"
+    if motion.rest is not None:
+        rest = f"the longest rest, [fit] rows = [[{motion.rest[0]}, {motion.rest[1]}]], alone"
     text = (
-        f"{motion}, and no column is a table's: nothing tells its errors from the motion. Was it held still in many "
-        "attitudes (multi-position), or at rest in some rows (static, with these rows under [fit] as rows = [[from, "
-        "to]])? Beside another instrument or an attitude, name that in a column: table_rate or table_angle"
+        f"{motion.said}, and no column is a table's: nothing tells its errors from the motion. Was it held still in "
+        f"many attitudes (multi-position), or at rest in some rows (static, with {rest})? Beside another instrument or "
+        "an attitude, name that in a column: table_rate or table_angle"
     )
     said.questions.append(Question("procedure", text, "", choices=PROCEDURES))
-    return Choice(None, motion, "open")
+    return Choice(None, motion.said, "open")
 
 
 def _of_table(roles: Roles) -> bool:

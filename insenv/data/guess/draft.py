@@ -80,7 +80,10 @@ class Question:
 
 @dataclass(frozen=True)
 class Draft:
-    """What is known of a manifest, and the questions that are open, the first to be asked first."""
+    """What is known of a manifest, and the questions that are open, the first to be asked first.
+
+    ``rest`` are the rows of a unit that moves in all others, which alone are fitted.
+    """
 
     files: tuple[Path, ...]
     format: str
@@ -93,5 +96,6 @@ class Draft:
     mounting: Mapping[str, Choice] = field(default_factory=dict)
     read: Mapping[str, str | int] = field(default_factory=dict)
     resample: str | None = None
+    rest: tuple[int, int] | None = None
     left_out: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()

@@ -44,11 +44,14 @@ def manifest_text(draft: Draft, out: Path | None) -> str:
     lines += ["", "[model]", *_model(draft)]
     if draft.resample:
         lines += ["", "[fit]", f'resample = "{draft.resample}"  # the rows are not evenly sampled']
+    if draft.rest:
+        lines += ["", "[fit]", f"rows = {[list(draft.rest)]}  # its longest rest; it moves in the others"]
     return "\n".join(lines) + "\n"
 
 
 def _model(draft: Draft) -> Iterator[str]:
-    targets = draft.targets or ("gyro",)
+    asked = [q.key.removesuffix(".column") for q in draft.questions if q.key.endswith(".column")]
+    targets = draft.targets or tuple(t for t in asked if t.startswith(("gyro", "accel"))) or ("gyro",)
     yield f"target = {toml_value(targets[0] if len(targets) == 1 else list(targets))}"
     yield f"declared = {toml_value(list(draft.declared))}  # the errors that your model has already"
     yield from _question_lines(draft, "procedure")
