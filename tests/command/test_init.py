@@ -118,6 +118,29 @@ def test_a_unit_that_moves_is_asked_what_it_is_judged_by_and_is_not_written_as_a
     assert not told.draft.questions and tomllib.loads(told.path.read_text())["model"]["procedure"] == "static"
 
 
+def test_an_accelerometer_moves_where_another_does(tmp_path: Path) -> None:
+    """Tipped about x in one half and about y in the other: each alone stays in most rows, the unit does not."""
+    tipped = {name: np.zeros(6000) for name in ("accel_x", "accel_y", "accel_z")}
+    tipped["accel_x"][500:3000] = 4.0
+    tipped["accel_y"][3200:5700] = 4.0
+    tipped["accel_z"] = np.sqrt(STANDARD_GRAVITY**2 - tipped["accel_x"] ** 2 - tipped["accel_y"] ** 2)
+    noise = 0.02 * np.random.default_rng(1).standard_normal((3, 6000))
+    columns = {"time [s]": TIME["time"][:6000], **{f"{n} [m/s^2]": v for n, v in tipped.items()}}
+    for name, e in zip(columns, [0.0, *noise], strict=True):
+        columns[name] = columns[name] + e
+    path = table(tmp_path / "a.csv", columns)
+    assert set(asked(drafted(path))) == {"procedure"}
+    with pytest.raises(InputError, match="declared at rest and moves"):
+        close(init([path], answers={"procedure": "static"}).path.with_name(without_fit(path)))
+
+
+def without_fit(path: Path) -> str:
+    """The manifest beside a file, as it would be without the rows of a rest."""
+    text = path.with_suffix(".toml").read_text().split("[fit]")[0]
+    path.with_name("whole.toml").write_text(text)
+    return "whole.toml"
+
+
 def test_the_rest_of_a_unit_that_then_moves_is_written_where_it_is_declared_at_rest(tmp_path: Path) -> None:
     """It rests for 25 s of the 36 s that would be fitted, and never in what would be held out."""
     path = table(tmp_path / "a.csv", swung(rest=2500))

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats
@@ -329,27 +330,41 @@ class _Motion:
 
 
 def _motion(listings: Sequence[Listing], channels: Sequence[Channel], period: float | None) -> _Motion:
-    """Whether a channel moves in so many rows, of those that would be fitted or held out, that the loop refuses it."""
-    worst, said = 1.0 - LEAST_REST, ""
-    runs: dict[str, list[Floats]] = {"gyro": [], "accel": []}
+    """Whether a channel moves in so many rows, of those that would be fitted or held out, that the loop refuses it.
+
+    A gyro may stand still about its own axis; an accelerometer feels every turn.
+    """
+    if period is None:
+        return _Motion()
+    runs: dict[str, list[Floats]] = {}
     for channel in channels:
         kind = channel.name.split("_")[0]
-        if period is None or kind not in runs or not is_unit(channel.unit.value or "", DIMENSION_OF[kind]):
-            continue
-        factor = scale_to_si(str(channel.unit.value), DIMENSION_OF[kind], "unit")[0]
-        limit = TIPPED if kind == "accel" else TURNING
-        own = [factor * c.values for one in listings for c in one.columns if c.key == channel.column]
-        moving = [departs(run, period, limit) for run in own]
-        parts = [np.split(mask, [int((1 - HELD_OUT_SHARE) * len(mask))]) for mask in moving]
-        share = max(float(np.mean(np.concatenate(part))) for part in zip(*parts, strict=True))
-        if share > worst:
-            most = max(float(np.abs(run - np.median(run)).max()) for run in own)
-            size = f"{most:.3g} m/s^2" if kind == "accel" else f"{most / DEG:.3g} deg/s"
-            whole = float(np.mean(np.concatenate(moving)))
-            worst, said = share, f"{channel.name} moves in {100 * whole:.0f} % of its rows, by up to {size}"
-        runs[kind] += own
-    single = said and period is not None and len(listings) == 1 and not listings[0].incomplete
-    return _Motion(said, longest_rest(runs["gyro"], runs["accel"], period) if single and period else None)
+        if kind in DIMENSION_OF and is_unit(channel.unit.value or "", DIMENSION_OF[kind]):
+            factor = scale_to_si(str(channel.unit.value), DIMENSION_OF[kind], "unit")[0]
+            runs[channel.name] = [factor * c.values for one in listings for c in one.columns if c.key == channel.column]
+    own = {name: [departs(run, period, _limit(name)) for run in every] for name, every in runs.items()}
+    whole = [np.any(masks, axis=0) for masks in zip(*own.values(), strict=True)]
+    moving = {name: whole if name.startswith("accel") else masks for name, masks in own.items()}
+    worst = max(moving, key=lambda name: _most_of_a_part(moving[name]), default="")
+    if not worst or _most_of_a_part(moving[worst]) <= 1.0 - LEAST_REST:
+        return _Motion()
+    most = max(float(np.abs(run - np.median(run)).max()) for run in runs[worst])
+    size = f"{most:.3g} m/s^2" if worst.startswith("accel") else f"{most / DEG:.3g} deg/s"
+    said = f"{worst} moves in {100 * float(np.mean(np.concatenate(moving[worst]))):.0f} % of its rows, by up to {size}"
+    if len(listings) > 1 or listings[0].incomplete:
+        return _Motion(said)
+    gyros, accels = ([one[0] for name, one in runs.items() if name.startswith(kind)] for kind in ("gyro", "accel"))
+    return _Motion(said, longest_rest(gyros, accels, period))
+
+
+def _limit(name: str) -> float:
+    return TIPPED if name.startswith("accel") else TURNING
+
+
+def _most_of_a_part(moving: Sequence[NDArray[np.bool_]]) -> float:
+    """The larger share of rows that move, of those that are fitted and those that are held out by default."""
+    parts = [np.split(mask, [int((1 - HELD_OUT_SHARE) * len(mask))]) for mask in moving]
+    return max(float(np.mean(np.concatenate(part))) for part in zip(*parts, strict=True))
 
 
 def _at_rest(said: _Said, static: Choice, motion: _Motion, answers: Mapping[str, str]) -> Choice:
