@@ -24,7 +24,7 @@ import numpy as np
 from insenv.core.motion import Motion, interval_slope
 from insenv.core.recording import Floats
 from insenv.effects.base import OUTPUT, MemoryEffect, Param
-from insenv.effects.forms import behind_the_table, known, reading_noise, spread
+from insenv.effects.forms import known, reading_noise, spread
 from insenv.effects.rate.scale import LEAST_RATE
 
 #: Radius of the play by which a reversal is told from the noise of an angle: unasked [rad], in deviations of that
@@ -97,10 +97,6 @@ class EncoderBacklash(MemoryEffect):
         rate = 0.5 * motion.projection * motion.gain * interval_slope(side, motion.dt)
         return spread(u, theta[..., 0, None] * rate), behind[..., -1].copy()
 
-    def blind(self, motion: Motion) -> str:
-        """Beside a late reference."""
-        return behind_the_table(motion)
-
     def grid(self, motion: Motion) -> Floats:
         """No shape: one row without columns, where the table reverses."""
         return np.empty((1, 0))
@@ -128,7 +124,7 @@ class ScaleFactorHysteresis(MemoryEffect):
     id = "scale_factor_hysteresis"
     title = "hysteresis of the scale factor"
     meaning = "the output depends on whether a rate was reached from below or from above"
-    linear = (Param("c", OUTPUT, sd=0.01, bound=0.02, per_rate=True),)
+    linear = (Param("c", OUTPUT, sd=0.01, bound=0.1, per_rate=True),)
     shapes = (Param("r", OUTPUT, sd=0.1, low=1e-3),)
     source = "Stop operator: Brokate and Sprekels, Hysteresis and Phase Transitions (1996), section 2.1"
     instruments = ("gyro",)
@@ -159,12 +155,12 @@ class ScaleFactorHysteresis(MemoryEffect):
         return spread(u, theta[..., 0, None] * side), behind[..., -1].copy()
 
     def blind(self, motion: Motion) -> str:
-        """Beside a late reference, and where the rate never holds: the phase of a servo that lags looks the same."""
+        """Where the rate never holds: the phase of a servo that lags looks the same."""
         largest = float(np.abs(motion.rate).max(initial=0.0))
         holds = np.abs(np.diff(motion.rate, axis=-1)) < HOLDS * largest + BEYOND * reading_noise(motion.rate)
         if not holds.size or float(np.mean(holds)) < LEAST_HOLD:
             return "the rate hardly ever holds: a table that lags behind looks the same"
-        return behind_the_table(motion)
+        return ""
 
     def grid(self, motion: Motion) -> Floats:
         """Radii of the play, shape (g, 1)."""

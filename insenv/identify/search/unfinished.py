@@ -23,6 +23,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from insenv.core.recording import Floats
+from insenv.effects.base import MemoryEffect
 from insenv.identify.findings import Estimate
 from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.problem import Problem, Term
@@ -126,7 +127,7 @@ def untold(track: Track, own: Mapping[Term, tuple[Estimate, ...]]) -> tuple[str,
 def _with_the_motion(track: Track, alpha: float) -> tuple[str, ...]:
     """What would be significant beside a reference without errors, and is not beside one that may have them."""
     hits = [h for h in (*track.last_physical, *(track.hits or ())) if h.alone and not h.candidate.generic]
-    hits = [h for h in hits if h.log_p >= np.log(alpha) > log_p_alone(h)]
+    hits = [h for h in hits if h.log_p >= np.log(alpha) > log_p_alone(h) and not _of_the_lag(track.problem, h)]
     names = ", ".join(dict.fromkeys(h.candidate.effect.key for h in sorted(hits, key=log_p_alone)))
     if not names:
         return ()
@@ -134,6 +135,12 @@ def _with_the_motion(track: Track, alpha: float) -> tuple[str, ...]:
         "something is left that goes with the motion, as errors of the reference do (filtered, late, noisy where it is "
         f"fast, or with another axis in it): {names} would follow it, and is not told from that",
     )
+
+
+def _of_the_lag(problem: Problem, hit: Hit) -> bool:
+    """Whether it is a rare memory beside a reference that comes late: what is left of every lag follows it a little."""
+    remembers = hit.candidate.effect.unusual and isinstance(hit.candidate.effect, MemoryEffect)
+    return remembers and any(exposure.motion.lag for exposure in problem.exposures)
 
 
 def _rounded(track: Track, alpha: float) -> tuple[str, ...]:
