@@ -19,7 +19,9 @@ from insenv.core.recording import Floats
 _DATE = r"(?P<year>\d{4})[-/._](?P<month>\d\d?)[-/._](?P<day>\d\d?)"
 #: Behind a date the numbers of the clock may stand as those of the date do.
 _BETWEEN = r"(?(year)[:_-]|:)"
-_CLOCK = rf"(?P<hour>[01]?\d|2[0-3]){_BETWEEN}(?P<minute>[0-5]\d){_BETWEEN}(?P<second>[0-5]\d|60)(?P<part>[.,:]\d+)?"
+#: So may milliseconds or microseconds: "2024_04_20_16_53_56_029".
+_PART = r"(?P<part>[.,:]\d+|(?(year)[_-](?:\d{3}|\d{6})|(?!)))?"
+_CLOCK = rf"(?P<hour>[01]?\d|2[0-3]){_BETWEEN}(?P<minute>[0-5]\d){_BETWEEN}(?P<second>[0-5]\d|60){_PART}"
 _STAMP = re.compile(rf"(?:{_DATE}[ T_-]+)?{_CLOCK}(?: ?(?P<half>[AP])M)?(?: ?(?:Z|UTC|[+-]\d\d:?\d\d))?", re.I)
 _HALF_A_DAY, _DAY = 43_200.0, 86_400.0
 

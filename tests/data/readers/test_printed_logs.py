@@ -51,6 +51,7 @@ def stamped(form: str) -> list[str]:
     [
         *("%Y-%m-%d %H:%M:%S.%f", "%Y/%m/%dT%H:%M:%S.%fZ", "%H:%M:%S.%f", "%H:%M:%S,%f"),
         *("%Y_%m_%d_%H_%M_%S.%f", "%Y-%m-%d-%H-%M-%S.%f", "%I:%M:%S.%f %p"),
+        *("%Y_%m_%d_%H_%M_%S_%f", "%Y-%m-%d %H-%M-%S-%f"),
     ],
 )
 def test_dates_and_times_of_day_are_read_in_seconds(form: str, tmp_path: Path) -> None:
