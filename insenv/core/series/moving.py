@@ -10,7 +10,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_propagation
 
 from insenv.core.recording import Floats
 from insenv.core.series.stretches import stretches
@@ -57,7 +56,10 @@ def departs(values: Floats, dt: float, limit: float, used: NDArray[np.bool_] | N
     limit = max(limit, NOISE * white)
     # What has begun as a turn goes on until nothing of it is seen any more.
     own = np.logical_or.reduceat(used, starts)
-    moves = binary_propagation(away > limit, mask=away > SEEN * np.median(away[own]))
+    turned = away > limit
+    moves = np.zeros(len(away), bool)
+    for start, stop in stretches(turned | (away > SEEN * np.median(away[own]))):
+        moves[start:stop] = turned[start:stop].any()
     beside = int(np.ceil(BESIDE / dt / rows))
     wide = np.convolve(moves, np.ones(2 * beside + 1), "same") > 0.5
     return np.repeat(wide, rows)[: len(values)]
