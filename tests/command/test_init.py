@@ -158,6 +158,24 @@ def test_a_unit_that_rests_in_the_motion_of_a_swing_has_no_rest(tmp_path: Path) 
     assert "fit" not in tomllib.loads(made.path.read_text())
 
 
+def test_accelerations_in_a_file_that_is_called_after_gyros_are_known_by_gravity(tmp_path: Path) -> None:
+    hand = turned_by_hand(accel=STANDARD_GRAVITY)
+    found = drafted(table(tmp_path / "gyroscope_data.csv", {**TIME, **{a: hand[f"accel_{a}"] for a in "xyz"}}))
+    assert found.targets == ("accel_x", "accel_y", "accel_z") and units(found)["accel_x"] == "g"
+    rest = {
+        a: b + 0.01 * np.random.default_rng(1).standard_normal(8000)
+        for a, b in zip("xyz", (0.6, 0.8, 0.0), strict=True)
+    }
+    found = drafted(table(tmp_path / "gyro_rest.csv", {**TIME, **rest}))
+    assert found.targets == ("gyro_x", "gyro_y", "gyro_z")  # a bias of one deg/s is no gravity
+
+
+def test_stamps_of_packets_are_said_where_the_rate_is_asked(tmp_path: Path) -> None:
+    columns = {"timestamp": np.repeat(np.arange(800.0) * 0.1, 10), **turned_by_hand()}
+    asks = {q.key: q.text for q in drafted(table(tmp_path / "a.csv", columns)).questions}
+    assert "has the stamp of the row before in 90 %" in asks["time.rate"]
+
+
 def test_columns_that_are_asked_are_the_targets(tmp_path: Path) -> None:
     names = [f"acc{n}{a}" for n in (68, 69) for a in "XYZ"]
     force = np.random.default_rng(1).standard_normal((400, len(names))).T

@@ -24,6 +24,8 @@ from insenv.data.guess.listing import Listed, Listing
 from insenv.data.manifest.spec import CHANNELS
 
 AXES = ("x", "y", "z")
+#: Attitudes in which a triad reads gravity that make it one of accelerometers, against the name of its file.
+ATTITUDES = 3
 #: No sampler is as fast [s].
 SHORTEST = 5e-5
 #: Fields of a message of ROS, of which the unit is known whatever the stamps are.
@@ -100,11 +102,17 @@ def _is_convention(columns: Sequence[Listed]) -> bool:
 
 
 def _of_file(named: Sequence[Role], stem: str) -> Sequence[Role]:
-    """Columns that are headed by their axes alone are what the file's name says: Gyroscope.csv of a phone."""
+    """Columns that are headed by their axes alone are what the file's name says: Gyroscope.csv of a phone.
+
+    A steady size that turns from axis to axis is gravity's, whatever the file is called.
+    """
     kind = kind_of(stem)
     bare = [role.heading.kind == "" and bool(role.heading.axis) for role in named]
     if kind not in ("gyro", "accel") or any(role.heading.kind in ("gyro", "accel") for role in named):
         return named
+    three = [role.column for role, one in zip(named, bare, strict=True) if one]
+    if kind == "gyro" and len(three) == len(AXES) and _feels_gravity(three):
+        kind = "accel"
     unit = [unit_in(r.heading.written, kind) if r.heading.written else r.heading.unit for r in named]
     return [
         replace(r, heading=replace(r.heading, kind=kind, unit=u)) if b else r
@@ -313,6 +321,11 @@ def _is_gravity(three: Sequence[Listed]) -> bool:
     low, middle, high = np.quantile(magnitude, (0.2, 0.5, 0.8))
     whole = all(numbers.whole(c.values) for c in three)
     return bool(middle > 0 and high - low < 0.1 * middle and numbers.force_unit(float(middle), whole)[0])
+
+
+def _feels_gravity(three: Sequence[Listed]) -> bool:
+    """Whether a triad rests in several attitudes, as accelerometers do, and reads gravity in all: no bias does that."""
+    return _is_gravity(three) and numbers.attitudes(_matrix(three)) >= ATTITUDES
 
 
 def _turns(three: Sequence[Listed], heavy: Sequence[Listed]) -> bool:

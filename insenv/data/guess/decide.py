@@ -20,7 +20,7 @@ from insenv.core.units import DEG, quantity, scale_to_si
 from insenv.data.guess import numbers, rates
 from insenv.data.guess.columns import AXES, Roles, assign
 from insenv.data.guess.draft import DECLARED, Channel, Choice, Draft, Extra, Question
-from insenv.data.guess.heading import is_unit
+from insenv.data.guess.heading import is_unit, read_heading
 from insenv.data.guess.listing import Listing
 from insenv.data.guess.rates import Units
 from insenv.data.sampling import UnevenError, sampling
@@ -186,12 +186,20 @@ def _rate(said: _Said, listing: Listing, answers: Mapping[str, str]) -> float | 
     if any(question.key == "time.column" for question in said.questions):
         said.channels.append(Channel("time", None, "", Choice(None, "several columns of time", "open")))
         return None
-    text = (
-        "No column is a time that runs forwards. At which rate were the rows taken? ('row': a row counts as a second)"
-    )
+    text = f"{_no_time(listing)}. At which rate were the rows taken? ('row': a row counts as a second)"
     said.questions.append(Question("time.rate", text, "", ("frequency",), ("row",), quantity=True))
     said.channels.append(Channel("time", None, "", Choice(None, "no column of time", "open")))
     return None
+
+
+def _no_time(listing: Listing) -> str:
+    """Why no column is a time: there is none, or that which is called so stands still in most rows."""
+    for column in listing.columns:
+        steps = np.diff(column.values)
+        if read_heading(column.heading).kind == "time" and len(steps) and np.all(steps >= 0) and np.any(steps > 0):
+            share = 100 * float(np.mean(steps == 0))
+            return f"{column.heading} has the stamp of the row before in {share:.0f} % of the rows, as packets give it"
+    return "No column is a time that runs forwards"
 
 
 def _time_unit(
