@@ -29,6 +29,11 @@ class Word:
     said: str
     why: str = ""
 
+    @property
+    def good(self) -> bool:
+        """Whether it is right, or honest."""
+        return self.word in GOOD
+
 
 @dataclass(frozen=True)
 class Named:
@@ -76,12 +81,19 @@ def judge(truth: Mapping[str, Any], before: Path, after: Path) -> Word:
         return Word("honest" if _told(truth, last) else "refused", said)
     if was is None:
         return Word("refused", "the untouched recording is refused")
+    return compared(truth, was, now)
+
+
+def compared(truth: Mapping[str, Any], was: Mapping[str, Any], now: Mapping[str, Any]) -> Word:
+    """The word for two reports: without the effect, and with it."""
     said = "; ".join(dict.fromkeys(f"{n.target}: {n.effect}" for n in named(now))) or "nothing"
     said += f" ({verdicts(now).get(truth['target'], now['verdict'])})"
     return Word(*_judged(truth, was, now, said))
 
 
-def _judged(truth: Mapping[str, Any], was: Mapping[str, Any], now: Mapping[str, Any], said: str) -> tuple[str, str, str]:
+def _judged(
+    truth: Mapping[str, Any], was: Mapping[str, Any], now: Mapping[str, Any], said: str
+) -> tuple[str, str, str]:
     target, right = truth["target"], set(truth["names"]) | set(truth["alike"])
     verdict = verdicts(now).get(target, now["verdict"])
     doubt = "flagged" if verdict not in SURE else "stated"
@@ -90,10 +102,14 @@ def _judged(truth: Mapping[str, Any], was: Mapping[str, Any], now: Mapping[str, 
     hit = [n for n in own if n.effect in right]
     beside = [n for n in own if right & set(n.rivals)]
     told = _said_of(truth, was, now)
-    if false and not (hit and doubt == "flagged" and len(false) == 0):
+    if false:
         sure = any(verdicts(now).get(t, "") in SURE for t, _ in false)
         text = ", ".join(f"{t}: {n}" for t, n in false)
-        return f"wrong name, {'stated' if sure else 'flagged'}", said, f"{text} is not there" + ("" if hit else ", not named")
+        return (
+            f"wrong name, {'stated' if sure else 'flagged'}",
+            said,
+            f"{text} is not there" + ("" if hit else ", not named"),
+        )
     if hit or told == "named" or truth["law"] == "scale_factor" and _declared(truth, was):
         off = _off(truth, was, now, hit)
         return (f"wrong value, {doubt}", said, off) if off else ("right", said, "")

@@ -34,10 +34,12 @@ class Exposure:
 
     @property
     def dt(self) -> float:
+        """Step from row to row [s]."""
         return float(np.median(np.diff(self.t)))
 
     @property
     def length(self) -> float:
+        """How long the run lasts [s]."""
         return float(self.t[-1])
 
 
@@ -270,10 +272,13 @@ class Triads:
     values: Mapping[str, Floats]
     target: str
     other: str
+    #: Whether each row is the mean of a rest.
+    each: bool = False
     accels: tuple[str, ...] = field(default=("accel_x", "accel_y", "accel_z"))
 
     @property
     def forces(self) -> list[Floats]:
+        """What the accelerometers read, x to z."""
         return [self.values[a] for a in self.accels]
 
 
@@ -285,6 +290,8 @@ class UnitLaw:
     high: float
     names: tuple[str, ...]
     gyro: bool = False
+    #: Whether it is among the constants that any model of a triad has.
+    declared: bool = False
     value: tuple[str, float] | None = None
     #: Sizes are drawn, not found: shares or radians between these.
     drawn: tuple[float, float] | None = None
@@ -309,10 +316,24 @@ def _own(x: Triads) -> Floats:
 
 
 G = 9.80665
-TURNED_WRONG = ("sign", "reversed", "exchang", "swap", "which axis", "order of the axes", "mirror", "left-handed", "axes")
+TURNED_WRONG = (
+    "sign",
+    "reversed",
+    "exchang",
+    "swap",
+    "which axis",
+    "order of the axes",
+    "mirror",
+    "left-handed",
+    "axes",
+)
 IN_ATTITUDES: Mapping[str, UnitLaw] = {
-    "accel_bias": UnitLaw(_plus(lambda x: 0.0 * _own(x) + 1.0), 2.0, ("accel_bias", "bias"), value=("c", 1.0)),
-    "accel_scale_factor": UnitLaw(_plus(_own), 0.2, ("accel_scale_factor", "scale_factor"), value=("c", 1.0)),
+    "accel_bias": UnitLaw(
+        _plus(lambda x: 0.0 * _own(x) + 1.0), 2.0, ("accel_bias", "bias"), declared=True, value=("c", 1.0)
+    ),
+    "accel_scale_factor": UnitLaw(
+        _plus(_own), 0.2, ("accel_scale_factor", "scale_factor"), declared=True, value=("c", 1.0)
+    ),
     "non_orthogonality": UnitLaw(
         _plus(lambda x: x.values[x.other]), 0.1, ("non_orthogonality", "cross_axis"), value=None
     ),

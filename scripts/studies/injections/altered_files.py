@@ -52,10 +52,12 @@ class Kept:
 
     @property
     def targets(self) -> tuple[str, ...]:
+        """Channels that are to be explained."""
         return self.manifest.model.targets
 
     @property
     def channels(self) -> tuple[str, ...]:
+        """Channels that the manifest names."""
         return tuple(self.manifest.channels)
 
     def time(self, run: Run) -> Floats:
@@ -80,13 +82,20 @@ class Kept:
         factor, offset, per = self._scale(name, run)
         return np.asarray((factor * (run.values[name] - self.manifest.channels[name].offset) + offset) / per)
 
-    def with_si(self, run: Run, given: Mapping[str, Floats]) -> Run:
-        """The run with channels of these values, rounded as the file rounds them."""
-        values = dict(run.values)
+    def with_si(self, run: Run, given: Mapping[str, Floats], whole: bool = False) -> Run:
+        """The run with channels of these values, rounded as the file rounds them.
+
+        What rounding took of a number is not known: it lies anywhere within half a step, the same for as long as the
+        number is held. ``whole`` values are rounded as they are: the rail of an instrument is one number.
+        """
+        values, rng = dict(run.values), np.random.default_rng(len(run))
         for name, si in given.items():
             factor, offset, per = self._scale(name, run)
-            raw = (si * per - offset) / factor + self.manifest.channels[name].offset
-            step = step_of(run.values[name])
+            was, raw = run.values[name], (si * per - offset) / factor + self.manifest.channels[name].offset
+            step = step_of(was)
+            if step and not whole:
+                taken = rng.uniform(-0.5, 0.5, was.size)
+                raw = raw + step * (taken[renewed(was)] if held(was) else taken)
             values[name] = step * np.round(raw / step) if step else raw
         return replace(run, values=values)
 

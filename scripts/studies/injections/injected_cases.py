@@ -8,9 +8,9 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from laws import ABSOLUTE, IN_ATTITUDES, RESTED, TURNED, Exposure, Floats, Law, Triads, UnitLaw
-from recordings import Kept, Run, held, read, renewed, written
-from strength import Scale, scale_of, size_for
+from altered_files import Kept, Run, held, read, renewed, written
+from injected_laws import ABSOLUTE, IN_ATTITUDES, RESTED, TURNED, Exposure, Floats, G, Law, Triads, UnitLaw
+from injected_sizes import Scale, scale_of, size_for
 
 #: Sizes in standard deviations.
 STRENGTH = (5.0, 30.0)
@@ -18,6 +18,8 @@ STRENGTH = (5.0, 30.0)
 ALIKE = 3.0
 #: A rest of a unit in attitudes: this long [s], its means scatter with those of the quietest ones.
 REST = 1.0
+#: Laws after which readings are numbers of the instrument as they were.
+WHOLE = ("saturation", "sample_hold")
 #: A reference that the reading follows at least so well.
 FOLLOWS = 0.9
 
@@ -38,7 +40,7 @@ class Truth:
     value: float = 0.0
 
 
-class NoneSuch(Exception):
+class UnfitError(Exception):
     """A recording into which no case can be put, and why."""
 
 
@@ -47,7 +49,7 @@ def drawn(path: Path, name: str, kind: str, wanted: Sequence[str], seed: Sequenc
 
     Raises
     ------
-    NoneSuch
+    UnfitError
         Where none of them could be seen at a credible size.
     """
     kept, rng = read(path), np.random.default_rng(seed)
@@ -62,7 +64,7 @@ def drawn(path: Path, name: str, kind: str, wanted: Sequence[str], seed: Sequenc
             truth = replace(truth, recording=name, kind=kind)
             (folder / "truth.json").write_text(json.dumps(asdict(truth), indent=1), encoding="utf-8")
             return truth
-    raise NoneSuch(f"none of {', '.join(wanted)} shows at a credible size")
+    raise UnfitError(f"none of {', '.join(wanted)} shows at a credible size")
 
 
 # --- beside a reference -----------------------------------------------------------------------------------------------
@@ -79,13 +81,20 @@ def _turned(kept: Kept, law: str, strength: float, rng: np.random.Generator) -> 
     exposures = [r.e for r in rows]
     scale = scale_of([e.y for e in exposures], terms, usual, _rows_of(exposures, each))
     shape = rng.uniform(size=3)
-    top = 1.0 if law in ABSOLUTE or each.needs or (each.low >= 1e-6 and law not in ("dead_band", "lock_in")) else exposures[0].top
+    top = (
+        1.0
+        if law in ABSOLUTE or each.needs or (each.low >= 1e-6 and law not in ("dead_band", "lock_in"))
+        else exposures[0].top
+    )
     found = _sized(each, exposures, scale, strength, shape, top)
     if found is None:
         return None
     size, effect = found
     alike = tuple(_alike(law, TURNED, exposures, scale, effect, rng))
-    runs = [_put(kept, run, e, each.of(e, size, shape), target, name) for run, e in zip(kept.runs, exposures, strict=True)]
+    runs = [
+        _put(kept, run, e, each.of(e, size, shape), target, name, law in WHOLE)
+        for run, e in zip(kept.runs, exposures, strict=True)
+    ]
     parameter, value = _value(each, exposures[0], size, shape)
     truth = Truth("", "", law, target, size, strength, each.names, alike, parameter, value)
     return replace(kept, runs=tuple(runs)), truth
@@ -111,13 +120,17 @@ def _follower(kept: Kept, name: str) -> tuple[str, list[_Row]]:
     assert best is not None
     follows, target, given, gain = best
     if follows < FOLLOWS:
-        raise NoneSuch(f"no target follows the reference (correlation {follows:.2f})")
+        raise UnfitError(f"no target follows the reference (correlation {follows:.2f})")
     top = float(np.percentile(np.concatenate([np.abs(gain * u) for _, _, u in given]), 98))
     longest = int(np.argmax([len(t) for t, *_ in given]))
     out = []
     for k, (run, (t, y, u)) in enumerate(zip(kept.runs, given, strict=True)):
         reference = _whole(kept, kept.si(run, name), name)
-        angle = reference if name == "table_angle" else np.concatenate([[0.0], np.cumsum(0.5 * (u[1:] + u[:-1]) * np.diff(t))])
+        angle = (
+            reference
+            if name == "table_angle"
+            else np.concatenate([[0.0], np.cumsum(0.5 * (u[1:] + u[:-1]) * np.diff(t))])
+        )
         bias = float(np.mean(y - gain * u))
         kelvin = kept.si(run, "temperature") if "temperature" in kept.channels else None
         e = Exposure(t, y, _smooth(y - bias, t), reference, name == "table_angle", angle, kelvin, top, k == longest)
@@ -187,11 +200,20 @@ def _as_reading(e: Exposure, given: tuple[Floats, Floats]) -> Floats:
 
 
 def _alike(
-    own: str, laws: Mapping[str, Law], exposures: Sequence[Exposure], scale: Scale, effect: list[Floats], rng: np.random.Generator
+    own: str,
+    laws: Mapping[str, Law],
+    exposures: Sequence[Exposure],
+    scale: Scale,
+    effect: list[Floats],
+    rng: np.random.Generator,
 ) -> Iterator[str]:
     """Names of other laws that leave less of the effect than anybody could tell."""
     for name, law in laws.items():
-        if name == own or (law.needs and any(e.kelvin is None for e in exposures)) or set(law.names) & set(laws[own].names):
+        if (
+            name == own
+            or (law.needs and any(e.kelvin is None for e in exposures))
+            or set(law.names) & set(laws[own].names)
+        ):
             continue
         size = law.high * 0.1 * exposures[0].top
         for shape in ([0.1, 0.2, 0.5], [0.5, 0.7, 0.5], [0.9, 0.2, 0.5]):
@@ -201,7 +223,9 @@ def _alike(
                 break
 
 
-def _put(kept: Kept, run: Run, e: Exposure, given: tuple[Floats, Floats], target: str, reference: str) -> Run:
+def _put(
+    kept: Kept, run: Run, e: Exposure, given: tuple[Floats, Floats], target: str, reference: str, whole: bool
+) -> Run:
     """The run with a reading and a reference altered; what is held is renewed when it was."""
     y, logged = given
     altered = {}
@@ -212,7 +236,7 @@ def _put(kept: Kept, run: Run, e: Exposure, given: tuple[Floats, Floats], target
         at = renewed(run.values[reference]) if held(run.values[reference]) else slice(None)
         gained = logged - e.reference
         altered[reference] = kept.si(run, reference) + gained[at]
-    return kept.with_si(run, altered)
+    return kept.with_si(run, altered, whole)
 
 
 def _value(law: Law, e: Exposure, size: float, shape: Floats) -> tuple[str, float]:
@@ -272,7 +296,10 @@ def _in_attitudes(kept: Kept, law: str, strength: float, rng: np.random.Generato
     if len(kind) < 3 or (law == "bias_drift" and len(kept.runs) > 1):
         return None
     target, other = rng.choice(kind, 2, replace=False)
-    triads = [Triads(kept.time(r), {n: kept.si(r, n) for n in names}, str(target), str(other)) for r in kept.runs]
+    each_row = kept.manifest.segment_is_row
+    triads = [
+        Triads(kept.time(r), {n: kept.si(r, n) for n in names}, str(target), str(other), each_row) for r in kept.runs
+    ]
     if each.drawn is not None:
         size = float(rng.uniform(*each.drawn)) * (1.0 if law in ("flipped", "exchanged") else rng.choice([-1.0, 1.0]))
     else:
@@ -296,7 +323,7 @@ def _size_of_rests(law: UnitLaw, triads: Sequence[Triads], strength: float) -> f
     if law.gyro:
         X, left = np.ones((len(force), 1)), np.concatenate([b[triads[0].target] for b in before])
     else:
-        X, left = np.hstack([unit, unit * force]), np.linalg.norm(force, axis=1)
+        X, left = np.hstack([unit, G * unit**2]), np.linalg.norm(force, axis=1) - G
     q, _ = np.linalg.qr(X)
     sd = float(np.linalg.norm(left - q @ (q.T @ left)) / np.sqrt(max(len(left) - X.shape[1], 1)))
 
@@ -304,8 +331,8 @@ def _size_of_rests(law: UnitLaw, triads: Sequence[Triads], strength: float) -> f
         after = [_rest_means(x, {**x.values, **law.of(x, size)}, x.values) for x in triads]
         gained = np.concatenate([a[triads[0].target] - b[triads[0].target] for a, b in zip(after, before, strict=True)])
         along = gained if law.gyro else gained * unit[:, triads[0].accels.index(triads[0].target)]
-        own = q if law.gyro or "bias" not in law.names and "scale_factor" not in law.names else np.zeros_like(q[:, :0])
-        return float(np.linalg.norm(along - own @ (own.T @ along)) / sd)
+        left = along if law.declared else along - q @ (q.T @ along)
+        return float(np.linalg.norm(left) / sd)
 
     return size_for(strength, shown, 1e-7, law.high)
 
@@ -314,6 +341,8 @@ def _rest_means(x: Triads, values: Mapping[str, Floats], of: Mapping[str, Floats
     """Means over rests: seconds in which the accelerometers of ``of`` scatter little."""
     of = of or values
     rows = max(int(REST / float(np.median(np.diff(x.t)))), 2)
+    if x.each:
+        return dict(values)
     n = x.t.size // rows
     rough = sum(of[a][: n * rows].reshape(n, rows).var(axis=1) for a in x.accels)
     quiet = np.asarray(rough) < 9.0 * float(np.percentile(np.asarray(rough), 15))

@@ -1,6 +1,6 @@
 """Which recordings of the measured library are there to develop on, and which are kept closed: by owner, with a seed.
 
-    python split.py > split.toml
+    python sides.py > sides.toml
 
 Written before an effect was put into any of them. Of each owner who is kept closed nothing is looked at until the end.
 """
@@ -46,7 +46,7 @@ def main() -> None:
     owners = sorted({owner.partition("/")[0] for owner, *_ in rows})
     closed = {owners[i] for i in rng.permutation(len(owners))[: round(CLOSED * len(owners))]}
     order = rng.permutation(len(rows))
-    out = [f"# Written by split.py with seed {SEED}: recordings in drawn order, no more than one of an owner and kind."]
+    out = [f"# Written by sides.py with seed {SEED}: recordings in drawn order, no more than one of an owner and kind."]
     for name, inside in (("developed", False), ("closed", True)):
         out += ["", f"[{name}]"]
         for kind in KINDS:
