@@ -202,7 +202,8 @@ def _channels(kept: Kept) -> dict[str, dict[str, Any]]:
             own["column"] = told[name]["column"]
         if first.quantity == "increment" and CHANNELS[name] in INCREMENTS and name in first.values:
             own.setdefault("quantity", "increment")
-        out[name] = own
+        if own:  # a time that nobody gave is that of the rows
+            out[name] = own
     return out
 
 

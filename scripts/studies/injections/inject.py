@@ -67,7 +67,6 @@ def main() -> None:
     close_.add_argument("store", type=Path)
     close_.add_argument("label")
     close_.add_argument("--only", default="*")
-    close_.add_argument("--minutes", type=float, default=1e9)
     close_.set_defaults(run=close)
     judge_ = commands.add_parser("judge")
     judge_.add_argument("store", type=Path)
@@ -160,7 +159,9 @@ def close(given: argparse.Namespace) -> None:
     """Close the loop on cases and on what they were made of; answers that are there are kept."""
     answers = given.store / given.label
     answers.mkdir(parents=True, exist_ok=True)
-    for number, truth in truths(given.store):
+    cases = list(truths(given.store))
+    for k in np.random.default_rng(0).permutation(len(cases)):  # what is answered so far is of all kinds
+        number, truth = cases[k]
         if fnmatch(number, given.only) or fnmatch(truth["law"], given.only) or fnmatch(truth["recording"], given.only):
             _close(given.store / "untouched" / _stem(truth["recording"]), answers / _stem(truth["recording"]))
             _close(given.store / "cases" / number, answers / number)
