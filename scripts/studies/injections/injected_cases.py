@@ -22,6 +22,8 @@ REST = 1.0
 WHOLE = ("saturation", "sample_hold")
 #: A reference that the reading follows at least so well.
 FOLLOWS = 0.9
+#: By a factor between these.
+FACTOR = (0.5, 2.0)
 
 
 @dataclass(frozen=True)
@@ -121,6 +123,8 @@ def _follower(kept: Kept, name: str) -> tuple[str, list[_Row]]:
     follows, target, given, gain = best
     if follows < FOLLOWS:
         raise UnfitError(f"no target follows the reference (correlation {follows:.2f})")
+    if not FACTOR[0] < abs(gain) < FACTOR[1]:
+        raise UnfitError(f"the reading is {gain:.2g} times the reference: another unit or axis")
     top = float(np.percentile(np.concatenate([np.abs(gain * u) for _, _, u in given]), 98))
     longest = int(np.argmax([len(t) for t, *_ in given]))
     out = []

@@ -224,7 +224,7 @@ TURNED: Mapping[str, Law] = {
     ),
     "scale_factor_warm_up": Law(_added(lambda e, s: e.u * _decay(e, s)), 0.2, ("scale_factor_warm_up",)),
     "timing_skew": Law(_skew, 0.3, LATE, 1e-4, fast=True, value=("c", _itself)),
-    "output_bandwidth": Law(_bandwidth, 0.3, LATE, 1e-3, fast=True),
+    "output_bandwidth": Law(_bandwidth, 0.3, LATE, 1e-3, fast=True, value=("c", _itself)),
     "sample_hold": Law(_hold, 0.4, ("sample_hold",), 1e-2, fast=True, value=("hold", _itself)),
     "dead_band": Law(_dead_band, 0.5, ("dead_band",), 1e-4, fast=True),
     "lock_in": Law(_lock_in, 0.5, ("lock_in", "rate_lock"), 1e-4, fast=True),

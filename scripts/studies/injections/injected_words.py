@@ -16,7 +16,11 @@ from typing import Any
 
 SURE = ("effects-found", "nothing-significant")
 GENERIC = ("spline_time", "spline_rate", "spline_angle", "spline_temperature", "formula")
+#: Where one of these is among the rivals of a name, nothing is said to be there.
+NOISE = ("bias_instability", "rate_random_walk", "angle_random_walk")
 GOOD = ("right", "honest")
+#: Two coefficients make one amplitude.
+WAVES = ("encoder_harmonic", "angle_locked_rate", "tone")
 #: A coefficient off by more standard deviations, and by more than this share.
 FAR, SHARE = 3.0, 0.25
 
@@ -99,7 +103,8 @@ def _judged(
     doubt = "flagged" if verdict not in SURE else "stated"
     own = [n for n in named(now) if n.target == target]
     false = list(dict.fromkeys(_false(truth, was, now, right)))
-    hit = [n for n in own if n.effect in right]
+    old = {n.effect for n in named(was) if n.target == target}
+    hit = [n for n in own if n.effect in right and (n.effect not in old or truth["parameter"])]
     beside = [n for n in own if right & set(n.rivals)]
     told = _said_of(truth, was, now)
     if false:
@@ -110,17 +115,17 @@ def _judged(
             said,
             f"{text} is not there" + ("" if hit else ", not named"),
         )
-    if hit or told == "named" or truth["law"] == "scale_factor" and _declared(truth, was):
+    if hit or told == "named" or _declared(truth, was):
         off = _off(truth, was, now, hit)
         return (f"wrong value, {doubt}", said, off) if off else ("right", said, "")
-    if beside:
-        return "honest", said, "among the rivals"
-    if told:
-        return "honest", said, f"says: {told}"
+    if _cancels(truth, was, now):
+        return "right", said, "it takes away what was there before"
     before = verdicts(was).get(target, was["verdict"])
-    if verdict in SURE:
+    why = "among the rivals" if beside else f"says: {told}" if told else ""
+    if not why and verdict in SURE:
         return "missed", said, ""
-    return ("silent" if before == verdict and _same(was, now, target) else "honest"), said, f"before: {before}"
+    same = not why and before == verdict and _same(was, now, target)
+    return ("silent" if same else "honest"), said, why or f"before: {before}"
 
 
 def _same(was: Mapping[str, Any], now: Mapping[str, Any], target: str) -> bool:
@@ -128,7 +133,7 @@ def _same(was: Mapping[str, Any], now: Mapping[str, Any], target: str) -> bool:
 
 
 def _declared(truth: Mapping[str, Any], was: Mapping[str, Any]) -> bool:
-    return any(_effect(e) == truth["law"] for e in was["declared"])
+    return bool(truth["parameter"]) and any(_effect(e) in truth["names"] for e in was["declared"])
 
 
 def _effect(entry: Any) -> str:
@@ -138,10 +143,10 @@ def _effect(entry: Any) -> str:
 def _false(
     truth: Mapping[str, Any], was: Mapping[str, Any], now: Mapping[str, Any], right: set[str]
 ) -> Iterator[tuple[str, str]]:
-    """Names on targets that are neither right nor were there before, nor have what is right among their rivals."""
+    """Names on targets that are neither right nor were there before, nor are told from what is, or from noise."""
     for n in named(now):
         here = {e for m in named(was) if m.target == n.target for e in (m.effect, *m.rivals)}
-        if n.effect in here | right | set(GENERIC) or right & set(n.rivals) or here & set(n.rivals):
+        if n.effect in here | right | set(GENERIC) or (right | here | set(NOISE)) & set(n.rivals):
             continue
         yield n.target, n.effect
 
@@ -164,17 +169,27 @@ def _off(truth: Mapping[str, Any], was: Mapping[str, Any], now: Mapping[str, Any
     return f"{truth['parameter']} = {value:.4g} +- {sd:.2g} against {start:.4g} before, put in {truth['value']:.4g}"
 
 
+def _cancels(truth: Mapping[str, Any], was: Mapping[str, Any], now: Mapping[str, Any]) -> bool:
+    """Whether what was named of the untouched recording is as large as what was put in, and is named no more."""
+    target = truth["target"]
+    mine = [n for n in named(was) if n.target == target and n.effect in truth["names"]]
+    gone = mine and not any(n.target == target and n.effect in truth["names"] for n in named(now))
+    old = _coefficient(truth, was, mine) if gone and truth["parameter"] else None
+    return old is not None and abs(abs(old[0]) - abs(truth["value"])) <= max(FAR * old[1], SHARE * abs(truth["value"]))
+
+
 def _coefficient(truth: Mapping[str, Any], report: Mapping[str, Any], hit: list[Named]) -> tuple[float, float] | None:
-    law = truth["law"].partition(":")[0].removeprefix("gyro_")
-    for n in hit:
-        if n.effect == law and truth["parameter"] in n.parameters:
-            value, sd = n.parameters[truth["parameter"]]
-            if law in ("encoder_harmonic", "angle_locked_rate", "tone") and "s" in n.parameters:
+    names = set(truth["names"])
+    for n in sorted(hit, key=lambda n: n.effect != truth["law"].partition(":")[0]):
+        given = next((p for p in (truth["parameter"], "tau", "c") if p in n.parameters), "")
+        if n.effect in names and given:
+            value, sd = n.parameters[given]
+            if "s" in n.parameters and n.effect in WAVES:
                 value = (value**2 + n.parameters["s"][0] ** 2) ** 0.5
                 sd = max(sd, n.parameters["s"][1])
             return value, sd
     for e in report["estimates"]["after"]:
-        if e.get("target", truth["target"]) == truth["target"] and _effect(e) == law:
+        if e.get("target", truth["target"]) == truth["target"] and _effect(e) in names:
             return float(e["value"]), float(e["sd"] or 0.0)
     return None
 
@@ -188,7 +203,7 @@ def _texts(report: Mapping[str, Any]) -> list[str]:
 
 
 def _told(truth: Mapping[str, Any], text: str) -> bool:
-    return any(word.replace("_", " ") in text.lower() for word in truth["names"])
+    return any(word in text.lower() or word.replace("_", " ") in text.lower() for word in truth["names"])
 
 
 def _said_of(truth: Mapping[str, Any], was: Mapping[str, Any], now: Mapping[str, Any]) -> str:
