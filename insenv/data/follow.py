@@ -108,17 +108,22 @@ def _alongside(rate: Floats, reading: Floats, known: NDArray[np.bool_]) -> Float
 def correlation(u: Floats, y: Floats, weights: Floats, most: int) -> tuple[Floats, Floats]:
     """Sums of ``y`` times ``u`` so many rows before, for shifts ``-most`` to ``most``, and what they could be at most.
 
+    ``u`` is known in every row, ``y`` by its ``weights``: a row that is lost to both would be missed less at no shift.
+
     What they could be is of the rows that a shift leaves both of them, and squared, shape (2 most + 1,): without
     that every row of shift costs a row of the sum, which of slow motion is more than the shift is worth.
     """
     u, y = (x - np.average(x, weights=weights) for x in (u, y))
-    u, y, n = u * weights, y * weights, len(u)
+    y, n = y * weights, len(u)
     size = 1 << (2 * n - 1).bit_length()
-    both = np.fft.irfft(np.fft.rfft(y, size) * np.conj(np.fft.rfft(u, size)), size)
+    both, of_u = (
+        np.fft.irfft(np.fft.rfft(later, size) * np.conj(np.fft.rfft(before, size)), size)
+        for later, before in ((y, u), (weights, u**2))
+    )
     shifts = np.arange(-most, most + 1)
-    of_u, of_y = (np.concatenate([[0.0], np.cumsum(x**2)]) for x in (u, y))
+    of_y = np.concatenate([[0.0], np.cumsum(y**2)])
     late, early = np.maximum(shifts, 0), np.maximum(-shifts, 0)
-    power = (of_u[n - late] - of_u[early]) * (of_y[n - early] - of_y[late])
+    power = np.maximum(of_u[shifts], 0.0) * (of_y[n - early] - of_y[late])
     return both[shifts], power
 
 

@@ -211,14 +211,15 @@ def _usual(at: Indices, t: Floats, longest: float, exact: bool = False) -> tuple
 
 
 def _coarse(jumps: Floats) -> bool:
-    """Whether jumps are the steps of a coarse encoder: most of them the smallest that there is."""
+    """Whether jumps, or bends, are the steps of a coarse encoder: most of them the smallest that there is."""
     return bool(np.mean(jumps < 1.5 * jumps.min()) > SMALLEST)
 
 
 def _corners(x: Floats, values: Floats) -> tuple[Indices, Floats, Floats, bool]:
     """Rows at which straight lines meet, where over ``x`` and how high they do, and whether they are exactly straight.
 
-    Rows on which a table stands are no line that anybody drew.
+    Rows on which a table stands are no line that anybody drew, nor are those on which it turns by as many counts of its
+    encoder, now and then by one more.
     """
     from scipy.ndimage import maximum_filter1d, percentile_filter  # slow to import
 
@@ -232,7 +233,7 @@ def _corners(x: Floats, values: Floats) -> tuple[Indices, Floats, Floats, bool]:
     if np.mean(bent) <= MOST_BENT:
         bent &= bend > LIKE_INSIDE * percentile_filter(bend, INSIDE, AROUND)
     groups = stretches(bent)
-    if not groups or np.mean([b - a <= 2 for a, b in groups]) < SHARP:
+    if not groups or _coarse(bend[bent]) or np.mean([b - a <= 2 for a, b in groups]) < SHARP:
         return np.empty(0, np.int64), np.empty(0), np.empty(0), False
     moved = np.abs(slope[1:]) > CLEAR * step
     clear = np.median([(bend[a:b] - CLEAR * step[a:b]).max() for a, b in groups]) > 0

@@ -122,8 +122,11 @@ def _steps_of_encoder(track: Track) -> str:
     found = sorted({f"{line.frequency:.4g}" for line in track.prepared.lines if line.of_encoder}, key=float)
     if not found:
         return ""
+    what = f"{track.problem.target}: lines at {', '.join(found)} Hz"
+    if not track.problem.encoder:
+        return f"{what} stand in the reference and not in the readings: taken out, and no error of the instrument"
     return (
-        f"{track.problem.target}: lines at {', '.join(found)} Hz are what the steps of the table's angle, "
+        f"{what} are what the steps of the table's angle, "
         f"{math.degrees(track.problem.encoder):.3g} deg, make of its rate: taken out, and no error of the instrument"
     )
 

@@ -45,7 +45,7 @@ from insenv.identify.prepare.vibration import (
     unresolved,
     without,
 )
-from insenv.identify.prepare.wandering import lost, of_encoder, wanders, without_line
+from insenv.identify.prepare.wandering import lost, of_encoder, stands_in_reference, wanders, without_line
 from insenv.identify.search.candidates import candidates
 from insenv.identify.search.earth_rate import due_level
 from insenv.identify.search.jumps import is_step, one_of_many
@@ -90,6 +90,9 @@ MARGIN = 6.0
 
 #: Why an effect is refused that would take the place of one which explains more.
 LESS = "it would take the place of what explains more"
+
+#: Why a line is refused that is none of the target.
+OF_REFERENCE = "it stands in the reference and not in what is read: the reference's own, as an encoder's steps are"
 
 #: Why no hold is tried of means that were made of uneven rows.
 OF_MEANS = "rows of uneven steps were made means: an output that is held for less is only late there"
@@ -559,13 +562,12 @@ def _common(tracks: list[Track], key: str) -> list[Hit]:
 def _tried(track: Track, hit: Hit, proposal: _Proposal, names: tuple[str, ...], alpha: float) -> tuple[Track, bool]:
     """The track with ``hit`` added, or with its refusal noted."""
     joined = names if len(names) > 1 else ()
-    if joined and hit.deviate < LEAST_SUPPORT:
-        refusal = Refusal(hit, "found on another target; nothing speaks for it on this one")
-        return replace(track, refusals=(*track.refusals, refusal)), False
     problem = track.problem
     wander = _wander(track, hit)
     if wander is not None:
         return _damped(track, wander, hit), True
+    if nothing := _nothing(track, hit, joined):
+        return replace(track, refusals=(*track.refusals, Refusal(hit, nothing))), False
     until = settled_by(problem, hit.term)
     if until is not None:
         return _without_start(track, until, hit), True
@@ -595,6 +597,15 @@ def _tried(track: Track, hit: Hit, proposal: _Proposal, names: tuple[str, ...], 
     steps = (*(s for s in track.steps if s.hit.term in model), step)
     grown = replace(track, fit=fit, score=score, steps=steps, hits=None)
     return _kept(track, grown, hit, alpha)
+
+
+def _nothing(track: Track, hit: Hit, joined: tuple[str, ...]) -> str:
+    """Why a hit is nothing of this target; empty if it may be something."""
+    if joined and hit.deviate < LEAST_SUPPORT:
+        return "found on another target; nothing speaks for it on this one"
+    if hit.candidate.effect.line and stands_in_reference(track.problem, track.fit, hit.term.shape[0]):
+        return OF_REFERENCE
+    return ""
 
 
 def _kept(track: Track, grown: Track, hit: Hit, alpha: float) -> tuple[Track, bool]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from insenv.core.recording import Floats
-from insenv.data.follow import followed
+from insenv.data.follow import correlation, followed
 
 N, DT, JITTER = 8000, 0.1, 1e-5
 
@@ -90,3 +90,16 @@ def test_an_instrument_that_stands_still_follows_no_jitter_however_it_is_shifted
     angle = read(PROFILES["constant"], rng)
     seen = followed(angle, 1e-4 * rng.standard_normal(N), np.ones(N, bool), "angle")
     assert np.std(seen) < 0.1 * np.std(angle)
+
+
+def test_rows_that_are_lost_make_no_peak_where_nothing_is_shifted() -> None:
+    """A table that holds its rate for long and a reading 6 rows early; 24 rows were left out, at no shift from both.
+
+    Of a smooth motion without noise: no false alarm.
+    """
+    rows = np.arange(6000.0)
+    rate = 2.0 + np.tanh((rows - 2000.0) / 30.0) - 1.5 * np.tanh((rows - 4000.0) / 30.0)
+    known = np.ones(rows.size)
+    known[np.random.default_rng(7).integers(0, rows.size, 24)] = 0.0
+    both, power = correlation(rate, np.interp(rows + 6.0, rows, rate), known, 40)
+    assert int(np.argmax(both**2 / power)) - 40 == -6

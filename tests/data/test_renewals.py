@@ -67,11 +67,18 @@ def every_row_read() -> dict[str, Floats]:
     angle = hand(4)(T)
     dwells = np.repeat(rng.uniform(-1, 1, 40), 100)
     eased = lfilter([0.05], [1, -0.95], dwells)
-    counts = 2 * np.pi / 400
+    counts, there_and_back = 2 * np.pi / 400, np.abs((np.arange(4000) % 2000) - 1000.0)
+
+    def printed(turned: Floats) -> Floats:
+        """An encoder of 13 bits in a file of 7 digits."""
+        return np.array([float(f"{x:.7g}") for x in 2 * np.pi / 2**13 * np.floor(turned + 0.3)])
+
     return {
         "smooth": angle,
         "noisy": angle + 1e-4 * rng.standard_normal(len(T)),
         "coarse": counts * np.floor(angle / counts),
+        "6.83 counts a row": printed(6.83 * there_and_back),
+        "13.75 counts a row": printed(13.75 * there_and_back),
         "rounded": np.round(angle, 4),
         "finely rounded": np.round(angle, 6),
         "slow and rounded": np.round(0.01 * angle, 6),

@@ -214,6 +214,7 @@ def responding(
     noisy = {s.run for s in parts if (table := recordings[s.run].table) is not None and not table.still}
     read = {s.run: _coarse(s) for s in parts if _measured(recordings[s.run]) or _ramps(s)}
     own = noisy | {s.run for s in parts if _bent(s, read.get(s.run, 0.0))}
+    own |= _smoothed(parts, recordings, read)
     gain, sd, _ = fitted(parts, {s.run: 0.0 for s in parts}, lag_of=set())
     if not own and not _other(gain, sd, model):
         return recordings
@@ -221,6 +222,26 @@ def responding(
     found = likelier(parts, lags, own) if forms else _followed(parts, lags, own, None, filtered=False)
     gain = found.gain if _other(found.gain, found.sd, model) else 1.0
     return with_response(recordings, target, gain, found)
+
+
+def _smoothed(parts: list[Stretch], recordings: tuple[Recording, ...], read: dict[int, float]) -> set[int]:
+    """Runs whose reference is a rate that was measured, and late by rows as one that was smoothed is, if it was.
+
+    What is left of a mean over a window beside a mere delay lies at the ends of ramps, each at its own rates.
+    """
+    late = {
+        s.run: read[s.run] for s in parts if _smooth_rate(recordings[s.run]) and read[s.run] <= -s.exposure.motion.dt
+    }
+    if not late:
+        return set()
+    lags = {s.run: late.get(s.run, 0.0) for s in parts}
+    found = likelier(parts, lags, set(late))
+    return set(late) if found.filtered or found.window else set()
+
+
+def _smooth_rate(recording: Recording) -> bool:
+    """Whether the reference is a rate that was measured."""
+    return order(recording)[:1] == ("table_rate",) and _measured(recording)
 
 
 def with_response(

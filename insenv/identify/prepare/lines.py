@@ -33,6 +33,8 @@ SAME_LINE = 0.3
 LOUDER, SMOOTHED, WIDEST = 2.0, 0.1, 0.1
 #: Share of a line's power from which on the reference has it too.
 IN_REFERENCE = 0.25
+#: Share of a line's power below which the readings themselves have none of it.
+IN_READING = 0.1
 #: The same of motion, where it has a line, and where it has any: an axis that is reversed leaves four times its power.
 MOTION_LINE, MOTION_ANY = 0.1, 0.5
 #: A line is steady if one sinusoid takes out more than this share of its power, and is so many deviations tall.
@@ -189,6 +191,26 @@ def steps_of_encoder(line: Line, dt: float, left: Floats, reference: Floats, ste
     own, other = periodogram(left, dt), periodogram(reference, dt)
     band = np.abs(own.f - line.frequency) <= max(0.5 * SAME_LINE, 2 / (len(left) * dt))
     return bool(other.power[band].sum() > IN_REFERENCE * own.power[band].sum())
+
+
+def of_reference(frequency: float, dt: float, left: Floats, reference: Floats) -> bool:
+    """Whether a line of ``left`` stands in what was subtracted and not in the readings: it is no line of theirs.
+
+    So do the steps of an encoder behind a rate that a drive has filtered, its graduation, or a lamp that flickers.
+
+    Parameters
+    ----------
+    frequency : float
+        Of the line [Hz].
+    dt : float
+        Time between the values [s].
+    left, reference : ndarray, shape (n,)
+        What is left of the readings, and what was subtracted from them.
+    """
+    t = dt * np.arange(len(left))
+    wave = np.sin(np.pi * (np.arange(len(left)) + 0.5) / len(left)) ** 2 * np.exp(-2j * np.pi * frequency * t)
+    own, other = complex((left - left.mean()) @ wave), complex((reference - reference.mean()) @ wave)
+    return abs(own + other) ** 2 < IN_READING * abs(own) ** 2
 
 
 def of_motion(frequency: float, dt: float, left: Floats, reference: Floats) -> bool:

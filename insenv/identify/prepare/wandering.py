@@ -11,7 +11,7 @@ with the gain of the fitted blocks for the held-out ones too: a hole in the spec
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -23,7 +23,7 @@ from insenv.identify.fit.bins import Block
 from insenv.identify.fit.gls import Fit
 from insenv.identify.fit.heldout import residual
 from insenv.identify.fit.problem import Problem
-from insenv.identify.prepare.lines import LEAST_STEADY, Line, line_at, periodogram, steps_of_encoder
+from insenv.identify.prepare.lines import LEAST_STEADY, Line, line_at, of_reference, periodogram, steps_of_encoder
 
 #: Fewest cycles in the fitted time: of a slower one nobody knows whether it is a line or the wander of the noise.
 FEWEST_CYCLES = 40.0
@@ -53,16 +53,34 @@ def wanders(problem: Problem, fit: Fit, frequency: float, runs: tuple[int, ...] 
 
 
 def of_encoder(problem: Problem, fit: Fit, frequency: float) -> Line | None:
-    """The line at ``frequency`` [Hz] in the residual of ``fit``, if it is the pattern of an encoder's steps."""
-    if not problem.encoder:
+    """The line at ``frequency`` [Hz] in the residual of ``fit``, if it is the pattern of an encoder's steps.
+
+    It is one of the reference as well where that has it and what the target reads has not.
+    """
+    if problem.commanded or not problem.turns:
         return None
-    for block in _stretches(problem, True):
-        line, rows = _of_block(problem, fit, block, frequency), slice(block.start, block.stop)
-        left = residual(problem, fit)[rows]
-        reference = problem.bins.mean(tuple(e.motion.rate for e in problem.exposures))[rows]
-        if line and steps_of_encoder(line, problem.bins.width, left, reference, problem.encoder):
+    for block, left, reference in _beside_reference(problem, fit):
+        line, width = _of_block(problem, fit, block, frequency), problem.bins.width
+        steps = line and problem.encoder and steps_of_encoder(line, width, left, reference, problem.encoder)
+        if line and (steps or of_reference(frequency, width, left, reference)):
             return replace(line, steady=False, phase=0.0, of_encoder=True)
     return None
+
+
+def stands_in_reference(problem: Problem, fit: Fit, frequency: float) -> bool:
+    """Whether what is left at ``frequency`` [Hz] stands in the reference, and not in what the target reads."""
+    if problem.commanded or not problem.turns:
+        return False
+    width = problem.bins.width
+    return all(of_reference(frequency, width, left, other) for _, left, other in _beside_reference(problem, fit))
+
+
+def _beside_reference(problem: Problem, fit: Fit) -> Iterator[tuple[Block, Floats, Floats]]:
+    """The longest fitted stretch of each run, with what is left there and the reference."""
+    left = residual(problem, fit)
+    reference = problem.bins.mean(tuple(e.motion.rate for e in problem.exposures))
+    for block in _stretches(problem, True):
+        yield block, left[block.start : block.stop], reference[block.start : block.stop]
 
 
 def lost(problem: Problem, fit: Fit, frequency: float) -> Line | None:

@@ -233,7 +233,7 @@ class _Gram:
         n = self.c + 1 + self.k
         g, d = self.products[:n, :n], self.products[:n, n:]
         inside = self.products[n:, n:] + np.eye(len(self.products) - n)
-        g = g - d @ np.linalg.solve(inside, d.T)
+        g = g - d @ _solved(inside, d.T)
         if not with_effect:
             return np.asarray(g)
         e = g[:, : self.c]
@@ -250,11 +250,19 @@ class _Gram:
         scale = np.concatenate([sizes, np.ones(len(self.products) - n - self.k)])
         inner = self.products[n:, n:] * np.outer(scale, scale) + np.eye(len(scale))
         across = self.products[:n, n:] * scale
-        solved = np.linalg.solve(inner, across.T)
+        solved = _solved(inner, across.T)
         g = self.products[:n, :n] - across @ solved
         theta = np.linalg.lstsq(g[: self.c, : self.c], g[: self.c, self.c], rcond=1e-10)[0]
         of_curve = scale * (solved[:, : self.c] @ theta)
         return theta, _Own(scale * solved[:, self.c] - of_curve, of_curve), float(theta @ g[: self.c, self.c])
+
+
+def _solved(matrix: Floats, right: Floats) -> Floats:
+    """The solution; the shortest one where crowding so loud is alike that one beside it is rounding."""
+    try:
+        return np.asarray(np.linalg.solve(matrix, right))
+    except np.linalg.LinAlgError:
+        return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0])
 
 
 # Noise that goes with the motion

@@ -128,3 +128,30 @@ def test_a_gyro_behind_a_filter_is_beside_no_mean_longer_than_its_motion(seed: i
     response = found.responses.get("gyro", Response())
     assert response.window == 0.0
     assert response.lag == pytest.approx(tau + delay, abs=0.01)
+
+
+@pytest.mark.parametrize("window", [0.01, 0.08])
+def test_a_rate_over_some_rows_is_a_mean_though_it_has_no_noise_and_the_table_jumps_from_rate_to_rate(
+    window: float,
+) -> None:
+    """Counts of 19 bits over 8 rows, late by half of them and 10 ms; ramps of 0.45 s. Over one row it is but late.
+
+    A curve of the rate was told of what a delay alone left at the ends of the ramps. The likelihood ratio of the mean
+    is beyond exp(20) here.
+    """
+    rng = np.random.default_rng(1)
+    fine, rows = 1e-3, 6000
+    t = fine * np.arange(10 * rows)
+    steps = np.where((t // 5.0).astype(int) % 2, 5.2, 2.1)
+    rate = np.convolve(np.pad(steps, (449, 0), mode="edge"), np.full(450, 1 / 450), "valid")
+    angle = fine * (np.cumsum(rate) - 0.5 * rate)
+    at: Floats = 0.5 + DT * np.arange(rows - 60.0)
+    count = 2 * np.pi / 2**19
+    read = [count * np.floor(np.interp(at - 0.01 - far, t, angle) / count) for far in (0.0, window)]
+    encoder, gyro = (read[0] - read[1]) / window, np.interp(at, t, rate) + 2e-3 * rng.standard_normal(len(at))
+    channels = {"gyro": Channel(gyro, "rad/s"), "table_rate": Channel(encoder, "rad/s", source="encoder")}
+    (found,) = responding((with_reference(Recording(at, channels)),), (slice(0, 4000),), "gyro", ())
+    response = found.responses.get("gyro", Response())
+    assert response.window == (pytest.approx(window, rel=0.2) if window > DT else 0.0)
+    if window > DT:
+        assert response.lag == pytest.approx(-0.01 - 0.5 * window, abs=5e-4)

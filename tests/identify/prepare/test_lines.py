@@ -8,7 +8,7 @@ from motions import edges
 from simulated_runs import DEG_PER_HOUR, closed, gyro_run, manifest, simulated_noise
 
 from insenv.core.recording import Channel, Floats, Recording
-from insenv.identify.prepare.lines import SAME_LINE, Line, find_lines, quantum
+from insenv.identify.prepare.lines import SAME_LINE, Line, find_lines, of_reference, quantum
 
 DT = 0.01
 N = 12_000
@@ -171,3 +171,15 @@ def test_a_line_above_the_bin_rate_is_reported_as_a_tone_and_taken_out() -> None
     assert found.held_out.after < found.held_out.before
     assert found.held_out.after == pytest.approx(plain.held_out.after, rel=0.02)
     assert found.verdict == "effects-found"
+
+
+@pytest.mark.parametrize("ours", [True, False])
+def test_a_line_of_the_reference_alone_is_none_of_the_readings(ours: bool) -> None:
+    """Beside a table that turns there and back, both of them noisy; the line is 30 deviations of what is left tall.
+
+    Of noise alone a tenth of the line's power is rarer than exp(-400).
+    """
+    rate, line = np.where((T // 20.0).astype(int) % 2, 0.5, -0.5), 0.03 * np.cos(2 * np.pi * 9.2 * T)
+    reference = rate + 0.05 * white(3) + (0.0 if ours else line)
+    reading = rate + 0.02 * white(4) + (line if ours else 0.0)
+    assert of_reference(9.2, DT, reading - reference, reference) is not ours
