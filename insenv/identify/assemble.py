@@ -64,6 +64,7 @@ from insenv.identify.search.rounded import log_p_unrounded
 from insenv.identify.search.tracks import Step, Track
 from insenv.identify.search.twins import half_row_sentence, half_step_sentence, rarer_sentence, twin_sentence, twins
 from insenv.identify.search.unfinished import made_by_rounding, unfinished, untold
+from insenv.identify.search.whole.error import whole_errors
 from insenv.identify.switches import switchable
 
 #: Held-out error in scatters of the fitted noise from which on a word is said; and from which on what a turning unit's
@@ -94,7 +95,8 @@ def findings(
     limits: Limits | None = None,
 ) -> Findings:
     """All that was found, target by target; ``limits`` are those of the table, for the next experiment."""
-    targets = tuple(_target(manifest, recordings, track, outcome.alpha, limits) for track in outcome.tracks)
+    levels = outcome.alpha, outcome.seed
+    targets = tuple(_target(manifest, recordings, track, levels, limits) for track in outcome.tracks)
     said = (
         *remarks,
         *_longer_means(outcome.tracks),
@@ -152,8 +154,14 @@ def _rows(one: RejectedRows) -> str:
 
 
 def _target(
-    manifest: Manifest, recordings: tuple[Recording, ...], track: Track, alpha: float, limits: Limits | None
+    manifest: Manifest,
+    recordings: tuple[Recording, ...],
+    track: Track,
+    levels: tuple[float, int],
+    limits: Limits | None,
 ) -> TargetFindings:
+    """All of one target; ``levels`` are the probability of a false discovery and the seed."""
+    alpha, seed = levels
     plain, problem = as_declared(track.prepared.plain, track.prepared.model), track.problem
     before = solve(plain, track.prepared.model)
     declared_noise = dict(manifest.noise.get(problem.target, {}))
@@ -175,7 +183,11 @@ def _target(
     verdict = _verdict(track, bool(lines or coarse or gain), left, earth)
     first = estimates(plain, before)
     declared = set(track.prepared.model)
-    found = tuple(_added(track, index, step, own[step.hit.term], recordings) for index, step in enumerate(track.steps))
+    errors = whole_errors(track, seed)
+    found = tuple(
+        replace(_added(track, index, step, own[step.hit.term], recordings), whole=errors[index])
+        for index, step in enumerate(track.steps)
+    )
     suspects = suspected(earth, scores[1])
     collinear = _collinear(track)
     spanned = _inseparable(track)

@@ -60,11 +60,30 @@ class HeldOut:
 
 
 @dataclass(frozen=True)
+class WholeError:
+    """How often a whole search would find as much in noise alone, by signs (`insenv.identify.search.whole.error`).
+
+    ``p`` is (1 + k) / (draws + 1), k of ``draws`` residuals of chance with as much evidence or more; ``agrees`` says
+    whether that count is one which the p-value with looks counted lets expect, or fewer.
+    """
+
+    p: float
+    draws: int
+    agrees: bool
+
+    @property
+    def least(self) -> bool:
+        """Whether no residual of chance had as much: ``p`` is the smallest that so many can say."""
+        return self.p * (self.draws + 1) < 1.5
+
+
+@dataclass(frozen=True)
 class Added:
     """An effect that the model lacked, on one target; ``runs``, counted from 1, where it is not one of all runs.
 
     ``unit`` is that of its held-out errors where it is another than that of the target's. ``indirect``: no residual
     shows it, and its least size alone is known. ``same_curve`` are effects that no data of this kind tell from it.
+    ``whole`` is the error of the whole search for it, made when it is asked for; it gives None where none is known.
     """
 
     effect: str
@@ -81,6 +100,7 @@ class Added:
     unit: str = ""
     indirect: bool = False
     same_curve: tuple[str, ...] = ()
+    whole: Callable[[], WholeError | None] = field(default=nothing, compare=False, repr=False)
 
 
 @dataclass(frozen=True)

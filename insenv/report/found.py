@@ -14,7 +14,7 @@ from insenv.effects.bias import BiasStep
 from insenv.effects.rate.scale import ScaleFactorAnomaly
 from insenv.effects.tone import Tone
 from insenv.identify.findings import Added, Estimate, TargetFindings
-from insenv.report.quantities import decimals, last_digit, p_value, unit_for
+from insenv.report.quantities import decimals, last_digit, p_value, percent, unit_for
 from insenv.report.words import key_of, listing, name
 
 #: Effect id -> the parameter that says where it sits, and its name with that place, for one and for several.
@@ -63,6 +63,30 @@ def chances(added: Sequence[Added]) -> list[str]:
     for p, group in same.items():
         what, each = listed(group), "" if len(group) == 1 else ", each"
         said.append(f"{what[:1].upper()}{what[1:]}: chance of seeing this from noise alone{each}: p {p}.")
+    return said
+
+
+def evidence(one: Added) -> str:
+    """The probability of a finding with looks counted, and by signs beside it: "= 0.002 (by signs 0.004)"."""
+    error = one.whole()
+    if error is None:
+        return p_value(one.p_value)
+    sign = "≤ " if error.least else ""
+    return f"{p_value(one.p_value)} (by signs {sign}{error.p:.2g})"
+
+
+def disagreements(added: Sequence[Added]) -> list[str]:
+    """A sentence for each finding that the same search has in noise more often than its p-value says."""
+    said = []
+    for one in added:
+        error = one.whole()
+        if error is not None and not error.agrees:
+            what = title([one])
+            said.append(
+                f"{what[:1].upper()}{what[1:]}: with signs by chance the search finds as much in the residual in "
+                f"{percent(error.p)} of {error.draws} draws, more often than p {p_value(one.p_value)} says; "
+                "take the larger."
+            )
     return said
 
 

@@ -176,7 +176,7 @@ def _added(added: Added, target: TargetFindings) -> Row:
     return {
         "remark": added.remark,
         "parameters": estimates.parameters(added),
-        "p": p_value(added.p_value),
+        "p": found.evidence(added),
         "before": show.number(added.held_out_before),
         "after": show.show(added.held_out_after) + found.together(added, target.added),
         "confounded": words.listing(sentences.rivals(target, added.confounded_with)),

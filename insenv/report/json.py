@@ -24,6 +24,7 @@ from insenv.identify.findings import (
     HeldOut,
     NextExperiment,
     TargetFindings,
+    WholeError,
 )
 from insenv.report import formula
 
@@ -161,7 +162,12 @@ def _added(added: Added) -> Block:
         "generic": added.generic,
         "remark": added.remark,
         **({"held_out_unit": added.unit} if added.unit else {}),
+        **({} if (error := added.whole()) is None else {"whole_search": _whole(error)}),
     }
+
+
+def _whole(error: WholeError) -> Block:
+    return {"p_value": error.p, "draws": error.draws, "agrees": error.agrees}
 
 
 def _estimate(estimate: Estimate) -> Block:

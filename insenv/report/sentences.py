@@ -19,7 +19,7 @@ from insenv.identify.findings import (
     TargetFindings,
 )
 from insenv.report import formula
-from insenv.report.found import chances, listed
+from insenv.report.found import chances, disagreements, listed
 from insenv.report.quantities import Unit, number, p_value, percent, span, unit_for
 from insenv.report.words import key_of, listing, name, names
 
@@ -115,7 +115,13 @@ def cautions(findings: Findings) -> list[str]:
 
 def sureness(target: TargetFindings, alpha: float) -> list[str]:
     """How sure the verdict is: sentences with the figures that stand behind it, and what would settle it."""
-    said = [*chances(target.added), *map(_sentence, target.reasons), _outcome(target), *formula.sentences(target)]
+    said = [
+        *chances(target.added),
+        *disagreements(target.added),
+        *map(_sentence, target.reasons),
+        _outcome(target),
+        *formula.sentences(target),
+    ]
     if target.verdict == "nothing-significant":
         said.append(
             f"A false alarm of the whole search was allowed in {percent(alpha)} of recordings; "

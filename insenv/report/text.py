@@ -89,7 +89,7 @@ def _added(alike: Sequence[Added], target: TargetFindings, width: int) -> Iterat
         show = sentences.held_out_unit(target, added)
         before, after = show.number(added.held_out_before), show.show(added.held_out_after)
         shared = found.together(added, target.added)
-        evidence = f"p {p_value(added.p_value)}, held-out error {before} → {after}{shared}"
+        evidence = f"p {found.evidence(added)}, held-out error {before} → {after}{shared}"
         yield from _hang(evidence, width, "    ")
         meaning = words.meaning(key) if added is alike[0] else ""
         for line in filter(None, (meaning, added.remark)):

@@ -20,7 +20,16 @@ from made_findings import (
 
 from insenv.effects.catalogue import ALL
 from insenv.effects.own import RESERVED
-from insenv.identify.findings import VERDICTS, Added, Estimate, Findings, NextExperiment, Rejected, TargetFindings
+from insenv.identify.findings import (
+    VERDICTS,
+    Added,
+    Estimate,
+    Findings,
+    NextExperiment,
+    Rejected,
+    TargetFindings,
+    WholeError,
+)
 from insenv.identify.fit.heldout import CHANCE
 from insenv.identify.prepare.excess import TOLERANCE
 from insenv.identify.prepare.lines import FALSE_ALARM
@@ -30,6 +39,7 @@ from insenv.report import (
     sentences,
     summary,
     to_html,
+    to_json,
     words,
 )
 
@@ -172,6 +182,20 @@ def test_the_same_probability_is_said_once() -> None:
     first, second = found.chances([tone(5.0), tone(6.0, p=0.004), tone(7.0, p=1e-30)])
     assert first == "Tones at 5.000 and 7.000 Hz: chance of seeing this from noise alone, each: p < 10⁻¹⁵."
     assert second == "A tone at 6.000 Hz: chance of seeing this from noise alone: p = 0.004."
+
+
+def test_the_error_of_the_whole_search_stands_beside_the_p_value() -> None:
+    agrees = replace(tone(5.0, p=0.004), whole=lambda: WholeError(0.006, 999, True))
+    least = replace(tone(6.0), whole=lambda: WholeError(0.001, 999, True))
+    differs = replace(tone(7.0, p=1e-9), whole=lambda: WholeError(0.041, 999, False))
+    made = with_added(agrees, least, differs)
+    for said in (summary(made), Page(to_html(made)).text):
+        said = " ".join(said.split())
+        assert "p = 0.004 (by signs 0.006)" in said and "(by signs ≤ 0.001)" in said
+        assert said.count("with signs by chance the search finds as much") == 1
+        assert "in 4.1% of 999 draws, more often than p = 1×10⁻⁹ says" in said
+    told = [one.get("whole_search") for one in to_json(made)["added"]]
+    assert told[0] == {"p_value": 0.006, "draws": 999, "agrees": True} and told[2]["agrees"] is False
 
 
 def test_several_tones_share_one_heading_and_one_meaning() -> None:

@@ -164,14 +164,38 @@ def held_out_modes(problem: Problem, fit: Fit) -> tuple[Floats, Floats]:
         Eigenvalue of each mode, 0 for the level of a block.
     r : ndarray, shape (modes,)
     """
-    anchored = _Anchored.of(problem, fit.noise.power)
-    free = _free_of_run(problem, fit, anchored)
-    r = free(anchored.whiten(residual(problem, fit)))
-    if fit.design.matrix.shape[1]:
-        half = free(anchored.whiten(fit.design.matrix)) @ np.linalg.cholesky(fit.cov)
-        basis, size, _ = np.linalg.svd(half, full_matrices=False)
-        r = r - basis @ ((1 - 1 / np.sqrt(1 + size**2)) * (basis.T @ r))
-    return eigenvalues(problem.held_out), r
+    space = HeldOutSpace.of(problem, fit)
+    return eigenvalues(problem.held_out), space.damped(space.white(residual(problem, fit)))
+
+
+@dataclass(frozen=True)
+class HeldOutSpace:
+    """Where held-out data are unit normals if only the noise of a fit is left: V^-1/2, V = S + X cov X'.
+
+    ``white`` takes values over all bins, shape (bins, ...), to modes of the held-out blocks, S^-1/2; ``model`` are the
+    columns of the fit there, shape (modes, p), and ``damped`` takes out of modes what the fit's coefficients are not
+    sure of.
+    """
+
+    white: Callable[[Floats], Floats]
+    model: Floats
+    damped: Callable[[Floats], Floats]
+
+    @classmethod
+    def of(cls, problem: Problem, fit: Fit) -> HeldOutSpace:
+        """Of the held-out blocks beside a fit."""
+        anchored = _Anchored.of(problem, fit.noise.power)
+        free = _free_of_run(problem, fit, anchored)
+
+        def white(values: Floats) -> Floats:
+            return free(anchored.whiten(values))
+
+        model = white(fit.design.matrix)
+        if not model.shape[1]:
+            return cls(white, model, lambda values: values)
+        basis, size, _ = np.linalg.svd(model @ np.linalg.cholesky(fit.cov), full_matrices=False)
+        taken = basis * (1 - 1 / np.sqrt(1 + size**2))
+        return cls(white, model, lambda values: values - taken @ (basis.T @ values))
 
 
 def _deviate(product: float, information: float, freedom: float) -> float:

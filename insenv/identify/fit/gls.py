@@ -15,6 +15,9 @@ from insenv.core.recording import Floats
 from insenv.identify.fit.noise import NoiseFit, fit_noise
 from insenv.identify.fit.problem import Design, Model, Problem, design, pooled
 
+#: Degrees of freedom with which noise is known at least.
+LEAST_FREEDOM = 2.0
+
 
 @dataclass(frozen=True)
 class Fit:
@@ -107,11 +110,37 @@ def noise_freedom(problem: Problem, power: Floats, energy: Floats) -> float:
     zero too; a variance estimated with nu degrees of freedom has var(log S) = 2 / nu. What is slow meets noise that
     only a few slow modes tell.
     """
-    limits = None if problem.most is None else problem.most.tobytes()
-    shares, size, covariance = problem.remember_last(("noise known", limits), power, lambda: _known(problem, power))
+    shares, size, covariance = _noise_known(problem, power)
     pull = (energy / max(float(energy.sum()), 1e-300)) @ shares
     variance = float((pull / size) @ covariance @ (pull / size))
-    return float(np.clip(2 / max(variance, 1e-9), 2.0, len(shares)))
+    return float(np.clip(2 / max(variance, 1e-9), LEAST_FREEDOM, len(shares)))
+
+
+def noise_spread(problem: Problem, power: Floats) -> Floats:
+    """Directions in which the logarithm of each mode's variance is not known, shape (modes, terms): L, L z of normal z.
+
+    The variance of a mode is 2 / nu, nu as of `noise_freedom`, and no less than 2.
+    """
+    shares, size, covariance = _noise_known(problem, power)
+    values, vectors = np.linalg.eigh(covariance)
+    spread = (shares / size) @ (vectors * np.sqrt(np.maximum(values, 0.0)))
+    variance = np.einsum("mt,mt->m", spread, spread)
+    return np.asarray(spread * np.sqrt(np.minimum(1.0, (2 / LEAST_FREEDOM) / np.maximum(variance, 1e-300)))[:, None])
+
+
+def noise_freedoms(problem: Problem, power: Floats, energies: Floats) -> Floats:
+    """`noise_freedom` of several energies, shape (rows, modes)."""
+    spread = noise_spread(problem, power)
+    pull = (energies @ spread) / np.maximum(energies.sum(axis=1), 1e-300)[:, None]
+    return np.clip(2 / np.maximum(np.einsum("rt,rt->r", pull, pull), 1e-9), LEAST_FREEDOM, len(spread))
+
+
+def _noise_known(problem: Problem, power: Floats) -> tuple[Floats, Floats, Floats]:
+    limits = None if problem.most is None else problem.most.tobytes()
+    known: tuple[Floats, Floats, Floats] = problem.remember_last(
+        ("noise known", limits), power, lambda: _known(problem, power)
+    )
+    return known
 
 
 def _known(problem: Problem, power: Floats) -> tuple[Floats, Floats, Floats]:

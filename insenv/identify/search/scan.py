@@ -150,7 +150,7 @@ def _score_one(block: Floats, weight: Floats, q: Floats, residual: Floats, noise
     norm = np.sqrt(np.einsum("rn,rn->r", rows, rows))
     rows /= np.where(norm > 0, norm, 1)[:, None]
     rows -= (rows @ q) @ q.T
-    rank = _orthonormal(rows.reshape(block.shape))
+    rank, _ = orthonormal(rows.reshape(block.shape), n)
     if not rank.any():
         return Scores(np.full(shapes, -1.0), 0.0, 0)
     values = np.sum((rows @ residual).reshape(k, shapes) ** 2, axis=0)
@@ -159,18 +159,22 @@ def _score_one(block: Floats, weight: Floats, q: Floats, residual: Floats, noise
     return Scores(np.where(usable, values, -1.0), float(np.median(null)), int(np.median(rank[usable])))
 
 
-def _orthonormal(rows: Floats) -> NDArray[np.int64]:
-    """Make the k rows of each shape, (k, shapes, modes), orthonormal, zero if the model spans them; their ranks."""
+def orthonormal(rows: Floats, modes: int) -> tuple[NDArray[np.int64], Floats]:
+    """Make the k rows of each shape, (k, shapes, n), orthonormal in ``modes``; zero if the model spans them.
+
+    What stands behind the modes is moved with them. Also the rank of each shape, and what was left of its last row.
+    """
     rank = np.zeros(rows.shape[1], dtype=int)
+    left = np.zeros(rows.shape[1])
     for j, rest in enumerate(rows):
-        own = rest.copy() if j else rest
+        own = rest[:, :modes].copy() if j else rest[:, :modes]
         for before in rows[:j]:
-            rest -= before * np.einsum("sn,sn->s", before, own)[:, None]
-        left = np.sqrt(np.einsum("sn,sn->s", rest, rest))
+            rest -= before * np.einsum("sn,sn->s", before[:, :modes], own)[:, None]
+        left = np.sqrt(np.einsum("sn,sn->s", rest[:, :modes], rest[:, :modes]))
         good = left > TOLD_APART
         rest *= (good / np.where(good, left, 1.0))[:, None]
         rank += good
-    return rank
+    return rank, left
 
 
 @dataclass(frozen=True)
