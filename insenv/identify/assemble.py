@@ -183,14 +183,9 @@ def _target(
     verdict = _verdict(track, bool(lines or coarse or gain), left, earth)
     first = estimates(plain, before)
     declared = set(track.prepared.model)
-    errors = whole_errors(track, seed)
-    found = tuple(
-        replace(_added(track, index, step, own[step.hit.term], recordings), whole=errors[index])
-        for index, step in enumerate(track.steps)
-    )
+    found = tuple(_added(track, index, step, own[step.hit.term], recordings) for index, step in enumerate(track.steps))
     suspects = suspected(earth, scores[1])
     collinear = _collinear(track)
-    spanned = _inseparable(track)
     return TargetFindings(
         target=problem.target,
         unit=problem.unit,
@@ -201,13 +196,13 @@ def _target(
             *_saturation(track, recordings, scores),
             *coarse,
             *gain,
-            *found,
+            *_with_errors(found, track, seed),
             *((hold_effect(hold, *(score.rms for score in scores)),) if hold else ()),
             *(line_effects(lines, problem, _with_lines(track), scores[1].rms, track.finer) if lines else ()),
             *suspects,
         ),
         rejected=_rejected(track, alpha),
-        not_testable=(*spanned, *track.not_testable, *collinear),
+        not_testable=(*_inseparable(track), *track.not_testable, *collinear),
         held_out=HeldOut(scores[0].rms, scores[1].rms, scores[1].floor, problem.unit, problem.bins.width),
         estimates_before=with_vertical_rate(recordings, [e for rows in first.values() for e in rows]),
         estimates_after=with_vertical_rate(
@@ -226,6 +221,11 @@ def _target(
         switchable=Lazy(partial(switchable, track)),
         samples=Lazy(track.prepared.samples),
     )
+
+
+def _with_errors(found: tuple[Added, ...], track: Track, seed: int) -> tuple[Added, ...]:
+    """What was added, each with the error of the whole search for it."""
+    return tuple(replace(one, whole=e) for one, e in zip(found, whole_errors(track, seed), strict=True))
 
 
 def _beside(track: Track, effect: str, shape: Mapping[str, float]) -> tuple[Estimate, ...]:
