@@ -129,7 +129,7 @@ UNKNOWN: dict[str, Law] = {
 def motion(rng: Rng) -> Run:
     """Rates held one after another with ramps between, both ways; a temperature that settles and swings."""
     step = DT / FINE
-    t = (np.arange(ROWS * FINE) + 0.5) * step
+    t = np.asarray((np.arange(ROWS * FINE) + 0.5) * step, np.float64)
     top = rng.uniform(20.0, 60.0)
     levels: list[float] = []
     while len(levels) * 30.0 < t[-1]:

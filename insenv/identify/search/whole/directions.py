@@ -141,7 +141,7 @@ class Lines:
                 spectrum_of = np.abs(rfft(series, size, axis=0)[usable]) ** 2 * 2 / block.n
                 power[block.run] = power.get(block.run, 0) + spectrum_of
         if not power or not usable.any():
-            return np.zeros(w.shape[1]), 2
+            return np.zeros(w.shape[1], np.float32), 2
         return np.asarray(sum(power.values())).max(axis=0), 2 * len(power)
 
 
