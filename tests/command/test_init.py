@@ -229,6 +229,7 @@ def test_raw_counts_without_a_sign_are_asked_for_their_zero(tmp_path: Path) -> N
         (lambda i: 1.0 * i, None, "ms"),  # or a row a second
         (lambda i: 0.5 * i, None, "ms"),  # or 2 Hz
         (lambda i: 500_000 * i, None, "us"),
+        (lambda i: 1952.0 * i, None, "us"),  # or a row in two seconds
     ],
 )
 def test_the_steps_of_a_clock_tell_its_unit(
@@ -451,6 +452,8 @@ def test_any_file_ends_in_a_draft_or_in_one_sentence(content: bytes, tmp_path: P
         ("dtheta_x", "gyro", "x", None),
         ("GyroX", "gyro", "x", None),
         ("acc68Y", "accel", "y", None),
+        ("accelXData", "accel", "x", None),
+        ("gyroZRaw", "gyro", "z", None),
         ("acc1_x", "accel", "x", None),
         ("GyroZ2", "gyro", "z", None),
         ("gyro1", "gyro", "", None),
@@ -802,6 +805,26 @@ def test_columns_that_are_mostly_empty_or_nan_are_left_out(tmp_path: Path) -> No
     rows = [f"{i},{i / 7:.3f},{5 if i % 10 == 9 else ''},NaN" for i in range(60)]
     found = listing(written(tmp_path / "log.csv", ["t_s,gz,fix,light", *rows]))
     assert [c.heading for c in found.columns] == ["t_s", "gz"] and found.rows == 60
+
+
+def test_rows_may_end_in_more_commas_than_there_are_headings(tmp_path: Path) -> None:
+    """A logger that names 4 columns and parts 6, of which one that it names is empty too."""
+    path = written(
+        tmp_path / "log.csv", ["t_s,gx,gy,watch", *(f"{i / 50},{i / 7:.3f},{-i / 7:.3f},,," for i in range(60))]
+    )
+    found = listing(path)
+    assert [c.heading for c in found.columns] == ["t_s", "gx", "gy"] and found.rows == 60
+    assert np.allclose(found.columns[1].values, np.arange(60) / 7, atol=1e-3)
+    full = written(tmp_path / "full.csv", ["t_s,gx", *(f"{i / 50},{i / 7:.3f},{i}," for i in range(60))])
+    assert [c.heading for c in listing(full).columns] == ["", "", ""]  # the last comma may go, a number may not
+
+
+def test_accelerations_without_gravity_are_no_wrong_range(tmp_path: Path) -> None:
+    noise = 0.3 * np.random.default_rng(1).standard_normal((3, 600))
+    for name, said in (("Linear Acceleration", "taken gravity out"), ("Acceleration", "is the range set right?")):
+        columns = {f"{name} {a} (m/s^2)": n for a, n in zip("xyz", noise, strict=True)}
+        found = drafted(table(tmp_path / "phone.csv", {"time (s)": 0.01 * np.arange(600.0), **columns}))
+        assert any(said in note for note in found.notes)
 
 
 def test_gravity_is_in_the_accelerometer_that_is_not_linear(tmp_path: Path) -> None:

@@ -33,6 +33,8 @@ SEVERAL = 5
 AXES_BY_UP: Mapping[str, str] = {"+z": "RFU", "-z": "FRD", "+x": "URF", "-x": "DFR", "+y": "FUR", "-y": "RDF"}
 #: No sampler is as fast [Hz]: a stated unit of time is doubted there.
 FASTEST = 2e4
+#: Steps of a sampler for which a unit of time is proposed [s]: rows of inertial instruments seldom come slower.
+SLOWEST = 1.0
 #: Rows at either end that are not looked at for the clock: there may be strays.
 ENDS = 6
 #: What is declared of accelerometers in several positions.
@@ -214,7 +216,9 @@ def _time_unit(
         return Choice(stated, f"the heading; {step}", "stated")
     if stated is None and clock.unit:
         return Choice(clock.unit, step, "numbers")
-    hint = next((u for u in ("ms", "us", "s", "ns") if u in clock.others), "")
+    may = [u for u in ("ms", "us", "s", "ns") if u in clock.others]
+    fast = (u for u in may if clock.step * scale_to_si(u, "time", "time.unit")[0] <= SLOWEST)
+    hint = next(fast, next(iter(may), ""))
     why = f"The heading says {stated}, which {step} make too fast" if stated else f"{heading} runs in {step}"
     shown = ", ".join(f"{u}: {_hertz(clock.step, u)}" for u in clock.others)
     said.questions.append(Question("time.unit", f"{why}. In which unit? ({shown})", hint, ("time",)))

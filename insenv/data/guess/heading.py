@@ -213,6 +213,7 @@ def kind_of(name: str) -> str:
 
 def _tokens(name: str) -> list[str]:
     """Words of a name in small letters: parted at signs, blanks and capitals within a word."""
+    name = re.sub(r"([a-z])([XYZ])(?=[A-Z][a-z])", r"\1_\2_", name)  # accelXData
     name = re.sub(r"([a-z0-9])([A-Z])(?=[a-z]|\b|_|$)", r"\1_\2", name)
     words = [word.lower() for word in re.split(r"[^A-Za-z0-9]+", name.removeprefix("field.")) if word]
     words = [bare if (bare := word.rstrip("0123456789")) == "covariance" else word for word in words]

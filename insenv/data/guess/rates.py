@@ -6,7 +6,7 @@ its table with a gain near one. Where they contradict it and speak for another u
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -144,7 +144,7 @@ def _force(units: Units, roles: Roles, answers: Mapping[str, str]) -> None:
             factor = scale_to_si(stated, "acceleration", "accel.unit")[0]
             doubtful = not numbers.force_fits(size, factor)
             if doubtful and not told:
-                units.notes.append(f"{reads} {stated}, where 9.8 m/s^2 were expected: is the range set right?")
+                units.notes.append(f"{reads} {stated}, {_less_gravity(roles, names)}")
             stated = None if doubtful and told else stated
             written = written if stated or not doubtful else "another unit"
     if stated is not None:
@@ -153,6 +153,14 @@ def _force(units: Units, roles: Roles, answers: Mapping[str, str]) -> None:
         units.by_kind["accel"] = Choice(told, reads, "numbers")
     else:
         _ask(units, "accel", reads, _decimal(told), written, dimensions)
+
+
+def _less_gravity(roles: Roles, names: Sequence[str]) -> str:
+    """Why accelerometers do not read gravity: a program took it out, as their headings say, or the range is wrong."""
+    words = " ".join(roles.by_channel[name].column.heading.lower() for name in names)
+    if any(word in words for word in ("linear", "user", "without g")):
+        return "for a program has taken gravity out: what a bias is of, is what it left, not the accelerometers"
+    return "where 9.8 m/s^2 were expected: is the range set right?"
 
 
 def _ask(units: Units, kind: str, reads: str, hint: str, written: str | None, dimensions: tuple[str, ...]) -> None:

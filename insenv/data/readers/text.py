@@ -95,9 +95,10 @@ def text_of(path: Path, most: int = -1) -> bytes:
     with path.open("rb") as file:
         content = file.read(most)
     if not content.startswith(_UTF_16):
-        return _of_one_delimiter(content)
+        return _as_wide_as_its_header(_of_one_delimiter(content))
     try:
-        return _of_one_delimiter(codecs.getincrementaldecoder("utf-16")().decode(content, final=most < 0).encode())
+        content = codecs.getincrementaldecoder("utf-16")().decode(content, final=most < 0).encode()
+        return _as_wide_as_its_header(_of_one_delimiter(content))
     except UnicodeError:
         raise InputError(f"{path}: begins as UTF-16 text and is none; wanted UTF-8 or UTF-16 text") from None
 
@@ -117,6 +118,22 @@ def _of_one_delimiter(content: bytes) -> bytes:
     ):
         return content
     return re.sub(rb";[ \t]*(?=[\r\n]|$)", b"", content).replace(b";", b",")
+
+
+def _as_wide_as_its_header(content: bytes) -> bytes:
+    """Rows without the empty cells beyond the last heading: loggers name fewer columns than they part by commas."""
+    lines = content[:LOOKED_AT].splitlines()
+    header, *rows = [line for line in lines[: len(lines) - (len(content) > LOOKED_AT)] if line.strip()] or [b""]
+    delimiter = max((b"\t", b";", b","), key=header.count)
+    widths = {row.count(delimiter) for row in rows}
+    beyond = min(widths, default=0) - header.count(delimiter)
+    if len(widths) != 1 or len(rows) < 2 or beyond < 1 or b'"' in content[:LOOKED_AT]:
+        return content
+    empty = re.compile(rb"(?:%b *){%d}(?=[\r\n]|\Z)" % (re.escape(delimiter), beyond))
+    if delimiter not in header or _ROW.match(header) or not all(empty.search(row) for row in rows):
+        return content
+    start = content.index(header) + len(header)
+    return content[:start] + empty.sub(b"", content[start:])
 
 
 def is_wide(path: Path) -> bool:
