@@ -11,14 +11,18 @@ v^' = C^ f^ + g, to first order; Coriolis terms of dv are left out, as in the me
 velocity is zero, and so v^ is a measurement of dv: of the force's errors by its slope, of the level errors and the
 gyros' biases across the level by the slope's slope, and through the turns between two rests of scale factors and
 misalignments of the gyros. Two angles of a turn show at its end as tilts against gravity; the readings of the table
-are not needed, but for where it stands at first. What is found is put back into the navigation after every sample.
-Regressors are those of theta*, which is what is told.
+are not needed, but for where it stands at first. Regressors are those of theta*, which is what is told.
+
+The course that navigation takes is that of theta*, and what the filter finds stays beside it: put back after every
+sample it would turn the axes in which the regressors stand, and a bias that is seen in other axes looks like something
+new. A unit at rest, which cannot tell a bias of a level accelerometer from a tilt, told a bias of 30 mg so to a fifth,
+and wrongly. At rest the course is put level by its own velocity, in some seconds and whatever the filter found, and the
+errors that are found are shifted by as much.
 
 Of a coarse unit the products of dtheta and phi show beside the noise (`insenv.information.unit.anew`): then the filter
 begins again as the recording grows, with the parameters theta* and the first attitude that it found, and with the
-covariance that was told; the error of the first attitude is three states more. So all of navigation and regressors are
-those of one course near the true one. (Taken where the filter stood at each time, they are those of many courses, which
-together tell what none does.) What was told about mu instead of theta* is put in at the end,
+covariance that was told; the error of the first attitude is three states more. What was told about mu instead of theta*
+is put in at the end,
 
     theta^ = theta* + x^ + S P^-1 (mu - theta*),
 
@@ -32,8 +36,10 @@ Source: the 19 positions and their filter of velocity errors as the toolbox PSIN
 Multiposition calibration method of laser gyro SINS, J. Chinese Inertial Technology (2011); Camberlein and Mazzanti,
 Calibration technique for laser gyro strapdown inertial navigation systems, Symposium Gyro Technology, Stuttgart (1985);
 the equations are derived anew from Titterton and Weston, Strapdown Inertial Navigation Technology, 2nd ed. (2004),
-sections 12.2 and 12.3; to begin again about what was found is Gauss-Newton: Bell and Cathey, The iterated Kalman filter
-update as a Gauss-Newton method, IEEE Trans. Automatic Control 38 (1993) 294.
+sections 12.2 and 12.3; regressors of one course, lest the filter learn of what nobody sees: Huang, Mourikis and
+Roumeliotis, Observability-based rules for designing consistent EKF SLAM estimators, Int. J. Robotics Research 29 (2010)
+502; to begin again about what was found is Gauss-Newton: Bell and Cathey, The iterated Kalman filter update as a
+Gauss-Newton method, IEEE Trans. Automatic Control 38 (1993) 294.
 """
 
 from __future__ import annotations
@@ -323,7 +329,7 @@ class SystemKalman:
 
     def _blocks(self, state: Seen, rows: Floats, coupling: Floats, at: int) -> None:
         """Blocks that begin ``at`` samples after those of the state, whose arrays are changed."""
-        inputs, found = self.inputs.solved(rows, state.samples + at, state.theta)
+        inputs, found = self.inputs.solved(rows, state.samples + at, state.theta, self.size)
         runs, n = len(rows), inputs.shape[-1]
         columns = np.empty((runs, n, self._places[-1]))
         columns[..., self._own] = np.concatenate(found, axis=-1) * self._sd

@@ -8,11 +8,9 @@ P_tt is not touched. A column of B is the regressor times that of its channel in
 what an error of the outputs makes of the inputs, so that B P needs one sum over the parameters of each channel. At rest
 each component of the velocity is a scalar measurement.
 
-The specific force in Phi stands straight up, as on a table that goes nowhere. What navigation makes of it is tilted by
-the very errors that are sought, and the filter would learn of a heading that nobody sees. Of a coarse unit that heading
-is some tenths of a radian off, with the bias of the gyro about the vertical; where it is put right, the level errors
-turn with what navigation takes for north. Held fast in its old axes, what they have in common with the parameters would
-look like something new at each turn of the axes.
+The specific force in Phi stands straight up, as on a table that goes nowhere. Navigation takes a course of its own: what
+is found of attitude and velocity stays in e, and at rest the course is put level by its velocity, v / (g tau) a sample
+of length dt, and its velocity to zero; e is shifted by as much, which leaves what it says of the unit.
 
 Each row runs alone through the same loop: chunks and batches make no difference.
 """
@@ -29,9 +27,11 @@ from insenv.core.compiled import jit
 from insenv.navigation.kernel import static_step, turn_of_navigation
 from insenv.navigation.matrices import add_crossed, add_matrix
 
-#: Places in the array of a row: quaternion, velocity, increments of the sample before, whether it was a turn's, values
-#: of the states.
-QUATERNION, VELOCITY, BEFORE, TURNED, STATE = 0, 4, 7, 13, 14
+#: Places in the array of a row: quaternion, velocity, increments of the sample before, samples that levelled the course,
+#: errors of attitude and velocity that are found, values of the other states.
+QUATERNION, VELOCITY, BEFORE, LEVELLED, ERRORS, STATE = 0, 4, 7, 13, 14, 20
+#: Time in which the course is levelled at rest [s].
+LEVELLING = 5.0
 
 
 @jit
@@ -93,25 +93,35 @@ def _onward(p, x, places, lever, fall, zeta, white, scratch):  # noqa: C901, PLR
 
 
 @jit
-def _second_order(p):
-    """What terms of second order may have made of both in a turn: twice the level error times what they erred by."""
-    share = 4.0 * (p[0, 0] + p[1, 1])
-    for i in range(6):
-        p[i, i] *= 1.0 + share
+def _errors_onward(e, x, places, h, lever, fall, zeta):
+    """Errors of attitude and velocity that are found, after a sample."""
+    a, b, g = e[0], e[1], e[2]
+    e[0] = a - (zeta[1] * g - zeta[2] * b)
+    e[1] = b - (zeta[2] * a - zeta[0] * g)
+    e[2] = g - (zeta[0] * b - zeta[1] * a)
+    e[3] -= fall * b
+    e[4] += fall * a
+    for ch in range(6):
+        s = 0.0
+        for j in range(places[ch], places[ch + 1]):
+            s += h[j] * x[j]
+        for i in range(6):
+            e[i] += lever[i, ch] * s
 
 
 @jit
-def _at_rest(p, v, variance, found, gain):
-    """Take the velocity for its error; what is found of all states into ``found``."""
+def _at_rest(p, e, x, v, variance, gain):
+    """Take the velocity for its error, which tells of all states."""
     size = p.shape[0]
-    found[:] = 0.0
     for i in range(3, 6):
         s = p[i, i] + variance
-        left = (v[i - 3] - found[i]) / s
+        left = (v[i - 3] - e[i]) / s
         for k in range(size):
             gain[k] = p[i, k]
-        for k in range(size):
-            found[k] += gain[k] * left
+        for k in range(6):
+            e[k] += gain[k] * left
+        for k in range(6, size):
+            x[k - 6] += gain[k] * left
         for j in range(size):
             h, row = gain[j] / s, p[j]
             for k in range(size):
@@ -132,22 +142,6 @@ def _turned(q, angles):
 
 
 @jit
-def _turned_in_azimuth(p, v, angle):
-    """Turn horizontal errors of attitude and velocity, and the velocity, with what navigation takes for north."""
-    cosine, sine = math.cos(angle), math.sin(angle)
-    for i in (0, 3):
-        for k in range(p.shape[0]):
-            a, b = p[i, k], p[i + 1, k]
-            p[i, k], p[i + 1, k] = cosine * a - sine * b, sine * a + cosine * b
-    for k in range(p.shape[0]):
-        row = p[k]
-        for i in (0, 3):
-            a, b = row[i], row[i + 1]
-            row[i], row[i + 1] = cosine * a - sine * b, sine * a + cosine * b
-    return cosine * v[0] - sine * v[1], sine * v[0] + cosine * v[1], v[2]
-
-
-@jit
 def run(inputs, columns, resting, places, coupling, numbers, variances, rows, cov):  # noqa: PLR0913, PLR0915
     """Run the rows on through a block, in place.
 
@@ -162,44 +156,33 @@ def run(inputs, columns, resting, places, coupling, numbers, variances, rows, co
     fall, white = numbers[3] * dt, numbers[4:10] / dt
     navigation = turn_of_navigation(zeta)
     scratch = (np.empty((6, size)), np.empty((6, size)), np.empty((6, 6)))
-    found, gain, c, u = np.empty(size), np.empty(size), np.empty((3, 3)), np.empty(6)
-    off, lever = np.empty(6), np.empty((6, 6))
+    gain, c, lever = np.empty(size), np.empty((3, 3)), np.empty((6, 6))
     for i in range(rows.shape[0]):
         r, p = rows[i], cov[i]
         q, v = (r[0], r[1], r[2], r[3]), (r[4], r[5], r[6])
         a0, f0 = (r[7], r[8], r[9]), (r[10], r[11], r[12])
-        x = r[STATE:]
+        e, x = r[ERRORS:STATE], r[STATE:]
         for n in range(inputs.shape[1]):
-            h = columns[i, n]
-            for ch in range(6):
-                s = 0.0
-                for j in range(places[ch], places[ch + 1]):
-                    s += h[j] * x[j]
-                off[ch] = s
-            for ch in range(6):
-                s = inputs[i, n, ch]
-                for j in range(6):
-                    s -= coupling[i, ch, j] * off[j]
-                u[ch] = s * dt
-            a, f = (u[0], u[1], u[2]), (u[3], u[4], u[5])
+            h, u = columns[i, n], inputs[i, n]
+            a, f = (u[0] * dt, u[1] * dt, u[2] * dt), (u[3] * dt, u[4] * dt, u[5] * dt)
             c[:, :] = 0.0
             add_matrix(q, c)
             q, v = static_step(q, v, a, f, (a0, f0), zeta, navigation, fall)
             add_matrix(q, c)
             a0, f0 = a, f
             _lever(c, coupling[i], dt, lever)
+            _errors_onward(e, x, places, h, lever, fall, zeta)
             _onward(p, h, places, lever, fall, zeta, white, scratch)
-            if resting[i, n] == 0.0:
-                r[TURNED] = 1.0
-            else:
-                if r[TURNED] != 0.0:
-                    _second_order(p)
-                    r[TURNED] = 0.0
-                _at_rest(p, v, variances[i], found, gain)
-                v = _turned_in_azimuth(p, (v[0] - found[3], v[1] - found[4], v[2] - found[5]), found[2])
-                q = _turned(q, (found[0], found[1], found[2]))
-                for j in range(size - 6):
-                    x[j] += found[6 + j]
+            if resting[i, n] != 0.0:
+                _at_rest(p, e, x, v, variances[i], gain)
+                r[LEVELLED] += 1.0
+                share = max(1.0 / r[LEVELLED], dt / LEVELLING) / fall
+                tilt = (share * v[1], -share * v[0], 0.0)
+                q = _turned(q, tilt)
+                for j in range(3):
+                    e[j] -= tilt[j]
+                    e[3 + j] -= v[j]
+                v = (0.0, 0.0, 0.0)
         r[0], r[1], r[2], r[3] = q
         r[4], r[5], r[6] = v
         r[7], r[8], r[9] = a0

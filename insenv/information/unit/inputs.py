@@ -5,6 +5,12 @@ r"""What a unit says of its own motion: outputs less what is declared of them, a
 The motion that the effects need is taken of the outputs themselves, as a navigation does it: rates against the Earth
 are the gyros' while the unit turns and zero at rest. Two passes solve the equation to the square of an error. No
 reading of a table is used.
+
+The regressor of a scale factor is the input itself, with the noise n of the sample in it, and n is in what is left of
+that sample too: their product does not average out (errors in variables). Each sample at rest would add the same to an
+estimate, however small the noise is: by the deviation sd of a scale factor as it is declared, sd n n / n^2 in units of
+sd, a hundredth of it for 1 % and as much as it for a hundred samples. So a filter of samples takes the regressors of
+one at rest of the mean of its neighbours, which have other noise.
 """
 
 from __future__ import annotations
@@ -137,7 +143,7 @@ class UnitInputs:
         """Parameters sought of each channel."""
         return tuple(int(free.sum()) for _, _, free in self.sensors)
 
-    def solved(self, rows: Floats, first: int, theta: Floats) -> tuple[Floats, list[Floats]]:
+    def solved(self, rows: Floats, first: int, theta: Floats, block: int = 1) -> tuple[Floats, list[Floats]]:
         """True inputs and regressors of all samples but the first and the last, whose neighbours are not there.
 
         Parameters
@@ -148,6 +154,9 @@ class UnitInputs:
             Samples before the second of these.
         theta : ndarray, shape (R, q)
             Values of the parameters sought.
+        block : int
+            Samples of a block, a divisor of n: regressors of one at rest are of the mean of the others of its rest in
+            the block.
 
         Returns
         -------
@@ -162,7 +171,7 @@ class UnitInputs:
                 sensor.measure(felt[c], values[c])[0] - inputs[:, c] for c, (sensor, _, _) in enumerate(self.sensors)
             ]
             inputs = rows[:, : len(UNIT)] - np.stack(added, axis=1)
-        felt = self._motions(inputs, rows, first)
+        felt = self._motions(_of_neighbours(inputs, rows[:, TURNING] == 0.0, block), rows, first)
         columns = [
             np.broadcast_to(
                 sensor.regressors(felt[c], values[c])[..., 1:-1, free],
@@ -226,6 +235,26 @@ class UnitInputs:
                 moves = Motion(rate=still, cross_rate=others, axis="xyz"[i], **shared)
             found.append(moves)
         return found
+
+
+def _of_neighbours(inputs: Floats, resting: NDArray[np.bool_], block: int) -> Floats:
+    """Inputs, shape (R, 6, n + 2), those at rest as the mean of the others of the same rest in a block of samples."""
+    if block < 2:
+        return inputs
+    runs, k, n = len(inputs), inputs.shape[1], inputs.shape[2] - 2
+    own = np.swapaxes(inputs[..., 1:-1], 0, 1).reshape(k, runs * n).copy()
+    still = resting[:, 1:-1].ravel()
+    begins = np.arange(runs * n) % block == 0
+    begins[1:] |= still[1:] != still[:-1]
+    at = np.flatnonzero(begins)
+    stretch = np.cumsum(begins) - 1
+    counts = np.diff(np.append(at, runs * n))[stretch]
+    used = still & (counts > 1)
+    sums = np.add.reduceat(own, at, axis=-1)[:, stretch[used]]
+    own[:, used] = (sums - own[:, used]) / (counts[used] - 1)
+    found = inputs.copy()
+    found[..., 1:-1] = np.swapaxes(own.reshape(k, runs, n), 0, 1)
+    return found
 
 
 def rows_of(chunk: Recording, reference_temperature: float) -> Floats:
