@@ -4,9 +4,13 @@ With a = (phi, dv) the errors of attitude and velocity, theta what is constant w
 
     P_aa' = (Phi P_aa + B P_ta) Phi' + (Phi P_at + B P_tt) B' + Q,      P_at' = Phi P_at + B P_tt
 
-P_tt is not touched. A column of B is the regressor times that of its channel in L = diag(-C, C) K dt, with K = du / dy
-what an error of the outputs makes of the inputs, so that B P needs one sum over the parameters of each channel. At rest
-each component of the velocity is a scalar measurement.
+P_tt is not touched. A column of B is the regressor times that of its channel in L, so that B P needs one sum over the
+parameters of each channel,
+
+    L = (1, 0; [f^n x] dt / 2, 1) diag(-C, C) K dt,      K = du / dy,
+
+with K what an error of the outputs makes of the inputs, and half of what a sample adds to the attitude's error felt by
+its velocity. At rest each component of the velocity is a scalar measurement.
 
 The specific force in Phi stands straight up, as on a table that goes nowhere. Navigation takes a course of its own: what
 is found of attitude and velocity stays in e, and at rest the course is put level by its velocity, v / (g tau) a sample
@@ -35,8 +39,11 @@ LEVELLING = 5.0
 
 
 @jit
-def _lever(c, coupling, dt, lever):
-    """What errors of the six outputs add to those of attitude and velocity in a sample."""
+def _lever(c, coupling, dt, fall, lever):
+    """What errors of the six outputs add to those of attitude and velocity in a sample; fall: gravity's velocity.
+
+    An attitude that errs by phi at the end of a sample erred by half of it on the way, which the velocity has felt.
+    """
     for i in range(3):
         for ch in range(6):
             a, b = 0.0, 0.0
@@ -45,6 +52,9 @@ def _lever(c, coupling, dt, lever):
                 b += c[i, j] * coupling[3 + j, ch]
             lever[i, ch] = -dt * a
             lever[3 + i, ch] = dt * b
+    for ch in range(6):
+        lever[3, ch] -= 0.5 * fall * lever[1, ch]
+        lever[4, ch] += 0.5 * fall * lever[0, ch]
 
 
 @jit
@@ -170,7 +180,7 @@ def run(inputs, columns, resting, places, coupling, numbers, variances, rows, co
             q, v = static_step(q, v, a, f, (a0, f0), zeta, navigation, fall)
             add_matrix(q, c)
             a0, f0 = a, f
-            _lever(c, coupling[i], dt, lever)
+            _lever(c, coupling[i], dt, fall, lever)
             _errors_onward(e, x, places, h, lever, fall, zeta)
             _onward(p, h, places, lever, fall, zeta, white, scratch)
             if resting[i, n] != 0.0:

@@ -368,6 +368,21 @@ def test_a_rest_in_the_hand_tells_the_filter_no_bias_from_a_tilt() -> None:
         assert np.all(found.sd[level] > 0.9 * prior[level])
 
 
+def test_turns_by_right_angles_tell_the_filter_no_more_at_long_samples() -> None:
+    # On a table without errors a non-orthogonality and a gyro's misalignment show as their sum alone, at rest and all
+    # through a turn. With errors of attitude that a velocity felt a sample too late their difference seemed told.
+    ideal = {f"axes.{name}": "1e-5 deg" for name in ("mounting", "tilt", "heading_error", "non_orthogonality")}
+    changes = {"instrument.sampling": "10 Hz", "axes.max_rate": "45 deg/s", "duration": "200 s"}
+    played = roll_out(system_calibration("system_calibration/hand", changes | ideal), "nineteen_positions", None, [3])
+    sheet = datasheet(load("system_calibration/hand", changes))
+    found = estimated(SystemKalman(sheet), played.recording(0))
+    i, j = (found.names.index(name) for name in ("gyro_x.misalignment.c_y", "accel_y.non_orthogonality.c_x"))
+    prior = [q.sd for q in sought(sheet)]
+    told = np.sqrt(found.cov[i, i] + found.cov[j, j] - 2 * found.cov[i, j])
+    assert told > 0.99 * np.hypot(prior[i], prior[j])
+    assert np.sqrt(found.cov[i, i] + found.cov[j, j] + 2 * found.cov[i, j]) < 0.1 * told
+
+
 def test_regressors_of_a_sample_at_rest_have_no_part_in_its_noise() -> None:
     # What they have of it does not average out: two standard deviations of each accelerometer's scale factor in 15 s.
     sheet = datasheet(load("system_calibration/hand", {"instrument.sampling": "20 Hz"}))
