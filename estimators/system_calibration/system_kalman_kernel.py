@@ -12,9 +12,9 @@ parameters of each channel,
 with K what an error of the outputs makes of the inputs, and half of what a sample adds to the attitude's error felt by
 its velocity. At rest each component of the velocity is a scalar measurement.
 
-The specific force in Phi stands straight up, as on a table that goes nowhere. Navigation takes a course of its own: what
-is found of attitude and velocity stays in e, and at rest the course is put level by its velocity, v / (g tau) a sample
-of length dt, and its velocity to zero; e is shifted by as much, which leaves what it says of the unit.
+The specific force in Phi stands straight up, as on a table that goes nowhere. Navigation takes a course of its own:
+what is found of attitude and velocity stays in e, and at rest the course is put level by its velocity, v / (g tau) a
+sample of length dt, and its velocity to zero; e is shifted by as much, which leaves what it says of the unit.
 
 Each row runs alone through the same loop: chunks and batches make no difference.
 """
@@ -31,8 +31,8 @@ from insenv.core.compiled import jit
 from insenv.navigation.kernel import static_step, turn_of_navigation
 from insenv.navigation.matrices import add_crossed, add_matrix
 
-#: Places in the array of a row: quaternion, velocity, increments of the sample before, samples that levelled the course,
-#: errors of attitude and velocity that are found, values of the other states.
+#: Places in the array of a row: quaternion, velocity, increments of the sample before, samples that levelled the
+#: course, errors of attitude and velocity that are found, values of the other states.
 QUATERNION, VELOCITY, BEFORE, LEVELLED, ERRORS, STATE = 0, 4, 7, 13, 14, 20
 #: Time in which the course is levelled at rest [s].
 LEVELLING = 5.0

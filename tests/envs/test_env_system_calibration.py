@@ -357,8 +357,8 @@ def test_a_unit_in_the_hand_needs_no_table() -> None:
 
 
 def test_a_rest_in_the_hand_tells_the_filter_no_bias_from_a_tilt() -> None:
-    # With what it found put back into its course at each sample, 14 s told the biases of level accelerometers to a third
-    # of what they were known to; by 5 deg of the first attitude a tilt tells them by 5 % at most.
+    # With what it found put back into its course at each sample, 14 s told the biases of level accelerometers to a
+    # third of what they were known to; by 5 deg of the first attitude a tilt tells them by 5 % at most.
     task = system_calibration("system_calibration/hand", {"instrument.sampling": "20 Hz", "duration": "14 s"})
     played = roll_out(task, Positions(task.datasheet, [(0.0, 0.0, 0.0)]), None, range(3))
     prior = np.array([q.sd for q in sought(task.datasheet)])
