@@ -34,6 +34,8 @@ from insenv.core.recording import Floats
 FEWEST, TO_JUDGE = 3, 4
 #: Variances between units over which is averaged, and the share that a standard deviation to either side holds.
 STEPS, _MIDDLE = 50, 0.6827
+#: Steps to a variance at most, the share of it that ends them, and the least slope that counts.
+MOST_STEPS, _CLOSE, _LEAST = 200, 1e-13, 1e-300
 
 
 @dataclass(frozen=True)
@@ -88,9 +90,9 @@ def pool(value: Floats, sd: Floats) -> Pool:
     n = len(value)
     scale = float(np.median(sd))
     c, s = value / scale, sd / scale
-    t2 = _between(c, s, n - 1.0)
-    mean, error = _mean(c, s, t2)
-    interval = tuple(math.sqrt(_between(c, s, chdtri(n - 1, p))) for p in (0.025, 0.975))
+    t2 = _between(c, s, np.array(n - 1.0))
+    mean, error = (float(x) for x in _mean(c, s, t2))
+    low, high = np.sqrt(_between(c, s, chdtri(n - 1, np.array([0.025, 0.975])))).tolist()
     told = _Told.of(c, s)
     middle = told.ahead(0.5 - 0.5 * _MIDDLE), told.ahead(0.5 + 0.5 * _MIDDLE)
     shrunk, shrunk_sd = told.shrunk(c, s)
@@ -98,8 +100,8 @@ def pool(value: Floats, sd: Floats) -> Pool:
         mean * scale,
         error * scale,
         math.sqrt(t2) * scale,
-        (interval[0] * scale, interval[1] * scale),
-        float(chdtrc(n - 1, _scatter(c, s, 0.0))),
+        (low * scale, high * scale),
+        float(chdtrc(n - 1, _scatter(c, s, np.array(0.0))[0])),
         2 * float(stdtr(n - 1, -abs(mean) / error)),
         (told.ahead(0.025) * scale, told.ahead(0.975) * scale),
         0.5 * (middle[1] - middle[0]) * scale,
@@ -120,8 +122,8 @@ class _Told:
     @classmethod
     def of(cls, c: Floats, s: Floats) -> _Told:
         levels = (np.arange(STEPS) + 0.5) / STEPS
-        between = np.array([_between(c, s, chdtri(len(c) - 1, float(p))) for p in levels])
-        mean, error = np.array([_mean(c, s, float(t2)) for t2 in between]).T
+        between = _between(c, s, chdtri(len(c) - 1, levels))
+        mean, error = _mean(c, s, between)
         return cls(between, mean, error)
 
     def ahead(self, level: float) -> float:
@@ -138,41 +140,47 @@ class _Told:
         return each.mean(axis=1), np.sqrt(variance.mean(axis=1) + each.var(axis=1))
 
 
-def _scatter(c: Floats, s: Floats, t2: float) -> float:
-    w = 1 / (t2 + s**2)
-    return float(w @ (c - (w @ c) / w.sum()) ** 2)
+def _scatter(c: Floats, s: Floats, t2: Floats) -> tuple[Floats, Floats]:
+    """Scatter of units (..., n) about their mean for variances between them (...), and its slope in the variance."""
+    w = 1 / (t2[..., None] + s**2)
+    off = w * (c - (np.sum(w * c, axis=-1) / np.sum(w, axis=-1))[..., None])
+    return np.sum(off**2 / w, axis=-1), -np.sum(off**2, axis=-1)
 
 
-def _between(c: Floats, s: Floats, wanted: float) -> float:
-    """The variance between units with which their scatter is as wanted; zero where it is less without one."""
-    if _scatter(c, s, 0.0) <= wanted:
-        return 0.0
-    high = float(np.var(c)) + 1.0
-    while _scatter(c, s, high) > wanted:
-        high *= 4
-    return float(brentq(lambda t2: _scatter(c, s, t2) - wanted, 0.0, high, xtol=1e-12 * high))
+def _between(c: Floats, s: Floats, wanted: Floats) -> Floats:
+    """Variances between units (..., n) with which their scatter is as ``wanted``, (...); zero where it is less.
+
+    Newton's steps from zero: the scatter falls and is convex in the variance (the least over the mean of squares over
+    what is linear in it), so that no step goes too far.
+    """
+    t2 = np.zeros(np.broadcast_shapes(np.shape(wanted), np.shape(c)[:-1]))
+    for _ in range(MOST_STEPS):
+        found, slope = _scatter(c, s, t2)
+        step = np.maximum((wanted - found) / np.minimum(slope, -_LEAST), 0.0)
+        t2 = t2 + step
+        if np.all(step <= _CLOSE * t2):
+            break
+    return t2
 
 
-def _mean(c: Floats, s: Floats, t2: float) -> tuple[float, float]:
-    """Mean of the population and its deviation."""
-    w = 1 / (t2 + s**2)
-    mean = float(w @ c / w.sum())
-    shown = float(w @ (c - mean) ** 2) / (len(c) - 1)
-    return mean, math.sqrt(max(shown, 1.0) / float(w.sum()))
+def _mean(c: Floats, s: Floats, t2: Floats) -> tuple[Floats, Floats]:
+    """Mean of the population and its deviation, shapes (...), for variances between units."""
+    w = 1 / (t2[..., None] + s**2)
+    whole = np.sum(w, axis=-1)
+    mean = np.sum(w * c, axis=-1) / whole
+    shown = np.sum(w * (c - mean[..., None]) ** 2, axis=-1) / (c.shape[-1] - 1)
+    return mean, np.sqrt(np.maximum(shown, 1.0) / whole)
 
 
 def _outlying(c: Floats, s: Floats) -> Floats:
     n = len(c)
     if n < TO_JUDGE:
         return np.ones(n)
-    out = np.empty(n)
-    for i in range(n):
-        others, theirs = np.delete(c, i), np.delete(s, i)
-        t2 = _between(others, theirs, n - 2.0)
-        mean, error = _mean(others, theirs, t2)
-        off = abs(c[i] - mean) / math.sqrt(t2 + error**2 + s[i] ** 2)
-        out[i] = 2 * float(stdtr(n - 2, -off))
-    return out
+    others = np.array([np.delete(np.arange(n), i) for i in range(n)])
+    t2 = _between(c[others], s[others], np.full(n, n - 2.0))
+    mean, error = _mean(c[others], s[others], t2)
+    off = np.abs(c - mean) / np.sqrt(t2 + error**2 + s**2)
+    return np.asarray(2 * stdtr(n - 2, -off))
 
 
 def discoveries(p: Floats, rate: float) -> NDArray[np.bool_]:

@@ -12,6 +12,8 @@ W^-2), a fast one in one direction for the encoder's 1/rev (as W), and every rev
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from insenv.core.earth import EARTH_RATE
@@ -23,6 +25,7 @@ from insenv.information.fisher import IncrementNoise, Information, information, 
 from insenv.information.polynomial import BIAS_SD, SCALE_SD, BiasPolynomial, ScaleFactorPolynomial
 from insenv.information.rate_noise import density, white_angle
 from insenv.information.table_motion import Course, motion, steady
+from insenv.sensors.chain import Sensor
 
 #: Deviation of an encoder harmonic that nothing is declared of [rad], and one that stands for none.
 FREE_SD, KNOWN_SD = EncoderHarmonic().linear[0].sd, 1e-15
@@ -67,14 +70,15 @@ def north_sd(datasheet: Datasheet, course: Course, duration: float, degree: int 
     walk = float(np.hypot(datasheet.white("gyro"), np.sqrt(drift)))
     samples = max(duration * datasheet.sampling / n, 1.0)
     noise = IncrementNoise(walk, white_angle(datasheet) / samples**0.5)
-    effects = (
-        EarthRate(),
-        ScaleFactorPolynomial(degree, duration),
-        BiasPolynomial(0, duration),
-        *map(EncoderHarmonic, _ORDERS),
-    )
-    told = information(exposure, effects, noise, stretches=stretches)
+    told = information(exposure, _gyro(degree, duration), noise, stretches=stretches)
     return north_bound(_with_priors(told, datasheet).bound(), EARTH_RATE * float(np.cos(latitude) * np.cos(tilt)))
+
+
+@lru_cache(maxsize=8)
+def _gyro(degree: int, duration: float) -> Sensor:
+    """The gyro with what a course of this duration [s] tells of: a search asks for thousands of courses."""
+    known = EarthRate(), ScaleFactorPolynomial(degree, duration), BiasPolynomial(0, duration)
+    return Sensor("gyro", (*known, *map(EncoderHarmonic, _ORDERS)))
 
 
 def _rates(course: Course, duration: float) -> Floats:

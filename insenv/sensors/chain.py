@@ -46,7 +46,7 @@ class Sensor:
         """SI unit of the output."""
         return "m/s^2" if self.target.startswith("accel") else "rad/s"
 
-    @property
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """Name of each parameter: "bias.c"; "tone.c" and "tone#2.c" where an effect comes twice."""
         names, seen = [], Counter[str]()

@@ -232,7 +232,7 @@ def test_common_names_are_as_pint_has_them(name: str) -> None:
     assert units.by_pint(name) == units.COMMON[name]
 
 
-def test_no_registry_is_made_for_common_units() -> None:
+def test_no_registry_is_made_for_common_units_nor_for_any_packaged_scenario() -> None:
     made = "from insenv.core import units; [units.scale_to_si(u, d, 'u') for u, d in PAIRS]; import sys"
     pairs = [
         ("deg/s", "rate"),
@@ -241,7 +241,8 @@ def test_no_registry_is_made_for_common_units() -> None:
         ("ms", "time"),
         ("degC", "temperature"),
     ]
-    code = f"PAIRS = {pairs}; {made}; assert 'pint' not in sys.modules"
+    loaded = "from insenv.scenario import load, names; [load(name) for name in names()]"
+    code = f"PAIRS = {pairs}; {made}; {loaded}; assert 'pint' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
 
 

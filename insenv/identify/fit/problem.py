@@ -54,6 +54,10 @@ class Term:
     shape: tuple[float, ...] = ()
     per_run: bool = False
 
+    def __hash__(self) -> int:
+        """By the effect's name: effects without fields, which most are, have all the same hash."""
+        return hash((self.effect.id, self.shape, self.per_run))
+
     @property
     def size(self) -> int:
         """Number of parameters that the term spends, shapes included."""
