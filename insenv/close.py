@@ -23,7 +23,7 @@ from insenv.identify.assemble import findings
 from insenv.identify.clean.clock import clock_cautions
 from insenv.identify.clean.common import common_mode, common_remarks
 from insenv.identify.clean.motion import motion_cautions
-from insenv.identify.clean.plausibility import implausible
+from insenv.identify.clean.plausibility import implausible, without_dead
 from insenv.identify.findings import Findings
 from insenv.identify.formula import formulas_of
 from insenv.identify.loop import Outcome, trace
@@ -94,6 +94,7 @@ def close_on(  # noqa: PLR0913 -- as of `close`
         If they cannot be used.
     """
     _check(alpha, seed)
+    read, dead = without_dead(read, recordings)
     doubts = implausible(read, recordings)
     more = tuple(_effect(key, f"{read.path}: model.effects") for key in read.model.effects)
     tried = (*catalogue(), *more) if tried is None and more else tried
@@ -113,7 +114,8 @@ def close_on(  # noqa: PLR0913 -- as of `close`
         if formula:
             found = _with_formulas(found, outcome, progress)
     common = common_mode(read, recordings)
-    found = replace(found, common_mode=common, remarks=(*found.remarks, *common_remarks(common)), filing=read.filing())
+    said_last = (*dead, *common_remarks(common))
+    found = replace(found, common_mode=common, remarks=(*found.remarks, *said_last), filing=read.filing())
     for more_doubts in (clock_cautions(read, found), motion_cautions(recordings, found.rows_rejected), doubts):
         found = _with_doubts(found, more_doubts)
     return found

@@ -16,6 +16,7 @@ from simulated_runs import manifest as series_manifest
 from simulated_runs import use
 
 from insenv.close import close
+from insenv.core.errors import InputError
 from insenv.core.recording import Channel, Recording, Site
 from insenv.data.manifest import HeldOut
 from insenv.effects.catalogue import by_key
@@ -177,3 +178,24 @@ def test_rests_that_are_none_are_said() -> None:
     run = recording(Case(rests=20, accel_scatter=1.5), 3)
     found = position_findings(model, (run,), trace_positions(model, (run,)), (), 0.01, 0)
     assert any("the unit moved" in reason for reason in found.targets[0].reasons)
+
+
+@pytest.mark.parametrize("number", [0.0, 0.01])
+def test_a_channel_that_reads_one_number_is_left_out_and_said(tmp_path: Path, number: float) -> None:
+    """A gyro whose dead band hides all at rest: it was structure (p = 0) or a division by zero; no chance is in it."""
+    rng, n = np.random.default_rng(1), 1500
+    gyro = np.where(np.arange(n) < 150, np.round(rng.normal(0, 0.05, n), 2), number)
+    rows = np.column_stack([np.arange(n) / RATE, gyro, rng.normal(G, 0.02, n)])
+    np.savetxt(tmp_path / "run.csv", rows, "%.9g", ",", header="t,g,a", comments="")
+    text = (
+        'data = "run.csv"\n[channels]\ntime = { column = "t", unit = "s" }\n'
+        'gyro_x = { column = "g", unit = "rad/s" }\naccel_x = { column = "a", unit = "m/s^2" }\n'
+        '[model]\ntarget = ["gyro_x", "accel_x"]\ndeclared = ["bias"]\n[fit]\nrows = [[200, 1500]]\n'
+    )
+    (tmp_path / "run.toml").write_text(text)
+    found = close(tmp_path / "run.toml")
+    assert [target.target for target in found.targets] == ["accel_x"]
+    assert any(f"gyro_x reads {number:g} rad/s in all rows that are judged" in remark for remark in found.remarks)
+    (tmp_path / "run.toml").write_text(text.replace('["gyro_x", "accel_x"]', '"gyro_x"'))
+    with pytest.raises(InputError, match="same value in all rows that are judged: a dead channel"):
+        close(tmp_path / "run.toml")

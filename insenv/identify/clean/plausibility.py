@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from insenv.core.recording import Floats, Recording
 from insenv.core.units import STANDARD_GRAVITY, ZERO_CELSIUS, scale_to_si
 from insenv.data.exposure import expose, table_share
 from insenv.data.manifest.spec import CHANNELS, INCREMENTS, ChannelSpec, Manifest
+from insenv.data.split import split
 
 #: Departure of a gain from one that no instrument has, and a gain of what does not turn with a table that went so far
 #: [rad].
@@ -110,6 +111,36 @@ def implausible(manifest: Manifest, recordings: Sequence[Recording]) -> dict[str
         said = _gravity(manifest, recordings) if target.startswith("accel_") else _turning(manifest, recordings, target)
         found[target] = (*said, *table, *names)
     return found
+
+
+def without_dead(manifest: Manifest, recordings: Sequence[Recording]) -> tuple[Manifest, tuple[str, ...]]:
+    """The manifest of a unit at rest without targets that read one number in all rows that are judged; what is said.
+
+    Steps of the readings, or a dead band, may hide all that a channel would show; those beside it are judged.
+
+    Raises
+    ------
+    InputError
+        If no target is left.
+    """
+    if manifest.procedure != "static":
+        return manifest, ()
+    uses = [use.fit | use.held_out for use in split(manifest, recordings)]
+    said = {}
+    for target in manifest.model.targets:
+        judged = [r.channel(target).values[use] for r, use in zip(recordings, uses, strict=True)]
+        if all(len(values) and np.ptp(values) == 0 for values in judged):
+            said[target] = (
+                f"{target} reads {judged[0][0]:.6g} {recordings[0].channel(target).unit} in all rows that are judged: "
+                "its steps, or a dead band, hide what is smaller, and it is left out"
+            )
+    alive = tuple(target for target in manifest.model.targets if target not in said)
+    if not alive:
+        raise InputError(
+            f"{manifest.path}: {', '.join(said)} read{'s' * (len(said) == 1)} the same value in all rows that are "
+            "judged: a dead channel or another column; wanted the instrument's readings"
+        )
+    return replace(manifest, model=replace(manifest.model, targets=alive)) if said else manifest, tuple(said.values())
 
 
 def _check_alive(manifest: Manifest, recordings: Sequence[Recording], target: str) -> None:
