@@ -62,6 +62,8 @@ def main() -> None:
     draw_.add_argument("store", type=Path)
     draw_.add_argument("--cases", type=int, default=120)
     draw_.add_argument("--seed", type=int, default=1)
+    draw_.add_argument("--laws", help="only these, with commas between")
+    draw_.add_argument("--first", type=int, default=0, help="number of the first case")
     draw_.set_defaults(run=draw)
     close_ = commands.add_parser("close")
     close_.add_argument("store", type=Path)
@@ -118,12 +120,15 @@ def _fault(path: Path, name: str, kind: str, store: Path, answers: Path) -> str:
 def draw(given: argparse.Namespace) -> None:
     """Cases of each kind, one after the other over its recordings; laws in drawn turns."""
     taken = json.loads((given.store / "taken.json").read_text(encoding="utf-8"))
-    number = 0
+    number, only = given.first, given.laws.split(",") if given.laws else None
     for kind, share in SHARES.items():
-        turns, rng = Counter(dict.fromkeys(LAWS[kind], 0)), np.random.default_rng([given.seed, len(kind)])
+        laws = [law for law in LAWS[kind] if only is None or law in only]
+        turns, rng = Counter(dict.fromkeys(laws, 0)), np.random.default_rng([given.seed, len(kind)])
         for k in range(round(share * given.cases)):
+            if not laws or not taken[kind]:
+                break
             name = taken[kind][k % len(taken[kind])]
-            wanted = sorted(rng.permutation(list(LAWS[kind])).tolist(), key=turns.__getitem__)
+            wanted = sorted(rng.permutation(laws).tolist(), key=turns.__getitem__)
             seed, number = [given.seed, number], number + 1
             try:
                 truth = drawn(given.folder / name, name, kind, wanted, seed, given.store / "cases" / f"{seed[1]:03d}")

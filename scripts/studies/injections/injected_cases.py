@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,8 @@ ALIKE = 3.0
 REST = 1.0
 #: Laws after which readings are numbers of the instrument as they were.
 WHOLE = ("saturation", "sample_hold")
+#: Fewest turns from rest to rest that show an effect of the gyros.
+FEWEST_TURNS = 6
 #: A reference that the reading follows at least so well.
 FOLLOWS = 0.9
 #: By a factor between these.
@@ -307,7 +310,7 @@ def _in_attitudes(kept: Kept, law: str, strength: float, rng: np.random.Generato
     if each.drawn is not None:
         size = float(rng.uniform(*each.drawn)) * (1.0 if law in ("flipped", "exchanged") else rng.choice([-1.0, 1.0]))
     else:
-        found = _size_of_rests(each, triads, strength)
+        found = (_size_of_turns if each.of_turns else _size_of_rests)(each, triads, strength)
         if found is None:
             return None
         size = found
@@ -327,7 +330,9 @@ def _size_of_rests(law: UnitLaw, triads: Sequence[Triads], strength: float) -> f
     if law.gyro:
         X, left = np.ones((len(force), 1)), np.concatenate([b[triads[0].target] for b in before])
     else:
-        X, left = np.hstack([unit, G * unit**2]), np.linalg.norm(force, axis=1) - G
+        skewed = np.column_stack([unit[:, i] * unit[:, j] for i, j in ((0, 1), (0, 2), (1, 2))])
+        X = np.hstack([unit, G * unit**2, *(() if law.names[0] == "non_orthogonality" else (G * skewed,))])
+        left = np.linalg.norm(force, axis=1) - G
     q, _ = np.linalg.qr(X)
     sd = float(np.linalg.norm(left - q @ (q.T @ left)) / np.sqrt(max(len(left) - X.shape[1], 1)))
 
@@ -341,19 +346,61 @@ def _size_of_rests(law: UnitLaw, triads: Sequence[Triads], strength: float) -> f
     return size_for(strength, shown, 1e-7, law.high)
 
 
+def _size_of_turns(law: UnitLaw, triads: Sequence[Triads], strength: float) -> float | None:
+    """The size at which directions of gravity after turns show an effect of the gyros so clearly; it is linear."""
+    missed, moved, tried = [], [], 0.01
+    for x in triads:
+        altered = {**x.values, **law.of(x, tried)}
+        for begin, end in pairwise(_rests(x, x.values)):
+            rows = slice(begin[1], end[0])
+            force = [np.array([f[slice(*rest)].mean() for f in x.forces]) for rest in (begin, end)]
+            before, after = (f / np.linalg.norm(f) for f in force)
+            gyros = [n for n in x.values if n.startswith("gyro_")]
+            bias = np.array([x.values[n][slice(*begin)].mean() for n in gyros])
+            told, other = (
+                _turned_back(np.column_stack([v[n][rows] for n in gyros]) - bias, x.t[rows], before)
+                for v in (x.values, altered)
+            )
+            missed.append(told - after)
+            moved.append(other - told)
+    if len(missed) < FEWEST_TURNS:
+        return None
+    sd = 1.4826 * float(np.median(np.abs(np.concatenate(missed))))
+    size = tried * strength * sd / max(float(np.linalg.norm(np.concatenate(moved))), 1e-300)
+    return size if size < law.high else None
+
+
+def _turned_back(rate: Floats, t: Floats, direction: Floats) -> Floats:
+    """A direction that stays, in axes that turn at these rates, shape (n, 3)."""
+    out, dt = direction, float(np.median(np.diff(t))) if len(t) > 1 else 0.0
+    for w in rate * dt:
+        angle = float(np.linalg.norm(w))
+        if angle > 0.0:
+            axis = -w / angle
+            cross = np.array(
+                [
+                    axis[1] * out[2] - axis[2] * out[1],
+                    axis[2] * out[0] - axis[0] * out[2],
+                    axis[0] * out[1] - axis[1] * out[0],
+                ]
+            )
+            out = out * np.cos(angle) + cross * np.sin(angle) + axis * (axis @ out) * (1 - np.cos(angle))
+    return out
+
+
 def _rest_means(x: Triads, values: Mapping[str, Floats], of: Mapping[str, Floats] | None = None) -> dict[str, Floats]:
-    """Means over rests: seconds in which the accelerometers of ``of`` scatter little."""
-    of = of or values
-    rows = max(int(REST / float(np.median(np.diff(x.t)))), 2)
+    """Means over the rests of ``of``."""
     if x.each:
         return dict(values)
+    rests = _rests(x, of or values)
+    return {name: np.array([v[a:b].mean() for a, b in rests]) for name, v in values.items()}
+
+
+def _rests(x: Triads, values: Mapping[str, Floats]) -> list[tuple[int, int]]:
+    """Rows of rests: seconds, two and more, in which the accelerometers scatter little."""
+    rows = max(int(REST / float(np.median(np.diff(x.t)))), 2)
     n = x.t.size // rows
-    rough = sum(of[a][: n * rows].reshape(n, rows).var(axis=1) for a in x.accels)
-    quiet = np.asarray(rough) < 9.0 * float(np.percentile(np.asarray(rough), 15))
+    rough = np.sum([values[a][: n * rows].reshape(n, rows).var(axis=1) for a in x.accels], axis=0)
+    quiet = rough < 9.0 * float(np.percentile(rough, 15))
     edges = np.flatnonzero(np.diff(np.concatenate([[False], quiet, [False]]).astype(int)))
-    out: dict[str, list[float]] = {name: [] for name in values}
-    for begin, end in zip(edges[::2], edges[1::2], strict=True):
-        if end - begin >= 2:
-            for name, v in values.items():
-                out[name].append(float(v[begin * rows : end * rows].mean()))
-    return {name: np.array(v) for name, v in out.items()}
+    return [(a * rows, b * rows) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a >= 2]

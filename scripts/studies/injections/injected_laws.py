@@ -290,6 +290,8 @@ class UnitLaw:
     high: float
     names: tuple[str, ...]
     gyro: bool = False
+    #: Whether turns from rest to rest show it, not the means at rest.
+    of_turns: bool = False
     #: Whether it is among the constants that any model of a triad has.
     declared: bool = False
     value: tuple[str, float] | None = None
@@ -337,16 +339,16 @@ IN_ATTITUDES: Mapping[str, UnitLaw] = {
     "non_orthogonality": UnitLaw(
         _plus(lambda x: x.values[x.other]), 0.1, ("non_orthogonality", "cross_axis"), value=None
     ),
-    "accel_second_order": UnitLaw(_plus(lambda x: _own(x) ** 2 / G), 0.1, ("accel_second_order",)),
-    "accel_asymmetry": UnitLaw(_plus(lambda x: np.abs(_own(x))), 0.1, ("accel_asymmetry",)),
+    "accel_second_order": UnitLaw(_plus(lambda x: _own(x) ** 2 / G), 0.03, ("accel_second_order",)),
+    "accel_asymmetry": UnitLaw(_plus(lambda x: np.abs(_own(x))), 0.03, ("accel_asymmetry",)),
     "bias_drift": UnitLaw(_plus(lambda x: x.t / x.t[-1]), 0.5, ("bias_drift",)),
-    "gyro_scale_factor": UnitLaw(_plus(_own), 0.1, ("scale_factor",), gyro=True, drawn=(0.02, 0.06), value=("c", 1.0)),
+    "gyro_scale_factor": UnitLaw(_plus(_own), 0.1, ("scale_factor",), gyro=True, of_turns=True, value=("c", 1.0)),
     "gyro_cross_axis": UnitLaw(
         _plus(lambda x: x.values[x.other]),
         0.1,
         ("cross_axis", "misalignment", "non_orthogonality"),
         gyro=True,
-        drawn=(0.03, 0.08),
+        of_turns=True,
     ),
     "g_sensitivity": UnitLaw(_plus(lambda x: x.forces[0]), 0.005, ("g_sensitivity",), gyro=True),
     "flipped": UnitLaw(_flipped, 1.0, TURNED_WRONG, gyro=True, drawn=(1.0, 1.0)),

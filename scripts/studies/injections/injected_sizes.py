@@ -2,9 +2,9 @@
 
     size = |W M d|,     d = block means of the effect, M = projection beside the declared terms, W = whitening
 
-The residual of a fit of the declared terms, with the terms that real tests have anyway, is taken as autoregressive of
-first order from block to block; what whitens it whitens the effect. An effect of size 10 is one that a fit of it
-alone would find ten standard deviations from zero.
+The residual of a fit of the declared terms, with the terms that real tests have anyway, has in the modes of a cosine
+transform of each run a power that is smooth in frequency: its mean over neighbouring modes. What whitens it whitens
+the effect. An effect of size 10 is one that a fit of it alone would find ten standard deviations from zero.
 """
 
 from __future__ import annotations
@@ -14,32 +14,33 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import dct
 
 Floats = NDArray[np.float64]
+#: Modes on either side whose mean power is that of a mode, and the same as a share of its number.
+LEAST_MODES, SHARE = 2, 0.15
 
 
 @dataclass(frozen=True)
 class Scale:
-    """What whitens means of ``rows`` rows of each run: correlation, standard deviation, declared terms by run."""
+    """Root of the noise's power by modes of means over ``rows`` rows, and the declared terms whitened, by run."""
 
     rows: int
-    rho: float
-    sd: float
+    root: tuple[Floats, ...]
     terms: tuple[Floats, ...]
 
     def size(self, effect: Sequence[Floats], beside: Sequence[Sequence[Floats]] = ()) -> float:
         """The effect's size; ``beside`` are further curves that may take its place, each by runs."""
-        X = np.vstack([self._whitened(x) for x in self.terms])
-        more = [np.concatenate([self._whitened(self._blocks(x)[:, None]) for x in curve]) for curve in beside]
-        X = np.hstack([X, *more]) if more else X
-        d = np.concatenate([self._whitened(self._blocks(x)[:, None])[:, 0] for x in effect])
-        return float(np.linalg.norm(_left(d, X)) / self.sd)
+        X = np.hstack([np.vstack(self.terms), *(self._whitened(curve)[:, None] for curve in beside)])
+        return float(np.linalg.norm(_left(self._whitened(effect), X)))
 
-    def _blocks(self, x: Floats) -> Floats:
-        return blocks(x, self.rows)
+    def _whitened(self, x: Sequence[Floats]) -> Floats:
+        kept = [blocks(each, self.rows) for each in x if len(each) // self.rows >= FEWEST]
+        return np.concatenate([_modes(each) / root for each, root in zip(kept, self.root, strict=True)])
 
-    def _whitened(self, X: Floats) -> Floats:
-        return np.asarray(X[1:] - self.rho * X[:-1])
+
+#: Fewest means of a run.
+FEWEST = 4
 
 
 def blocks(x: Floats, rows: int) -> Floats:
@@ -58,15 +59,29 @@ def _left(y: Floats, X: Floats) -> Floats:
 
 def scale_of(readings: Sequence[Floats], terms: Sequence[Floats], usual: Sequence[Floats], rows: int) -> Scale:
     """The scale of a recording's residual means; ``terms`` and ``usual`` by runs, shapes (n, k) and (n, m)."""
-    kept = [k for k, y in enumerate(readings) if len(y) // rows >= 4]
+    kept = [k for k, y in enumerate(readings) if len(y) // rows >= FEWEST]
     each = [_placed(blocks(terms[k], rows), i, len(kept)) for i, k in enumerate(kept)]
     wide = [np.hstack([x, blocks(usual[k], rows)]) for x, k in zip(each, kept, strict=True)]
     left = _left(np.concatenate([blocks(readings[k], rows) for k in kept]), np.vstack(wide))
     parts = np.split(left, np.cumsum([len(x) for x in each])[:-1])
-    before, after = (np.concatenate([p[a:b] for p in parts]) for a, b in ((0, -1), (1, None)))
-    rho = float(np.clip(before @ after / max(float(before @ before), 1e-300), 0.0, 0.98))
-    sd = float(np.std(after - rho * before))
-    return Scale(rows, rho, sd, tuple(each))
+    root = tuple(np.sqrt(_smooth(_modes(part) ** 2)) for part in parts)
+    return Scale(rows, root, tuple(_modes(x) / r[:, None] for x, r in zip(each, root, strict=True)))
+
+
+def _modes(x: Floats) -> Floats:
+    """Orthonormal cosine transform along the first axis."""
+    return np.asarray(dct(x, axis=0, norm="ortho"))
+
+
+def _smooth(power: Floats) -> Floats:
+    """Mean power of neighbouring modes; the constant has none of its own."""
+    n = len(power)
+    total = np.concatenate([[0.0, 0.0], np.cumsum(power[1:])])
+    k = np.arange(n)
+    reach = np.maximum(LEAST_MODES, (SHARE * k).astype(int))
+    low, high = np.clip(k - reach, 1, n - 1), np.clip(np.maximum(k + reach, 2 * LEAST_MODES + 1), 1, n - 1)
+    mean = (total[high + 1] - total[low]) / (high + 1 - low)
+    return np.maximum(mean, 1e-12 * float(np.max(mean)) + 1e-300)
 
 
 def _placed(x: Floats, run: int, runs: int) -> Floats:

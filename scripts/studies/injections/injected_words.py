@@ -21,6 +21,8 @@ NOISE = ("bias_instability", "rate_random_walk", "angle_random_walk")
 GOOD = ("right", "honest")
 #: Two coefficients make one amplitude.
 WAVES = ("encoder_harmonic", "angle_locked_rate", "tone")
+#: Below this probability an effect that was refused is called for all the same.
+ASKED = 1e-3
 #: A coefficient off by more standard deviations, and by more than this share.
 FAR, SHARE = 3.0, 0.25
 
@@ -121,11 +123,20 @@ def _judged(
     if _cancels(truth, was, now):
         return "right", said, "it takes away what was there before"
     before = verdicts(was).get(target, was["verdict"])
+    told = told or ("" if verdict in SURE else _untestable(truth, now))
     why = "among the rivals" if beside else f"says: {told}" if told else ""
     if not why and verdict in SURE:
         return "missed", said, ""
     same = not why and before == verdict and _same(was, now, target)
     return ("silent" if same else "honest"), said, why or f"before: {before}"
+
+
+def _untestable(truth: Mapping[str, Any], now: Mapping[str, Any]) -> str:
+    """What is said of an effect that this recording cannot show."""
+    for one in now["not_testable"]:
+        if one["effect"] == truth["law"] or one["effect"] == f"{truth['law']}:1":
+            return f"{one['effect']} is not testable" + (f": {one['reason']}" if one.get("reason") else "")
+    return ""
 
 
 def _same(was: Mapping[str, Any], now: Mapping[str, Any], target: str) -> bool:
@@ -145,10 +156,17 @@ def _false(
 ) -> Iterator[tuple[str, str]]:
     """Names on targets that are neither right nor were there before, nor are told from what is, or from noise."""
     for n in named(now):
-        here = {e for m in named(was) if m.target == n.target for e in (m.effect, *m.rivals)}
+        here = {e for m in named(was) if m.target == n.target for e in (m.effect, *m.rivals)} | _asked(was, n.target)
         if n.effect in here | right | set(GENERIC) or (right | here | set(NOISE)) & set(n.rivals):
             continue
         yield n.target, n.effect
+
+
+def _asked(report: Mapping[str, Any], target: str) -> set[str]:
+    """Effects that the data called for, and that were not named for another reason than chance."""
+    only = next(iter(verdicts(report)))
+    refused = (r for r in report["rejected"] if r.get("target", only) == target)
+    return {_effect(r) for r in refused if r["p_value"] < ASKED and r.get("reason") != "not significant"}
 
 
 def _off(truth: Mapping[str, Any], was: Mapping[str, Any], now: Mapping[str, Any], hit: list[Named]) -> str:

@@ -9,7 +9,8 @@ where the binomial coefficient pays for the choice of channels. Mostly the rando
 other: on 134 pieces of 600 s of seven units at rest z of a straight drift had a mean of -0.11 and a standard deviation
 of 1.00. But a supply or a reference moves all of them at once, and then the sum is one look taken m times: rho_ij is
 the correlation of the slow modes that channels i and j have left beside the drift, less what chance makes of so few,
-and s the sign of the drift.
+and s the sign of the drift. The surest channel counts as the next one does, and where it is certain by itself the
+others must be certain without it: an axis that warms up alone would drag along any that noise moves a little.
 
 What its temperature is known to do to two axes of a box is no rare finding on a third one: there its p-value pays for
 its own shapes alone, not for all else that was tried.
@@ -44,6 +45,8 @@ STEPS = (BiasStep.id,)
 KNOWN = 2
 #: Deviate of an axis' own evidence without which it has no part in it: one in twenty by chance.
 LEAST = 1.64
+#: Probability of one channel's own drift below which it is certain without the others.
+ALONE = 1e-3
 #: Windows of the fitted time, and the slow modes of their means that tell what channels have in common.
 WINDOWS, MODES = 24, 10
 #: Deviate from which on an axis of a box that drifts is not said to be still.
@@ -100,9 +103,13 @@ def surest(deviates: Sequence[float], looks: float, common: Floats | None = None
     z = np.array(deviates)
     able = np.flatnonzero(z >= LEAST)
     own = able[np.argsort(-z[able])]
-    sums = [0.0 if common is None else float(common[np.ix_(own[:m], own[:m])].sum()) for m in range(len(own) + 1)]
-    each = (log_p_together(z[own[:m]].tolist(), looks, len(z), sums[m]) for m in range(2, len(own) + 1))
-    return min(each, default=0.0)
+    if len(own) < 2:
+        return 0.0
+    alone = log_p_together(z[own[:1]].tolist(), looks, len(z)) < math.log(ALONE)
+    z[own[0]] = z[own[1]]
+    rest, least = (own[1:], 1) if alone else (own, 2)
+    sums = [0.0 if common is None else float(common[np.ix_(rest[:m], rest[:m])].sum()) for m in range(len(rest) + 1)]
+    return min(log_p_together(z[rest[:m]].tolist(), looks, len(z), sums[m]) for m in range(least, len(rest) + 1))
 
 
 def in_common(parts: Sequence[tuple[Problem, Fit]]) -> Floats:
