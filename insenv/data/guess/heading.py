@@ -10,6 +10,7 @@ them says nothing, and a word of another quantity (magnetometer, attitude, covar
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -29,11 +30,25 @@ DIMENSION: Mapping[str, str] = {
 }
 INCREMENT: Mapping[str, str] = {"gyro": "angle", "accel": "velocity", "table_rate": "angle"}
 
-_TEMPERATURE = {"temp", "temps", "temperature", "temperatures", "tmp", "thermistor"}
-_GYRO = {"gyro", "gyros", "gyr", "gyroscope", "gyroscopes", "omega", "angvel", "wb", "wib"}
+_TEMPERATURE = {"temp", "temperature", "temperatures", "tmp", "thermistor"}
+_GYRO = {"gyro", "gyros", "gyr", "gyroscope", "gyroscopes", "omega", "angvel", "wb", "wib"} | {
+    "gyroadc",
+    "gyroskop",
+    "giroscopio",
+    "giro",
+    "winkelgeschwindigkeit",
+    "drehrate",
+}
 _ACCEL = {"acc", "accel", "accels", "accelerometer", "accelerometers", "acceleration", "accelerations", "fb", "fib"} | {
     "highg",
     "lowg",
+    "accadc",
+    "acel",
+    "acelerometro",
+    "aceleracion",
+    "aceleracao",
+    "accelerometre",
+    "beschleunigung",
 }
 _GYRO_STEP = {"dtheta", "dth", "dang", "deltaangle", "wm"}
 _ACCEL_STEP = {"dv", "dvel", "deltavelocity", "vm"}
@@ -61,6 +76,10 @@ _TIME = {
     "gpst",
     "gpstime",
 } | {
+    "zeit",
+    "tiempo",
+    "tempo",
+    "temps",
     "ustime",
     "mstime",
     "timeus",
@@ -143,6 +162,15 @@ _SPELLINGS: Mapping[str, str] = {
 _TIME_UNITS = {name for name, (dimension, _) in _SUFFIXES.items() if dimension == "time" and len(name) > 1}
 #: Words that are not taken apart.
 _WHOLE_WORDS = {*_OTHER, *_TIME, *_SUFFIXES}
+#: Pairs of words that are a rate of turn.
+_TURN = {"angularvelocity", "angularrate", "bodyrate", "rotationrate", "turnrate", "angvel"} | {
+    "vitesseangulaire",
+    "velocidadangular",
+}
+#: The axis before a word, as MAVLink has it (xgyro, yacc), or in a register's name: GYRO_XOUT.
+_BEFORE = re.compile(r"([xyz])(gyroscope|gyro|gyr|accelerometer|accel|acc|mag|out)")
+#: Words of other scripts.
+_SCRIPTS = {"角速度": "gyro", "陀螺": "gyro", "加速度": "accel", "时间": "time", "時間": "time", "温度": "temperature"}
 #: Ends of words run together: SENSgyro, MATLABtime.
 _RUN_TOGETHER = re.compile(r"[a-z]+(gyro|gyroscope|accel|accelerometer|acc|time)")
 _PLAIN = re.compile(r"(gyroscope|gyro|gyr|omega|angvel|accelerometer|accel|acc|mag|dtheta|dvel|dv)([xyz])")
@@ -179,6 +207,8 @@ class Heading:
 def read_heading(text: str, row_unit: str | None = None) -> Heading:
     """What a heading says; ``row_unit`` is what a row of units below it says."""
     name, bracket = split_unit(text)
+    if name.strip().lower() == "temps" and is_unit(bracket or row_unit or "", "temperature"):
+        name = "temperature"  # of several; else it is the French word
     if bracket is not None and bracket.isdigit():
         name, bracket = f"{name}_{'xyz'[int(bracket)]}" if int(bracket) < 3 else name, None
     if bracket is not None and bracket.strip().lower() in ("x", "y", "z"):  # "Rotation Rate (X)"
@@ -213,7 +243,12 @@ def kind_of(name: str) -> str:
 
 def _tokens(name: str) -> list[str]:
     """Words of a name in small letters: parted at signs, blanks and capitals within a word."""
+    for script, word in _SCRIPTS.items():
+        name = name.replace(script, f" {word} ")
+    name = name.replace("µ", "u").replace("μ", "u")
+    name = "".join(letter for letter in unicodedata.normalize("NFD", name) if not unicodedata.combining(letter))
     name = re.sub(r"([a-z])([XYZ])(?=[A-Z][a-z])", r"\1_\2_", name)  # accelXData
+    name = re.sub(r"\b([XYZ])(?=(?:[Gg]yro|[Aa]cc))", r"\1_", name)  # XGyro
     name = re.sub(r"([a-z0-9])([A-Z])(?=[a-z]|\b|_|$)", r"\1_\2", name)
     words = [word.lower() for word in re.split(r"[^A-Za-z0-9]+", name.removeprefix("field.")) if word]
     words = [bare if (bare := word.rstrip("0123456789")) == "covariance" else word for word in words]
@@ -221,6 +256,8 @@ def _tokens(name: str) -> list[str]:
     for word in words:
         if match := _PLAIN.fullmatch(word):
             found += [match[1], match[2]]
+        elif match := _BEFORE.fullmatch(word):
+            found += [match[1]] if match[2] == "out" else [match[2], match[1]]
         elif match := _NUMBERED.fullmatch(word):
             found += [part for part in match.groups() if part]
         else:
@@ -257,7 +294,7 @@ def _kind(tokens: Iterable[str], axis: str) -> str:  # noqa: C901, PLR0911, PLR0
         return "gyro_step"
     if words & _ACCEL_STEP or pairs & {"deltavelocity", "deltav"}:
         return "accel_step"
-    if words & _GYRO or pairs & {"angularvelocity", "angularrate", "bodyrate", "rotationrate", "turnrate"}:
+    if words & _GYRO or pairs & _TURN:
         return "gyro"
     if words & _ACCEL or pairs & {"specificforce", "highg?", "lowg?"}:
         return "accel"
