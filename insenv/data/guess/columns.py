@@ -22,12 +22,15 @@ from insenv.data.guess.draft import Question, Sure
 from insenv.data.guess.heading import Heading, kind_of, read_heading, unit_in
 from insenv.data.guess.listing import Listed, Listing
 from insenv.data.manifest.spec import CHANNELS
+from insenv.data.readers.table import split_unit
 
 AXES = ("x", "y", "z")
 #: Attitudes in which a triad reads gravity that make it one of accelerometers, against the name of its file.
 ATTITUDES = 3
 #: No sampler is as fast [s].
 SHORTEST = 5e-5
+#: A name with a number behind it.
+_COUNTED = re.compile(r"(.*?)[_ .-]?([012])")
 #: Fields of a message of ROS, of which the unit is known whatever the stamps are.
 _OF_MESSAGE = re.compile(r"(?:^|\.)(?:angular_velocity|linear_acceleration)\.[xyz]$")
 
@@ -71,7 +74,7 @@ def assign(listing: Listing, answers: Mapping[str, str]) -> Roles:
     """
     columns = _headed(listing, answers)
     headings = [read_heading(c.heading, c.row_unit) for c in columns]
-    headings = _letters(columns, headings)
+    headings = _counted(columns, _letters(columns, headings))
     known = _is_convention(columns)
     headings = [Heading("time", unit="s") if c.stamped else h for c, h in zip(columns, headings, strict=True)]
     named = [
@@ -106,13 +109,13 @@ def _of_file(named: Sequence[Role], stem: str) -> Sequence[Role]:
 
     A steady size that turns from axis to axis is gravity's, whatever the file is called.
     """
-    kind = kind_of(stem)
+    kind = kind_of(re.sub("total", "", stem, flags=re.I))  # "total" is a column's magnitude, and no file's
     bare = [role.heading.kind == "" and bool(role.heading.axis) for role in named]
-    if kind not in ("gyro", "accel") or any(role.heading.kind in ("gyro", "accel") for role in named):
-        return named
     three = [role.column for role, one in zip(named, bare, strict=True) if one]
     if kind == "gyro" and len(three) == len(AXES) and _feels_gravity(three):
         kind = "accel"
+    if kind not in ("gyro", "accel") or any(role.heading.kind in ("gyro", "accel") for role in named):
+        return named
     unit = [unit_in(r.heading.written, kind) if r.heading.written else r.heading.unit for r in named]
     return [
         replace(r, heading=replace(r.heading, kind=kind, unit=u)) if b else r
@@ -141,6 +144,20 @@ def _letters(columns: Sequence[Listed], headings: list[Heading]) -> list[Heading
     ]
 
 
+def _counted(columns: Sequence[Listed], headings: list[Heading]) -> list[Heading]:
+    """Gyros or accelerometers of one name that are counted 0, 1, 2 are x, y, z, as with an index in brackets."""
+    found: dict[tuple[str, str], dict[str, int]] = {}
+    for i, (column, heading) in enumerate(zip(columns, headings, strict=True)):
+        match = _COUNTED.fullmatch(split_unit(column.heading)[0])
+        if match and heading.kind in ("gyro", "accel") and not heading.axis:
+            found.setdefault((heading.kind, match[1]), {})[match[2]] = i
+    for places in found.values():
+        if set(places) == {"0", "1", "2"}:
+            for number, i in places.items():
+                headings[i] = replace(headings[i], axis=AXES[int(number)])
+    return headings
+
+
 def _by_heading(named: Sequence[Role]) -> Roles:
     """Channels by what the headings say."""
     found: dict[str, list[Role]] = {}
@@ -159,11 +176,27 @@ def _by_heading(named: Sequence[Role]) -> Roles:
             left.append(role.column.heading or f"column {role.column.key}")
     if "time" in found:
         found["time"] = _joined(found["time"])
+    else:
+        found |= _time_by_unit(named, left)
     found = _alone(_sound(found, left))
     for kind in ("gyro", "accel"):
         if all(f"{kind}_{axis}" in found for axis in AXES) and kind in found:
             left += [role.column.heading for role in found.pop(kind)]  # beside a triad: its magnitude, a copy
     return _one_each(found, left)
+
+
+def _time_by_unit(named: Sequence[Role], left: list[str]) -> dict[str, list[Role]]:
+    """The one column with a unit of time that runs in even steps, whatever it is called (Zeit, tov)."""
+    running = [
+        (role, unit)
+        for role in named
+        if role.heading.kind == "" and (unit := unit_in(role.heading.written or "", "time")) and _runs(role.column)
+    ]
+    if len(running) != 1:
+        return {}
+    role, unit = running[0]
+    left.remove(role.column.heading)
+    return {"time": [replace(role, heading=Heading("time", unit=unit))]}
 
 
 def _joined(times: list[Role]) -> list[Role]:

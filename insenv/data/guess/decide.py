@@ -18,7 +18,7 @@ from insenv.core.recording import Floats
 from insenv.core.series.moving import LEAST_REST, TIPPED, TURNING, departs, longest_rest
 from insenv.core.units import DEG, quantity, scale_to_si
 from insenv.data.guess import numbers, rates
-from insenv.data.guess.columns import AXES, Roles, assign
+from insenv.data.guess.columns import AXES, Role, Roles, assign
 from insenv.data.guess.draft import DECLARED, Channel, Choice, Draft, Extra, Question
 from insenv.data.guess.heading import is_unit, read_heading
 from insenv.data.guess.listing import Listing
@@ -35,6 +35,8 @@ AXES_BY_UP: Mapping[str, str] = {"+z": "RFU", "-z": "FRD", "+x": "URF", "-x": "D
 FASTEST = 2e4
 #: Steps of a sampler for which a unit of time is proposed [s]: rows of inertial instruments seldom come slower.
 SLOWEST = 1.0
+#: Share by which a stated rate may differ from that of the stamps.
+SAME_RATE = 0.02
 #: Rows at either end that are not looked at for the clock: there may be strays.
 ENDS = 6
 #: What is declared of accelerometers in several positions.
@@ -93,7 +95,7 @@ def draft(listings: Sequence[Listing], answers: Mapping[str, str]) -> Draft:
         said.channels.append(Channel("segment", "row", "", Choice("", "each row is a position", "numbers")))
     procedure = _procedure(roles, listings, positions)
     motion = _motion(listings, said.channels, period) if procedure.value == "static" else _Motion()
-    if procedure.value == "static":
+    if procedure.value == "static" and not any(q.key.startswith("table") for q in said.questions):
         procedure = _at_rest(said, procedure, motion, answers)
     resample = _resample(listings, said.channels[0], roles)
     mounting = dict(units.mounting)
@@ -158,7 +160,11 @@ def _time(said: _Said, roles: Roles, listing: Listing, answers: Mapping[str, str
         return _rate(said, listing, answers)
     clock = numbers.clock(role.column.values)
     heading, column = role.column.heading, role.column.key
-    choice = _time_unit(said, role.heading.unit, clock, answers, heading or f"column {column}")
+    stated = role.heading.unit
+    if stated is None and "time.unit" not in answers and (unit := _unit_at(listing.rate, clock.step)):
+        choice = Choice(unit, f"steps of {clock.step:.6g}; {listing.rate:g} Hz above the header", "stated")
+    else:
+        choice = _time_unit(said, stated, clock, answers, heading or f"column {column}", listing.rate is None)
     extra: Extra = {} if role.beside is None else {"nanoseconds": role.beside.key}
     said.channels.append(Channel("time", column, heading, choice, extra))
     if choice.value is None:
@@ -198,14 +204,21 @@ def _no_time(listing: Listing) -> str:
     """Why no column is a time: there is none, or that which is called so stands still in most rows."""
     for column in listing.columns:
         steps = np.diff(column.values)
-        if read_heading(column.heading).kind == "time" and len(steps) and np.all(steps >= 0) and np.any(steps > 0):
+        if read_heading(column.heading).kind != "time" or not len(steps):
+            continue
+        if not np.any(steps > 0):
+            return f"{column.heading} {'runs backwards' if np.any(steps < 0) else 'stands still'}"
+        if np.all(steps >= 0):
             share = 100 * float(np.mean(steps == 0))
             return f"{column.heading} has the stamp of the row before in {share:.0f} % of the rows, as packets give it"
+    for label in listing.labels:
+        if read_heading(label).kind == "time":
+            return f"{label} holds texts that are no date or time of day of a known form"
     return "No column is a time that runs forwards"
 
 
 def _time_unit(
-    said: _Said, stated: str | None, clock: numbers.Clock, answers: Mapping[str, str], heading: str
+    said: _Said, stated: str | None, clock: numbers.Clock, answers: Mapping[str, str], heading: str, may_hint: bool
 ) -> Choice:
     """The unit of the stamps."""
     if "time.unit" in answers:
@@ -216,13 +229,19 @@ def _time_unit(
         return Choice(stated, f"the heading; {step}", "stated")
     if stated is None and clock.unit:
         return Choice(clock.unit, step, "numbers")
-    may = [u for u in ("ms", "us", "s", "ns") if u in clock.others]
+    may = [u for u in ("ms", "us", "s", "ns") if u in clock.others and may_hint]
     fast = (u for u in may if clock.step * scale_to_si(u, "time", "time.unit")[0] <= SLOWEST)
     hint = next(fast, next(iter(may), ""))
     why = f"The heading says {stated}, which {step} make too fast" if stated else f"{heading} runs in {step}"
     shown = ", ".join(f"{u}: {_hertz(clock.step, u)}" for u in clock.others)
     said.questions.append(Question("time.unit", f"{why}. In which unit? ({shown})", hint, ("time",)))
     return Choice(None, step, "open")
+
+
+def _unit_at(rate: float | None, step: float) -> str:
+    """The unit in which rows of a stated rate [Hz] are so many steps apart; "" for none that clocks have."""
+    sizes = {**numbers.SECONDS, "0.1 ms": 1e-4, "10 us": 1e-5, "0.1 us": 1e-7}
+    return next((u for u, size in sizes.items() if rate and abs(step * size * rate - 1) < SAME_RATE), "")
 
 
 def _hertz(step: float, unit: str) -> str:
@@ -257,7 +276,7 @@ def _resample(listings: Sequence[Listing], time: Channel, roles: Roles) -> str |
 def _instrument(roles: Roles, units: Units, name: str) -> Channel:
     """A gyro or an accelerometer."""
     kind = name.split("_")[0]
-    role, choice = roles.by_channel[name], units.by_kind[kind]
+    role, choice = roles.by_channel[name], units.by_name.get(name) or units.by_kind[kind]
     extra: dict[str, str | bool | float] = {}
     dimension = {"gyro": "angle", "accel": "velocity"}[kind]
     if role.heading.increment or (choice.value is not None and is_unit(choice.value, dimension)):
@@ -283,12 +302,13 @@ def _table(said: _Said, roles: Roles, units: Units) -> None:
 
 def _others(said: _Said, roles: Roles, answers: Mapping[str, str]) -> None:
     """Temperature and power-ups."""
-    if "temperature" in roles.by_channel:
+    if "temperature" in roles.by_channel and answers.get("temperature.unit") != "-":
         role = roles.by_channel["temperature"]
-        choice = _temperature(role.heading.unit, role.column.values, answers)
+        choice = _temperature(role, answers)
         if choice.value is None:
             text = f"In which unit is {role.column.heading} (it reads {np.median(role.column.values):.4g})?"
-            said.questions.append(Question("temperature.unit", text, "", ("temperature",)))
+            text += " Wanted: degC, K, degF, or '-', which leaves it out."
+            said.questions.append(Question("temperature.unit", text, "", ("temperature",), ("-",)))
         said.channels.append(Channel("temperature", role.column.key, role.column.heading, choice))
     if "power" in roles.by_channel:
         role = roles.by_channel["power"]
@@ -297,7 +317,9 @@ def _others(said: _Said, roles: Roles, answers: Mapping[str, str]) -> None:
         )
 
 
-def _temperature(stated: str | None, values: Floats, answers: Mapping[str, str]) -> Choice:
+def _temperature(role: Role, answers: Mapping[str, str]) -> Choice:
+    """The unit of a temperature; counts of a chip, and what stands in brackets and is no unit, are asked."""
+    stated, values = role.heading.unit, role.column.values
     if "temperature.unit" in answers:
         scale_to_si(answers["temperature.unit"], "temperature", "temperature.unit")
         return Choice(answers["temperature.unit"], "your answer", "answered")
@@ -305,7 +327,9 @@ def _temperature(stated: str | None, values: Floats, answers: Mapping[str, str])
     reads = f"it reads {middle:.4g}"
     if stated is not None:
         return Choice(stated, "the heading", "stated")
-    if low > 200 and high < 420:
+    if role.heading.written:
+        return Choice(None, f"the heading says {role.heading.written}", "open")
+    if low > 200 and high < 420 and np.any(values != np.rint(values)):
         return Choice("K", reads, "numbers")
     # Sensors give degC; degF would be written beside it.
     return (

@@ -32,6 +32,8 @@ INCREMENT: Mapping[str, str] = {"gyro": "angle", "accel": "velocity", "table_rat
 
 _TEMPERATURE = {"temp", "temperature", "temperatures", "tmp", "thermistor"}
 _GYRO = {"gyro", "gyros", "gyr", "gyroscope", "gyroscopes", "omega", "angvel", "wb", "wib"} | {
+    "fog",
+    "rlg",
     "gyroadc",
     "gyroskop",
     "giroscopio",
@@ -42,6 +44,7 @@ _GYRO = {"gyro", "gyros", "gyr", "gyroscope", "gyroscopes", "omega", "angvel", "
 _ACCEL = {"acc", "accel", "accels", "accelerometer", "accelerometers", "acceleration", "accelerations", "fb", "fib"} | {
     "highg",
     "lowg",
+    "accl",
     "accadc",
     "acel",
     "acelerometro",
@@ -57,6 +60,15 @@ _TABLE = {"table", "turntable", "command", "commanded", "cmd", "setpoint", "refe
     "stage",
     "spindle",
     "motor",
+}
+#: With a word for a rate they are the table's, if no gyro is spoken of.
+_DONE = {"actual", "act", "desired", "ist", "soll"}
+#: Directions of a vehicle in words: axes, behind which a rate or an acceleration is meant.
+_TURNS = {"roll": "x", "pitch": "y", "yaw": "z"}
+_WAYS = {
+    **dict.fromkeys(("long", "longitudinal"), "x"),
+    **dict.fromkeys(("lat", "lateral"), "y"),
+    **dict.fromkeys(("vert", "vertical"), "z"),
 }
 _RATE = {"rate", "rates", "speed", "velocity", "vel", "omega", "rpm", "dps", "w"}
 _ANGLE = {"angle", "angles", "position", "pos", "azimuth", "az", "theta", "phi"}
@@ -150,10 +162,12 @@ _SPELLINGS: Mapping[str, str] = {
     **dict.fromkeys(("rads/s", "rads/sec", "radians/s", "radians/sec", "radian/s", "rad/sec"), "rad/s"),
     **dict.fromkeys(("degs/s", "degrees/s", "degrees/sec", "degree/s", "deg/sec", "°/sec", "degs/sec"), "deg/s"),
     **dict.fromkeys(("deg/hr", "degrees/h", "degrees/hr", "degrees/hour", "°/hr"), "deg/h"),
-    "rpm": "rpm",
-    **dict.fromkeys(("m/s2", "m/s/s", "m/sec^2", "m/sec2", "mps2", "ms^-2", "ms-2", "m/s**2"), "m/s^2"),
+    **dict.fromkeys(("rpm", "rev/min", "r/min", "u/min", "1/min"), "rpm"),
+    **dict.fromkeys(("m/s2", "m/s/s", "m/sec^2", "m/sec2", "mps2", "ms^-2", "ms-2", "m/s**2", "m/(s^2)"), "m/s^2"),
     **dict.fromkeys(("g", "gs", "g's"), "g"),
     **dict.fromkeys(("c", "°c", "℃", "degc", "celsius"), "degC"),
+    **dict.fromkeys(("f", "°f", "℉", "degf", "fahrenheit"), "degF"),
+    **dict.fromkeys(("k", "kelvin"), "K"),
     **dict.fromkeys(("sec", "secs", "seconds"), "s"),
     **dict.fromkeys(("msec", "millis"), "ms"),
     **dict.fromkeys(("usec", "micros", "μs", "µs"), "us"),
@@ -213,8 +227,12 @@ def read_heading(text: str, row_unit: str | None = None) -> Heading:
         name, bracket = f"{name}_{'xyz'[int(bracket)]}" if int(bracket) < 3 else name, None
     if bracket is not None and bracket.strip().lower() in ("x", "y", "z"):  # "Rotation Rate (X)"
         name, bracket = f"{name} {bracket}", None
-    tokens, axis = _axis(_tokens(name))
+    if name.lower() == "x_value":  # LabVIEW's time
+        return Heading("time")
+    tokens, axis = _axis(_in_a_vehicle(_tokens(name)))
     kind = _kind(tokens, axis)
+    if bracket is not None and kind in ("time", "temperature"):  # "T [K]"; "Temps (s)"
+        kind = next((one for one in (kind, "temperature", "time") if unit_in(bracket, one)), kind)
     kind, increment = (kind[:-5], True) if kind.endswith("_step") else (kind, False)
     bracket = bracket or row_unit
     unit = unit_in(bracket, kind) if bracket else _suffix(tokens, kind, increment)
@@ -225,6 +243,15 @@ def read_heading(text: str, row_unit: str | None = None) -> Heading:
     if unit is not None and not increment and kind in INCREMENT and is_unit(unit, INCREMENT[kind]):
         bracket, unit = unit, None  # people write rad for rad/s: whether it is an increment is asked
     return Heading(kind, axis, unit, bracket if unit is None else None, increment)
+
+
+def _in_a_vehicle(tokens: list[str]) -> list[str]:
+    """Words with axes for directions: "yaw rate" is a gyro's z, "lateral acc" an accelerometer's y."""
+    for names, beside, word in ((_TURNS, {"rate", "rates"}, "gyro"), (_WAYS, _ACCEL, "acc")):
+        found = [token for token in tokens if token in names]
+        if len(found) == 1 and beside & set(tokens):
+            return [word, names[found[0]], *(t for t in tokens if t not in names and t not in beside)]
+    return tokens
 
 
 def _by_unit(kind: str, text: str) -> tuple[str, str | None]:
@@ -290,6 +317,8 @@ def _kind(tokens: Iterable[str], axis: str) -> str:  # noqa: C901, PLR0911, PLR0
         if words & _RATE or pairs & {"angularvelocity", "angularrate"}:
             return "table_rate"
         return "table_angle" if words & _ANGLE else "table"
+    if words & _DONE and words & _RATE and not words & (_GYRO | _ACCEL):
+        return "table_rate"
     if words & _GYRO_STEP or pairs & {"deltaangle", "deltatheta"}:
         return "gyro_step"
     if words & _ACCEL_STEP or pairs & {"deltavelocity", "deltav"}:

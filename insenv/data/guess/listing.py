@@ -25,17 +25,22 @@ from insenv.data.manifest.checks import SUFFIXES
 from insenv.data.manifest.schema import shown
 from insenv.data.manifest.spec import WHOLE, Reading, RunSpec
 from insenv.data.readers import MOST_INCOMPLETE, Column, arrays, bags, labelled, rdata, read_table, spreadsheet
+from insenv.data.readers.commas import check_thousands, number_in
 from insenv.data.readers.conventions import unit_of
 from insenv.data.readers.novatel import NAMES
 from insenv.data.readers.rows import COMMENTS, MOST_LINES, is_number
 from insenv.data.readers.stamps import second
-from insenv.data.readers.table import decoding
+from insenv.data.readers.table import decoding, unit_of_cell
 from insenv.data.readers.text import Line, labelled_names, lines_of, text_of
 
 #: Of a text file so much is looked at for its layout, and so many lines.
 HEAD_BYTES, HEAD_LINES = 400_000, 400
 #: Rows in a line that must look alike for the first of them to be one of data.
 ALIKE = 3
+#: A table is no wider.
+MOST_COLUMNS = 1000
+#: Lines of a header: names, units, remarks.
+HEADER_LINES = 3
 #: Rows that are looked at for what they hold; more are read where a long file is told apart by them.
 MOST_ROWS = 400_000
 #: Share of cells in a column that must be numbers.
@@ -44,6 +49,8 @@ NUMERIC = 0.9
 _MEASURED = DIMENSION.keys() - {"time"}
 #: A word that may head a line of one kind.
 _KIND = re.compile(r"[$#!]?[A-Za-z_][A-Za-z0-9_]*")
+#: The beginning of a record of a NovAtel receiver.
+_RECORD = re.compile(rb"[#%]([A-Z0-9]{4,}A),[^;\r\n]*;")
 _FREQUENCY = re.compile(
     r"(fs|f_s|(sampling|sample|output|data|update)[ _]*(rate|frequency|freq))( *[\[(]? *hz *[\])]?)?", re.I
 )
@@ -296,17 +303,17 @@ def _text(path: Path, kind: str) -> Listing:
     content = spreadsheet.as_text(path)[:HEAD_BYTES] if kind == "xlsx" else text_of(path, HEAD_BYTES)
     if b"RAWIMU" in content:
         return _read(path, "novatel", [(name, name, None) for name in NAMES])
-    if b"\0" in content:
-        known = f"one of {', '.join(SUFFIXES)}"
-        raise InputError(f"{path}: is no text; wanted {known}, or a manifest by hand with format = 'float64-le'")
+    _check_text(path, content)
     if kind != "xlsx" and (found := labelled_names(path, content[: content.rfind(b"\n") + 1])) is not None:
         line, names = found
         return _labelled(path, content[line.start :].decode("utf-8", "replace"), [(n, n, None) for n in names])
-    reading = WHOLE
+    reading, every = WHOLE, content
     word, others = _instrument_lines(path, content) if kind != "xlsx" else ("", ())
     if word:
         kind, reading, content = "text", replace(WHOLE, lines=word), lines_of(path, content, word)
     layout = _layout(path, content.decode("utf-8-sig", "replace"))
+    if word and not layout.names and (names := _format_names(every, word, layout.width)):
+        layout = replace(layout, names=names, units=("",) * layout.width)
     named: _Named = (
         [(layout.names[i], layout.names[i], layout.units[i]) for i in layout.numeric] if layout.names else []
     )
@@ -330,6 +337,24 @@ def _text(path: Path, kind: str) -> Listing:
     index = {c.key: i for i, c in enumerate(whole.columns)}
     headings = [str(c.heading) for c in whole.columns]
     return replace(whole, columns=tuple(replace(c, known_unit=_known(headings, index[c.key])) for c in whole.columns))
+
+
+def _check_text(path: Path, content: bytes) -> None:
+    """Refuse what is no table of text.
+
+    Raises
+    ------
+    InputError
+        If it is a pointer to a file, a receiver's log of other records, or no text.
+    """
+    if content.startswith(b"version https://git-lfs"):
+        raise InputError(f"{path}: stands for a file of Git LFS that was not fetched; wanted the data (git lfs pull)")
+    if record := _RECORD.match(content):
+        name = record[1].decode()
+        raise InputError(f"{path}: its records are {name}; of a receiver's logs wanted RAWIMU or RAWIMUS, or a table")
+    if b"\0" in content:
+        known = f"one of {', '.join(SUFFIXES)}"
+        raise InputError(f"{path}: is no text; wanted {known}, or a manifest by hand with format = 'float64-le'")
 
 
 def _labelled(path: Path, head: str, named: _Named) -> Listing:
@@ -377,6 +402,13 @@ def _instrument_lines(path: Path, content: bytes) -> tuple[str, tuple[str, ...]]
     return "", ()
 
 
+def _format_names(content: bytes, word: str, width: int) -> tuple[str, ...]:
+    """Names of the values of a line that its log states, as ArduPilot's ``FMT, 133, 40, IMU, Qff, TimeUS,GyrX``."""
+    said = re.search(rf"^FMT, *\d+, *\d+, *{re.escape(word)}, *[^,]*,(.*)$", content.decode("utf-8", "replace"), re.M)
+    names = (word, *(name.strip() for name in said[1].split(","))) if said else ()
+    return names if len(names) == width else ()
+
+
 def _rank(word: str) -> int:
     """Lines of a whole unit first, then those of gyros."""
     return 2 if "imu" in word.lower() else int(kind_of(word) == "gyro")
@@ -384,12 +416,13 @@ def _rank(word: str) -> int:
 
 def _first_that_reads(path: Path, kind: str, layout: _Layout, named: _Named, reading: Reading) -> Listing:
     """The file by its names; by its indices, where the header does not fit its rows; without incomplete rows."""
-    bare: _Named = [(i, layout.names[i] if layout.names else "", None) for i in layout.numeric]
+    bare: _Named = [(i, layout.names[i], layout.units[i]) if layout.names else (i, "", None) for i in layout.numeric]
     tries = [(kind, named, 0)] if named and len({n for n, _, _ in named}) == len(named) else []
     if tries and layout.header > 1:  # lines above a header that no reader passes over
         tries.append((kind, named, layout.header - 1))
     if kind != "xlsx":
-        tries.append(("text", bare, 0 if layout.names or reading.lines else layout.first - 1))
+        above = (layout.header or 1) if layout.names or reading.lines else layout.first
+        tries.append(("text", bare, above - 1))
     if not tries:
         raise InputError(f"{path}: {_unheaded(layout)}; wanted a header, a name of its own for each column")
     error: InputError | None = None
@@ -441,6 +474,8 @@ def _layout(path: Path, text: str) -> _Layout:
     """
     lines = [Line(path, n, 0, 0, t) for n, t in _whole(text.splitlines()[:HEAD_LINES]) if t.strip()]
     split = [(line, line.delimiter(), _cells(line)) for line in lines]
+    for line, _, cells in split:
+        check_thousands(path, line.number, cells)
     shapes = Counter((d, len(c)) for _, d, c in split if _is_row(c, d))
     if not shapes:
         raise InputError(f"{path}: no rows of numbers among its first {len(lines)} lines; wanted a table of them")
@@ -453,26 +488,28 @@ def _layout(path: Path, text: str) -> _Layout:
             f"{path}: its rows are not alike, two kinds of them in turn; wanted a table, a time in each row"
         )
     delimiter, width = shape
+    if width > MOST_COLUMNS:
+        raise InputError(f"{path}: has {width} columns; wanted at most {MOST_COLUMNS}, a row for each time")
     rows = [c for _, d, c in split[first:] if len(c) == width]
     numeric = tuple(i for i in range(width) if _numeric([row[i] for row in rows], delimiter))
     header, units = _header(split[:first], delimiter, width)
     names: tuple[str, ...] = ()
     if header is not None:
-        names = tuple(cell.strip() for cell in _parted(split[header][0], delimiter))[:width]
+        names = tuple(cell.strip() for cell in _headings(split[header][0], delimiter, width))[:width]
     top = header if header is not None else first
     texts = tuple(i for i in range(width) if i not in numeric and any(row[i].strip() for row in rows))
-    line = 0 if header is None else split[header][0].number
+    top_line = 0 if header is None else split[header][0].number
     filled = tuple(i for i in numeric if _is_filled([row[i] for row in rows]))
     number, rate = split[first][0].number, _rate(split[:top])
     lacking = _lacking([(one.number, c) for one, _, c in split[first:] if len(c) == width], names, delimiter)
-    return _Layout(delimiter, names, units, line, number, numeric, width, rate, texts, filled, lacking)
+    return _Layout(delimiter, names, units, top_line, number, numeric, width, rate, texts, filled, lacking)
 
 
 def _lacking(rows: Sequence[tuple[int, list[str]]], names: Sequence[str], delimiter: str | None) -> dict[str, _Lack]:
     """What the named columns lack in the rows that are looked at, with the first line and the word in it."""
     found = {}
     for i, name in enumerate(names):
-        cells = [(number, _value(row[i], delimiter)) for number, row in rows]
+        cells = [(number, number_in(row[i])) for number, row in rows]
         bad = [(number, cell) for number, cell in cells if not is_number(cell) or np.isnan(float(cell))]
         if bad:
             number, cell = bad[0]
@@ -501,26 +538,21 @@ def _cells(line: Line) -> list[str]:
 def _parted(line: Line, delimiter: str | None) -> list[str]:
     """Cells of a line, of a comment too; a line that cannot be parted is one."""
     try:
-        return replace(line, text=line.text.lstrip().lstrip("".join(COMMENTS))).cells(delimiter)
+        return replace(line, text=line.text.lstrip(" ").lstrip("".join(COMMENTS))).cells(delimiter)
     except InputError:
         return [line.text]
 
 
-def _value(cell: str, delimiter: str | None) -> str:
-    """A cell with a point for a decimal comma."""
-    return cell.strip().replace(",", ".") if delimiter in ("\t", ";") else cell.strip()
-
-
 def _is_row(cells: Sequence[str], delimiter: str | None) -> bool:
     """Whether half of the cells that are not empty are numbers."""
-    full = [_value(c, delimiter) for c in cells if c.strip()]
+    full = [number_in(c) for c in cells if c.strip()]
     return bool(full) and 2 * sum(map(is_number, full)) >= len(full)
 
 
 def _numeric(cells: Sequence[str], delimiter: str | None) -> bool:
     """Whether most cells are numbers, or stamps."""
     full = [c for c in cells if c.strip()]
-    numbers = sum(is_number(_value(c, delimiter)) or second(c) >= 0 for c in full)
+    numbers = sum(is_number(number_in(c)) or second(c) >= 0 for c in full)
     return bool(full) and numbers >= NUMERIC * len(full)
 
 
@@ -542,17 +574,24 @@ def _header(
     none = ("",) * width
     if not fits or fits[-1] != len(above) - 1:
         return None, none
-    if len(fits) > 1 and fits[-2] == fits[-1] - 1:
-        units = tuple(cell.strip(" ()[]") for cell in above[fits[-1]][2])
+    for top, below in reversed(list(pairwise(fits[-HEADER_LINES:]))):
+        units = tuple(map(unit_of_cell, above[below][2]))
         any_unit = any(unit_in(cell, kind) for cell in units for kind in DIMENSION)
-        if any_unit and len(units) == width and len(above[fits[-2]][2]) >= width:
-            return fits[-2], units
+        if any_unit and top == below - 1 and len(units) == width and len(above[top][2]) >= width:
+            return top, units
     return fits[-1], none
+
+
+def _headings(line: Line, delimiter: str | None, width: int) -> list[str]:
+    """Cells of a header; between blanks a heading may have one blank within it."""
+    cells = _parted(line, delimiter)
+    apart = re.split(r"[ \t]{2,}", line.text.strip().lstrip("".join(COMMENTS)).strip())
+    return apart if delimiter is None and len(cells) not in (width, width + 1) and len(apart) == width else cells
 
 
 def _fits(line: Line, delimiter: str | None, width: int) -> bool:
     """Whether a line parts into as many cells as a row, or one more (a date behind the last heading)."""
-    cells = _parted(line, delimiter)
+    cells = _headings(line, delimiter, width)
     return len(cells) in (width, width + 1) and (width > 1 or len(cells) == width)
 
 

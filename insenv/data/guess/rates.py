@@ -33,10 +33,13 @@ UNSIGNED = 32768
 class Units:
     """Units by kind ("gyro", "accel"), offsets of raw counts, the table's columns, the mounting, and what is open.
 
+    ``by_name`` are units of headings that differ within a kind: each column has its own.
+
     ``covers`` is "interval" where a gyro and its table's rate are means over their rows' intervals.
     """
 
     by_kind: dict[str, Choice] = field(default_factory=dict)
+    by_name: dict[str, Choice] = field(default_factory=dict)
     offsets: dict[str, float | str] = field(default_factory=dict)
     table: dict[str, tuple[Role, Choice, bool]] = field(default_factory=dict)
     mounting: dict[str, Choice] = field(default_factory=dict)
@@ -51,10 +54,11 @@ def decided(roles: Roles, period: float | None, answers: Mapping[str, str]) -> U
     for kind in ("accel", "gyro"):
         if roles.of(kind):
             _offset(units, roles, kind, answers)
-    if roles.of("accel"):
+            _each_its_own(units, roles, kind, answers)
+    if roles.of("accel") and "accel" not in units.by_kind:
         _force(units, roles, answers)
     table = _table_role(units, roles, period, answers)
-    if roles.of("gyro"):
+    if roles.of("gyro") and "gyro" not in units.by_kind:
         _gyro(units, roles, period, table, answers)
     if table is not None:
         _table_unit(units, roles, period, table, answers)
@@ -83,6 +87,19 @@ def _stated(roles: Roles, kind: str) -> tuple[str | None, str | None, bool]:
     found = {h.unit for h in headings}
     unit = found.pop() if len(found) == 1 else None
     return unit, next((h.written for h in headings if h.written), None), any(h.increment for h in headings)
+
+
+def _each_its_own(units: Units, roles: Roles, kind: str, answers: Mapping[str, str]) -> None:
+    """Columns of a kind whose headings state different units keep them; one question for those that state none."""
+    stated = {name: roles.by_channel[name].heading.unit for name in roles.of(kind)}
+    if f"{kind}.unit" in answers or len({unit for unit in stated.values() if unit}) < 2:
+        return
+    units.by_name = {
+        **units.by_name,
+        **{name: Choice(unit, "the heading", "stated") for name, unit in stated.items() if unit},
+    }
+    if all(stated.values()):
+        units.by_kind[kind] = Choice(None, "the headings, each its own", "stated")
 
 
 def _answered(answers: Mapping[str, str], key: str, dimensions: tuple[str, ...]) -> Choice | None:
@@ -176,7 +193,8 @@ def _ask(units: Units, kind: str, reads: str, hint: str, written: str | None, di
     wanted = f"{example[kind]}; {step[kind]}" if len(dimensions) > 1 else step[kind].partition(",")[0]
     text = f"In which unit does {who} read{said}?{facts} Wanted: {wanted}."
     units.questions.append(Question(f"{kind}.unit", text, hint, dimensions))
-    units.by_kind[kind] = Choice(None, reads or "no unit in the heading", "open")
+    why = reads or (f"the heading says {written}" if written else "no unit in the heading")
+    units.by_kind[kind] = Choice(None, why, "open")
 
 
 def _decimal(unit: str) -> str:
@@ -316,14 +334,14 @@ def _table_unit(
     _, gain = _gain(roles, period, table)
     told, reads = "", ""
     if gain is not None and gyro is not None:
-        known = gyro.value if gyro.value in numbers.RATES else None
+        known = _spelled(gyro.value)
         tables = ("deg/s", "rad/s", "rpm")
         if known:
             near = numbers.pairs(abs(gain), (known,), tables, ALONG)
             told = near[0][1] if near else ""
             reads = f"the gyro reads {abs(gain):.3g} times it"
         near = numbers.pairs(abs(gain), (known,) if known else ("deg/s", "rad/s"), tables, 0.25)
-        if choice is None and stated is not None and near and all(t != stated for _, t in near):
+        if choice is None and stated is not None and near and all(t != (_spelled(stated) or stated) for _, t in near):
             fitting = f"as with a gyro in {near[0][0]} and a table in {near[0][1]}"
             reads = f"the heading says {stated}, but the gyro reads {abs(gain):.3g} times it, {fitting}"
             stated = None
@@ -340,6 +358,14 @@ def _table_unit(
         units.questions.append(Question(key, text, hint, ("rate", "angle")))
         choice = Choice(None, reads or "no unit in the heading", "open")
     units.table[name] = (role, choice, False)
+
+
+def _spelled(unit: str | None) -> str | None:
+    """A unit of rate as `numbers.RATES` spells it: dps is deg/s; None for others."""
+    if unit is None or not is_unit(unit, "rate"):
+        return None
+    size = scale_to_si(unit, "rate", "")[0]
+    return next((one for one, known in numbers.RATES.items() if abs(size / known - 1) < 1e-9), None)
 
 
 def _angle_unit(units: Units, role: Role, stated: str | None, answers: Mapping[str, str]) -> None:

@@ -125,6 +125,12 @@ def split_unit(name: str) -> tuple[str, str | None]:
     return (match["name"].strip(), match["unit"].strip()) if match else (name.strip(), None)
 
 
+def unit_of_cell(cell: str) -> str:
+    """What a cell of a row of units says: ``[deg/s]`` and ``deg/s`` alike."""
+    match = re.fullmatch(r"[(\[](.*)[)\]]", cell.strip())
+    return (match[1] if match else cell).strip()
+
+
 def as_numbers(path: Path, column: Column, values: Any) -> Floats:
     """One column as float64, shape (n,), with one dimension and a real number type.
 

@@ -19,8 +19,9 @@ from insenv.core.units import scale_to_si
 from insenv.data.manifest.schema import shown
 from insenv.data.manifest.spec import CHANNELS, INCREMENTS, WHOLE, Reading
 from insenv.data.readers import labelled
+from insenv.data.readers.commas import LOOKED_AT, ROW, delimiter_of, number_in, of_one_delimiter, with_decimal_points
 from insenv.data.readers.rows import COMMENTS, Body, is_number, read_rows
-from insenv.data.readers.table import Column, Table, find_column, split_unit
+from insenv.data.readers.table import Column, Table, find_column, split_unit, unit_of_cell
 
 _LINE = re.compile(rb"([^\r\n]*)(\r\n|\r|\n|\Z)")
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf"
@@ -29,15 +30,11 @@ _UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 HEAD_BYTES, LONGEST = 8_000_000, 1_000_000
 #: Lines at the head of a file among which the header is looked for by its names.
 HEAD = 60
-#: Bytes at the beginning in which the delimiters are looked at.
-LOOKED_AT = 16384
 #: A line longer than this is none of units.
 LONGEST_LINE = 10_000
+#: Bytes below are none of text.
+_LEAST_OF_TEXT = 9
 _CHECKSUM = re.compile(rb"\*[0-9A-Fa-f]{2}[ \t]*$", re.M)
-#: The beginning of a row of numbers, and a cell with a decimal comma, of a number or of a time of day.
-_ROW = re.compile(rb"[ \t]*[+-]?[0-9.]")
-_DECIMAL = re.compile(rb"[^,.]*\d,\d+[ \t]*")
-_DECIMAL_COMMA = re.compile(rb'(?:^|[;\t])["]?[ +-]*\d+,\d+[ ]*["]?(?:$|[;\t])')
 
 
 @dataclass(frozen=True)
@@ -60,10 +57,8 @@ class Line:
             raise InputError(f"{self.path}: line {self.number}: {error}; wanted a row of values") from None
 
     def delimiter(self) -> str | None:
-        """The most frequent of tab, semicolon and comma outside quotes; ``None`` where there is none."""
-        bare = re.sub(r'"[^"]*"', "", self.text)
-        most = max("\t;,", key=bare.count)
-        return most if most in bare else None
+        """What parts its cells; ``None`` for blanks."""
+        return delimiter_of(self.text)
 
 
 def read_csv(path: Path, columns: Sequence[Column], reading: Reading = WHOLE) -> Table:
@@ -95,29 +90,26 @@ def text_of(path: Path, most: int = -1) -> bytes:
     with path.open("rb") as file:
         content = file.read(most)
     if not content.startswith(_UTF_16):
-        return _as_wide_as_its_header(_of_one_delimiter(content))
+        return _as_wide_as_its_header(of_one_delimiter(_in_utf_8(content)))
     try:
         content = codecs.getincrementaldecoder("utf-16")().decode(content, final=most < 0).encode()
-        return _as_wide_as_its_header(_of_one_delimiter(content))
+        return _as_wide_as_its_header(of_one_delimiter(content))
     except UnicodeError:
         raise InputError(f"{path}: begins as UTF-16 text and is none; wanted UTF-8 or UTF-16 text") from None
 
 
-def _of_one_delimiter(content: bytes) -> bytes:
-    """Rows that commas and semicolons part (``t,x,y;z``), or that end in a semicolon as MATLAB's do, by commas alone.
-
-    A comma between two digits may be that of a decimal: where all may, nothing is changed.
-    """
-    lines = content[:LOOKED_AT].splitlines()
-    rows = [line for line in lines[: len(lines) - (len(content) > LOOKED_AT)] if _ROW.match(line)]
-    if len(rows) < 2 or not all(b"," in row and b";" in row and b'"' not in row for row in rows):
+def _in_utf_8(content: bytes) -> bytes:
+    """Text of Windows (cp1252), as its head shows, in UTF-8: a degree sign of a spreadsheet changes no number."""
+    lines = content[:LOOKED_AT].splitlines(keepends=True)
+    spoken = b"".join(line for line in lines if line.endswith(b"\n") and not line.isascii())
+    if not spoken or any(ROW.match(line) for line in spoken.splitlines()):
         return content
-    cells = [re.split(rb"[,;]", row.strip().rstrip(b";")) for row in rows]
-    if len({len(row) for row in cells}) > 1 or all(
-        _DECIMAL.fullmatch(cell) for row in rows for cell in row.split(b";") if b"," in cell
-    ):
-        return content
-    return re.sub(rb";[ \t]*(?=[\r\n]|$)", b"", content).replace(b";", b",")
+    try:
+        spoken.decode()
+    except UnicodeDecodeError:
+        if min(spoken) >= _LEAST_OF_TEXT and b"\0" not in content:
+            return content.decode("cp1252", "replace").encode()
+    return content
 
 
 def _as_wide_as_its_header(content: bytes) -> bytes:
@@ -130,7 +122,7 @@ def _as_wide_as_its_header(content: bytes) -> bytes:
     if len(widths) != 1 or len(rows) < 2 or beyond < 1 or b'"' in content[:LOOKED_AT]:
         return content
     empty = re.compile(rb"(?:%b *){%d}(?=[\r\n]|\Z)" % (re.escape(delimiter), beyond))
-    if delimiter not in header or _ROW.match(header) or not all(empty.search(row) for row in rows):
+    if delimiter not in header or ROW.match(header) or not all(empty.search(row) for row in rows):
         return content
     start = content.index(header) + len(header)
     return content[:start] + empty.sub(b"", content[start:])
@@ -165,15 +157,7 @@ def csv_table(path: Path, content: bytes, columns: Sequence[Column], reading: Re
         As `read_csv`.
     """
     body = below_header(path, content, columns, reading.skip_lines)
-    return read_rows(replace(_with_decimal_points(body), incomplete=reading.incomplete), columns)
-
-
-def _with_decimal_points(body: Body) -> Body:
-    """The rows with points for decimal commas: between semicolons or tabs, with no point in the first row."""
-    first = body.content[:4096].lstrip().split(b"\n", 1)[0].split(b"\r", 1)[0]
-    if body.delimiter not in (";", "\t") or b"." in first or not _DECIMAL_COMMA.search(first):
-        return body
-    return replace(body, content=body.content.replace(b",", b"."))
+    return read_rows(replace(with_decimal_points(body), incomplete=reading.incomplete), columns)
 
 
 def below_header(path: Path, content: bytes, columns: Sequence[Column], skip_lines: int = 0) -> Body:
@@ -222,14 +206,14 @@ def _with_units(
         return names, header.end, header.number
     cells = start.cells(header.delimiter() or ",") if len(start.text) < LONGEST_LINE else []
     at = [
-        (c, cells[find_column(path, names, c)].strip(" ()[]"))
+        (c, unit_of_cell(cells[find_column(path, names, c)]))
         for c in columns
         if not c.label and len(cells) == len(names)
     ]
     if not at or any(not cell or is_number(cell) for _, cell in at) or not any(_is_unit(c, cell) for c, cell in at):
         return names, header.end, header.number
     shown = [
-        f"{n} [{u}]" if (u := c.strip(" ()[]")) and not split_unit(n)[1] else n
+        f"{n} [{u}]" if (u := unit_of_cell(c)) and not split_unit(n)[1] else n
         for n, c in zip(names, cells, strict=True)
     ]
     return shown, header.end + start.end, header.number + start.number
@@ -238,7 +222,8 @@ def _with_units(
 def _is_unit(column: Column, text: str) -> bool:
     """Whether ``text`` is a unit that the column's channel may have."""
     dimension = CHANNELS.get(column.channel)  # None: a column that no channel has been given yet
-    for one in CHANNELS.values() if dimension is None else (dimension, INCREMENTS.get(dimension, dimension)):
+    any_of = (d for d in CHANNELS.values() if d not in ("number", "label"))
+    for one in any_of if dimension is None else (dimension, INCREMENTS.get(dimension, dimension)):
         try:
             scale_to_si(text, one, "unit")
         except InputError:
@@ -294,16 +279,21 @@ def read_text(path: Path, columns: Sequence[Column], reading: Reading = WHOLE) -
     while header.text.lstrip().startswith(COMMENTS):
         comment, header = header, _next(path, lines)
     first = header
-    if not any(map(is_number, header.cells(header.delimiter()))):
+    if not any(is_number(number_in(cell)) for cell in header.cells(header.delimiter())):
         first = _next(path, lines)
     elif comment is not None:
         header = _commented(comment, first)
     delimiter = first.delimiter()
     names = header.cells(header.delimiter())
-    if header is first or all(isinstance(column.key, int) for column in columns):
+    by_index = all(isinstance(column.key, int) for column in columns)
+    if header is not first and header.delimiter() is not None:
+        names, end, _ = _with_units(path, content, header, names, columns)
+        if end > first.start:
+            first = _next(path, lines)
+    if header is first or by_index:
         names = [str(i) for i in range(len(first.cells(delimiter)))]  # the words of a header may be any
     body = Body(path, content[first.start :], first.number, delimiter, names, reading.incomplete)
-    return read_rows(body, columns)
+    return read_rows(with_decimal_points(body), columns)
 
 
 def lines_of(path: Path, content: bytes, word: str) -> bytes:
