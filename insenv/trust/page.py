@@ -62,10 +62,16 @@ def figure(found: Trust) -> Figure:
             low, high = (np.array([100 * rate.interval[side] for rate in rates]) for side in (0, 1))
             bars = np.maximum([share - low, high - share], 0.0)
             ax.errorbar(
-                [shift * s.size for s in sizes], share, yerr=bars, fmt="o-", ms=5, lw=1.2, capsize=3, color=color
+                [shift * s.size for s in sizes],
+                share,
+                yerr=bars,
+                fmt="o-",
+                ms=5,
+                lw=1.2,
+                capsize=3,
+                color=color,
+                label=word,
             )
-            if rates:
-                ax.annotate(word, (shift * sizes[-1].size, share[-1]), (8, 0), textcoords="offset points", color=color)
         ax.axhline(100 * PROMISED, color=draw.FITTED, lw=1.0, ls=":")
         ax.set_xscale("log", base=2)
         ax.set_xticks([s.size for s in sizes], [f"{s.size:g}" for s in sizes])
@@ -74,7 +80,8 @@ def figure(found: Trust) -> Figure:
         ax.set_ylim(0.0, 104.0)
         ax.set_xlabel("size [smallest detectable amplitudes]")
         ax.set_ylabel("copies [%]")
-        ax.legend(loc="lower right")
+        if sizes:
+            ax.legend(loc="lower right")
         ax.grid(True, color=draw.GRID, lw=0.5)
         ax.set_axisbelow(True)
     return picture

@@ -50,7 +50,7 @@ STAMPS = "".join(
     f"22.11.2026 13:45:{int(t):02d},{round(t % 1 * 1000):03d}\t{with_commas(f'{r:.4f}')}\n"
     for t, r in zip(T, RATE, strict=True)
 )
-READ = {
+READ: dict[str, str | bytes] = {
     "decimal commas": "Time (s);Gyro (deg/s)\n" + with_commas(rows(T, RATE, sep=";")),
     "with exponents": '"Time (s)";"Gyro (deg/s)"\n' + with_commas(rows(T, RATE, sep=";", form="{:.9E}")),
     "in quotation marks": '"Time (s)","Gyro (deg/s)"\n'

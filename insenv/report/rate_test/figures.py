@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from insenv.core.rate_test import LineFit, RateTest, StaticResult
+from insenv.core.recording import Floats
 from insenv.core.series.allan import FLICKER, QUANTIZATION, WALK, WHITE
 from insenv.core.units import DEG, DEG_PER_HOUR, HOUR, PPM
 from insenv.report import drawing as draw
@@ -115,13 +116,17 @@ def against_time(test: RateTest) -> Figure:
     t = static.t / (HOUR if hours else 60.0)
     look: dict[str, Any] = {"color": draw.AFTER, "lw": 1.0}
     after_gap = np.append(False, np.diff(t) > 1.5 * np.median(np.diff(t))) if len(t) > 1 else np.zeros(len(t), bool)
-    ax.plot(*(np.insert(v, np.flatnonzero(after_gap), np.nan) for v in (t, static.series / DEG_PER_HOUR)), **look)
+
+    def parted(values: Floats) -> Floats:  # no line goes across a gap
+        return np.insert(values, np.flatnonzero(after_gap), np.nan)
+
+    ax.plot(parted(t), parted(static.series / DEG_PER_HOUR), **look)
     ax.set_xlabel(f"time since the power-up [{'h' if hours else 'min'}]")
     mean = f", means over {span(float(np.median(np.diff(static.t))))}" if len(static.t) > 1 else ""
     ax.set_ylabel(f"output at rest{mean} [deg/h]")
     ax.grid(True, color=draw.GRID, lw=0.5, zorder=0)
     if len(static.temperature) and np.ptp(static.temperature) > 0.01:
         other = ax.twinx()
-        other.plot(t, static.temperature - 273.15, color=draw.BEFORE, lw=0.9)
+        other.plot(parted(t), parted(static.temperature - 273.15), color=draw.BEFORE, lw=0.9)
         other.set_ylabel("temperature [degC]", color=draw.BEFORE)
     return figure
