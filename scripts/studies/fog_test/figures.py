@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import PercentFormatter
 from studies.fog_test.campaigns import (
     LONG,
     NAMES,
@@ -31,6 +32,7 @@ from studies.result_page import Section, table
 from insenv.core.rate_test import StaticResult
 from insenv.core.recording import Floats
 from insenv.core.units import ARCSEC, DEG, DEG_PER_SQRT_HOUR, PPM
+from insenv.trust.rates import Rate
 
 _BLUE, _ORANGE, _GREY = "#0072B2", "#E69F00", "#666666"
 _COLOURS = {"b215": _BLUE, "kvh13": _ORANGE}
@@ -206,7 +208,7 @@ def policy_section(faulty: int, clean: int, disturbed: int) -> Section:
         + f" Its K is off by {min(hurt.values()):.1f} ppm rms at best and by {max(hurt.values()):.1f} with: "
         f"{max(hurt, key=lambda label: hurt[label])}. Where the fault is a lock of 0.0345 deg/s half width, pulling in "
         f"moves the mean of a second off Adler's law by {_pull_in():.2%} of that at most.",
-        {"fog_test_policies": _policy_picture(rows)},
+        {"fog_test_policies": policy_picture(rows, faulty)},
     )
 
 
@@ -244,16 +246,21 @@ def _policy_rows(rows: Sequence[Row], label: str = "policy") -> tuple[str, ...]:
     return table(head, cells)
 
 
-def _policy_picture(rows: Sequence[Row]) -> Figure:
+def policy_picture(rows: Sequence[Row], runs: int) -> Figure:
+    """Faults found, of so many runs, with exact 95 % intervals, against the time of the test."""
     drawn, (ax,) = _panels(1)
     for row in rows:
         colour = _ORANGE if row.policy == "published_ladder" else _BLUE
-        ax.plot(row.time, row.found, "o", ms=8, color=colour)
+        bars = np.abs(np.array(Rate(round(row.found * runs), runs).interval) - row.found)
+        ax.errorbar(row.time, row.found, yerr=bars[:, None], fmt="o", ms=7, capsize=3, color=colour)
         (across, up), side = _BESIDE.get(row.policy, ((10, 0), "left"))
         ax.annotate(
             row.policy, (row.time, row.found), xytext=(across, up), textcoords="offset points", ha=side, va="center"
         )
     ax.set(xlabel="median time of the test [s]", ylabel="share of the faults found", ylim=(-0.1, 1.2), xlim=(0, 4500))
+    ax.set_yticks(np.linspace(0, 1, 6))
+    ax.yaxis.set_major_formatter(PercentFormatter(1.0))
+    ax.set_title("bars: exact 95 % intervals")
     return drawn
 
 
