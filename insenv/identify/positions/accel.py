@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,8 +93,13 @@ class Magnitudes:
         residual, slopes = self.errors(terms, theta)
         if self.noise is None:
             return residual[:, None], slopes[:, None, :]
-        both = np.asarray(np.linalg.solve(self.noise, np.column_stack([residual, slopes])), np.float64)
+        both = self._whitening @ np.column_stack([residual, slopes])
         return both[:, :1], both[:, None, 1:]
+
+    @cached_property
+    def _whitening(self) -> Floats:
+        """L^-1, shape (n, n): a search asks for it hundreds of times."""
+        return np.asarray(np.linalg.inv(self.root), np.float64)
 
     def errors(self, terms: Sequence[TriadTerm], theta: Floats) -> tuple[Floats, Floats]:
         """Residuals, shape (n,), and their derivatives, shape (n, p)."""
@@ -109,8 +115,8 @@ class Magnitudes:
         return residual, slopes
 
     def plain(self, residual: Floats) -> Floats:
-        """The residuals before they were whitened, shape (n, 1)."""
-        return self.root @ residual
+        """The residuals before they were whitened, shape (n, 1), or (n, 1, k)."""
+        return residual if self.noise is None else np.tensordot(self.noise, residual, axes=1)
 
 
 def directions(measured: Floats, around: Surroundings, terms: Sequence[TriadTerm], theta: Floats) -> Floats:

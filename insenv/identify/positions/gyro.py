@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -97,8 +98,13 @@ class Rotations:
         errors, slopes = self.errors(terms, theta)
         m, p = len(errors), len(theta)
         flat = np.concatenate([errors[:, :, None], slopes], axis=2).reshape(2 * m, 1 + p)
-        both = np.linalg.solve(self.root, flat).reshape(m, 2, 1 + p)
+        both = (self._whitening @ flat).reshape(m, 2, 1 + p)
         return both[:, :, 0], both[:, :, 1:]
+
+    @cached_property
+    def _whitening(self) -> Floats:
+        """L^-1, shape (2 m, 2 m)."""
+        return np.asarray(np.linalg.inv(self.root), np.float64)
 
     def errors(self, terms: Sequence[TriadTerm], theta: Floats) -> tuple[Floats, Floats]:
         """Errors across the vertical at the end, shape (m, 2), and their derivatives, shape (m, 2, p)."""
@@ -119,9 +125,9 @@ class Rotations:
         return errors, slopes
 
     def plain(self, residual: Floats) -> Floats:
-        """The errors as rotation vectors in the axes at the end, shape (m, 3) [rad], before they were whitened."""
-        flat = (self.root @ residual.reshape(-1)).reshape(-1, 2)
-        return np.einsum("mij,mi->mj", self.level, flat)
+        """The errors before they were whitened, rotation vectors in the axes at the end, (m, 3) or (m, 3, k) [rad]."""
+        flat = np.tensordot(self.root, residual.reshape(-1, *residual.shape[2:]), axes=1).reshape(residual.shape)
+        return np.einsum("mij,mi...->mj...", self.level, flat)
 
 
 def _moved(phi: Floats, attitude: Floats, start: Floats, end: Floats) -> Floats:

@@ -75,8 +75,8 @@ class KnownAttitudes(Magnitudes):
         return residual, np.einsum("nji,pni->njp", frame, slopes) / weight[:, None]
 
     def plain(self, residual: Floats) -> Floats:
-        """The residuals before they were whitened, shape (n, 3)."""
-        return residual * np.array([1.0, self.across, self.across])
+        """The residuals before they were whitened, shape (n, 3), or (n, 3, k)."""
+        return np.einsum("nj...,j->nj...", residual, np.array([1.0, self.across, self.across]))
 
     def _frame(self) -> Floats:
         """Rows along ``up`` and across it, shape (n, 3, 3)."""

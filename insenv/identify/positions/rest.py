@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,12 +87,17 @@ class RestMeans:
         """Whitened residuals, shape (n, 1), and their derivatives, shape (n, 1, p)."""
         design = self.design(terms)
         columns = np.column_stack([self.y - design @ theta, -design])
-        both = np.asarray(np.linalg.solve(self.root, columns), np.float64)
+        both = self._whitening @ columns
         return both[:, :1], both[:, None, 1:]
 
+    @cached_property
+    def _whitening(self) -> Floats:
+        """L^-1, shape (n, n)."""
+        return np.asarray(np.linalg.inv(self.root), np.float64)
+
     def plain(self, residual: Floats) -> Floats:
-        """The residuals before they were whitened, shape (n, 1)."""
-        return self.root @ residual
+        """The residuals before they were whitened, shape (n, 1), or (n, 1, k)."""
+        return np.tensordot(self.root, residual, axes=1)
 
 
 def with_walk(

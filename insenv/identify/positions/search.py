@@ -26,7 +26,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import qr
-from scipy.special import chdtrc
+from scipy.special import chdtrc, fdtrc, fdtri
 
 from insenv.core.recording import Floats
 from insenv.core.series.tails import log_tail_of_f, log_tail_of_t
@@ -52,6 +52,10 @@ LEAST_FREEDOM = 2
 AT_ONCE = 3
 #: Probability among instruments of a size below which an effect is no explanation of what a usual one explains.
 UNUSUAL = 0.05
+#: Probability, among all units, of one so far off by chance below which it is left out, and the largest share of them.
+OUTLIER, MOST_OUTLIERS = 1e-4, 0.1
+#: Probability of a scatter of held-out units below which their noise is taken to be larger.
+SCATTERED = 0.01
 #: Freedom of a variance that is known.
 KNOWN = 10**6
 #: Below this freedom the variance of Student's t says nothing any more.
@@ -97,7 +101,7 @@ class Problem(Protocol):
         """L of the noise's covariance s^2 L L', shape (m d, m d)."""
 
     def plain(self, residual: Floats) -> Floats:
-        """Residuals before they were whitened, shape (m, d)."""
+        """Residuals before they were whitened, shape (m, d), or of k sets at once (m, d, k)."""
 
 
 def in_turn(problem: Problem) -> bool:
@@ -218,8 +222,8 @@ def _normal(problem: Problem, residual: Floats, slopes: Floats, theta: Floats, s
     return np.vstack([rows, prior]), np.concatenate([residual[fitted].ravel(), prior @ theta])
 
 
-def held_out_errors(problem: Problem, *fits: Fit) -> tuple[float, ...]:
-    """Of each fit, the root mean square of the lengths of the residuals of the held-out units.
+def held_out_errors(problem: Problem, *fits: Fit, units: NDArray[np.bool_] | None = None) -> tuple[float, ...]:
+    """Of each fit, the root mean square of the lengths of the residuals of the held-out units, or of some ``units``.
 
     Where each is held out in its turn, of those that every one of the fits foretells without it.
     """
@@ -227,7 +231,7 @@ def held_out_errors(problem: Problem, *fits: Fit) -> tuple[float, ...]:
         each = [left_out(problem.root, fit.residual, fit.slopes, fit.inverse, problem.fitted) for fit in fits]
         known = problem.fitted & np.all([np.isfinite(left).all(axis=1) for left in each], axis=0)
     else:
-        each, known = [problem.plain(fit.residual) for fit in fits], problem.held_out
+        each, known = [problem.plain(fit.residual) for fit in fits], problem.held_out if units is None else units
     return tuple(float(np.sqrt(np.mean(np.sum(left[known] ** 2, axis=1)))) if known.any() else np.nan for left in each)
 
 
@@ -248,8 +252,8 @@ def noise_floor(problem: Problem, fit: Fit) -> float:
         each = left_out(problem.root, spread.reshape(m, d, -1), fit.slopes, fit.inverse, problem.fitted)
         known = problem.fitted & np.isfinite(each).all(axis=(1, 2))
         return float(np.sqrt(fit.variance * np.sum(each[known] ** 2) / max(int(known.sum()), 1)))
-    power = [np.sum(problem.plain(column.reshape(m, d))[problem.held_out] ** 2) for column in spread.T]
-    return float(np.sqrt(fit.variance * sum(power) / max(int(problem.held_out.sum()), 1)))
+    power = np.sum(problem.plain(spread.reshape(m, d, -1))[problem.held_out] ** 2)
+    return float(np.sqrt(fit.variance * power / max(int(problem.held_out.sum()), 1)))
 
 
 @dataclass(frozen=True)
@@ -280,19 +284,76 @@ def evidence(problem: Problem, small: Fit, large: Fit, variance: float | None = 
 
 
 def _held_out_deviate(problem: Problem, small: Fit, large: Fit, noise: float) -> tuple[float, float]:
-    """The normal deviate of the held-out units, and its information."""
-    held = problem.held_out
+    """The normal deviate of the held-out units, and its information.
+
+    A few units that neither fit explains, knocks and polluted readings, point somewhere all the same, and are left
+    out. Where more of them scatter than the fit foretells, they are judged with the least noise that makes it credible.
+    """
+    held = _explained(problem, small, large, noise)
+    ratio, count = held_out_scatter(problem, large, held, noise)
+    noise *= max(1.0, ratio / float(fdtri(count, max(large.freedom, 1), 1 - SCATTERED)))
     r = small.residual[held].ravel()
     phi = r - large.residual[held].ravel()
-    slopes = small.slopes[held].reshape(len(r), -1)
-    covariance = np.eye(len(r)) + slopes @ small.told @ slopes.T
-    whitened = np.linalg.solve(covariance, phi) / noise
+    whitened = _Foretold.of(small, held).whiten(phi) / noise
     information = float(phi @ whitened)
     if not information > 1e-12:
         return 0.0, 0.0
     z = float(r @ whitened) / np.sqrt(information) / problem.spread
     log_p = log_tail_of_t(abs(z), large.freedom)
     return float(np.copysign(-_ndtri_exp(log_p), z)), information
+
+
+def _explained(problem: Problem, small: Fit, large: Fit, noise: float) -> NDArray[np.bool_]:
+    """Held-out units, shape (m,), without those that are alone in that neither fit explains them (F, Bonferroni)."""
+    held = problem.held_out
+    if in_turn(problem) or not held.any() or not noise > 0:
+        return held
+    sizes = [
+        np.sum((fit.residual[held].ravel() ** 2 / _Foretold.of(fit, held).variances).reshape(held.sum(), -1), axis=1)
+        for fit in (small, large)
+    ]
+    tails = fdtrc(problem.rank, max(large.freedom, 1), np.minimum(*sizes) / problem.rank / noise)
+    odd = tails * held.sum() < OUTLIER
+    if odd.sum() > MOST_OUTLIERS * held.sum():
+        return held
+    explained = held.copy()
+    explained[held] = ~odd
+    return explained
+
+
+def held_out_scatter(problem: Problem, fit: Fit, units: NDArray[np.bool_], variance: float) -> tuple[float, int]:
+    """Mean square of what held-out units are off by, in what the fit and a noise of ``variance`` foretell; of how many.
+
+    ~ F(count, freedom of the variance) if the fit is all there is.
+    """
+    r = fit.residual[units].ravel()
+    count = max(problem.rank * int(units.sum()), 1)
+    return float(r @ _Foretold.of(fit, units).whiten(r)) / count / variance, count
+
+
+@dataclass(frozen=True)
+class _Foretold:
+    """Covariance V = I + J C J' of what a fit foretells of units, by ``half`` = J C^(1/2), shape (n, p)."""
+
+    half: Floats
+
+    @classmethod
+    def of(cls, fit: Fit, units: NDArray[np.bool_]) -> _Foretold:
+        slopes = fit.slopes[units]
+        size = np.sqrt(np.maximum(np.diag(fit.told), 1e-300))
+        powers, vectors = np.linalg.eigh(fit.told / np.outer(size, size))
+        flat = slopes.reshape(slopes.shape[0] * slopes.shape[1], len(size))
+        return cls((flat * size) @ (vectors * np.sqrt(np.maximum(powers, 0.0))))
+
+    @property
+    def variances(self) -> Floats:
+        """The diagonal of V, shape (n,)."""
+        return np.asarray(1 + np.sum(self.half**2, axis=1), float)
+
+    def whiten(self, values: Floats) -> Floats:
+        """V^-1 ``values`` by the matrix inversion lemma, shape (n,)."""
+        inner = np.eye(self.half.shape[1]) + self.half.T @ self.half
+        return np.asarray(values - self.half @ np.linalg.solve(inner, self.half.T @ values), float)
 
 
 def _ndtri_exp(log_p: float) -> float:
@@ -391,7 +452,7 @@ def search(  # noqa: PLR0913 -- of three callers each names what it has
 
 def _no_worse(problem: Problem, before: Fit, now: Fit) -> bool:
     """Whether what was added, and has outlived the rest, leaves no larger held-out error than the declared model."""
-    errors = held_out_errors(problem, before, now)
+    errors = held_out_errors(problem, before, now, units=_explained(problem, before, now, now.variance))
     return bool(errors[1] <= errors[0])
 
 
@@ -525,7 +586,7 @@ def _sets(left: Sequence[Any], at_once: int) -> Iterator[tuple[Any, ...]]:
 
 def _refusal(problem: Problem, now: Fit, fit: Fit, terms: tuple[Any, ...], p: float, alpha: float) -> str:
     """Why the effects are not added; empty if they are."""
-    errors = held_out_errors(problem, now, fit)
+    errors = held_out_errors(problem, now, fit, units=_explained(problem, now, fit, fit.variance))
     if not np.isfinite(errors).all():
         return UNFORETOLD
     worse = f"held-out error {errors[1] / errors[0]:.3g} times as large" if errors[1] > errors[0] else ""

@@ -40,6 +40,8 @@ from insenv.identify.positions.rests import Rest, Rests, find_rests, means, midd
 from insenv.identify.positions.search import (
     INCREDIBLE,
     LEAST_FREEDOM,
+    MOST_OUTLIERS,
+    OUTLIER,
     UNFORETOLD,
     Doubt,
     Fit,
@@ -48,6 +50,7 @@ from insenv.identify.positions.search import (
     as_told,
     evidence,
     held_out_errors,
+    held_out_scatter,
     in_turn,
     search,
     solve,
@@ -66,8 +69,6 @@ WALK = RateRandomWalk.id
 CALIBRATION = (AccelBias.id, AccelScaleFactor.id, NonOrthogonality.id)
 #: May be declared of the rotations, and is not tried: non-orthogonality and misalignment are its parts.
 WHOLE = CrossAxis.id
-#: Probability of an outlier among all fitted rests by which one is left out, and the largest share of them.
-OUTLIER, MOST_OUTLIERS = 1e-4, 0.1
 #: Error of the magnitude of gravity that no unit at rest has, beside all that was found [m/s^2].
 NO_REST = 0.5
 #: Least freedom of a fit that is asked for outliers.
@@ -582,15 +583,10 @@ def _structure(
         return (f"rests miss gravity by {error:.2g} m/s^2 ({share:.0%}): the unit moved, or an axis reads no force",)
     if in_turn(problem):
         return ()  # all are fitted, and each is foretold by all others
-    held = problem.held_out
-    r = fit.residual[held].ravel()
-    slopes = fit.slopes[held].reshape(len(r), -1)
-    covariance = np.eye(len(r)) + slopes @ fit.told @ slopes.T
-    count = problem.rank * int(held.sum())
     freedom = fit.freedom if freedom is None else freedom
     if freedom < 1 or not fit.variance > 0:
         return ()
-    ratio = float(r @ np.linalg.solve(covariance, r)) / count / fit.variance
+    ratio, count = held_out_scatter(problem, fit, problem.held_out, fit.variance)
     p = float(fdtrc(count, freedom, ratio))
     if p >= alpha:
         return ()

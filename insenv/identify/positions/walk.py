@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
 
 from insenv.core.recording import Floats
 
@@ -91,7 +92,8 @@ def restricted_likelihood(y: Floats, design: Floats, covariance: Floats) -> floa
 def likelihood_and_scale(y: Floats, design: Floats, covariance: Floats) -> tuple[float, float]:
     """`restricted_likelihood`, and the scale s^2 that it takes."""
     root = np.linalg.cholesky(covariance)
-    x, z = np.linalg.solve(root, design), np.linalg.solve(root, y)
+    white = solve_triangular(root, np.column_stack([design, y]), lower=True, check_finite=False)
+    x, z = white[:, :-1], white[:, -1]
     q, r = np.linalg.qr(x / np.linalg.norm(design, axis=0))
     left = z - q @ (q.T @ z)
     freedom, square = len(y) - design.shape[1], max(float(left @ left), 1e-300)
