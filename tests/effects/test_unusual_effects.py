@@ -22,8 +22,8 @@ from insenv.effects.tilt import BaseSettling
 from insenv.effects.wobble import Wobble
 from insenv.identify.positions.accel import Magnitudes
 from insenv.identify.positions.bent import bent
+from insenv.identify.positions.least_squares import solve
 from insenv.identify.positions.model import Surroundings, triad_term
-from insenv.identify.positions.search import solve
 
 STUDY = Path(__file__).resolve().parents[2] / "scripts" / "studies" / "unknown"
 

@@ -16,7 +16,7 @@ from scipy.special import fdtrc
 
 from insenv.core.recording import Floats
 from insenv.identify.positions.accel import Magnitudes
-from insenv.identify.positions.search import Fit
+from insenv.identify.positions.least_squares import Fit
 
 #: What a bent response follows.
 CURVES: dict[str, Callable[[Floats], Floats]] = {"square": np.square, "magnitude": np.abs, "cube": lambda u: u**3}

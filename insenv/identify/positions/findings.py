@@ -35,13 +35,15 @@ from insenv.identify.findings import (
 from insenv.identify.fit.uncertainty import NOISE_UNITS
 from insenv.identify.positions.accel import Magnitudes
 from insenv.identify.positions.angles import apart
+from insenv.identify.positions.evidence import held_out_error, held_out_errors, noise_floor
 from insenv.identify.positions.factor import BROKEN, factor_of
 from insenv.identify.positions.gyro import Rotations
 from insenv.identify.positions.known import KnownAttitudes
+from insenv.identify.positions.least_squares import Fit
 from insenv.identify.positions.model import AXES, Linear, Surroundings, TriadTerm, named
 from insenv.identify.positions.offered import Fitted, fits, offered_models, rows_of
 from insenv.identify.positions.rest import RestMeans
-from insenv.identify.positions.search import Fit, Step, held_out_error, held_out_errors, noise_floor
+from insenv.identify.positions.search import Step
 from insenv.identify.positions.trace import Part, Positions
 
 _HELD = "The parameters that are declared of this axis hold, in these attitudes, what there may be of"

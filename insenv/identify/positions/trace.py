@@ -31,29 +31,23 @@ from insenv.identify.findings import NotTestable
 from insenv.identify.positions.accel import Magnitudes, directions, gravities, uncertain_directions
 from insenv.identify.positions.accel import with_walk as with_bias_walk
 from insenv.identify.positions.bent import bent
+from insenv.identify.positions.evidence import MOST_OUTLIERS, OUTLIER, evidence, held_out_errors, held_out_scatter
 from insenv.identify.positions.factor import common_factor, factor_of, other_axes
 from insenv.identify.positions.gyro import Rotations, rotations, with_noise
 from insenv.identify.positions.known import KnownAttitudes, as_level_as_read, noise_of_means, stated_up
+from insenv.identify.positions.least_squares import Fit, in_turn, solve
 from insenv.identify.positions.model import AXES, Surroundings, TriadTerm, triad_term
 from insenv.identify.positions.rest import RestMeans, RestTerm, with_walk
 from insenv.identify.positions.rests import Rest, Rests, find_rests, means, middle_times
 from insenv.identify.positions.search import (
     INCREDIBLE,
     LEAST_FREEDOM,
-    MOST_OUTLIERS,
-    OUTLIER,
     UNFORETOLD,
     Doubt,
-    Fit,
     Outcome,
     Step,
     as_told,
-    evidence,
-    held_out_errors,
-    held_out_scatter,
-    in_turn,
     search,
-    solve,
 )
 from insenv.identify.positions.walk import ALLOWED
 

@@ -42,10 +42,11 @@ from insenv.effects.catalogue import by_key
 from insenv.identify.findings import TargetFindings
 from insenv.identify.positions.accel import Magnitudes, uncertain_directions
 from insenv.identify.positions.findings import position_findings
+from insenv.identify.positions.least_squares import Fit
 from insenv.identify.positions.leave_out import left_out
 from insenv.identify.positions.model import Linear, Surroundings, triad_term
 from insenv.identify.positions.rests import find_rests
-from insenv.identify.positions.search import Fit, Outcome
+from insenv.identify.positions.search import Outcome
 from insenv.identify.positions.trace import Positions, _uncertain, trace_positions
 from insenv.identify.positions.turn import turned
 from insenv.report.html import to_html

@@ -30,10 +30,11 @@ from insenv.identify.findings import (
 )
 from insenv.identify.fit.uncertainty import NOISE_UNITS
 from insenv.identify.positions.angles import apart
+from insenv.identify.positions.least_squares import Fit
 from insenv.identify.positions.on_axes.offered import offered, unit_switchable
 from insenv.identify.positions.on_axes.problem import UnitTerm
 from insenv.identify.positions.on_axes.trace import UnitFound
-from insenv.identify.positions.search import Fit, Step
+from insenv.identify.positions.search import Step
 
 
 def unit_findings(

@@ -20,8 +20,8 @@ from insenv.core.estimate import Limits
 from insenv.core.recording import Floats, Recording
 from insenv.core.unit.gimbals import Gimbals, turn_time
 from insenv.identify.findings import NextExperiment, Pair
+from insenv.identify.positions.least_squares import Fit
 from insenv.identify.positions.on_axes.problem import Cells, OnAxes, UnitTerm
-from insenv.identify.positions.search import Fit
 from insenv.information.positions import Angles, twenty_four
 from insenv.information.unit.calibration import BLOCK, Blocks, UnitModel
 from insenv.information.unit.sequence import Planner, Visit

@@ -11,9 +11,9 @@ import numpy as np
 
 from insenv.core.unit.motion import UNIT
 from insenv.identify.findings import Switch, SwitchableUnit
+from insenv.identify.positions.least_squares import solve
 from insenv.identify.positions.on_axes.problem import UnitTerm
 from insenv.identify.positions.on_axes.trace import UnitFound
-from insenv.identify.positions.search import solve
 
 #: Most refused effects of the gyros, of the accelerometers and of the table, the likeliest ones.
 MOST_REFUSED = 4

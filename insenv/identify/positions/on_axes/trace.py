@@ -25,6 +25,7 @@ from insenv.effects.catalogue import by_key
 from insenv.effects.noise import AngleRandomWalk
 from insenv.identify.findings import NextExperiment
 from insenv.identify.positions.accel import site_gravity
+from insenv.identify.positions.least_squares import Fit
 from insenv.identify.positions.on_axes.next import limits_of, next_runs, plans
 from insenv.identify.positions.on_axes.problem import Cells, OnAxes, UnitTerm, as_noisy_as_read, foretold
 from insenv.identify.positions.on_axes.terms import (
@@ -36,7 +37,7 @@ from insenv.identify.positions.on_axes.terms import (
     excess,
     whole_sheet,
 )
-from insenv.identify.positions.search import Fit, Outcome, as_told, search
+from insenv.identify.positions.search import Outcome, as_told, search
 from insenv.information.positions import QUARTER
 from insenv.information.unit.calibration import Blocks, UnitModel, gathered, joined, nothing
 
