@@ -40,6 +40,7 @@ from insenv.identify.prepare.vibration import (
     as_lines,
     averaged,
     doublings,
+    is_folded,
     stands_out,
     unnamed,
     unresolved,
@@ -213,6 +214,7 @@ def _averaged(track: Track, times: int) -> Track:
         last_physical=(),
         rivalries=(),
         finer=problem.bins.width,
+        folded=tuple(refusal.hit.term.shape[0] for refusal in _gone(track, width)),
     )
 
 
@@ -311,7 +313,9 @@ def _searched(track: Track, generic: bool, seed: int, progress: Progress) -> Tra
     # What is exact at the size found has a remainder there, as the effect near zero sees it.
     centred = {t.effect.key for t in track.added if t.effect.near(np.zeros(len(t.effect.params))) != t.effect}
     tried = tuple(c for c in track.candidates if c.generic == generic and c.effect.key not in centred)
-    return replace(track, hits=tuple(search(track.problem, track.fit, tried, seed, track.family, track.tones)))
+    hits = search(track.problem, track.fit, tried, seed, track.family, track.tones)
+    width = track.problem.bins.width
+    return replace(track, hits=tuple(hit for hit in hits if not is_folded(hit.term, track.folded, width)))
 
 
 def _grow(tracks: list[Track], alpha: float, progress: Progress) -> tuple[list[Track], bool]:

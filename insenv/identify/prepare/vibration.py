@@ -39,6 +39,8 @@ HUMP, FEWEST, LONGEST = 1e-3, 80, 5.0
 PARTS, AWAY = 5, 3.0
 #: Frequency in bins up to which they resolve a line.
 RESOLVED = 0.45
+#: Share of its frequency by which a line moves whose phase does not hold.
+MOVES = 0.02
 #: Share of the samples' variance from which a line that longer means leave out is told.
 LEAST_SHARE = 0.01
 #: Share of the data that whole means must leave.
@@ -95,6 +97,18 @@ def averaged(problem: Problem, times: int) -> Problem:
 def unresolved(term: Term, width: float) -> bool:
     """Whether a term is a line that means over ``width`` do not resolve."""
     return term.effect.line and term.shape[0] * width > RESOLVED
+
+
+def is_folded(term: Term, frequencies: tuple[float, ...], width: float) -> bool:
+    """Whether a line of means over ``width`` is what they make of a faster one that is not subtracted.
+
+    Means taken every ``width`` cannot tell f from |f - k / width|; a line whose phase does not hold, a motor's, moves
+    by some of its frequency.
+    """
+    if not term.effect.line:
+        return False
+    found = term.shape[0]
+    return any(abs(abs(f - round(f * width) / width) - found) < MOVES * f for f in frequencies)
 
 
 def unnamed(problem: Problem, lines: tuple[Line, ...], known: tuple[float, ...]) -> tuple[Line, ...]:

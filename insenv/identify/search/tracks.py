@@ -70,6 +70,7 @@ class Track:
     ``level`` is the horizontal Earth rate that is due, where it is declared and can be checked. ``instead`` are the
     noise terms that would explain as well what was added, where the noise is held to what was declared. ``finer`` is
     the length of means that held vibration, and were merged (`insenv.identify.prepare.vibration`) [s]; else 0.
+    ``folded`` are frequencies that these held and that do not keep their phase: longer means see them folded [Hz].
     ``one_mounting`` says that no run was mounted otherwise than the others.
     """
 
@@ -87,6 +88,7 @@ class Track:
     level: Level | None = None
     instead: tuple[str, ...] = ()
     finer: float = 0.0
+    folded: tuple[float, ...] = ()
     one_mounting: bool = True
 
     @property

@@ -19,7 +19,7 @@ from insenv.identify.findings import TargetFindings
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Term
 from insenv.identify.prepare.problems import prepare
-from insenv.identify.prepare.vibration import affordable, averaged, doublings
+from insenv.identify.prepare.vibration import affordable, averaged, doublings, is_folded
 
 RATE, DURATION = 100.0, 150.0
 WHITE = 1e-3
@@ -181,3 +181,14 @@ def test_means_are_merged_no_further_than_the_model_can_be_fitted() -> None:
     assert sum(b.n for b in problem.fitted) == 89
     assert affordable(problem, model, 2) == 2
     assert affordable(problem, model, 8) == 3  # of 89 means 11 are left, and 5 once more
+
+
+def test_a_line_of_longer_means_is_not_what_they_make_of_a_motor() -> None:
+    """Means over 7.84 ms see 114.2 Hz, whose phase does not hold, at 13.4 Hz, as samples of such a wave do."""
+    width, motor = 7.836e-3, 114.2
+    wave = np.sin(2 * np.pi * motor * width * np.arange(400))
+    peak = np.abs(np.fft.rfft(wave * np.hanning(400))).argmax() / 400 / width
+    assert is_folded(Term(by_key("tone"), (float(peak),)), (motor,), width)
+    assert not is_folded(Term(by_key("tone"), (float(peak) + 0.03 * motor,)), (motor,), width)
+    assert not is_folded(Term(by_key("tone"), (float(peak),)), (), width)
+    assert not is_folded(Term(by_key("bias_step"), (float(peak),)), (motor,), width)
