@@ -79,7 +79,7 @@ def _turned(kept: Kept, law: str, strength: float, rng: np.random.Generator) -> 
     name = "table_angle" if "table_angle" in kept.channels else "table_rate"
     target, rows = _follower(kept, name)
     each = TURNED[law]
-    if each.needs and not _heated(rows):
+    if not set(each.needs) <= set(kept.channels) or ("temperature" in each.needs and not _heated(rows)):
         return None
     terms = [r.u_of_reference[:, None] if law != "scale_factor" else np.zeros((len(r.e.t), 0)) for r in rows]
     usual = [_usual(r.u_of_reference, r.e.dt) for r in rows]
@@ -88,7 +88,7 @@ def _turned(kept: Kept, law: str, strength: float, rng: np.random.Generator) -> 
     shape = rng.uniform(size=3)
     top = (
         1.0
-        if law in ABSOLUTE or each.needs or (each.low >= 1e-6 and law not in ("dead_band", "lock_in"))
+        if law in ABSOLUTE or "temperature" in each.needs or (each.low >= 1e-6 and law not in ("dead_band", "lock_in"))
         else exposures[0].top
     )
     found = _sized(each, exposures, scale, strength, shape, top)

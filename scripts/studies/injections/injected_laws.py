@@ -197,6 +197,8 @@ def _itself(e: Exposure, size: float, shape: Floats) -> float:
     return size
 
 
+#: What goes with the angle is asked where the angle was logged: from a rate alone nobody knows where a turn begins.
+ANGLE = ("table_angle",)
 #: Of a gyro beside a table. Sizes are shares, rad/s, rad or s; what is relative to the fastest rate says so.
 TURNED: Mapping[str, Law] = {
     "scale_factor": Law(_added(lambda e, s: e.u), 0.3, ("scale_factor",), value=("c", _itself)),
@@ -229,11 +231,11 @@ TURNED: Mapping[str, Law] = {
     "dead_band": Law(_dead_band, 0.5, ("dead_band",), 1e-4, fast=True),
     "lock_in": Law(_lock_in, 0.5, ("lock_in", "rate_lock"), 1e-4, fast=True),
     "scale_factor_hysteresis": Law(_added(_hysteresis), 0.1, ("scale_factor_hysteresis",)),
-    "encoder_backlash": Law(_backlash, 0.1, ("encoder_backlash",), 1e-5, fast=True),
-    "encoder_harmonic": Law(_harmonic(1), 0.1, ("encoder_harmonic",), 1e-6, value=("c", _itself)),
-    "encoder_harmonic:2": Law(_harmonic(2), 0.05, ("encoder_harmonic",), 1e-6, value=("c", _itself)),
-    "angle_locked_rate": Law(_added(_waves(1)), 0.1, ("angle_locked_rate",), value=("c", _itself)),
-    "angle_locked_rate:2": Law(_added(_waves(2)), 0.1, ("angle_locked_rate",), value=("c", _itself)),
+    "encoder_backlash": Law(_backlash, 0.1, ("encoder_backlash",), 1e-5, fast=True, needs=ANGLE),
+    "encoder_harmonic": Law(_harmonic(1), 0.1, ("encoder_harmonic",), 1e-6, value=("c", _itself), needs=ANGLE),
+    "encoder_harmonic:2": Law(_harmonic(2), 0.05, ("encoder_harmonic",), 1e-6, value=("c", _itself), needs=ANGLE),
+    "angle_locked_rate": Law(_added(_waves(1)), 0.1, ("angle_locked_rate",), value=("c", _itself), needs=ANGLE),
+    "angle_locked_rate:2": Law(_added(_waves(2)), 0.1, ("angle_locked_rate",), value=("c", _itself), needs=ANGLE),
     "saturation": Law(_clipped, 0.5, ("saturation",), 0.02, fast=True),
     "bias_temperature": Law(
         _added(lambda e, s: _warmth(e)), 0.01, ("bias_temperature",), value=("c", _itself), needs=("temperature",)
