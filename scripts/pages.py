@@ -31,6 +31,7 @@ WRITERS = {
     "blind_bench": "studies/blind_bench/page.py",
     "bounds": "bounds_judged.py",
     "fog_test": "reproduce_fog_test.py",
+    "injected": "studies/injections/injected_page.py",
     "leaderboard": "leaderboard.py",
     "measured": "close_loop_on_measured_data.py",
     "north_finder": "reproduce_north_finder.py",

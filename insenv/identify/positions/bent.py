@@ -3,20 +3,23 @@ r"""Whether an accelerometer's response is bent: a square, a magnitude or a cube
     rho_k = sum_i c_i u_ki h(u_ki),     h(u) = u^2, |u|, u^3,     u = f / |f|
 
 is what a bent response of axis i leaves in the magnitude of rest k. No effect of several positions has these curves.
-They are tested beside the fit (Fisher's F on three coefficients, as many looks as there are curves), not fitted: the
-verdict then says that something is left, and what it follows. Source: IEEE Std 1293-2018, model equation: K2 and K3.
+They are tested, not fitted, beside all that rests tell of a triad, added or not (Fisher's F on three coefficients, as
+many looks as there are curves): axes that are not square, which few tilted attitudes show, hide a bend and look like
+one. The verdict then says that something is left, and what it follows. Source: IEEE Std 1293-2018, model equation: K2
+and K3.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from scipy.special import fdtrc
 
 from insenv.core.recording import Floats
 from insenv.identify.positions.accel import Magnitudes
-from insenv.identify.positions.least_squares import Fit
+from insenv.identify.positions.least_squares import Fit, normal, solve
 
 #: What a bent response follows.
 CURVES: dict[str, Callable[[Floats], Floats]] = {"square": np.square, "magnitude": np.abs, "cube": lambda u: u**3}
@@ -24,23 +27,36 @@ CURVES: dict[str, Callable[[Floats], Floats]] = {"square": np.square, "magnitude
 LEAST_FREEDOM = 4
 
 
-def bent(problem: Magnitudes, fit: Fit, alpha: float) -> tuple[str, ...]:
-    """A reason why what is left is not noise, with the likeliest curve; empty where there is none."""
-    used = problem.fitted
-    unit = problem.measured / np.linalg.norm(problem.measured, axis=1)[:, None]
-    r, slopes = fit.residual[used][:, 0], fit.slopes[used][:, 0, :]
-    if fit.residual.shape[1] != 1 or fit.freedom < 3 + LEAST_FREEDOM:
+def bent(problem: Magnitudes, fit: Fit, alpha: float, tried: Sequence[Any] = ()) -> tuple[str, ...]:
+    """A reason why what is left is not noise, with the likeliest curve; empty where there is none.
+
+    ``tried`` are terms that rests tell and that the fit may lack.
+    """
+    there = {term.effect.key for term in fit.terms}
+    lacking = [term for term in tried if term.effect.key not in there]
+    found = _by_curve(problem, solve(problem, [*fit.terms, *lacking]) if lacking else fit)
+    if not found:
         return ()
-    found = []
-    for name, curve in CURVES.items():
-        columns = np.linalg.solve(problem.root, unit * curve(unit))[used]
-        found.append((_p_value(r, slopes, columns), name))
     p, name = min(found)
-    p *= len(CURVES)
+    p *= len(found)
     if p >= alpha:
         return ()
     told = "cube" if name == "cube" else "square or the magnitude"  # which of these two, few rests tell
     return (f"rests miss gravity by what follows the {told} of the specific force: a bent response (p = {p:.1g})",)
+
+
+def _by_curve(problem: Magnitudes, fit: Fit) -> list[tuple[float, str]]:
+    """Of each curve beside a fit the p-value of what it explains; none where too little freedom is left."""
+    used = problem.fitted
+    unit = problem.measured / np.linalg.norm(problem.measured, axis=1)[:, None]
+    if fit.residual.shape[1] != 1 or fit.freedom < 3 + LEAST_FREEDOM:
+        return []
+    # Without its prior a gravity that nobody stated explains all: no force at all has none.
+    slopes, r = normal(problem, fit.residual, fit.slopes, fit.theta, fit.variance)
+    beyond = np.zeros((len(r) - int(used.sum()), 3))
+    bends = {name: np.linalg.solve(problem.root, unit * curve(unit))[used] for name, curve in CURVES.items()}
+    columns = {name: np.vstack([bend, beyond]) for name, bend in bends.items()}
+    return [(_p_value(r, slopes, each), name) for name, each in columns.items()]
 
 
 def _p_value(r: Floats, slopes: Floats, columns: Floats) -> float:

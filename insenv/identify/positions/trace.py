@@ -243,7 +243,10 @@ def _accelerometers(
     freedom = int(problem.fitted.sum()) - sum(t.size for t in [*terms, *more]) if found.in_parts else None
     reasons = (*_structure(problem, outcome.after, alpha, "rests", freedom), *_unconfirmed(outcome, alpha))
     if not isinstance(problem, KnownAttitudes):
-        curved = () if found.in_parts else bent(problem, outcome.after, alpha)  # parts are no attitudes
+        steady = [term for term in more if term.effect.id not in SLOW]
+        # Parts are no attitudes, and of a unit that moved no rest tells a bend.
+        untold = found.in_parts or held_out_errors(problem, outcome.after)[0] > NO_REST
+        curved = () if untold else bent(problem, outcome.after, alpha, steady)
         reasons = (*reasons, *curved, *_too_few(problem, outcome, recordings, rests))
     return Part(problem, outcome, reasons, parted), left_out, known
 

@@ -218,7 +218,7 @@ def _alike(
     for name, law in laws.items():
         if (
             name == own
-            or (law.needs and any(e.kelvin is None for e in exposures))
+            or ("temperature" in law.needs and any(e.kelvin is None for e in exposures))
             or set(law.names) & set(laws[own].names)
         ):
             continue

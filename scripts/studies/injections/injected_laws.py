@@ -117,6 +117,13 @@ def _bandwidth(e: Exposure, size: float, shape: Floats) -> Pair:
     return lagged(e.y, e.dt, size), e.reference
 
 
+def _delay(e: Exposure, size: float, shape: Floats) -> float:
+    """By how much slow motion is late behind a lag of rows: of a time constant within a row it is less than that."""
+    del shape
+    rest = float(np.exp(-e.dt / size))
+    return e.dt * rest / (1.0 - rest)
+
+
 def _hold(e: Exposure, size: float, shape: Floats) -> Pair:
     rows = max(round(size / e.dt), 2)
     at = (np.arange(e.y.size) + int(shape[0] * rows)) // rows * rows - int(shape[0] * rows)
@@ -226,7 +233,7 @@ TURNED: Mapping[str, Law] = {
     ),
     "scale_factor_warm_up": Law(_added(lambda e, s: e.u * _decay(e, s)), 0.2, ("scale_factor_warm_up",)),
     "timing_skew": Law(_skew, 0.3, LATE, 1e-4, fast=True, value=("c", _itself)),
-    "output_bandwidth": Law(_bandwidth, 0.3, LATE, 1e-3, fast=True, value=("c", _itself)),
+    "output_bandwidth": Law(_bandwidth, 0.3, LATE, 1e-3, fast=True, value=("c", _delay)),
     "sample_hold": Law(_hold, 0.4, ("sample_hold",), 1e-2, fast=True, value=("hold", _itself)),
     "dead_band": Law(_dead_band, 0.5, ("dead_band",), 1e-4, fast=True),
     "lock_in": Law(_lock_in, 0.5, ("lock_in", "rate_lock"), 1e-4, fast=True),

@@ -14,6 +14,7 @@ from typing import Any
 from inject import counted, judged
 from injected_cases import STRENGTH
 from injected_words import Word
+from pages import written
 from scipy.stats import beta
 
 FOLDER = Path(__file__).resolve().parents[3] / "docs" / "results"
@@ -35,25 +36,33 @@ HEAD = """\
 
 Real recordings of other people ([the measured library](reality.md)), with their encoders, clocks and noise, into
 which one effect of known size was put with NumPy alone: files and manifest are written anew with nothing else
-altered, in the file's own units and rounding, and `insenv close-loop` is run on them. Made with
-`scripts/studies/injections`:
+altered, in the file's own units and rounding, and the loop is closed on them. Made with
+`scripts/studies/injections`, FOLDER being where `measured/library.py` lays the library out:
 
-    python inject.py take developed FOLDER STORE LABEL && python inject.py draw FOLDER STORE --cases 60
+    python inject.py take closed FOLDER STORE LABEL && python inject.py draw FOLDER STORE --cases 50
     python inject.py close STORE LABEL && python inject.py judge STORE LABEL
 
 * **Recordings**: drawn by owner with a seed, before any was looked at (`sides.toml`): owners to develop on, and
-  owners who were kept closed and opened once. Of those, the first in the drawn order that are laid out, hold at most
-  30 000 rows, follow their reference (correlation above 0.9) where they have one, and are answered untouched.
+  owners who were kept closed until the end and run once. Of those, the first in the drawn order that hold at most
+  30 000 rows, follow their reference (correlation above 0.9, gain between 0.5 and 2) where they have one, can show
+  an effect, and are answered untouched.
 * **Size**: {low:g} to {high:g} standard deviations, of an own generalised least-squares fit of the effect beside the
-  declared terms, against what the recording's own residual means show (`injected_sizes.py`). An effect that would have
-  to be larger than is credible for that is not put in.
-* **Judged** beside what the same engine says of the untouched recording: what was named there is not false.
-  **right** names what was put in, nothing else that is new, and its coefficient within three standard deviations or a
-  quarter; another name is as right where it leaves less than 3 of the effect's size. **honest** has it among the
-  rivals, or says now that something is left; **silent** says what it said before, under a verdict that held a doubt
-  already; **missed** sees nothing, under one that holds none; **wrong value** and **wrong name** are stated, or flagged
-  by a verdict that holds a doubt; **refused** gives no answer.
-* Intervals: exact, 95 %. Right and honest count as good.
+  declared terms, against what the recording's own residual means show (`injected_sizes.py`; of units in attitudes
+  against the scatter of rests or of turns). What would have to be larger than is credible for that is not put in. The
+  size counts all rows, of which a search fits 60 % and pays for all that it tries: 5 of it is little.
+* **Judged** beside what the same engine says of the untouched recording, the control of each case: what is named
+  or called for there is not false. **right** names what was put in, nothing else that is new, and its coefficient
+  within three standard deviations or a quarter; another name is as right where it leaves less than 3 of the effect's
+  size. **honest** has it among the rivals, speaks of it, or says now that something is left; **silent** says what it
+  said before, under a verdict that held a doubt already; **missed** sees nothing, under one that holds none; **wrong
+  value** and **wrong name** are stated, or flagged by a verdict that holds a doubt; **refused** gives no answer.
+* Intervals: exact, 95 %. Right and honest count as good; silent does not.
+
+What it taught, and what was mended: a bend of an accelerometer was never seen where nobody stated gravity, nor beside
+axes that are not square; an axis at rest that drifts for certain had another one named with it in every second box
+of six. What it taught and is left: a cubic beside a late, short reference is called a compensation ripple; a
+centripetal term on a steady circle a hysteresis; dead bands and lock-in about standstill are not seen beside a
+reference that comes late.
 """
 
 
@@ -66,7 +75,7 @@ def main() -> None:
     sets = [(name, list(judged(Path(store), label))) for name, store, label in given.set]
     lines = [HEAD.format(low=STRENGTH[0], high=STRENGTH[1]), f"Engine of the last set: commit `{given.commit}`.", ""]
     lines += [*_words(sets), "", *_kinds(sets), "", *_laws(*sets[-1]), "", *_cases(*sets[-1])]
-    (given.out / "injected.md").write_text("\n".join(lines).rstrip() + "\n", encoding="utf-8")
+    written(given.out / "injected.md", "\n".join(lines).rstrip() + "\n")
 
 
 Rows = Sequence[tuple[str, Mapping[str, Any], Word]]

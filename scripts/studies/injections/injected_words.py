@@ -106,7 +106,7 @@ def _judged(
     own = [n for n in named(now) if n.target == target]
     false = list(dict.fromkeys(_false(truth, was, now, right)))
     old = {n.effect for n in named(was) if n.target == target}
-    hit = [n for n in own if n.effect in right and (n.effect not in old or truth["parameter"])]
+    hit = [n for n in own if n.effect in right and (n.effect not in old or truth["parameter"] or _moved(n, was))]
     beside = [n for n in own if right & set(n.rivals)]
     told = _said_of(truth, was, now)
     if false:
@@ -185,6 +185,16 @@ def _off(truth: Mapping[str, Any], was: Mapping[str, Any], now: Mapping[str, Any
     if miss <= max(FAR * own, SHARE * true):
         return ""
     return f"{truth['parameter']} = {value:.4g} +- {sd:.2g} against {start:.4g} before, put in {truth['value']:.4g}"
+
+
+def _moved(n: Named, was: Mapping[str, Any]) -> bool:
+    """Whether a coefficient of what was named before is another now."""
+    for before in (m for m in named(was) if (m.target, m.effect) == (n.target, n.effect)):
+        for name, (value, sd) in n.parameters.items():
+            old, old_sd = before.parameters.get(name, (value, sd))
+            if abs(value - old) > FAR * (sd**2 + old_sd**2) ** 0.5 and abs(value - old) > SHARE * abs(old):
+                return True
+    return False
 
 
 def _cancels(truth: Mapping[str, Any], was: Mapping[str, Any], now: Mapping[str, Any]) -> bool:
