@@ -832,6 +832,14 @@ def test_rows_may_end_in_more_commas_than_there_are_headings(tmp_path: Path) -> 
     assert [c.heading for c in listing(full).columns] == ["", "", ""]  # the last comma may go, a number may not
 
 
+def test_an_array_that_numpy_printed_is_a_table(tmp_path: Path) -> None:
+    values = np.random.default_rng(1).standard_normal((40, 3))
+    text = np.array2string(values, threshold=1000).splitlines()
+    found = listing(written(tmp_path / "printed.txt", [*text[:20], "", *text[20:]]))
+    assert found.rows == 40 and len(found.columns) == 3
+    assert np.allclose(np.column_stack([c.values for c in found.columns]), values, atol=1e-6)
+
+
 def test_accelerations_without_gravity_are_no_wrong_range(tmp_path: Path) -> None:
     noise = 0.3 * np.random.default_rng(1).standard_normal((3, 600))
     for name, said in (("Linear Acceleration", "taken gravity out"), ("Acceleration", "is the range set right?")):

@@ -30,6 +30,8 @@ _UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 HEAD_BYTES, LONGEST = 8_000_000, 1_000_000
 #: Lines at the head of a file among which the header is looked for by its names.
 HEAD = 60
+#: A row of an array as NumPy prints it.
+_PRINTED = re.compile(rb"[ \t]*\[[-+.\deE\[ \t]+\][\] \t]*")
 #: A line longer than this is none of units.
 LONGEST_LINE = 10_000
 #: Bytes below are none of text.
@@ -90,7 +92,7 @@ def text_of(path: Path, most: int = -1) -> bytes:
     with path.open("rb") as file:
         content = file.read(most)
     if not content.startswith(_UTF_16):
-        return _as_wide_as_its_header(of_one_delimiter(_in_utf_8(content)))
+        return _as_wide_as_its_header(of_one_delimiter(_without_brackets(_in_utf_8(content))))
     try:
         content = codecs.getincrementaldecoder("utf-16")().decode(content, final=most < 0).encode()
         return _as_wide_as_its_header(of_one_delimiter(content))
@@ -110,6 +112,14 @@ def _in_utf_8(content: bytes) -> bytes:
         if min(spoken) >= _LEAST_OF_TEXT and b"\0" not in content:
             return content.decode("cp1252", "replace").encode()
     return content
+
+
+def _without_brackets(content: bytes) -> bytes:
+    """Rows of an array as NumPy prints it (``[[0. 1.]``) without its brackets; other text as it is."""
+    lines = [line for line in content[:LOOKED_AT].splitlines()[:-1] if line.strip()]
+    if not content.lstrip().startswith(b"[") or not lines or not all(map(_PRINTED.fullmatch, lines)):
+        return content
+    return content.translate(bytes.maketrans(b"[]", b"  "))
 
 
 def _as_wide_as_its_header(content: bytes) -> bytes:
