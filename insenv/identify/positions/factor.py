@@ -65,17 +65,21 @@ def common_factor(problem: Rotations) -> float:
 def other_axes(problem: Rotations) -> str:
     """With which signs and order of the gyros' axes the rotations come out `BETTER` times as well, in words.
 
+    By the median turn or by all of them: of a table that turns about one axis at a time few turns show a reversed one.
     Empty where none does; of those that do nearly as well as the best, the one that changes the least.
     """
     ways = sorted(
         ((order, signs) for order in permutations(range(3)) for signs in product((1, -1), repeat=3)),
         key=lambda way: sum(k != i or sign < 0 for i, (k, sign) in enumerate(zip(*way, strict=True))),
     )
-    left = np.array(
-        [_left(problem, np.array(signs)[:, None] * np.eye(3)[list(order)] / problem.gain) for order, signs in ways]
+    each = np.array(
+        [_lefts(problem, np.array(signs)[:, None] * np.eye(3)[list(order)] / problem.gain) for order, signs in ways]
     )
-    best = int(np.argmax(left < NEARLY * left.min()))
-    if left[best] * BETTER > left[0]:
+    for left in each.T:
+        best = int(np.argmax(left < NEARLY * left.min()))
+        if left[best] * BETTER <= left[0]:
+            break
+    else:
         return ""
     axes = ", ".join(("-" if sign < 0 else "") + "xyz"[k] for k, sign in zip(*ways[best], strict=True))
     return (
@@ -86,6 +90,12 @@ def other_axes(problem: Rotations) -> str:
 
 def _left(problem: Rotations, matrix: Floats) -> float:
     """Median error of the rotations with rates that ``matrix`` has changed [rad]."""
+    return _lefts(problem, matrix)[0]
+
+
+def _lefts(problem: Rotations, matrix: Floats) -> tuple[float, float]:
+    """Median and root mean square of the errors of the rotations with rates that ``matrix`` has changed [rad]."""
     changed = replace(problem, turns=tuple(replace(t, rates=t.rates @ matrix.T) for t in problem.turns))
     errors, _ = changed.errors((), np.zeros(0))
-    return float(np.sqrt(np.median(np.sum(errors**2, axis=1))))
+    squares = np.sum(errors**2, axis=1)
+    return float(np.sqrt(np.median(squares))), float(np.sqrt(np.mean(squares)))
