@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.recording import GAP, Floats, Recording
-from insenv.core.series.rounding import EPSILONS
+from insenv.core.series.rounding import EPSILONS, counter_step
 from insenv.core.series.stretches import stretches
 
 Indices = NDArray[np.int64]
@@ -64,6 +64,8 @@ EVEN = 2.0
 ALIKE, WITHIN = 0.6, 0.15
 #: Share of the jumps of a held value that are hardly larger than the smallest, up to which it is no coarse encoder's.
 SMALLEST = 0.5
+#: Counts from row to row by which most bends are less where they are those of an encoder.
+FEW_COUNTS = 2.5
 #: Share of the corners of straight lines that one row or two have, and of all rows that are beside corners at most.
 SHARP, MOST_BENT = 0.75, 0.7
 
@@ -215,6 +217,12 @@ def _coarse(jumps: Floats) -> bool:
     return bool(np.mean(jumps < 1.5 * jumps.min()) > SMALLEST)
 
 
+def _counts(x: Floats, values: Floats, bends: Floats) -> bool:
+    """Whether bends are those of an encoder's counts, which go up and down by one or two at a steady rate."""
+    few = float(np.median(bends)) * float(np.median(np.diff(x))) < FEW_COUNTS * counter_step(values)
+    return few or _coarse(bends)
+
+
 def _corners(x: Floats, values: Floats) -> tuple[Indices, Floats, Floats, bool]:
     """Rows at which straight lines meet, where over ``x`` and how high they do, and whether they are exactly straight.
 
@@ -233,7 +241,7 @@ def _corners(x: Floats, values: Floats) -> tuple[Indices, Floats, Floats, bool]:
     if np.mean(bent) <= MOST_BENT:
         bent &= bend > LIKE_INSIDE * percentile_filter(bend, INSIDE, AROUND)
     groups = stretches(bent)
-    if not groups or _coarse(bend[bent]) or np.mean([b - a <= 2 for a, b in groups]) < SHARP:
+    if not groups or _counts(x, values, bend[bent]) or np.mean([b - a <= 2 for a, b in groups]) < SHARP:
         return np.empty(0, np.int64), np.empty(0), np.empty(0), False
     moved = np.abs(slope[1:]) > CLEAR * step
     clear = np.median([(bend[a:b] - CLEAR * step[a:b]).max() for a, b in groups]) > 0

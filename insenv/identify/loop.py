@@ -593,7 +593,8 @@ def _tried(track: Track, hit: Hit, proposal: _Proposal, names: tuple[str, ...], 
         of_box, together = bool(proposal.looks), bool(joined) and not proposal.looks
         against: Refusal | None = Refusal(hit, reason, not joined, of_box=of_box, fails_together=together)
     else:
-        unclear = "" if joined else unsized(problem, fit, hit.term, held_out=hit.held_out) or _no_step(track, fit, hit)
+        unclear = "" if joined else unsized(problem, fit, hit.term, held_out=hit.held_out, looks=hit.looks)
+        unclear = unclear or ("" if joined else _no_step(track, fit, hit))
         against = Refusal(hit, unclear, unsized=True) if unclear else None
     if against is not None:
         return replace(track, refusals=(*track.refusals, against)), False

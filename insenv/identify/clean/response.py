@@ -43,6 +43,8 @@ JUMP = 0.05
 AS_GOOD = 0.9
 #: Share of the fitted rows below which the longest stretch without a gap is one of many pieces.
 SHREDDED = 0.1
+#: Scatter of the rate in a stretch, as a share of that of all fitted rows, below which it lacks the motion.
+LIVELY = 0.1
 #: Fewest rows that tell a gain, longest lag [s], and rows of a run that are looked at.
 FEWEST, LONGEST, MOST_ROWS = 64, 0.5, 40_000
 #: Longest lag of two clocks that were never set by each other [s], the correlation, squared, from which on the reading
@@ -178,9 +180,19 @@ def stretches(
     whole = [stretch(one, run, span) for run, (one, span) in enumerate(zip(exposures, spans, strict=True))]
     few = not any(whole)
     for run, (exposure, fit) in enumerate(zip(exposures, rows, strict=False)):
-        if few or spans[run].stop - spans[run].start < SHREDDED * int(fit.sum()):
+        shredded = spans[run].stop - spans[run].start < SHREDDED * int(fit.sum())
+        if few or shredded or _all_but_steady(exposure, whole[run], fit):
             whole[run] = in_pieces(exposure, run, fit) or whole[run]
     return [one for one in whole if one]
+
+
+def _all_but_steady(exposure: Exposure, one: Stretch | None, rows: NDArray[np.bool_]) -> bool:
+    """Whether the table goes at one rate in a stretch and at others in the rest: errors of that rate tell no gain."""
+    cells = exposure.cell_of_row[rows]
+    cells = cells[cells >= 0]
+    if one is None or not len(cells):
+        return False
+    return float(np.std(exposure.u[one.start : one.stop])) < LIVELY * float(np.std(exposure.u[cells]))
 
 
 def responding(

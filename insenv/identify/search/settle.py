@@ -37,7 +37,11 @@ def sized(track: Track) -> Track:
         added = tuple(step.hit.term for step in track.steps)
         alone = (step for step in track.steps if not step.together)  # of the others each target tells a part
         weak = next(
-            ((s, why) for s in alone if (why := unsized(track.problem, track.fit, s.hit.term, added, s.hit.held_out))),
+            (
+                (s, why)
+                for s in alone
+                if (why := unsized(track.problem, track.fit, s.hit.term, added, s.hit.held_out, s.hit.looks))
+            ),
             None,
         )
         if weak is None:
@@ -90,7 +94,9 @@ def _swapped(track: Track, step: Step, better: Hit, alpha: float) -> Track:
     model = tuple(better.term if t is step.hit.term else t for t in track.fit.model)
     fit = solve(track.problem, model, start=track.fit.noise.power)
     score = held_out_score(track.problem, fit)
-    if score.rms > track.score.rms or unsized(track.problem, fit, better.term, held_out=better.held_out):
+    if score.rms > track.score.rms or unsized(
+        track.problem, fit, better.term, held_out=better.held_out, looks=better.looks
+    ):
         return track
     steps = tuple(Step(better, s.before, score, better.p_value) if s is step else s for s in track.steps)
     return replace(track, fit=fit, score=score, steps=steps)

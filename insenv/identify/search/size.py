@@ -12,7 +12,8 @@ the temperature) is told beside a constant one, declared or not, for it would ha
 a command held-out data tell the size of an effect without a shape too, and z grows by their deviate: a table that goes
 up in the fitted rows and down in the others shows an asymmetry to both together. Nor is a curve of the rate beside a
 reference that is late (a lag, or a skew in the model) named, if it has two shapes and more and the data tell none: then
-it is any curve.
+it is any curve. Beside a reference that was measured, what follows its rate or angle must have a size that is no chance
+of as many curves as were tried: its deviation holds what errors of the reference do, the likelihood ratio does not.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from scipy.special import chdtrc, ndtri_exp
 from insenv.core.recording import Floats
 from insenv.effects.rate.scale import ScaleFactor, ScaleFactorDrift, ScaleFactorTemperature, ScaleFactorWarmUp
 from insenv.effects.timing import TimingSkew
+from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import Model, Problem, Term
 from insenv.identify.fit.uncertainty import coefficients_of, estimates
@@ -36,11 +38,16 @@ from insenv.identify.fit.uncertainty import coefficients_of, estimates
 LEAST, BESIDE_LAG = 2.5, 3.0
 #: Deviations from which on a shape is told, and how many shapes make any curve.
 TOLD, SEVERAL = 2.0, 2
+#: Chance of a size by noise alone, of all looks together, below which it is told beside a measured reference;
+#: deviations from which on it is, whatever their number.
+CHANCE, LARGEST_BY_CHANCE = 0.05, 6.0
 #: Gains that change.
 CHANGES = (ScaleFactorDrift.id, ScaleFactorWarmUp.id, ScaleFactorTemperature.id)
 
 
-def unsized(problem: Problem, fit: Fit, term: Term, inexact: Model = (), held_out: float = 0.0) -> str:
+def unsized(
+    problem: Problem, fit: Fit, term: Term, inexact: Model = (), held_out: float = 0.0, looks: float = 1.0
+) -> str:
     """Why the size of a ``term`` of the fit is not told; empty if it is.
 
     Parameters
@@ -52,6 +59,9 @@ def unsized(problem: Problem, fit: Fit, term: Term, inexact: Model = (), held_ou
         Terms whose shapes are right only nearly.
     held_out : float
         Deviate with which held-out data alone confirm the term.
+    looks : float
+        Curves that were tried, and odds against the effect: what its size is rare by, beside a reference that was
+        measured.
     """
     if term.effect.generic:
         return ""
@@ -70,9 +80,11 @@ def unsized(problem: Problem, fit: Fit, term: Term, inexact: Model = (), held_ou
     z = deviate(theta, cov)
     if problem.commanded and not (late or term.shape):
         z = math.hypot(z, max(held_out, 0.0))
-    if z < (BESIDE_LAG if late else LEAST):
+    if why := _too_small(problem, term, z, late, looks):
         where = " beside a constant gain" if constant else " beside a reference that is late" if late else ""
-        return f"its size is not told{where}: {_listed(theta, sd)}, {z:.2g} standard deviations from nothing"
+        return (
+            f"its size is not told{where}: {_listed(theta, sd)}, {z:.2g} standard deviations from nothing{why.rstrip()}"
+        )
     if late and (shapes := _shapes_untold(problem, fit, term)):
         return f"its shape is not told beside a reference that is late: {shapes}"
     own = fit.design.term == fit.model.index(term)
@@ -111,6 +123,23 @@ def deviate(theta: Floats, cov: Floats) -> float:
 def _curve_of_rate(term: Term) -> bool:
     effect = term.effect
     return effect.of_rate and effect.belongs == "instrument" and not effect.of_time
+
+
+def _follows_reference(problem: Problem, term: Term) -> bool:
+    """Whether a term is a curve of what was measured of a table, whose errors it follows as it does the motion."""
+    effect = term.effect
+    moves = effect.of_rate or "angle" in effect.needs
+    return problem.turns and not problem.commanded and moves and not effect.of_response
+
+
+def _too_small(problem: Problem, term: Term, z: float, late: bool, looks: float) -> str:
+    """How little a size is that is so many deviations from nothing, the end of a sentence; empty if it is told."""
+    if z < (BESIDE_LAG if late else LEAST):
+        return " "
+    by_chance = z < LARGEST_BY_CHANCE and log_tail(z) + math.log(2 * max(looks, 1.0)) >= math.log(CHANCE)
+    if by_chance and _follows_reference(problem, term):
+        return f", of {looks:.2g} curves that errors of the reference may follow"
+    return ""
 
 
 def _without_constant_gain(fit: Fit, term: Term) -> Term | None:
