@@ -64,8 +64,9 @@ EVEN = 2.0
 ALIKE, WITHIN = 0.6, 0.15
 #: Share of the jumps of a held value that are hardly larger than the smallest, up to which it is no coarse encoder's.
 SMALLEST = 0.5
-#: Counts from row to row by which most bends are less where they are those of an encoder.
-FEW_COUNTS = 2.5
+#: Share of the bends that are smaller than one count; counts from row to row by which most bends are less where they are
+#: those of an encoder.
+RARE, FEW_COUNTS = 0.05, 2.5
 #: Share of the corners of straight lines that one row or two have, and of all rows that are beside corners at most.
 SHARP, MOST_BENT = 0.75, 0.7
 
@@ -213,14 +214,15 @@ def _usual(at: Indices, t: Floats, longest: float, exact: bool = False) -> tuple
 
 
 def _coarse(jumps: Floats) -> bool:
-    """Whether jumps, or bends, are the steps of a coarse encoder: most of them the smallest that there is."""
+    """Whether jumps are the steps of a coarse encoder: most of them the smallest that there is."""
     return bool(np.mean(jumps < 1.5 * jumps.min()) > SMALLEST)
 
 
 def _counts(x: Floats, values: Floats, bends: Floats) -> bool:
     """Whether bends are those of an encoder's counts, which go up and down by one or two at a steady rate."""
     few = float(np.median(bends)) * float(np.median(np.diff(x))) < FEW_COUNTS * counter_step(values)
-    return few or _coarse(bends)
+    # Over a lost row a count bends by a part of one.
+    return few or bool(np.mean(bends < 1.5 * np.quantile(bends, RARE)) > SMALLEST)
 
 
 def _corners(x: Floats, values: Floats) -> tuple[Indices, Floats, Floats, bool]:

@@ -99,6 +99,15 @@ def test_what_was_read_at_every_row_is_left_alone(name: str) -> None:
     assert renewals(T, every_row_read()[name]) is None
 
 
+@pytest.mark.parametrize("counts", [1.82, 5.2])
+def test_the_counts_of_an_encoder_are_no_lines_where_rows_are_lost(counts: float) -> None:
+    rng = np.random.default_rng(5)
+    rows = np.arange(6000.0)
+    rows = rows[rng.random(6000) >= 0.01]
+    turned = np.floor(counts * np.abs((rows % 3000) - 1500) + 0.3)
+    assert renewals(ROW * rows, np.array([float(f"{x:.7g}") for x in 2 * np.pi / 2**13 * turned])) is None
+
+
 def test_a_command_holds_for_it_was_told_so() -> None:
     knots = np.arange(-1.0, 42.0, 0.05)
     values = hand(6)(knots[np.searchsorted(knots, T, side="right") - 1])

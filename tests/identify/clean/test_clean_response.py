@@ -155,3 +155,17 @@ def test_a_rate_over_some_rows_is_a_mean_though_it_has_no_noise_and_the_table_ju
     assert response.window == (pytest.approx(window, rel=0.2) if window > DT else 0.0)
     if window > DT:
         assert response.lag == pytest.approx(-0.01 - 0.5 * window, abs=5e-4)
+
+
+def test_where_a_table_goes_at_one_rate_its_encoder_tells_no_gain() -> None:
+    """A row is lost in every starting of a table that then goes evenly: the longest stretch had a gain of 0.14."""
+    rng = np.random.default_rng(2)
+    t = 0.04 * np.arange(5000.0)
+    t = t[(np.arange(5000) % 20 != 0) | (t > 20.0)]
+    rate: Floats = 3.49 * np.clip((t - 5.0) / 6.0, 0.0, 1.0)
+    encoder = rate * (1 + 0.02 * rng.standard_normal(len(t)))
+    gyro = rate + 5e-3 * rng.standard_normal(len(t))
+    channels = {"gyro": Channel(gyro, "rad/s"), "table_rate": Channel(encoder, "rad/s", source="encoder")}
+    steady = slice(int(np.searchsorted(t, 20.1)), 3000)
+    (found,) = responding((Recording(t, channels),), (steady,), "gyro", (), (t < 110.0,))
+    assert found.responses.get("gyro", Response()).gain == 1.0
