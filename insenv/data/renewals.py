@@ -64,8 +64,8 @@ EVEN = 2.0
 ALIKE, WITHIN = 0.6, 0.15
 #: Share of the jumps of a held value that are hardly larger than the smallest, up to which it is no coarse encoder's.
 SMALLEST = 0.5
-#: Share of the bends that are smaller than one count; counts from row to row by which most bends are less where they are
-#: those of an encoder.
+#: Share of the bends that are smaller than one count; counts from row to row by which most bends are less where they
+#: are those of an encoder.
 RARE, FEW_COUNTS = 0.05, 2.5
 #: Share of the corners of straight lines that one row or two have, and of all rows that are beside corners at most.
 SHARP, MOST_BENT = 0.75, 0.7

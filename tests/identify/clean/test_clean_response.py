@@ -162,7 +162,7 @@ def test_where_a_table_goes_at_one_rate_its_encoder_tells_no_gain() -> None:
     rng = np.random.default_rng(2)
     t = 0.04 * np.arange(5000.0)
     t = t[(np.arange(5000) % 20 != 0) | (t > 20.0)]
-    rate: Floats = 3.49 * np.clip((t - 5.0) / 6.0, 0.0, 1.0)
+    rate: Floats = 3.49 * np.clip((t - 5.0) / 6.0, 0.0, 1.0) * (1 + 0.01 * np.cos(20.9 * t))
     encoder = rate * (1 + 0.02 * rng.standard_normal(len(t)))
     gyro = rate + 5e-3 * rng.standard_normal(len(t))
     channels = {"gyro": Channel(gyro, "rad/s"), "table_rate": Channel(encoder, "rad/s", source="encoder")}
