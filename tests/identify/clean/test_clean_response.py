@@ -158,7 +158,7 @@ def test_a_rate_over_some_rows_is_a_mean_though_it_has_no_noise_and_the_table_ju
 
 
 def test_a_gain_is_told_by_what_moves_and_not_by_the_longest_stretch_at_one_rate() -> None:
-    """Rows are lost while a table starts, which then goes evenly to 1 %: there errors of a reading made a gain of 0.14."""
+    """Rows are lost while a table starts, which then goes evenly to 1 %: there errors of it made a gain of 0.14."""
     rng = np.random.default_rng(2)
     t = 0.04 * np.arange(5000.0)
     t = t[(np.arange(5000) % 20 != 0) | (t > 20.0)]
