@@ -12,8 +12,8 @@ the temperature) is told beside a constant one, declared or not, for it would ha
 a command held-out data tell the size of an effect without a shape too, and z grows by their deviate: a table that goes
 up in the fitted rows and down in the others shows an asymmetry to both together. Nor is a curve of the rate beside a
 reference that is late (a lag, or a skew in the model) named, if it has two shapes and more and the data tell none: then
-it is any curve. Beside a reference that was measured, what follows its rate or angle must have a size that is no chance
-of as many curves as were tried: its deviation holds what errors of the reference do, the likelihood ratio does not.
+it is any curve. Beside a reference that was measured, a curve of its rate must have a size that is no chance of as many
+curves as were tried: its deviation holds what errors of the reference do, the likelihood ratio does not.
 """
 
 from __future__ import annotations
@@ -126,10 +126,10 @@ def _curve_of_rate(term: Term) -> bool:
 
 
 def _follows_reference(problem: Problem, term: Term) -> bool:
-    """Whether a term is a curve of what was measured of a table, whose errors it follows as it does the motion."""
+    """Whether a term is a curve of a rate that was measured, whose errors it follows as it does the motion."""
     effect = term.effect
-    moves = effect.of_rate or "angle" in effect.needs
-    return problem.turns and not problem.commanded and moves and not effect.of_response
+    own = effect.of_rate and effect.belongs == "instrument" and not isinstance(effect, TimingSkew)
+    return own and problem.turns and not problem.commanded
 
 
 def _too_small(problem: Problem, term: Term, z: float, late: bool, looks: float) -> str:

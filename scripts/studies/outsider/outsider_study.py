@@ -1,7 +1,8 @@
 """An outsider's rate tables: how often insenv names what is not there, and misses what is.
 
     python scripts/studies/outsider/outsider_study.py STORE --family null --first 0 --count 100 [--minutes 9]
-    python scripts/studies/outsider/outsider_study.py STORE --table [--out docs/results/outsider.md]
+    python scripts/studies/outsider/outsider_study.py STORE --table --first 10000 --count 100 [--before STORE]
+        [--engine COMMIT] [--out docs/results/outsider.md]
 
 The generator beside this file imports nothing of insenv: physics on a fine grid, a chip, a data logger, a manifest as a
 user would write it. What the store holds is not run again. Judged as `scripts/studies/measured/judge.py` does: *right*
@@ -182,6 +183,50 @@ def tables(store: Path, first: int, count: int) -> list[str]:
     return lines
 
 
+HEAD = """# Rate tables of an outsider
+
+Recordings from a generator that imports nothing of insenv (`scripts/studies/outsider`, NumPy and SciPy): motion
+of a table on a fine grid, a chip, a data logger, and a manifest as a user would write it. Drawn at random are
+
+* the gyro: MEMS, fibre-optic, or ring laser with pulses; white noise, flicker, walk, rounding; a reading at
+  instants, a mean or an increment; the chip's low-pass;
+* the programme: staircases of both signs, sines, sweeps, constant rates, swings, ramps, reversals, turned by
+  hand; a servo with lag, a limit of acceleration, and the ripple of its motor;
+* the reference: an encoder of 12 to 20 bits, noisy, late, wrapped or not; its rate over some rows or through a
+  drive's filter; a command that jumps or ramps; two of them;
+* the clock: rows that wander, stamps that jitter or come late, rows that are lost; seconds, milliseconds,
+  rounded microseconds, Unix time;
+* tilt and the Earth's rate, a thermometer or none, what is declared, whether the maker's noise is stated.
+
+**Nulls** have nothing that is not declared; what was drawn beside it (a reference that is late, a filter, the
+ripple of a motor behind a command) may be named and need not. **Effects** have one cause of the catalogue,
+**unknown** ones a cause that no catalogue has, of a size of 8 to 30 standard deviations beside the declared
+model, by the noise of gyro and reference.
+
+Judged as `scripts/studies/measured/judge.py` does: *right* where what is named is there and nothing is missing;
+*honest* where it falls short and says so; *missed* where something is there, and nothing is said; *wrong,
+flagged* where a name is false under a verdict with a doubt; *wrong, stated* under one without. Intervals are
+exact, 95 %.
+"""
+
+
+def page(store: Path, first: int, count: int, before: Path | None, engine: str) -> str:
+    """The page of results of a range of seeds."""
+    lines = [HEAD, "## Figures", ""]
+    lines.append(f"Seeds {first} to {first + count - 1}, which no change of the engine has looked at; engine {engine}.")
+    lines += ["", *tables(store, first, count)]
+    if before is not None:
+        old = {k["seed"]: judged(k)[0] for k in listed(before, "null", first, count)}
+        new = {k["seed"]: judged(k)[0] for k in listed(store, "null", first, count) if k["seed"] in old}
+        false = [
+            sum(word.startswith("wrong") for word in (old[seed] for seed in new)),
+            sum(word.startswith("wrong") for word in new.values()),
+        ]
+        lines += ["", "The same nulls by the engine before these tables were made: something false is named in "]
+        lines[-1] += f"{share(false[0], len(new))}; by this one in {share(false[1], len(new))}."
+    return "\n".join(lines) + "\n"
+
+
 def show(kept: dict[str, Any]) -> str:
     """One case in some lines."""
     word, why = judged(kept)
@@ -208,6 +253,9 @@ def main() -> None:
     parser.add_argument("--minutes", type=float, default=9.0)
     parser.add_argument("--table", action="store_true", help="only the tables of what the store has")
     parser.add_argument("--faulty", action="store_true", help="show each case that is not right")
+    parser.add_argument("--before", type=Path, help="a store of the same seeds by an older engine")
+    parser.add_argument("--engine", default="of today", help="commit of the engine, for the page")
+    parser.add_argument("--out", type=Path, help="page to write")
     given = parser.parse_args()
     given.store.mkdir(parents=True, exist_ok=True)
     end = time.monotonic() + 60 * given.minutes
@@ -225,6 +273,8 @@ def main() -> None:
             if judged(kept)[0] not in ("right", "honest") or (family == "null" and kept["verdict"] not in SURE):
                 print(show(kept))
     print("\n".join(tables(given.store, given.first, given.count)))
+    if given.out is not None:
+        given.out.write_text(page(given.store, given.first, given.count, given.before, given.engine), encoding="utf-8")
 
 
 if __name__ == "__main__":
