@@ -509,7 +509,7 @@ def main() -> None:
     except InputError as error:
         _end(str(error), 2)
     except click.ClickException as error:
-        _end(error.format_message(), 2)
+        _end(" ".join(error.format_message().split()), 2)  # choices stand on lines of their own
     except (click.Abort, KeyboardInterrupt):
         _end("interrupted; nothing was written", 130)
 

@@ -33,8 +33,9 @@ _COLOURS = {"stated": "green", "answered": "green", "numbers": "green", "assumed
 def init(data: tuple[Path, ...], out: Path | None, answers: tuple[str, ...], columns: str | None, **how: bool) -> None:
     """Write the manifest of data files: what each column is, in which unit.
 
-    DATA is a CSV, text, npz, Parquet, MATLAB, Excel or R file; several are runs of one instrument. Headings and
-    numbers tell what they can; what would change a result and is not told is asked, or marked in the manifest.
+    DATA is a CSV, text, npz, Parquet, MATLAB, Excel or R file, or a ROS bag; several are runs of one instrument.
+    Headings and numbers tell what they can; what would change a result and is not told is asked, or marked in the
+    manifest.
     """
     from insenv.core.console.progress import check_folder
     from insenv.core.names import is_standard_output

@@ -159,3 +159,12 @@ def test_progress_tells_what_is_left(capsys: pytest.CaptureFixture[str], monkeyp
     say("25% of 8 parts")
     say("the search")
     assert capsys.readouterr().err.splitlines() == ["[ 10.0 s] 25% of 8 parts, 30 s left", "[ 10.0 s] the search"]
+
+
+def test_choices_that_stand_on_lines_of_their_own_are_one_sentence(insenv: Command) -> None:
+    ended = insenv("list")
+    assert (
+        ended.status == 2
+        and "Choose from: effects, scenarios" in ended.err
+        and "\N{REPLACEMENT CHARACTER}" not in ended.err
+    )

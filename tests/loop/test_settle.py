@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from made_findings import empty_covariates
+from made_story import NORTH, made
 
 from insenv import settle as settling
 from insenv.core.earth import EARTH_RATE
@@ -17,14 +18,12 @@ from insenv.core.errors import InputError
 from insenv.core.units import ARCSEC, DEG, DEG_PER_HOUR
 from insenv.effects.angle import AngleLockedRate, EarthRate
 from insenv.identify.findings import Added, NextExperiment
-from insenv.identify.story import Answer, Chapter, Story, Wanted
 from insenv.report import story as told
 from insenv.report.story_html import to_html
 from insenv.scenario import load
 from insenv.scenario.same import SameInstrument
 from insenv.settle import settle
 
-NORTH = "north_finder/undeclared"
 #: Where the eccentricity stands at 45 deg to the Earth rate.
 THERE = {"table.azimuth": "65 deg"}
 
@@ -198,26 +197,6 @@ def test_the_story_ends_when_it_should(found: Any, left: float, ending: str, goe
 
 
 # --- what is written
-
-
-NORTH_WANTED = Wanted("azimuth", "rad", 30 * ARCSEC, "north_gls")
-
-
-def made(wanted: Wanted | None = NORTH_WANTED) -> Story:
-    found = empty_covariates()
-
-    def chapter(verdict: str, error: float, elapsed: float) -> Chapter:
-        answer = Answer(error * ARCSEC, 31 * ARCSEC) if wanted else None
-        keys = ("encoder_harmonic:1", "angle_locked_rate:1") if elapsed > 300 else ()
-        steps = {"kind": "steps", "steps": [["10 s", "1 deg/s"]]}
-        return Chapter(
-            "turn <it>", keys, 12.0, steps, {"duration": "300 s"}, 300.0, elapsed, replace(found, verdict=verdict),
-            answer, None,
-        )  # fmt: skip
-
-    chapters = (chapter("confounded", 2522, 300.0), chapter("effects-found", -30, 600.0))
-    raw = Answer(2522 * ARCSEC, 31 * ARCSEC) if wanted else None
-    return Story(NORTH, "A <made> story", 11, 3000.0, wanted, raw, chapters, "settled")
 
 
 def test_the_json_is_by_its_contract() -> None:

@@ -6,7 +6,7 @@ import pickle
 import re
 import shutil
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -14,13 +14,16 @@ from typing import Any
 import numpy as np
 import pytest
 import rate_test_cases
+from click.testing import CliRunner
 from made_findings import EVERY, nothing_significant
+from made_story import made as made_story
 from on_axes_cases import found as unit_found
 from on_axes_cases import outputs as unit_outputs
 from on_axes_cases import recording as unit_recording
 from positions_cases import ACCELS, GYROS, Case, manifest, recording, scales, tied
 
 from insenv import datasets
+from insenv.cli import insenv
 from insenv.close import close
 from insenv.core.lazy import Lazy
 from insenv.core.recording import Floats
@@ -42,6 +45,7 @@ from insenv.rate_test import rate_test
 from insenv.report import to_html
 from insenv.report.found import as_before
 from insenv.report.rate_test.document import to_html as rate_pages
+from insenv.report.story_html import to_html as story_page
 
 sync_api = pytest.importorskip("playwright.sync_api", reason="no playwright here: pip install insenv[browser]")
 axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="no axe here: pip install insenv[browser]")
@@ -357,6 +361,35 @@ def test_other_pages_fit_a_telephone_and_have_nothing_to_complain_of(browser: An
         with Visit(browser, tmp_path / "page.html", viewport={"width": 390, "height": 800}) as visit:
             assert visit.page.evaluate("document.documentElement.scrollWidth") <= 390, name
             visit.axe_finds_nothing()
+
+
+@pytest.mark.parametrize("kind", ["leaderboard", "design", "story"])
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_pages_of_evaluation_design_and_story_in_both_themes(
+    browser: Any, kind: str, scheme: str, tmp_path: Path, written: Mapping[str, str]
+) -> None:
+    (tmp_path / "page.html").write_text(written[kind], "utf-8")
+    for width in (390, 1200):
+        with Visit(
+            browser, tmp_path / "page.html", viewport={"width": width, "height": 800}, color_scheme=scheme
+        ) as visit:
+            assert visit.page.evaluate("document.documentElement.scrollWidth") <= width
+            visit.axe_finds_nothing()
+            drawings = visit.page.query_selector_all(".drawing svg")
+            assert drawings and all(one.bounding_box()["width"] >= 500 for one in drawings)  # legible, moved by finger
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> Mapping[str, str]:
+    """Pages of other commands."""
+    folder = tmp_path_factory.mktemp("written")
+    plug_ins = ["--estimator", "north_gls,revolution", "--policy", "constant_rate"]
+    judged = ["evaluate", "--env", "NorthFinder", *plug_ins, "--seeds", "3", "--html", str(folder / "leaderboard")]
+    best = ["design", "north_finder/published", "--time", "300 s", "--no-verify", "--html", str(folder / "design")]
+    for arguments in (judged, best):
+        CliRunner().invoke(insenv, arguments, catch_exceptions=False)
+    pages = {name: (folder / name).read_text("utf-8") for name in ("leaderboard", "design")}
+    return {**pages, "story": story_page(made_story())}
 
 
 def test_without_script_the_pictures_are_there(browser: Any, path: Path) -> None:
