@@ -30,7 +30,7 @@ DIMENSION: Mapping[str, str] = {
 }
 INCREMENT: Mapping[str, str] = {"gyro": "angle", "accel": "velocity", "table_rate": "angle"}
 
-_TEMPERATURE = {"temp", "temperature", "temperatures", "tmp", "thermistor"}
+_TEMPERATURE = {"temp", "temperatur", "temperatura", "temperature", "temperatures", "tmp", "thermistor"}
 _GYRO = {"gyro", "gyros", "gyr", "gyroscope", "gyroscopes", "omega", "angvel", "wb", "wib"} | {
     "fog",
     "rlg",
