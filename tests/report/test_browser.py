@@ -363,6 +363,7 @@ def test_other_pages_fit_a_telephone_and_have_nothing_to_complain_of(browser: An
             visit.axe_finds_nothing()
 
 
+@pytest.mark.slow  # a design is searched for
 @pytest.mark.parametrize("kind", ["leaderboard", "design", "story"])
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_pages_of_evaluation_design_and_story_in_both_themes(
