@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -31,10 +31,12 @@ from insenv.systems.system_calibration.env import system_calibration
 
 PAGE = Path(__file__).parents[1] / "docs/results/system_calibration.md"
 SCENARIO = "system_calibration/tactical_fog"
-COARSE = "system_calibration/mems"
+COARSE, HAND = "system_calibration/mems", "system_calibration/hand"
 #: White noise is told by the root of a second: fewer samples are the same data.
 CHANGES: Mapping[str, Any] = {"instrument.sampling": "20 Hz"}
 ESTIMATED_BY = ("batch_gls", "six_position", "multi_position", "system_kalman")
+#: Those that need no readings of a table.
+WITHOUT_TABLE = ("multi_position", "system_kalman")
 #: Searches for a sequence, of which the best is taken, and runs that tell the published filter's deviations.
 SEARCHES, OF_FILTER = 3, 8
 #: Runs that are played together.
@@ -57,12 +59,13 @@ def main() -> None:
     parser.add_argument("--kept", type=Path)
     parser.add_argument("--loop", type=Path)
     asked = parser.parse_args()
-    write(PAGE, HEAD, _sections(asked.runs, asked.kept, asked.loop), 6)
+    write(PAGE, HEAD, _sections(asked.runs, asked.kept, asked.loop), 9)
 
 
 def _sections(runs: int, kept: Path | None, loop: Path | None) -> Iterator[Section]:
     yield _estimators(runs, SCENARIO, "Estimators after the 19 positions")
     yield _estimators(runs, COARSE, "Estimators of a coarse unit after the 19 positions")
+    yield _estimators(runs, HAND, "Estimators of a unit in the hand", WITHOUT_TABLE)
     if kept is not None:
         yield _bound(kept)
     planner = Planner(datasheet(load(SCENARIO)))
@@ -139,9 +142,10 @@ def _errors(
     return played, np.array(errors), np.array(deviations), 60 * samples / spent
 
 
-def _estimators(runs: int, scenario: str, title: str) -> Section:
-    rows, said = [], ""
-    for name in ESTIMATED_BY:
+def _estimators(runs: int, scenario: str, title: str, estimated_by: Sequence[str] = ESTIMATED_BY) -> Section:
+    chance = 1.96 / np.sqrt(2 * runs)
+    rows, said = [], f"By chance alone the rms of z of a parameter in {runs} runs is 1 +- {chance:.2f}."
+    for name in estimated_by:
         played, errors, sd, speed = _errors(name, runs, CHANGES, "nineteen_positions", scenario)
         z = errors / sd
         each = np.sqrt(np.mean(z**2, axis=0))
@@ -153,7 +157,7 @@ def _estimators(runs: int, scenario: str, title: str) -> Section:
             over = np.sqrt(np.mean(errors**2, axis=0)) / [least[n] for n in names]
             said = (
                 f"`batch_gls` errs by {over.min():.2f} to {over.max():.2f} times the bound over the parameters of "
-                f"{runs} runs, {np.mean(over):.3f} in the mean (chance alone: +- {1.96 / np.sqrt(2 * runs):.2f})."
+                f"{runs} runs, {np.mean(over):.3f} in the mean (chance alone: +- {chance:.2f})."
             )
         told = str(z.shape[1])
         rows.append(

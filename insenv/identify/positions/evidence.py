@@ -30,6 +30,8 @@ from insenv.identify.positions.leave_out import left_out
 OUTLIER, MOST_OUTLIERS = 1e-4, 0.1
 #: Probability of a scatter of held-out units below which their noise is taken to be larger.
 SCATTERED = 0.01
+#: Deviate of held-out units that speaks against an effect which stated errors follow.
+AGAINST = 2.0
 #: Freedom of a variance that is known.
 KNOWN = 10**6
 
@@ -113,6 +115,16 @@ def _held_out_deviate(problem: Problem, small: Fit, large: Fit, noise: float) ->
     z = float(r @ whitened) / np.sqrt(information) / problem.spread
     log_p = log_tail_of_t(abs(z), large.freedom)
     return float(np.copysign(-_ndtri_exp(log_p), z)), information
+
+
+def followed(problem: Problem, small: Fit, large: Fit) -> bool:
+    """Whether stated errors follow what is added, most of the gain is theirs, and held-out units are not against it."""
+    if in_turn(problem) or not len(problem.nuisance):
+        return False
+    shown = float(np.sum(small.residual[problem.fitted] ** 2) - np.sum(large.residual[problem.fitted] ** 2))
+    if small.rss - large.rss < 2 * max(shown, 0.0):
+        return False
+    return _held_out_deviate(problem, small, large, large.variance)[0] > -AGAINST
 
 
 def explained(problem: Problem, small: Fit, large: Fit, noise: float) -> NDArray[np.bool_]:

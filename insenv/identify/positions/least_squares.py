@@ -8,6 +8,7 @@ from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtri, stdtrit
 
 from insenv.core.recording import Floats
 
@@ -17,7 +18,7 @@ STEPS = 60
 ARRIVED = 1e-9
 #: Smallest share of a step that is tried.
 LEAST_SHARE = 1e-2
-#: Below this freedom the variance of Student's t says nothing any more.
+#: Below this freedom the variance of Student's t says nothing any more: its tails have it, or there is none.
 LEAST_T = 4
 
 
@@ -70,7 +71,10 @@ def in_turn(problem: Problem) -> bool:
 
 @dataclass(frozen=True)
 class Fit:
-    """A fit of ``terms``: parameters, residuals of all units and their derivatives, RSS and freedom of the fitted."""
+    """A fit of ``terms``: parameters, residuals of all units and their derivatives, RSS and freedom of the fitted.
+
+    ``over_noises`` are standard deviations where the shape of the noise is an estimate too.
+    """
 
     terms: tuple[Any, ...]
     theta: Floats
@@ -79,6 +83,7 @@ class Fit:
     rss: float
     freedom: int
     inverse: Floats
+    over_noises: Floats | None = None
 
     @property
     def variance(self) -> float:
@@ -86,9 +91,15 @@ class Fit:
         return self.rss / max(self.freedom, 1)
 
     def sd(self) -> Floats:
-        """Standard deviations, shape (p,): wider where the scatter is known with little freedom (Student's t)."""
-        nu = max(self.freedom, LEAST_T)
-        return np.sqrt(np.diag(self.inverse) * self.variance * nu / (nu - 2))
+        """Standard deviations, shape (p,): wider where the scatter is known with little freedom (Student's t).
+
+        Half of an interval of 95 % over 1.96. A t of 4 and more has a variance of nu / (nu - 2), which comes to that.
+        """
+        if self.over_noises is not None:
+            return self.over_noises
+        nu = max(self.freedom, 1)
+        wider = np.sqrt(nu / (nu - 2)) if nu >= LEAST_T else float(stdtrit(nu, 0.975)) / float(ndtri(0.975))
+        return np.asarray(np.sqrt(np.diag(self.inverse) * self.variance) * wider, float)
 
     @property
     def told(self) -> Floats:

@@ -21,8 +21,9 @@ from insenv.core.motion import Motion
 from insenv.core.recording import Floats
 from insenv.effects.base import LinearEffect
 from insenv.identify.fit.evidence import HELD_OUT_SPREAD
+from insenv.identify.positions.least_squares import Fit, solve
 from insenv.identify.positions.model import AXES, Surroundings
-from insenv.identify.positions.walk import walking
+from insenv.identify.positions.walk import walking, weighed
 
 
 @dataclass(frozen=True)
@@ -110,3 +111,16 @@ def with_walk(
     alike = (runs[:, None] == runs[None, :]).astype(float)
     found = walking(problem.y, problem.design(terms), problem.around.time, problem.fitted, alike, allowed)
     return problem if found is None else replace(problem, root=found[0])
+
+
+def over_walks(problem: RestMeans, beside: Sequence[RestTerm], runs: NDArray[np.int64], fit: Fit) -> Fit:
+    """The fit with the deviations that its coefficients have over all walks, by their likelihood beside ``beside``.
+
+    var = sum_k w_k [var_k + (theta_k - theta)^2], theta the coefficients as they are.
+    """
+    alike = (runs[:, None] == runs[None, :]).astype(float)
+    variance = np.zeros(len(fit.theta))
+    for weight, root in weighed(problem.y, problem.design(beside), problem.around.time, problem.fitted, alike):
+        other = solve(replace(problem, root=root), fit.terms)
+        variance += weight * (other.sd() ** 2 + (other.theta - fit.theta) ** 2)
+    return replace(fit, over_noises=np.sqrt(variance))

@@ -2,7 +2,9 @@
 
 What a unit is, and how terms are fitted to them, is in `insenv.identify.positions.least_squares`; how sure an effect is
 in `insenv.identify.positions.evidence`. The probability is multiplied by the number of effects that were tried. An
-effect with which the error on held-out rests grows is refused, however significant.
+effect with which the error on held-out rests grows is refused, however significant; but where errors of a table of
+which a deviation is stated follow it nearly as well, and pay for that in their deviations, so they do in held-out
+rests, which speak against it only by a deviate of less than -`insenv.identify.positions.evidence.AGAINST`.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ from scipy.special import chdtrc
 
 from insenv.core.recording import Floats
 from insenv.identify.findings import NotTestable, Rejected
-from insenv.identify.positions.evidence import Evidence, evidence, explained, held_out_errors
+from insenv.identify.positions.evidence import Evidence, evidence, explained, followed, held_out_errors
 from insenv.identify.positions.least_squares import Fit, Problem, normal, solve
 
 #: Share of its size that a column must have beside the model: below it the attitudes do not tell the effect.
@@ -127,7 +129,7 @@ def search(  # noqa: PLR0913 -- of three callers each names what it has
 def _no_worse(problem: Problem, before: Fit, now: Fit) -> bool:
     """Whether what was added, and has outlived the rest, leaves no larger held-out error than the declared model."""
     errors = held_out_errors(problem, before, now, units=explained(problem, before, now, now.variance))
-    return bool(errors[1] <= errors[0])
+    return bool(errors[1] <= errors[0]) or followed(problem, before, now)
 
 
 def _testable(problem: Problem, before: Fit, tried: Sequence[Any]) -> tuple[list[Any], tuple[NotTestable, ...]]:
@@ -263,7 +265,8 @@ def _refusal(problem: Problem, now: Fit, fit: Fit, terms: tuple[Any, ...], p: fl
     errors = held_out_errors(problem, now, fit, units=explained(problem, now, fit, fit.variance))
     if not np.isfinite(errors).all():
         return UNFORETOLD
-    worse = f"held-out error {errors[1] / errors[0]:.3g} times as large" if errors[1] > errors[0] else ""
+    grows = errors[1] > errors[0] and not followed(problem, now, fit)
+    worse = f"held-out error {errors[1] / errors[0]:.3g} times as large" if grows else ""
     if not p < alpha:
         return f"not significant, {worse}" if worse else "not significant"
     if worse:

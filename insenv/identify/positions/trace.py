@@ -37,7 +37,7 @@ from insenv.identify.positions.gyro import Rotations, rotations, with_noise
 from insenv.identify.positions.known import KnownAttitudes, as_level_as_read, noise_of_means, stated_up
 from insenv.identify.positions.least_squares import Fit, in_turn, solve
 from insenv.identify.positions.model import AXES, Surroundings, TriadTerm, triad_term
-from insenv.identify.positions.rest import RestMeans, RestTerm, with_walk
+from insenv.identify.positions.rest import RestMeans, RestTerm, over_walks, with_walk
 from insenv.identify.positions.rests import Rest, Rests, find_rests, means, middle_times
 from insenv.identify.positions.search import (
     INCREDIBLE,
@@ -450,6 +450,8 @@ def _gyros_at_rest(
         ]
         outcome = search(problem, terms, more, alpha, doubts)
         outcome = _with_slow(problem, replace(outcome, not_testable=(*outcome.not_testable, *blind)), untold, alpha)
+        before, after = (over_walks(problem, [*terms, *more], runs, f) for f in (outcome.before, outcome.after))
+        outcome = replace(outcome, before=before, after=after)
         parts.append(Part(problem, outcome, _structure(problem, outcome.after, alpha, "rests")))
     return tuple(parts), float(np.median(scatter))
 

@@ -57,14 +57,10 @@ def walking(
     known : ndarray, shape (n, n), optional
         C.
     """
-    told = design[:, np.linalg.norm(design[used], axis=0) > 0]
-    basis, size, _ = np.linalg.svd(told[used] / np.linalg.norm(told[used], axis=0), full_matrices=False)
-    basis = basis[:, size > DISTINCT * size.max(initial=0.0)]
+    basis = _distinct(design, used)
     if len(basis) - basis.shape[1] < LEAST_FREEDOM:
         return None
-    walk = np.minimum(time[:, None], time[None, :]) * alike
-    walk = walk / max(float(np.median(np.abs(np.diff(time)))), 1e-9)
-
+    walk = _walk(time, alike)
     shares = np.zeros_like(walk)  # C in s^2
 
     def covariance(kappa: float) -> Floats:
@@ -78,10 +74,45 @@ def walking(
         scale = fits[WALKS.index(best)][1]
         if known is not None:
             shares = known / scale
+    return _root(covariance(best), used), scale
+
+
+def weighed(
+    y: Floats, design: Floats, time: Floats, used: NDArray[np.bool_], alike: Floats
+) -> list[tuple[float, Floats]]:
+    """`WALKS` with their likelihood as a weight, those together one, each with L as of `walking`; arguments as there.
+
+    A walk that is estimated is not known: the likeliest is often none, and what follows from it alone is too sure.
+    """
+    basis, walk = _distinct(design, used), _walk(time, alike)
+    if len(basis) - basis.shape[1] < 1:
+        return [(1.0, np.eye(len(time)))]
+    covariances = [np.eye(len(time)) + k * walk for k in WALKS]
+    logs = np.array([restricted_likelihood(y[used], basis, c[np.ix_(used, used)]) for c in covariances])
+    weights = np.exp(logs - logs.max())
+    return [(float(w), _root(c, used)) for w, c in zip(weights / weights.sum(), covariances, strict=True)]
+
+
+def _distinct(design: Floats, used: NDArray[np.bool_]) -> Floats:
+    """Directions of the model that are none of the readings' own noise, orthonormal, shape (used, q)."""
+    told = design[:, np.linalg.norm(design[used], axis=0) > 0]
+    basis, size, _ = np.linalg.svd(told[used] / np.linalg.norm(told[used], axis=0), full_matrices=False)
+    found: Floats = basis[:, size > DISTINCT * size.max(initial=0.0)]
+    return found
+
+
+def _walk(time: Floats, alike: Floats) -> Floats:
+    """W, of which one is that from rest to rest."""
+    walk = np.minimum(time[:, None], time[None, :]) * alike
+    return np.asarray(walk / max(float(np.median(np.abs(np.diff(time)))), 1e-9), float)
+
+
+def _root(covariance: Floats, used: NDArray[np.bool_]) -> Floats:
+    """L of a covariance, units that are not ``used`` last."""
     order = np.concatenate([np.flatnonzero(used), np.flatnonzero(~used)])
-    root = np.zeros_like(walk)
-    root[np.ix_(order, order)] = np.linalg.cholesky(covariance(best)[np.ix_(order, order)])
-    return root, scale
+    root = np.zeros_like(covariance)
+    root[np.ix_(order, order)] = np.linalg.cholesky(covariance[np.ix_(order, order)])
+    return root
 
 
 def restricted_likelihood(y: Floats, design: Floats, covariance: Floats) -> float:
