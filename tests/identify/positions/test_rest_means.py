@@ -25,7 +25,7 @@ def unit(rng: np.random.Generator) -> tuple[RestMeans, Floats]:
     walk = np.cumsum(rng.normal(size=ATTITUDES))
     y = 1e-3 + forces @ true + NOISE * (rng.normal(size=ATTITUDES) + walk)
     used = np.ones(ATTITUDES, bool)
-    around = Surroundings(10.0 * np.arange(ATTITUDES))
+    around = Surroundings(np.linspace(0.0, 110.0, ATTITUDES))
     return RestMeans(y, forces, around, used, used, np.eye(ATTITUDES)), true
 
 
