@@ -15,7 +15,11 @@ from insenv.data.power import by_power_up
 from insenv.sweep import Backend, Folder, Identity, Memory, Store, sweep
 from insenv.trust.copies import base
 from insenv.trust.rates import Trust, trust
+from insenv.trust.screen import screen_of
 from insenv.trust.trial import Trials, injections, read_row
+
+#: Copies from which on a screen, which takes a close and a little, saves more than it takes.
+WORTH = 8
 
 
 @dataclass(frozen=True)
@@ -78,6 +82,14 @@ def trust_of(  # noqa: PLR0913 -- as of `close`, and how the copies are worked o
         settings = {"manifest": str(manifest), "hash": hashlib.sha256(text).hexdigest(), "alpha": str(alpha)}
         identity = Identity("insenv.trust.trial:Trials", seed, copies, settings)
         store = Folder(kept.folder, identity, kept.resume)
-    done = sweep(Trials(given, injected, alpha, seed), 0, copies, store, backend, chunk=1, progress=bar)
+    done = sweep(
+        Trials(given, injected, alpha, seed, screen_of(given, alpha, seed)),
+        0,
+        copies,
+        store,
+        backend,
+        chunk=1,
+        progress=bar,
+    )
     rows = [read_row(str(text)) for part in done.parts() for text in part["copy"]]
     return trust(found, given, injected, rows, seed)

@@ -20,7 +20,10 @@ from insenv.effects.catalogue import by_key, plug_in_of
 from insenv.identify.findings import Added, Findings, TargetFindings
 from insenv.sweep import Table
 from insenv.trust.copies import Base, with_effect, without_effects
+from insenv.trust.screen import Screen
 
+#: In the place of a verdict, where a copy was not closed: nothing in it comes near to being significant.
+SCREENED = "not-closed"
 #: Sizes of injected effects, in smallest detectable amplitudes.
 SIZES = (0.5, 1.0, 2.0, 4.0)
 
@@ -89,12 +92,13 @@ class Row:
 
 @dataclass(frozen=True)
 class Trials:
-    """The job of a sweep."""
+    """The job of a sweep; ``screen`` says of which copies the loop would name nothing, if it is there."""
 
     given: Base
     injections: tuple[Injection, ...]
     alpha: float
     seed: int
+    screen: Screen | None = None
 
     def __call__(self, seeds: Sequence[int]) -> Table:
         """A row for each copy: its JSON."""
@@ -104,13 +108,18 @@ class Trials:
         """Copy ``number``."""
         rng = np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=(number,)))
         if number % 2 == 0 or not self.injections:
-            found = self._closed(without_effects(self.given, rng), None)
-            return Row(None, 0.0, 0.0, tuple(_answer(t) for t in found.targets))
+            copy = without_effects(self.given, rng)
+            if self.screen is not None and self.screen.quiet(copy):
+                return Row(None, 0.0, 0.0, (Answer(self.screen.target, SCREENED, ()),))
+            return Row(None, 0.0, 0.0, tuple(_answer(t) for t in self._closed(copy, None).targets))
         index, size = self._turn(number // 2)
         injection = self.injections[index]
         effect, theta = injection.theta(size, rng)
-        found = self._closed(with_effect(self.given, injection.target, effect, theta), injection.target)
-        answer = _answer(found.targets[0], injection)
+        copy = with_effect(self.given, injection.target, effect, theta)
+        if self.screen is not None and self.screen.sees(effect.id) and self.screen.quiet(copy):
+            answer = Answer(injection.target, SCREENED, ())
+        else:
+            answer = _answer(self._closed(copy, injection.target).targets[0], injection)
         linear = theta[: len(effect.linear)]
         value = float(linear[0]) if len(linear) == 1 else float(np.linalg.norm(linear))
         return Row(index, size, value, (answer,))

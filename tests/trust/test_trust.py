@@ -12,11 +12,14 @@ from scipy.stats import binomtest
 from insenv.close import close_on, opened
 from insenv.core.recording import Recording
 from insenv.data.load import read_recordings
-from insenv.effects.catalogue import by_key
+from insenv.data.split import split
+from insenv.effects.catalogue import CATALOGUE, by_key
 from insenv.identify.findings import Findings
+from insenv.identify.loop import trace
 from insenv.trust.copies import Base, base, mirrored, scrambled, with_effect, without_effects
 from insenv.trust.rates import Rate, trust
-from insenv.trust.trial import SIZES, Row, Trials, injections, read_row
+from insenv.trust.screen import Look, Screen, screen_of
+from insenv.trust.trial import SCREENED, SIZES, Row, Trials, injections, read_row
 
 #: Found everywhere at four times the smallest detectable size; in copies with nothing to find never. Of 5 copies each
 #: a false alarm of 1 % per copy gives 2 or more in 1 of 1000 seeds, and a miss of 5 % 3 or more in 1 of 1000.
@@ -118,6 +121,54 @@ def test_every_effect_has_its_turn_at_every_size(closed: tuple[tuple[Recording, 
     job = Trials(given, injections(found), 0.01, 0)
     each = len(job.injections) * len(SIZES)
     assert len({job._turn(k) for k in range(each)}) == each == len({job._turn(k) for k in range(each, 2 * each)})
+
+
+@pytest.fixture(scope="module")
+def screen(closed: tuple[tuple[Recording, ...], Findings, Base]) -> Screen:
+    found = screen_of(closed[2], 0.01, 0)
+    assert found is not None
+    return found
+
+
+def test_the_screen_lets_most_copies_of_noise_pass_and_none_with_a_large_effect(
+    closed: tuple[tuple[Recording, ...], Findings, Base], screen: Screen
+) -> None:
+    """A copy of noise comes near the level in one of ten: 5 of 8 in 4 of 10,000 seeds."""
+    _, found, given = closed
+    quiet = [screen.quiet(without_effects(given, np.random.default_rng(seed))) for seed in range(8)]
+    assert sum(quiet) >= 4
+    for one in injections(found)[:6]:
+        effect, theta = one.theta(SIZES[-1], np.random.default_rng(0))
+        assert not screen.quiet(with_effect(given, one.target, effect, theta)), one.effect
+
+
+def test_the_screen_sees_what_the_whole_search_sees_in_a_copy(
+    closed: tuple[tuple[Recording, ...], Findings, Base], screen: Screen
+) -> None:
+    """The directions beside the fit to the copy itself give the evidence that the shared ones foretell."""
+    _, _, given = closed
+    copy = without_effects(given, np.random.default_rng(1))
+    (track,) = trace(given.manifest, copy, split(given.manifest, copy), CATALOGUE, 0.01, 0).tracks
+    own = Look.of(track, 0).log_p(np.zeros(track.problem.bins.n))
+    problem = screen.looks[0].problem
+    assert own == pytest.approx(screen.looks[0].log_p(track.problem.y - problem.y), abs=1.0)
+
+
+def test_a_copy_that_the_screen_lets_pass_is_not_closed_and_named_nothing(
+    closed: tuple[tuple[Recording, ...], Findings, Base], screen: Screen, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _, found, given = closed
+    known = injections(found)
+    passing = Trials(given, known, 0.01, 0, screen)
+    number = next(
+        k
+        for k in range(0, 20, 2)
+        if screen.quiet(without_effects(given, np.random.default_rng(np.random.SeedSequence(0, spawn_key=(k,)))))
+    )
+    whole = Trials(given, known, 0.01, 0).row(number)
+    monkeypatch.setattr(Trials, "_closed", lambda *_: pytest.fail("closed"))
+    (answer,) = passing.row(number).answers
+    assert answer.verdict == SCREENED and answer.added == whole.answers[0].added == ()
 
 
 @pytest.mark.slow

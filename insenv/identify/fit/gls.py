@@ -116,23 +116,12 @@ def noise_freedom(problem: Problem, power: Floats, energy: Floats) -> float:
     return float(np.clip(2 / max(variance, 1e-9), LEAST_FREEDOM, len(shares)))
 
 
-def noise_spread(problem: Problem, power: Floats) -> Floats:
-    """Directions in which the logarithm of each mode's variance is not known, shape (modes, terms): L, L z of normal z.
-
-    The variance of a mode is 2 / nu, nu as of `noise_freedom`, and no less than 2.
-    """
-    shares, size, covariance = _noise_known(problem, power)
-    values, vectors = np.linalg.eigh(covariance)
-    spread = (shares / size) @ (vectors * np.sqrt(np.maximum(values, 0.0)))
-    variance = np.einsum("mt,mt->m", spread, spread)
-    return np.asarray(spread * np.sqrt(np.minimum(1.0, (2 / LEAST_FREEDOM) / np.maximum(variance, 1e-300)))[:, None])
-
-
 def noise_freedoms(problem: Problem, power: Floats, energies: Floats) -> Floats:
     """`noise_freedom` of several energies, shape (rows, modes)."""
-    spread = noise_spread(problem, power)
-    pull = (energies @ spread) / np.maximum(energies.sum(axis=1), 1e-300)[:, None]
-    return np.clip(2 / np.maximum(np.einsum("rt,rt->r", pull, pull), 1e-9), LEAST_FREEDOM, len(spread))
+    shares, size, covariance = _noise_known(problem, power)
+    pull = (energies @ shares) / np.maximum(energies.sum(axis=1), 1e-300)[:, None] / size
+    variance = np.einsum("rt,tu,ru->r", pull, covariance, pull)
+    return np.clip(2 / np.maximum(variance, 1e-9), LEAST_FREEDOM, len(shares))
 
 
 def _noise_known(problem: Problem, power: Floats) -> tuple[Floats, Floats, Floats]:

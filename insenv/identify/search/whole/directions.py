@@ -34,15 +34,16 @@ from insenv.identify.fit.gls import Fit, noise_freedoms, spectrum
 from insenv.identify.fit.problem import Problem
 from insenv.identify.search.candidates import Candidate, stacked
 from insenv.identify.search.round import CALIBRATION, SUGGESTED, against
-from insenv.identify.search.scan import orthonormal
+from insenv.identify.search.scan import LARGEST_GROWTH, orthonormal
 
 #: Of single precision: chance has no more digits, and products take half as long.
 Singles = NDArray[np.float32]
 
 #: Residuals that are worked off together: what they hold stays in the cache of a processor's neighbour.
 TOGETHER = 250
-#: Degrees of freedom of noise that is as good as known.
-KNOWN = 1e6
+#: Degrees of freedom of noise that is as good as known; those below which the noise is fitted anew, to one of so many
+#: residuals, those with the largest scores, in so many steps.
+KNOWN, FEW, MOST_SHARE, STEPS = 1e6, 100.0, 8, 30
 #: Logarithm of a probability below which the incomplete beta function has no digits.
 SMALLEST = -600.0
 
@@ -146,6 +147,57 @@ class Lines:
 
 
 @dataclass(frozen=True)
+class Noise:
+    """What fits the noise of many white residuals at once: plain maximum likelihood, as likelihood ratios have it.
+
+    Attributes
+    ----------
+    model : ndarray, shape (modes, p)
+        Orthonormal basis of the whitened model.
+    order, starts : ndarray of int
+        Modes in groups of nearly one variance.
+    count : ndarray, shape (groups,)
+    shapes : ndarray, shape (groups, terms)
+        Variance of each noise term in that of the noise at hand, where each has at least a thousandth of it somewhere.
+    """
+
+    model: Singles
+    order: NDArray[np.int64]
+    starts: NDArray[np.int64]
+    count: Floats
+    shapes: Floats
+
+    @classmethod
+    def of(cls, problem: Problem, power: Floats, model: Floats) -> Noise:
+        """Of a problem whitened by noise of ``power``."""
+        relative = problem.modes().shapes / spectrum(problem, power)[:, None]
+        least = 1e-3 / np.maximum(relative.max(axis=0), 1e-300)
+        most = np.inf if problem.most is None else np.maximum(problem.most, 0.0)
+        groups = problem.grouping()
+        shapes = (relative * np.minimum(np.maximum(power, least), most))[groups.order]
+        pooled = np.add.reduceat(shapes, groups.starts, axis=0) / groups.count[:, None]
+        return cls(model.astype(np.float32), groups.order, groups.starts, groups.count, pooled)
+
+    def energy(self, w: Singles) -> Floats:
+        """Energy of each group of modes beside the model, shape (groups, n)."""
+        beside = w - self.model @ (self.model.T @ w)
+        return np.asarray(np.add.reduceat((beside * beside)[self.order], self.starts, axis=0), np.float64)
+
+    def fitted(self, energy: Floats) -> Floats:
+        """Log-likelihood of the noise at its best, shape (n,), by steps that never make it worse.
+
+        Of Fevotte and Idier (2011), Neural Computation 23, 2421: each power times a ratio of two sums.
+        """
+        power = np.ones((self.shapes.shape[1], energy.shape[1]))
+        counted = self.shapes.T * self.count
+        for _ in range(STEPS):
+            inverse = 1 / np.maximum(self.shapes @ power, 1e-9)
+            power *= (self.shapes.T @ (energy * inverse * inverse)) / np.maximum(counted @ inverse, 1e-300)
+        variance = np.maximum(self.shapes @ power, 1e-9)
+        return np.asarray(-0.5 * (self.count @ np.log(variance) + (energy / variance).sum(axis=0)))
+
+
+@dataclass(frozen=True)
 class Whole:
     """The whole search on one model of one target.
 
@@ -154,16 +206,18 @@ class Whole:
     candidates : tuple of Directions
         Those that the recording can tell from the model.
     lines : Lines, optional
+    noise : Noise
     fitted, held : tuple of Block
     """
 
     candidates: tuple[Directions, ...]
     lines: Lines | None
+    noise: Noise
     fitted: tuple[Block, ...]
     held: tuple[Block, ...]
 
     def deviates(
-        self, w: Singles, v: Singles, chance: np.random.Generator, quick: Singles | None = None
+        self, w: Singles, v: Singles, chance: np.random.Generator, anew: bool = False
     ) -> dict[str, tuple[Floats, Floats]]:
         """Of each candidate: deviate Z at its best shape, and log P of its score there alone; shapes (n,).
 
@@ -175,20 +229,30 @@ class Whole:
             Whitened held-out modes.
         chance : Generator
             Of what held-out data say of lines, which are at another frequency in each residual.
-        quick : ndarray, shape (modes, n), optional
-            The modes in which lines are looked for, where they are others: these know the noise.
+        anew : bool
+            Whether the noise is fitted to each residual anew, with and without the candidate, as the search does:
+            where few modes tell the noise, and the score of the residual is among the largest.
         """
         found = {}
+        without = self.noise.fitted(self.noise.energy(w)) if anew else None
         for one in self.candidates:
             q, a, at = one.best(w)
-            log_p = log_tail_of_score(q, one.rank[at], one.freedom[at])
+            freedom = np.full(len(q), KNOWN)
+            log_p, ratio = log_tail_of_score(q, one.rank[at], freedom), q.astype(np.float64)
+            if without is not None and one.freedom[one.rank > 0].min() < FEW:
+                most = np.argsort(log_p)[: max(1, len(q) // MOST_SHARE)]
+                left = w[:, most] - np.einsum("kn,knm->mn", a[:, most], one.fitted[:, at[most]])
+                ratio[most] = 2 * np.maximum(self.noise.fitted(self.noise.energy(left)) - without[most], 0.0)
+                nu, rank = one.freedom[at[most]], one.rank[at[most]]
+                grown = np.minimum(ratio[most] / (nu + rank + 1), LARGEST_GROWTH)
+                log_p[most] = log_tail_of_score(nu * np.expm1(grown), rank, nu)
             z, information = one.held_out(a, at, v)
-            joint = _joint(log_p, z, information / np.maximum(q, 1e-3))
+            joint = _joint(log_p, z, information / np.maximum(ratio, 1e-3))
             found[one.key] = np.where(one.credible(a, at), joint, -np.inf), log_p
         if self.lines is not None:
-            power, freedom = self.lines.best(w if quick is None else quick)
+            power, freedom_of = self.lines.best(w)
             ones = np.ones(len(power))
-            log_p = log_tail_of_score(power, np.full(len(power), freedom), KNOWN * ones)
+            log_p = log_tail_of_score(power, np.full(len(power), freedom_of), KNOWN * ones)
             found[Tone.id] = _joint(log_p, chance.standard_normal(len(power)), self.lines.share * ones), log_p
         return found
 
@@ -264,7 +328,7 @@ def whole(problem: Problem, fit: Fit, power: Floats, found: tuple[Candidate, ...
         looked = sum(b.n / 2 for b in problem.fitted if b.n >= 16)
         share = sum(b.n for b in problem.held_out) / sum(b.n for b in problem.fitted)
         lines = Lines(problem.fitted, problem.bins.width, max(looked, 1.0), share, count)
-    return Whole(tuple(told), lines, problem.fitted, problem.held_out)
+    return Whole(tuple(told), lines, Noise.of(problem, power, q), problem.fitted, problem.held_out)
 
 
 def to_series(blocks: tuple[Block, ...], modes: Floats) -> Floats:

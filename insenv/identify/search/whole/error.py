@@ -11,9 +11,8 @@ whatever the effects have in common, which no count of looks knows. Exact for th
 the true noise; what remains approximate:
 
 * model and noise are fitted. The residual is that of the larger model, scaled to unit variance, and each residual of
-  chance is freed of the model's span again. The noise is not fitted to each anew: each has a noise of its own instead,
-  by what the fit leaves open, log S' = log S + L z + |L|^2 / 2 with z normal and L as of `noise_spread`, and its tail
-  is Fisher's F as that of the finding (`insenv.identify.search.scan.log_significance`);
+  chance is freed of the model's span again. To those of them that have most evidence the noise is fitted anew, with and
+  without the effect, where few modes tell it, as to the recording; their models stay whitened as they were;
 * shapes of the finding are refined off their grid, those of chance are not;
 * what the search refuses of a candidate beyond an incredible coefficient (another curve in each run, an error of the
   reference) it does not refuse in residuals of chance, which makes p larger.
@@ -35,7 +34,7 @@ from insenv.core.lazy import Lazy, nothing
 from insenv.core.recording import Floats
 from insenv.identify.findings import WholeError
 from insenv.identify.fit.evidence import held_out_modes, log_tail
-from insenv.identify.fit.gls import noise_spread, solve, whitened
+from insenv.identify.fit.gls import solve, whitened
 from insenv.identify.search.scan import Hit
 from insenv.identify.search.tracks import Step, Track
 from insenv.identify.search.whole.directions import TOGETHER, Singles, Whole, log_tails, to_modes, to_series, whole
@@ -73,14 +72,12 @@ def _signed(series: Floats, count: int, rng: np.random.Generator) -> Singles:
 class Residual:
     """The search beside the declared model of a track, and the white residual that its search has come to.
 
-    ``series`` and ``held`` are of unit variance, block after block: shapes (bins,). ``spread`` is how the logarithm of
-    the variance of each fitted mode is not known, shape (modes, terms).
+    ``series`` and ``held`` are of unit variance, block after block: shapes (bins,).
     """
 
     whole: Whole
     series: Floats
     held: Floats
-    spread: Floats
 
     @classmethod
     def of(cls, track: Track) -> Residual:
@@ -90,7 +87,7 @@ class Residual:
         given = whole(problem, small, large.noise.power, track.candidates, track.family, track.tones)
         series = _unit(to_series(given.fitted, whitened(problem, large)[2]))
         held = _unit(to_series(given.held, held_out_modes(problem, large)[1])) if given.held else np.zeros(0)
-        return cls(given, series, held, noise_spread(problem, large.noise.power))
+        return cls(given, series, held)
 
     def chance(self, seed: int, draws: int = DRAWS) -> Chance:
         """The same search in residuals whose values have signs by chance."""
@@ -100,18 +97,12 @@ class Residual:
             count = min(TOGETHER, draws - start)
             w = to_modes(self.whole.fitted, _signed(self.series, count, rng))
             v = to_modes(self.whole.held, _signed(self.held, count, rng)) if len(self.held) else _none(count)
-            for key, told in self.whole.deviates(w * self._noise(count, rng), v, rng, w).items():
+            for key, told in self.whole.deviates(w, v, rng, anew=True).items():
                 found.setdefault(key, []).append(told)
         deviates = {key: np.concatenate([z for z, _ in parts]) for key, parts in found.items()}
         looks = self.whole.looks({key: np.concatenate([p for _, p in parts]) for key, parts in found.items()})
         each = [log_tails(z) + np.log(looks[key]) for key, z in deviates.items()]
         return Chance(np.min(each, axis=0) if each else np.zeros(draws), looks)
-
-    def _noise(self, count: int, rng: np.random.Generator) -> Singles:
-        """Deviation of each mode in noises that the fit leaves open, in that of the fitted one: shape (modes, n)."""
-        drawn = self.spread @ rng.standard_normal((self.spread.shape[1], count))
-        mean = 0.5 * np.einsum("mt,mt->m", self.spread, self.spread)
-        return np.asarray(np.exp(0.5 * (drawn + mean[:, None])).astype(np.float32))
 
 
 def _none(count: int) -> Singles:
