@@ -30,7 +30,7 @@ from insenv.identify.fit.problem import Problem
 from insenv.identify.loop import trace
 from insenv.identify.prepare.excess import most_power
 from insenv.identify.search.tracks import Track
-from insenv.identify.search.whole.directions import Whole, log_tails, whole
+from insenv.identify.search.whole.directions import Singles, Whole, log_tails, whole
 from insenv.identify.search.whole.error import Residual
 from insenv.trust.copies import Base
 
@@ -77,11 +77,14 @@ class Look:
         space = HeldOutSpace.of(problem, fit)
         v = space.damped(space.white(left))
         size = float(np.sqrt(np.mean(w**2))) if self.free else 1.0
-        w, v = ((x / size).astype(np.float32)[:, None] for x in (w, v))
-        told = self.whole.deviates(w, v, np.random.default_rng(0), anew=self.free)
+        told = self.whole.deviates(_single(w / size), _single(v / size), np.random.default_rng(0), anew=self.free)
         return min(
             float(log_tails(z)[0] + np.log(self.looks[key])) for key, (z, _) in told.items() if key in self.looks
         )
+
+
+def _single(modes: Floats) -> Singles:
+    return np.asarray(modes[:, None], np.float32)
 
 
 @dataclass(frozen=True)
