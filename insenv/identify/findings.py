@@ -61,7 +61,7 @@ class HeldOut:
 
 @dataclass(frozen=True)
 class WholeError:
-    """How often a whole search would find as much in noise alone, by signs (`insenv.identify.search.whole.error`).
+    """How often a whole search finds as much in noise alone, by signs (`insenv.identify.search.whole.error`).
 
     ``p`` is (1 + k) / (draws + 1), k of ``draws`` residuals of chance with as much evidence or more; ``agrees`` says
     whether that count is one which the p-value with looks counted lets expect, or fewer.

@@ -76,7 +76,7 @@ def evidence(one: Added) -> str:
 
 
 def disagreements(added: Sequence[Added]) -> list[str]:
-    """A sentence for each finding that the same search has in noise more often than its p-value says."""
+    """A sentence for each finding that the same search makes in noise more often than its p-value says."""
     said = []
     for one in added:
         error = one.whole()

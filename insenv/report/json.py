@@ -167,6 +167,7 @@ def _added(added: Added) -> Block:
 
 
 def _whole(error: WholeError) -> Block:
+    """The error of the whole search for a finding."""
     return {"p_value": error.p, "draws": error.draws, "agrees": error.agrees}
 
 

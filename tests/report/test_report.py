@@ -189,8 +189,8 @@ def test_the_error_of_the_whole_search_stands_beside_the_p_value() -> None:
     least = replace(tone(6.0), whole=lambda: WholeError(0.001, 999, True))
     differs = replace(tone(7.0, p=1e-9), whole=lambda: WholeError(0.041, 999, False))
     made = with_added(agrees, least, differs)
-    for said in (summary(made), Page(to_html(made)).text):
-        said = " ".join(said.split())
+    for text in (summary(made), Page(to_html(made)).text):
+        said = " ".join(text.split())
         assert "p = 0.004 (by signs 0.006)" in said and "(by signs ≤ 0.001)" in said
         assert said.count("with signs by chance the search finds as much") == 1
         assert "in 4.1% of 999 draws, more often than p = 1×10⁻⁹ says" in said

@@ -146,11 +146,18 @@ def report(folder: Path, paths: Sequence[Path]) -> str:
     programs = {path.stem: read_answers(path) for path in paths}
     cases = sorted(set(truth).intersection(*programs.values()))
     each = {name: scores(truth, answers, cases) for name, answers in programs.items()}
+    first, answers = next(iter(programs.items()))
+    lines = [f"sha256 of the truth: `{digest}`.", ""]
+    own = sorted(set(truth).intersection(answers))
+    if len(own) > len(cases):
+        lines += [f"## {first}, all of its {len(own)} answers", ""]
+        lines += [*table(("", first), [(k, share(*v)) for k, v in scores(truth, answers, own).items()]), ""]
+    lines += [f"## The {len(cases)} cases that every program answered", ""]
     keys = next(iter(each.values()))
-    lines = [f"{len(cases)} cases; sha256 of the truth `{digest}`.", ""]
-    lines += table(("", *each), [(key, *(share(*own[key]) for own in each.values())) for key in keys])
-    for name, answers in programs.items():
-        lines += ["", f"## What was taken for what: {name}", "", *confusion(truth, answers, cases)]
+    lines += table(("", *each), [(key, *(share(*one[key]) for one in each.values())) for key in keys])
+    lines += ["", f"## What was taken for what: {first}", "", *confusion(truth, answers, own)]
+    for name in list(programs)[1:]:
+        lines += ["", f"## What was taken for what: {name}", "", *confusion(truth, programs[name], cases)]
     return "\n".join(lines) + "\n"
 
 
