@@ -206,11 +206,11 @@ def page(rows: list[dict[str, object]], command: str) -> str:
 
 REMAINS = (
     "What remains approximate: the model stays whitened by the noise of the recording, which is fitted anew to",
-    "residuals of chance only where few modes tell it and their evidence is among the largest eighth; the residual of",
-    "a fitted model is a little shorter than the noise, and is scaled; shapes are refined off their grid in the finding",
-    "and not in chance; what another curve in each run or errors of the reference refuse is no finding, and chance",
-    "knows nothing of such refusals, which makes p larger. The nulls here have the noise that the loop fits: noise that",
-    "jumps or bursts is not in them.",
+    "residuals of chance only where few modes tell it and their evidence is among the largest eighth; the",
+    "residual of a fitted model is a little shorter than the noise, and is scaled; shapes are refined off their",
+    "grid in the finding and not in chance; what another curve in each run or errors of the reference refuse is",
+    "no finding, and chance knows nothing of such refusals, which makes p larger. The nulls here have the noise",
+    "that the loop fits: noise that jumps or bursts is not in them.",
 )
 
 
