@@ -114,7 +114,7 @@ class _Row:
 def _follower(kept: Kept, name: str) -> tuple[str, list[_Row]]:
     """The target that follows the reference best, and what its runs were exposed to."""
     best: tuple[float, str, list[tuple[Floats, Floats, Floats]], float] | None = None
-    for target in kept.targets:
+    for target in (t for t in kept.targets if t.startswith("gyro")):
         rows = []
         for run in kept.runs:
             t, y, reference = kept.time(run), kept.si(run, target), _whole(kept, kept.si(run, name), name)
@@ -122,7 +122,8 @@ def _follower(kept: Kept, name: str) -> tuple[str, list[_Row]]:
         gain, follows, shift = _gain([(_smooth(y, t), _smooth(u, t)) for t, y, u in rows])
         if best is None or follows > best[0]:
             best = (follows, target, [(t, y, _later(u, shift)) for t, y, u in rows], gain)
-    assert best is not None
+    if best is None:
+        raise UnfitError("no gyro is asked for")
     follows, target, given, gain = best
     if follows < FOLLOWS:
         raise UnfitError(f"no target follows the reference (correlation {follows:.2f})")

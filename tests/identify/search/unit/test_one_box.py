@@ -135,7 +135,7 @@ def test_a_level_that_several_axes_change_at_one_instant_is_no_silence(tmp_path:
 def test_an_axis_that_drifts_by_itself_drags_no_other_along() -> None:
     """Of boxes of six axes of which one drifts for certain 1.3 % have another one at a nominal 1 % (40000 boxes).
 
-    5000 here: three sigma above is 1.8 %. Counting its deviate, every second such box had another one.
+    5000 here: three sigma above is 1.8 %. With its deviate counted 23 % had, as noise moves one of five by 1.64 sigma.
     """
     draws = np.random.default_rng(6).standard_normal((5000, 6))
     draws[:, 2] += 12.0
