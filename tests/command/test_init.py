@@ -832,6 +832,13 @@ def test_rows_may_end_in_more_commas_than_there_are_headings(tmp_path: Path) -> 
     assert [c.heading for c in listing(full).columns] == ["", "", ""]  # the last comma may go, a number may not
 
 
+def test_a_line_that_begins_with_zero_bytes_is_no_row(tmp_path: Path) -> None:
+    rows = [f"{i / 50},{i / 7:.3f}" for i in range(60)]
+    rows[30] = "\0" * 40 + rows[30]
+    found = listing(written(tmp_path / "log.csv", ["t_s,gx", *rows, "\0" * 512]))
+    assert found.rows == 59 and [c.heading for c in found.columns] == ["t_s", "gx"]
+
+
 def test_an_array_that_numpy_printed_is_a_table(tmp_path: Path) -> None:
     values = np.random.default_rng(1).standard_normal((40, 3))
     text = np.array2string(values, threshold=1000).splitlines()

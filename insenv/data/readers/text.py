@@ -30,6 +30,8 @@ _UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 HEAD_BYTES, LONGEST = 8_000_000, 1_000_000
 #: Lines at the head of a file among which the header is looked for by its names.
 HEAD = 60
+#: A line that begins with zero bytes: a logger lost power, a port was opened anew; the row behind may lack digits.
+_NULLS = re.compile(rb"(?<=[\r\n])\0+[^\r\n]*")
 #: A row of an array as NumPy prints it.
 _PRINTED = re.compile(rb"[ \t]*\[[-+.\deE\[ \t]+\][\] \t]*")
 #: A line longer than this is none of units.
@@ -92,7 +94,7 @@ def text_of(path: Path, most: int = -1) -> bytes:
     with path.open("rb") as file:
         content = file.read(most)
     if not content.startswith(_UTF_16):
-        return _as_wide_as_its_header(of_one_delimiter(_without_brackets(_in_utf_8(content))))
+        return _as_wide_as_its_header(of_one_delimiter(_without_brackets(_in_utf_8(_NULLS.sub(b"", content)))))
     try:
         content = codecs.getincrementaldecoder("utf-16")().decode(content, final=most < 0).encode()
         return _as_wide_as_its_header(of_one_delimiter(content))
