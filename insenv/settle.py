@@ -31,7 +31,7 @@ from insenv.envs.recorder import Played, save_runs
 from insenv.envs.rollout import roll_out
 from insenv.envs.task import Task
 from insenv.identify.findings import Findings, NextExperiment
-from insenv.identify.story import Answer, Chapter, Ending, Story, Wanted
+from insenv.identify.story import Chapter, Ending, FirstRun, Story, Wanted
 from insenv.scenario import Scenario, check_task, load
 from insenv.scenario.same import SameInstrument
 
@@ -252,7 +252,7 @@ def _mended(recording: Recording, clean: Recording) -> Recording:
     return replace(recording, channels={**recording.channels, **kept})
 
 
-def _answer(task: Task, estimator: str, recording: Recording, truth: Mapping[str, Any]) -> Answer | None:
+def _answer(task: Task, estimator: str, recording: Recording, truth: Mapping[str, Any]) -> FirstRun | None:
     """Error and standard deviation of the quantity on one run."""
     if not task.quantities:
         return None
@@ -265,10 +265,10 @@ def _answer(task: Task, estimator: str, recording: Recording, truth: Mapping[str
         state = watched.update(state, replace(recording, t=recording.t[rows], channels=channels))
     means, deviations = watched.belief(watched.estimate(state, 1))
     error = wanted.error(means[:, 0], np.asarray(truth[wanted.name]))
-    return Answer(float(error[0]), float(deviations[0, 0]))
+    return FirstRun(float(error[0]), float(deviations[0, 0]))
 
 
-def _own(task: Task, found: Findings, truth: Mapping[str, Any]) -> Answer | None:
+def _own(task: Task, found: Findings, truth: Mapping[str, Any]) -> FirstRun | None:
     """The same quantity where the loop tells it, from all runs together."""
     if not task.quantities:
         return None
@@ -277,7 +277,7 @@ def _own(task: Task, found: Findings, truth: Mapping[str, Any]) -> Answer | None
         for one in target.derived:
             if one.name == wanted.name:
                 error = wanted.error(np.array([one.after.value]), np.asarray(truth[wanted.name]))
-                return Answer(float(error[0]), one.after.sd)
+                return FirstRun(float(error[0]), one.after.sd)
     return None
 
 

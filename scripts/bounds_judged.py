@@ -16,7 +16,7 @@ from studies.result_page import Section, table, write
 
 from insenv.core.units import ARCMIN, ARCSEC, PPM
 from insenv.evaluate.evaluation import evaluate
-from insenv.evaluate.scores import Score
+from insenv.evaluate.scores import QuantityScore
 
 PAGE = Path(__file__).parents[1] / "docs/results/bounds.md"
 GLS = "estimators.rate_table.rate_gls:RateGls"
@@ -98,7 +98,7 @@ def judged(seeds: int, jobs: int) -> Iterator[Section]:
     """A table for each environment, then the analyses."""
     for environment, title in (("NorthFinder", "North"), ("TwoPosition", "Two positions"), ("RateTable", "Rate table")):
         rows: list[tuple[str, ...]] = []
-        best: list[Score] = []
+        best: list[QuantityScore] = []
         for case in (case for case in CASES if case.environment == environment):
             found = list(_scores(case, max(2, round(case.share * seeds)), jobs))
             rows += [_row(case, name, runs, score) for name, runs, score in found]
@@ -116,7 +116,7 @@ HEADER = ("procedure", "estimator", "runs", "bound", "rms", "rms / bound", "told
 NEAR = 0.05
 
 
-def _scores(case: Case, runs: int, jobs: int) -> Iterator[tuple[str, int, Score]]:
+def _scores(case: Case, runs: int, jobs: int) -> Iterator[tuple[str, int, QuantityScore]]:
     found = evaluate(
         case.environment,
         case.estimators,
@@ -134,12 +134,12 @@ def _scores(case: Case, runs: int, jobs: int) -> Iterator[tuple[str, int, Score]
         yield one.estimator.rpartition(":")[2], one.runs, one.scores[0]
 
 
-def _share(value: float, score: Score) -> float:
+def _share(value: float, score: QuantityScore) -> float:
     assert score.bound is not None
     return value / score.bound
 
 
-def _row(case: Case, name: str, runs: int, score: Score) -> tuple[str, ...]:
+def _row(case: Case, name: str, runs: int, score: QuantityScore) -> tuple[str, ...]:
     size, unit = case.unit
     (rms, half), bound = score.rms, score.rms[0] / _share(score.rms[0], score)
     return (
@@ -154,7 +154,7 @@ def _row(case: Case, name: str, runs: int, score: Score) -> tuple[str, ...]:
     )
 
 
-def _verdict(name: str, scores: Sequence[Score]) -> str:
+def _verdict(name: str, scores: Sequence[QuantityScore]) -> str:
     """How many procedures are within 5 %, by the error and by what is told; the intervals that hold no 5 %."""
     ratios = [(_share(s.rms[0], s), _share(s.rms[1], s)) for s in scores]
     within = sum(abs(ratio - 1) <= NEAR for ratio, _ in ratios)

@@ -69,7 +69,7 @@ class Unrest:
 
 
 @dataclass(frozen=True)
-class Blocks:
+class RestBlocks:
     """A rest in blocks.
 
     Attributes
@@ -146,7 +146,7 @@ class BaseMotion:
         Of the mean specific force [(m/s^2)^2].
     unrest : tuple of Unrest
         Along level right and level forward.
-    blocks : Blocks
+    blocks : RestBlocks
     fitted : ndarray, shape (m, 2)
         The fit to ``blocks.v`` [m/s].
     """
@@ -155,7 +155,7 @@ class BaseMotion:
     cov: Floats
     force_cov: Floats
     unrest: tuple[Unrest, Unrest]
-    blocks: Blocks
+    blocks: RestBlocks
     fitted: Floats
 
 
@@ -195,7 +195,7 @@ def base_motion(rest: Recording, gravity: float, angle_walk: float) -> BaseMotio
     )
 
 
-def velocities(rest: Recording, gravity: float) -> Blocks:
+def velocities(rest: Recording, gravity: float) -> RestBlocks:
     """Velocities of a rest without what the gyros see of the tilt; errors as `base_motion`."""
     axes = level_axes(means(rest)[1])
     seen = [expose(rest, name) for name in ACCELS]
@@ -209,7 +209,7 @@ def velocities(rest: Recording, gravity: float) -> Blocks:
     summed = np.cumsum(_columns(seen, axes, gravity), axis=0) * motion.dt
     table = np.column_stack([motion.t[1:], summed])[: blocks * block].reshape(blocks, block, -1).mean(axis=1)
     X = np.column_stack([np.ones(blocks), table[:, 3:]])
-    return Blocks(axes, table[:, 0], table[:, 1:3], X, gravity, motion.n * motion.dt)
+    return RestBlocks(axes, table[:, 0], table[:, 1:3], X, gravity, motion.n * motion.dt)
 
 
 def _columns(seen: list[Exposure], axes: Floats, gravity: float) -> Floats:
@@ -237,7 +237,7 @@ def fitted_angle_walk(rests: Sequence[Recording], gravity: float) -> float:
     return float(np.exp(best.x))
 
 
-def fitted_unrest(seen: Blocks, axis: int, angle_walk: float) -> Unrest:
+def fitted_unrest(seen: RestBlocks, axis: int, angle_walk: float) -> Unrest:
     """R and A of level axis 0 (right) or 1 (forward) by restricted maximum likelihood."""
     left = seen.v[:, axis] - seen.X @ np.linalg.lstsq(seen.X, seen.v[:, axis], rcond=None)[0]
     white = max(float(np.std(np.diff(left))), 1e-12)
@@ -255,7 +255,7 @@ def _unrest(logs: Floats, angle_walk: float) -> Unrest:
     return Unrest(float(R), float(A), angle_walk)
 
 
-def covariance(seen: Blocks, unrest: Unrest) -> Floats:
+def covariance(seen: RestBlocks, unrest: Unrest) -> Floats:
     """Covariance of the block velocities along one level axis, shape (m, m)."""
     a, b = np.minimum.outer(seen.t, seen.t), np.maximum.outer(seen.t, seen.t)
     tilt = (seen.gravity * unrest.angle_walk) ** 2 * _tilt(a, b)
@@ -263,7 +263,7 @@ def covariance(seen: Blocks, unrest: Unrest) -> Floats:
     return C + _JITTER * np.diag(np.diag(C))
 
 
-def _cost(seen: Blocks, axis: int, unrest: Unrest) -> float:
+def _cost(seen: RestBlocks, axis: int, unrest: Unrest) -> float:
     """Restricted log-likelihood, negative, up to a constant."""
     squares = np.array([unrest.velocity, unrest.velocity_walk, unrest.angle_walk]) ** 2
     bands = np.tensordot(squares, seen.differences.bands, 1)
@@ -272,7 +272,7 @@ def _cost(seen: Blocks, axis: int, unrest: Unrest) -> float:
     return float(np.log(half[0]).sum() + 0.5 * v @ weighed)
 
 
-def least_squares(seen: Blocks, axis: int, unrest: Unrest) -> tuple[Floats, Floats]:
+def least_squares(seen: RestBlocks, axis: int, unrest: Unrest) -> tuple[Floats, Floats]:
     """Coefficients of the regressors for level axis 0 or 1, shape (k,), and their covariance, (k, k)."""
     half: Any = np.linalg.cholesky(covariance(seen, unrest))
     white: Any = solve_triangular(half, np.column_stack([seen.X, seen.v[:, axis]]), lower=True)

@@ -37,7 +37,7 @@ LEVEL_SD, RATE_SD = 3 * DEG, 10 * DEG_PER_HOUR
 
 
 @dataclass(frozen=True)
-class Rest:
+class RestSamples:
     """What `StaticAlignment` has seen: times, shape (n,), and samples, (..., 6, n), of each chunk."""
 
     batch: int | None
@@ -45,7 +45,7 @@ class Rest:
     samples: tuple[Floats, ...] = ()
     covers: tuple[Covers, ...] = ("interval",) * 6
 
-    def rows(self, index: NDArray[np.int64]) -> Rest:
+    def rows(self, index: NDArray[np.int64]) -> RestSamples:
         """The runs ``index`` of the batch alone."""
         return replace(self, batch=len(index), samples=tuple(part[index] for part in self.samples))
 
@@ -66,11 +66,11 @@ class StaticAlignment:
 
     datasheet: Datasheet
 
-    def reset(self, batch: int | None = None) -> Rest:
+    def reset(self, batch: int | None = None) -> RestSamples:
         """Nothing seen yet."""
-        return Rest(batch)
+        return RestSamples(batch)
 
-    def update(self, state: Rest, chunk: Recording) -> Rest:
+    def update(self, state: RestSamples, chunk: Recording) -> RestSamples:
         """After a chunk with three gyros [rad/s] and three accelerometers [m/s^2] in axes right, forward, up.
 
         Raises InputError if a channel is missing, in another unit or delayed.
@@ -83,7 +83,7 @@ class StaticAlignment:
         covers = tuple(channel.covers for channel in channels)
         return replace(state, t=(*state.t, chunk.t), samples=(*state.samples, samples), covers=covers)
 
-    def estimate(self, state: Rest) -> Estimate:
+    def estimate(self, state: RestSamples) -> Estimate:
         """Quantities `NAMES`, shapes (..., 4) and (..., 4, 4); InputError as `tilting_base`."""
         count = 1 if state.batch is None else state.batch
         # A block more than the fit wants: the first row only starts the integrals.

@@ -17,7 +17,7 @@ import numpy as np
 from estimators.at_rest.static_bias_kernel import BEFORE, COUNT, DIFFERENCES, FREEDOM, OLD, PAIRS, SQUARES
 from estimators.common.allan_terms import Fit, fitted, floor
 from insenv.core.earth import EARTH_RATE
-from insenv.core.rate_test import AllanResult, Stability, StaticResult, Valued, WarmUp
+from insenv.core.rate_test import AllanResult, BiasSettling, Stability, StaticResult, Valued
 from insenv.core.recording import Floats
 from insenv.core.series.allan import FLICKER, QUANTIZATION, WALK, WHITE
 from insenv.core.units import DEG_PER_HOUR
@@ -169,7 +169,7 @@ def _curve(series: Floats) -> Floats:
     return kept
 
 
-def _warm_up(curve: Floats, k: float) -> WarmUp | None:
+def _warm_up(curve: Floats, k: float) -> BiasSettling | None:
     """How the bias settles; None for fewer than twenty means, or with more motion than rest among them."""
     t, y = curve[:, 0], curve[:, 1] / k
     if len(t) < 20 or float(np.median(np.diff(t))) * len(t) < 0.5 * (t[-1] - t[0]):
@@ -183,7 +183,7 @@ def _warm_up(curve: Floats, k: float) -> WarmUp | None:
     limit = 3 * float(np.std(means[len(means) // 2 :]))
     outside = np.flatnonzero(np.abs(means - y[end].mean()) > limit)
     settled = 0.0 if not len(outside) else float(t[min((outside[-1] + 1) * group, len(t) - 1)])
-    return WarmUp(rise, amplitude, tau, settled, limit)
+    return BiasSettling(rise, amplitude, tau, settled, limit)
 
 
 def _exponential(t: Floats, y: Floats) -> tuple[Valued, Valued]:

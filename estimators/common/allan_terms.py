@@ -50,7 +50,7 @@ FEWEST = 8.0
 
 
 @dataclass(frozen=True)
-class Fitted:
+class FittedTerms:
     """What the terms are.
 
     Attributes
@@ -76,10 +76,10 @@ class Fitted:
 
 
 #: What finds terms: taus, variance, degrees of freedom -> terms.
-Fit = Callable[[Floats, Floats, Floats], Fitted]
+Fit = Callable[[Floats, Floats, Floats], FittedTerms]
 
 
-def fitted(taus: Floats, variance: Floats, edf: Floats) -> Fitted:
+def fitted(taus: Floats, variance: Floats, edf: Floats) -> FittedTerms:
     """Coefficients of the noise terms of an Allan variance at octaves.
 
     Parameters
@@ -88,7 +88,7 @@ def fitted(taus: Floats, variance: Floats, edf: Floats) -> Fitted:
         [s], Allan variance [rad^2/s^2], its degrees of freedom.
     """
     if len(taus) < 2:
-        return Fitted({}, float("nan"))
+        return FittedTerms({}, float("nan"))
     if len(taus) < len(TERMS) + SPARE:
         return plain(taus, variance, edf)
     tried = sorted(
@@ -100,22 +100,22 @@ def fitted(taus: Floats, variance: Floats, edf: Floats) -> Fitted:
         kept = slice(left, None)
         found = _best(taus[kept], variance[kept], edf[kept], kinds)
         if found.fits:
-            return Fitted(found.coefficients, found.p_value, found.others, left)
+            return FittedTerms(found.coefficients, found.p_value, found.others, left)
     worst = plain(taus, variance, edf)
-    return Fitted(dict.fromkeys(TERMS, Valued()), worst.p_value)
+    return FittedTerms(dict.fromkeys(TERMS, Valued()), worst.p_value)
 
 
 _KINDS: tuple[tuple[str, ...], ...] = ((), ("markov",), ("sinusoid",), ("markov", "sinusoid"))
 
 
-def plain(taus: Floats, variance: Floats, edf: Floats) -> Fitted:
+def plain(taus: Floats, variance: Floats, edf: Floats) -> FittedTerms:
     """The powers of the averaging time alone, over all of it, whether they fit or not; fast. Shapes as `fitted`."""
     if len(taus) < 2:
-        return Fitted({}, float("nan"))
+        return FittedTerms({}, float("nan"))
     return _solved(taus, variance, edf, (), max(1, min(len(TERMS), len(taus) - 1)))
 
 
-def _best(taus: Floats, variance: Floats, edf: Floats, kinds: tuple[str, ...]) -> Fitted:
+def _best(taus: Floats, variance: Floats, edf: Floats, kinds: tuple[str, ...]) -> FittedTerms:
     """The fit with terms of those kinds, one shape after the other being tried where the fit so far is worst."""
     shapes: list[tuple[str, float]] = []
     for kind in kinds:
@@ -146,7 +146,9 @@ def _basis(taus: Floats, shapes: tuple[tuple[str, float], ...], terms: int) -> F
     return np.column_stack([powers, *(_column(kind, shape, taus) for kind, shape in shapes)])
 
 
-def _solved(taus: Floats, variance: Floats, edf: Floats, shapes: tuple[tuple[str, float], ...], terms: int) -> Fitted:
+def _solved(
+    taus: Floats, variance: Floats, edf: Floats, shapes: tuple[tuple[str, float], ...], terms: int
+) -> FittedTerms:
     """Non-negative generalised least squares with the covariance of the fitted model."""
     from scipy.linalg import cholesky, solve_triangular
     from scipy.optimize import nnls
@@ -172,7 +174,7 @@ def _solved(taus: Floats, variance: Floats, edf: Floats, shapes: tuple[tuple[str
         value = sqrt(x[j])
         out[name] = Valued(value, sd[j] / (2 * value)) if active[j] else Valued(0.0, sqrt(hidden[j]))
     others = (AllanTerm(k, s, float(x[terms + i])) for i, (k, s) in enumerate(shapes) if active[terms + i])
-    return Fitted(out, p_value, tuple(others))
+    return FittedTerms(out, p_value, tuple(others))
 
 
 def _chi_square(variance: Floats, model: Floats, edf: Floats, cov: Floats) -> float:

@@ -25,7 +25,7 @@ ALPHA = 1e12
 
 
 @dataclass(frozen=True)
-class Fit:
+class RecursiveFit:
     """State of a fit; the batch in front.
 
     Attributes
@@ -62,16 +62,16 @@ class Polynomial:
     lowest: int = 1
     highest: int = 3
 
-    def begin(self, channels: int = 1, batch: int | None = None, alpha: float = ALPHA) -> Fit:
+    def begin(self, channels: int = 1, batch: int | None = None, alpha: float = ALPHA) -> RecursiveFit:
         """No data: X = 0 and P = alpha I."""
         if not (0 <= self.lowest <= self.highest and self.dt > 0 and self.span > 0 and alpha > 0):
             raise InputError("a fit of no powers, or with a time or alpha that is not positive; wanted the opposite")
         p = self.highest - self.lowest + 1
         shape = () if batch is None else (batch,)
         start = np.broadcast_to(alpha * np.eye(p), (*shape, p, p)).copy()
-        return Fit(start, np.zeros((*shape, p, channels)))
+        return RecursiveFit(start, np.zeros((*shape, p, channels)))
 
-    def update(self, fit: Fit, z: ArrayLike) -> Fit:
+    def update(self, fit: RecursiveFit, z: ArrayLike) -> RecursiveFit:
         """Take samples z, shape (..., n, c), one after the other."""
         data = np.asarray(z, np.float64)
         p, c = fit.X.shape[-2:]
@@ -80,9 +80,9 @@ class Polynomial:
         P, X = fit.P.reshape(-1, p, p).copy(), fit.X.reshape(-1, p, c).copy()
         samples = np.ascontiguousarray(data.reshape(len(P), *data.shape[-2:]))
         compiled()(samples, self.dt / self.span, fit.count, self.lowest, P, X)
-        return Fit(P.reshape(fit.P.shape), X.reshape(fit.X.shape), fit.count + data.shape[-2])
+        return RecursiveFit(P.reshape(fit.P.shape), X.reshape(fit.X.shape), fit.count + data.shape[-2])
 
-    def coefficients(self, fit: Fit) -> Floats:
+    def coefficients(self, fit: RecursiveFit) -> Floats:
         """In powers of seconds, shape (..., p, c)."""
         powers = np.arange(self.lowest, self.highest + 1)
         return fit.X / self.span ** powers[:, None].astype(float)

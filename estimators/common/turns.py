@@ -100,7 +100,7 @@ def slack(datasheet: Datasheet) -> float:
 
 
 @dataclass(frozen=True)
-class Turns:
+class Revolutions:
     """Revolutions so far.
 
     Attributes
@@ -120,13 +120,15 @@ class Turns:
     count: NDArray[np.int64]
 
 
-def begin(batch: int | None) -> Turns:
+def begin(batch: int | None) -> Revolutions:
     """Before any data."""
     front = () if batch is None else (batch,)
-    return Turns(np.zeros((*front, 7)), np.zeros((*front, WIDTH)), np.zeros((*front, 0, WIDTH)), np.zeros(front, int))
+    return Revolutions(
+        np.zeros((*front, 7)), np.zeros((*front, WIDTH)), np.zeros((*front, 0, WIDTH)), np.zeros(front, int)
+    )
 
 
-def follow(state: Turns, axis: Axis, chunk: Recording, target: str, unit: str) -> Turns:
+def follow(state: Revolutions, axis: Axis, chunk: Recording, target: str, unit: str) -> Revolutions:
     """After a chunk with the channels ``target`` and "table_angle", shape (..., n).
 
     Raises
@@ -150,7 +152,7 @@ def follow(state: Turns, axis: Axis, chunk: Recording, target: str, unit: str) -
     closed[:, :there] = state.closed.reshape(rows, there, WIDTH)
     _walk(np.asarray(chunk.t, float), y, angle, _settings(axis), (now, part, closed, count))
     closed = closed[:, : count.max(initial=0)]
-    return Turns(
+    return Revolutions(
         now.reshape(*front, -1), part.reshape(*front, -1), closed.reshape(*front, -1, WIDTH), count.reshape(front)
     )
 

@@ -31,8 +31,8 @@ from estimators.common.turns import (
     LS,
     SS,
     STRETCH,
+    Revolutions,
     T,
-    Turns,
     begin,
     compiled,
     follow,
@@ -56,15 +56,15 @@ class Correlation:
 
     datasheet: Datasheet
 
-    def reset(self, batch: int | None = None) -> Turns:
+    def reset(self, batch: int | None = None) -> Revolutions:
         """No revolution yet."""
         return begin(batch)
 
-    def update(self, state: Turns, chunk: Recording) -> Turns:
+    def update(self, state: Revolutions, chunk: Recording) -> Revolutions:
         """After a chunk with the channels "gyro" [rad/s] and "table_angle" [rad]."""
         return follow(state, self._errors.axis, chunk, "gyro", "rad/s")
 
-    def estimate(self, state: Turns) -> Estimate:
+    def estimate(self, state: Revolutions) -> Estimate:
         """Azimuth [rad] and its variance, shapes (..., 1) and (..., 1, 1)."""
         known, x, cov = solved(state, self._errors, weigh, 2)
         mean, variance, _ = azimuth(known, x, cov, level_rate(self.datasheet))

@@ -64,7 +64,7 @@ class _Gls(NorthGls):
 
 
 @dataclass(frozen=True)
-class Turning:
+class RunsTurning:
     """Where the runs stand; the batch in front.
 
     Attributes
@@ -140,12 +140,14 @@ class _Ahead:
         )
         self._levelled = gls._levelling is not None
 
-    def reset(self, batch: int | None = None) -> Turning:
+    def reset(self, batch: int | None = None) -> RunsTurning:
         """At rest, nothing known; a decision is due."""
         zero = np.zeros(() if batch is None else batch)
-        return Turning(self.gls.reset(batch), zero, zero, zero, zero + np.inf, zero + np.inf)
+        return RunsTurning(self.gls.reset(batch), zero, zero, zero, zero + np.inf, zero + np.inf)
 
-    def act(self, state: Turning, chunk: Recording | None, estimate: Estimate | None = None) -> tuple[Floats, Turning]:
+    def act(
+        self, state: RunsTurning, chunk: Recording | None, estimate: Estimate | None = None
+    ) -> tuple[Floats, RunsTurning]:
         """Rate and stop of each run, shape (..., 2)."""
         t = 0.0
         if chunk is not None and len(chunk):
@@ -162,7 +164,7 @@ class _Ahead:
         """Sequences, shape (S, K); NaN behind those that are shorter."""
         raise NotImplementedError
 
-    def _rate(self, state: Turning, chunk: Recording) -> Floats:
+    def _rate(self, state: RunsTurning, chunk: Recording) -> Floats:
         """Of the table at the end of a chunk [rad/s], from the last samples of the encoder."""
         angle = np.broadcast_to(chunk.values("table_angle", "rad"), (*np.shape(state.rate), len(chunk)))
         n = min(len(chunk) - 1, max(int(0.1 * self.datasheet.sampling), 1))
@@ -170,7 +172,7 @@ class _Ahead:
             return state.wanted
         return np.asarray((angle[..., -1] - angle[..., -1 - n]) / (n * self.datasheet.dt))
 
-    def _decided(self, state: Turning, due: NDArray[np.bool_], t: float) -> Turning:
+    def _decided(self, state: RunsTurning, due: NDArray[np.bool_], t: float) -> RunsTurning:
         """With the rates for the next piece, of the runs that are ``due``."""
         told = self.gls.estimate(state.known)
         azimuth, sd = (np.reshape(a, -1) for a in told.of("azimuth"))

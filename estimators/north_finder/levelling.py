@@ -19,7 +19,7 @@ from typing import final
 import numpy as np
 
 from estimators.common.told import Errors
-from estimators.common.turns import Axis, Turns, begin, follow, slack
+from estimators.common.turns import Axis, Revolutions, begin, follow, slack
 from estimators.north_finder.correlation import weigh
 from estimators.north_finder.spread import solved
 from insenv.core.earth import gravity
@@ -44,16 +44,16 @@ class Levelling:
     datasheet: Datasheet
     prior: float = float(np.radians(1.0))
 
-    def reset(self, batch: int | None = None) -> Turns:
+    def reset(self, batch: int | None = None) -> Revolutions:
         """No revolution yet."""
         return begin(batch)
 
-    def update(self, state: Turns, chunk: Recording) -> Turns:
+    def update(self, state: Revolutions, chunk: Recording) -> Revolutions:
         """After a chunk with the channels "accel_x" [m/s^2] and "table_angle" [rad]."""
         instant = chunk.channel("accel_x").covers == "instant"
         return follow(state, replace(self._errors.axis, instant=instant), chunk, "accel_x", "m/s^2")
 
-    def estimate(self, state: Turns) -> Estimate:
+    def estimate(self, state: Revolutions) -> Estimate:
         """``level_c`` and ``level_s`` [rad], shapes (..., 2) and (..., 2, 2)."""
         known, x, cov = solved(state, self._errors, weigh, 2)
         g = self.gravity

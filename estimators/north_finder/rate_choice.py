@@ -25,7 +25,7 @@ REVERSALS = (0, 1, 3)
 
 
 @dataclass(frozen=True)
-class Candidate:
+class TableRun:
     """One way to run the table.
 
     Attributes
@@ -49,12 +49,12 @@ class Candidate:
 
 
 @dataclass(frozen=True)
-class Plan:
+class ChosenRun:
     """The best candidate with its course, and all of them, best first."""
 
-    best: Candidate
+    best: TableRun
     course: Course
-    candidates: tuple[Candidate, ...]
+    candidates: tuple[TableRun, ...]
 
     @property
     def rate(self) -> float:
@@ -106,7 +106,7 @@ def plan(
     tilts: Sequence[float] | None = None,
     rates: Sequence[float] = RATES,
     reversals: Sequence[int] = REVERSALS,
-) -> Plan:
+) -> ChosenRun:
     """Compare all candidates.
 
     Parameters
@@ -133,10 +133,10 @@ def plan(
     found = []
     for tilt in (datasheet.mounting.tilt,) if tilts is None else tilts:
         mounted = replace(datasheet, mounting=Mounting(tilt, datasheet.mounting.axes))
-        found += [Candidate(w, tilt, r, expected_sd(mounted, w, r)) for w in able for r in reversals]
+        found += [TableRun(w, tilt, r, expected_sd(mounted, w, r)) for w in able for r in reversals]
     # Of equal candidates (nothing is told by any) the first that was asked for.
     ranked = tuple(sorted(found, key=lambda candidate: candidate.sd))
-    return Plan(ranked[0], _course(datasheet, ranked[0].rate, ranked[0].reversals), ranked)
+    return ChosenRun(ranked[0], _course(datasheet, ranked[0].rate, ranked[0].reversals), ranked)
 
 
 def expected_sd(datasheet: Datasheet, rate: float, reversals: int = 0, degree: int = 2) -> float:

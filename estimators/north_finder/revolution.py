@@ -48,8 +48,8 @@ from estimators.common.turns import (
     SS,
     START,
     STRETCH,
+    Revolutions,
     T,
-    Turns,
     begin,
     compiled,
     follow,
@@ -101,15 +101,15 @@ class Revolution:
                 f"revolution: pairing {self.pairing!r} given, wanted one of {', '.join(get_args(Pairing))}"
             )
 
-    def reset(self, batch: int | None = None) -> Turns:
+    def reset(self, batch: int | None = None) -> Revolutions:
         """No revolution yet."""
         return begin(batch)
 
-    def update(self, state: Turns, chunk: Recording) -> Turns:
+    def update(self, state: Revolutions, chunk: Recording) -> Revolutions:
         """After a chunk with the channels "gyro" [rad/s] and "table_angle" [rad]."""
         return follow(state, self._errors.axis, chunk, "gyro", "rad/s")
 
-    def estimate(self, state: Turns) -> Estimate:
+    def estimate(self, state: Revolutions) -> Estimate:
         """Azimuth [rad], error of the scale factor [1] and its rate [1/s], shapes (..., 3) and (..., 3, 3).
 
         Before a stretch has two revolutions (three where they predict): 0 with the variances pi^2 / 3 and the

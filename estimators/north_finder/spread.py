@@ -47,8 +47,8 @@ from estimators.common.turns import (
     WAY,
     WIDTH,
     N,
+    Revolutions,
     T,
-    Turns,
     compiled,
     patiently,
 )
@@ -71,12 +71,12 @@ def level_rate(datasheet: Datasheet) -> float | None:
     return None if latitude is None else float(EARTH_RATE * np.cos(latitude) * np.cos(datasheet.mounting.tilt))
 
 
-def solved(turns: Turns, errors: Errors, weigh: Callable[..., Any], outputs: int) -> tuple[Any, Floats, Floats]:
+def solved(turns: Revolutions, errors: Errors, weigh: Callable[..., Any], outputs: int) -> tuple[Any, Floats, Floats]:
     """Estimates of every row from the sums of its revolutions.
 
     Parameters
     ----------
-    turns : Turns
+    turns : Revolutions
     errors : Errors
     weigh : callable
         ``weigh(closed, count, coefficients, known, time)`` for all rows: fills the coefficients, shape (rows, m,

@@ -25,8 +25,8 @@ from estimators.rate_table.rate_ladder import (
     EMPTY,
     GO,
     STOP,
-    Place,
     Queue,
+    QueuePlace,
     action,
     moved,
     over,
@@ -52,7 +52,7 @@ class Learnt:
     """State of a test: what was run, and what it recorded; shapes (..., m)."""
 
     queue: Queue
-    place: Place
+    place: QueuePlace
     tally: Tally
 
 

@@ -48,7 +48,7 @@ STATE = 30
 
 
 @dataclass(frozen=True)
-class Found:
+class DwellSums:
     """Dwells so far.
 
     Attributes
@@ -64,20 +64,20 @@ class Found:
     count: NDArray[np.int64]
 
 
-def nothing(batch: int | None) -> Found:
+def nothing(batch: int | None) -> DwellSums:
     """No dwell yet."""
     front = () if batch is None else (batch,)
-    return Found(np.zeros((*front, STATE)), np.zeros((*front, 0, WIDTH)), np.zeros(front, np.int64))
+    return DwellSums(np.zeros((*front, STATE)), np.zeros((*front, 0, WIDTH)), np.zeros(front, np.int64))
 
 
 def follow(
-    found: Found, t: Floats, channels: tuple[Floats, Floats, Floats, Floats], segment: Floats, settings: Floats
-) -> Found:
+    found: DwellSums, t: Floats, channels: tuple[Floats, Floats, Floats, Floats], segment: Floats, settings: Floats
+) -> DwellSums:
     """After more rows.
 
     Parameters
     ----------
-    found : Found
+    found : DwellSums
     t : ndarray, shape (n,)
         [s]
     channels : tuple of ndarray, shape (..., n)
@@ -95,19 +95,19 @@ def follow(
     dwells = np.concatenate([found.dwells.reshape(rows, d, WIDTH), np.zeros((rows, most, WIDTH))], axis=1)
     _follow((np.asarray(t, float), segment), tuple(wide), settings, (now, dwells, count))
     kept = int(count.max(initial=0))
-    return Found(now.reshape(*front, STATE), dwells[:, :kept].reshape(*front, kept, WIDTH), count.reshape(front))
+    return DwellSums(now.reshape(*front, STATE), dwells[:, :kept].reshape(*front, kept, WIDTH), count.reshape(front))
 
 
-def finished(found: Found, settings: Floats) -> Found:
+def finished(found: DwellSums, settings: Floats) -> DwellSums:
     """With the dwell that is under way as one of them."""
     front, rows, d = found.count.shape, found.count.size, found.dwells.shape[-2]
     now, count = found.now.reshape(rows, STATE).copy(), found.count.reshape(rows).copy()
     dwells = np.concatenate([found.dwells.reshape(rows, d, WIDTH), np.zeros((rows, 1, WIDTH))], axis=1)
     _finish(settings, (now, dwells, count))
-    return Found(now.reshape(*front, STATE), dwells.reshape(*front, d + 1, WIDTH), count.reshape(front))
+    return DwellSums(now.reshape(*front, STATE), dwells.reshape(*front, d + 1, WIDTH), count.reshape(front))
 
 
-def white_noise(found: Found) -> tuple[Floats, NDArray[np.int64]]:
+def white_noise(found: DwellSums) -> tuple[Floats, NDArray[np.int64]]:
     """Square of the white noise [rad^2/s] and how many differences tell of it, each of shape (...)."""
     count = found.now[..., _NC]
     return found.now[..., _NS] / np.maximum(count, 1), count.astype(np.int64)

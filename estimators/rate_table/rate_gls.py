@@ -25,7 +25,7 @@ from insenv.core.units import DEG
 from insenv.effects.bias import Bias
 from insenv.effects.rate.scale import ScaleFactor
 from insenv.information.means import Means, stated_noises
-from insenv.information.scale_factor import INTERVAL, Declared, cells, declared, model, motion_of, slope
+from insenv.information.scale_factor import INTERVAL, DeclaredGyro, cells, declared, model, motion_of, slope
 
 #: Deviations of a bias [rad/s] and of a scale factor of which nothing is told.
 ANY_BIAS, ANY_ERROR = 0.1 * DEG, ScaleFactor.linear[0].sd
@@ -155,7 +155,7 @@ class RateGls:
             theta, cov = _posterior(self._means(motion, told), data[_OUTPUT, 1:], told, prior)
         return self._slope(told, theta, cov)
 
-    def _means(self, motion: Motion, told: Declared) -> Means:
+    def _means(self, motion: Motion, told: DeclaredGyro) -> Means:
         """The model of the cells; their covariance from a run before, if it had the same."""
         edges = cells(motion.rate).tobytes()
         if edges in self._known:
@@ -166,7 +166,7 @@ class RateGls:
         self._known[edges] = found
         return found
 
-    def _slope(self, told: Declared, theta: Floats, cov: Floats) -> tuple[Floats, Floats]:
+    def _slope(self, told: DeclaredGyro, theta: Floats, cov: Floats) -> tuple[Floats, Floats]:
         rate = self.datasheet.limits.rate if self.largest is None else self.largest
         weights, perfect = slope(told, self.datasheet, rate if np.isfinite(rate) else 1.0)
         names = told.sensor.names
@@ -176,7 +176,7 @@ class RateGls:
         return g @ theta + [perfect, 0.0], g @ cov @ g.T
 
 
-def _posterior(means: Means, output: Floats, told: Declared, prior: dict[str, float]) -> tuple[Floats, Floats]:
+def _posterior(means: Means, output: Floats, told: DeclaredGyro, prior: dict[str, float]) -> tuple[Floats, Floats]:
     """Parameters and their covariance."""
     names = told.sensor.names
     found = means.information.given(prior)

@@ -55,7 +55,7 @@ EMPTY = Queue(np.empty(0), np.empty(0), np.empty(0))
 
 
 @dataclass(frozen=True)
-class Place:
+class QueuePlace:
     """How far a queue is: the entry, when it was commanded and when the table has its rate [s], each (...)."""
 
     entry: NDArray[np.int64]
@@ -63,33 +63,33 @@ class Place:
     steady: Floats
 
 
-def started(queue: Queue, acceleration: float, batch: int | None) -> Place:
+def started(queue: Queue, acceleration: float, batch: int | None) -> QueuePlace:
     """At the first entry of a queue, from rest, at time 0."""
     front = () if batch is None else (batch,)
     steady = np.abs(queue.rate[..., 0]) / acceleration
-    return Place(np.zeros(front, np.int64), np.zeros(front), np.broadcast_to(steady, front).copy())
+    return QueuePlace(np.zeros(front, np.int64), np.zeros(front), np.broadcast_to(steady, front).copy())
 
 
-def over(place: Place, queue: Queue, t: float) -> NDArray[np.bool_]:
+def over(place: QueuePlace, queue: Queue, t: float) -> NDArray[np.bool_]:
     """Whether the entry is done at time ``t``, shape (...); the last one never is."""
     waited = t + _ROUNDING >= place.steady + _at(queue.hold, place.entry)
     return np.asarray(waited & (place.entry < queue.rate.shape[-1] - 1))
 
 
-def moved(place: Place, queue: Queue, t: float, acceleration: float) -> Place:
+def moved(place: QueuePlace, queue: Queue, t: float, acceleration: float) -> QueuePlace:
     """At time ``t``: the next entry where one is done."""
     return gone_on(place, queue, over(place, queue, t), t, acceleration)
 
 
-def gone_on(place: Place, queue: Queue, done: NDArray[np.bool_], t: float, acceleration: float) -> Place:
+def gone_on(place: QueuePlace, queue: Queue, done: NDArray[np.bool_], t: float, acceleration: float) -> QueuePlace:
     """At time ``t``: the next entry where one is ``done``, shape (...)."""
     rate = _at(queue.rate, place.entry)
     entry = place.entry + done
     steady = t + np.abs(_at(queue.rate, entry) - rate) / acceleration
-    return Place(entry, np.where(done, t, place.began), np.where(done, steady, place.steady))
+    return QueuePlace(entry, np.where(done, t, place.began), np.where(done, steady, place.steady))
 
 
-def action(place: Place, queue: Queue, t: float) -> Floats:
+def action(place: QueuePlace, queue: Queue, t: float) -> Floats:
     """Rate of the entry that is under way, and its signal as it begins; a stop holds on.  Shape (..., 2)."""
     signal = _at(queue.signal, place.entry)
     signal = np.where((place.began >= t) | (signal >= STOP), signal, GO)
@@ -123,17 +123,19 @@ class Ladder:
         settling = np.abs(np.diff(self.queue.rate[:-1], prepend=0.0)) / self.acceleration
         return float(self.queue.hold[:-1].sum() + settling.sum())
 
-    def reset(self, batch: int | None = None) -> Place:
+    def reset(self, batch: int | None = None) -> QueuePlace:
         """The first entry."""
         return started(self.queue, self.acceleration, batch)
 
-    def act(self, state: Place, chunk: Recording | None, estimate: Estimate | None = None) -> tuple[Floats, Place]:
+    def act(
+        self, state: QueuePlace, chunk: Recording | None, estimate: Estimate | None = None
+    ) -> tuple[Floats, QueuePlace]:
         """Rate and signal of the entry that is under way, shape (..., 2)."""
         t = time_of(chunk)
         state = gone_on(state, self.queue, self._done(state, t), t, self.acceleration)
         return action(state, self.queue, t), state
 
-    def _done(self, place: Place, t: float) -> NDArray[np.bool_]:
+    def _done(self, place: QueuePlace, t: float) -> NDArray[np.bool_]:
         """Whether the entry is over."""
         return over(place, self.queue, t)
 
@@ -250,7 +252,7 @@ class OptimalLadder(Ladder):
         settling = np.abs(np.diff(self.queue.rate, prepend=0.0)) / self.acceleration
         self._ends = None if whole_turns else np.cumsum(settling + self.queue.hold)
 
-    def _done(self, place: Place, t: float) -> NDArray[np.bool_]:
+    def _done(self, place: QueuePlace, t: float) -> NDArray[np.bool_]:
         """By the clock, so that the time of all dwells is kept, unless each has to have its turns."""
         if self._ends is None:
             return super()._done(place, t)

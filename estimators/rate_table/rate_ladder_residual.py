@@ -33,7 +33,7 @@ _WIDTHS, _CENTRES = 40, 121
 
 
 @dataclass(frozen=True)
-class Fault:
+class BellFault:
     """A local fault: centre and width (standard deviation) of its magnitude, height, with their deviations [rad/s]."""
 
     centre: float
@@ -118,7 +118,7 @@ def groups(rate: Floats, loud: Floats, threshold: float, apart: float, most: int
     return found
 
 
-def fault(rate: Floats, fit: Smooth, near: float, within: float) -> Fault:
+def fault(rate: Floats, fit: Smooth, near: float, within: float) -> BellFault:
     """The fault, odd in the rate, that fits best around a magnitude, ``within`` so much of it [rad/s]."""
     some = (np.abs(np.abs(rate) - near) < 2 * within) & np.isfinite(fit.sd)
     x, y, w = np.abs(rate[some]), np.sign(rate[some]) * fit.left[some], fit.sd[some] ** -2.0
@@ -135,7 +135,7 @@ def fault(rate: Floats, fit: Smooth, near: float, within: float) -> Fault:
     scale = np.array([1.0, abs(height) / s[best], abs(height) / s[best]])
     cov = np.linalg.pinv((J / scale).T @ (w[:, None] * (J / scale)), hermitian=True)
     height_sd, centre_sd, width_sd = (float(v) for v in np.sqrt(np.diagonal(cov)) / scale)
-    return Fault(centre, width, height, centre_sd, width_sd, height_sd)
+    return BellFault(centre, width, height, centre_sd, width_sd, height_sd)
 
 
 def line(rate: Floats, residual: Floats, middle: Floats, variance: Floats, top: float) -> tuple[float, float]:

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from estimators.rate_table.rate_ladder import Place
+from estimators.rate_table.rate_ladder import QueuePlace
 from insenv.core.estimate import Datasheet
 from insenv.core.recording import Floats, Recording
 
@@ -69,7 +69,7 @@ def empty(entries: int, batch: int | None) -> Tally:
     return Tally(zeros, zeros, zeros, zeros, last=np.full(front, np.nan))
 
 
-def added(tally: Tally, chunk: Recording, place: Place, datasheet: Datasheet) -> Tally:
+def added(tally: Tally, chunk: Recording, place: QueuePlace, datasheet: Datasheet) -> Tally:
     """With a chunk all of which belongs to one entry, that of ``place``."""
     front = np.shape(place.entry)
     t, dt, share = np.asarray(chunk.t, float), datasheet.dt, float(np.sin(datasheet.mounting.tilt))
@@ -106,7 +106,7 @@ def variance(time: Floats, datasheet: Datasheet, floor: float) -> Floats:
     return np.where(time > 0, walk**2 / some + angle / some**2 + floor**2, np.inf)
 
 
-def _put(total: Floats, place: Place, addition: Floats) -> Floats:
+def _put(total: Floats, place: QueuePlace, addition: Floats) -> Floats:
     """``total`` (..., m) with ``addition`` (...) at the entry of each run."""
     result, at = total.copy(), place.entry[..., None]
     np.put_along_axis(result, at, np.take_along_axis(result, at, axis=-1) + addition[..., None], axis=-1)

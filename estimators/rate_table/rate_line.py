@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimators.rate_table import rate_dwells, rate_line_drift, rate_line_fits, rate_line_reference, rate_line_result
-from estimators.rate_table.rate_dwells import OUTPUT, POWER, RATE, START, TEMPERATURE, TIME, Found
+from estimators.rate_table.rate_dwells import OUTPUT, POWER, RATE, START, TEMPERATURE, TIME, DwellSums
 from insenv.core.earth import EARTH_RATE
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Estimate
@@ -51,10 +51,10 @@ NAMES = (ScaleFactor.id, Bias.id, "asymmetry", "nonlinearity", "repeatability")
 
 
 @dataclass(frozen=True)
-class Progress:
+class LineProgress:
     """Dwells so far, and the table's angle where only its rate is recorded [rad], shape (...)."""
 
-    found: Found
+    found: DwellSums
     angle: Floats
 
 
@@ -108,11 +108,11 @@ class RateLine:
         latitude = self.datasheet.site.latitude
         return float("nan") if latitude is None else EARTH_RATE * sin(latitude) * self.share
 
-    def reset(self, batch: int | None = None) -> Progress:
+    def reset(self, batch: int | None = None) -> LineProgress:
         """No dwell yet."""
-        return Progress(rate_dwells.nothing(batch), np.zeros(() if batch is None else (batch,)))
+        return LineProgress(rate_dwells.nothing(batch), np.zeros(() if batch is None else (batch,)))
 
-    def update(self, state: Progress, chunk: Recording) -> Progress:
+    def update(self, state: LineProgress, chunk: Recording) -> LineProgress:
         """After a chunk.
 
         Raises
@@ -127,9 +127,9 @@ class RateLine:
         warmth = chunk.values("temperature", "K") if "temperature" in chunk.channels else np.full(len(t), np.nan)
         power = chunk.values("power", "1") if "power" in chunk.channels else _numbered(chunk)
         found = rate_dwells.follow(state.found, t, (y, angle, warmth, power), _segments(chunk), self._settings)
-        return Progress(found, np.broadcast_to(angle[..., -1], state.angle.shape).copy())
+        return LineProgress(found, np.broadcast_to(angle[..., -1], state.angle.shape).copy())
 
-    def estimate(self, state: Progress) -> Estimate:
+    def estimate(self, state: LineProgress) -> Estimate:
         """Relative error of the scale factor, bias [rad/s], asymmetry, nonlinearity ("largest_output"), repeatability.
 
         From the robust line through the dwells of the last power-up, by variance, at the reference temperature, as far
@@ -155,7 +155,7 @@ class RateLine:
         known = np.isfinite(fit.k) & (used.sum(axis=-1) > 2)
         return self._estimate(fit, known, (halves, (worst / full, worst_sd / full), spread))
 
-    def result(self, state: Progress) -> RateLineResult | None:
+    def result(self, state: LineProgress) -> RateLineResult | None:
         """All that a report shows, of a single run, without a batch; None where there are no two rates."""
         found = rate_dwells.finished(state.found, self._settings)
         noise = np.sqrt(self._noise(found))
@@ -174,7 +174,7 @@ class RateLine:
     def _settings(self) -> Floats:
         return np.array([self.datasheet.dt, self.share, self.tolerance, RELATIVE])
 
-    def _angle(self, state: Progress, chunk: Recording, shape: tuple[int, ...]) -> Floats:
+    def _angle(self, state: LineProgress, chunk: Recording, shape: tuple[int, ...]) -> Floats:
         """The table's angle, shape (..., n)."""
         if "table_angle" in chunk.channels:
             return chunk.values("table_angle", "rad")
@@ -182,20 +182,20 @@ class RateLine:
         rate = chunk.values("table_rate", "rad/s") if told else _nominal(chunk)
         return state.angle[..., None] + np.cumsum(np.broadcast_to(rate * self.datasheet.dt, shape), axis=-1)
 
-    def _noise(self, found: Found) -> Floats:
+    def _noise(self, found: DwellSums) -> Floats:
         """Square of the white noise [rad^2/s], shape (...)."""
         measured, count = rate_dwells.white_noise(found)
         told = self.datasheet.white("gyro") ** 2
         return np.where((count >= FEWEST) | (told == 0), measured, told)
 
-    def _points(self, found: Found) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
+    def _points(self, found: DwellSums) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
         """Rates, outputs, variances of the white noise, and which are there, each of shape (..., m)."""
         d = found.dwells
         there = np.arange(d.shape[-2]) < found.count[..., None]
         time = np.where(there, d[..., TIME], np.inf)
         return d[..., RATE] * self.share, d[..., OUTPUT], self._noise(found)[..., None] / time, there
 
-    def _slow(self, found: Found, used: NDArray[np.bool_]) -> Floats:
+    def _slow(self, found: DwellSums, used: NDArray[np.bool_]) -> Floats:
         """Covariance that flicker and walks give the dwells of each power-up that is used, shape (..., m, m)."""
         d = found.dwells
         total = np.zeros((*used.shape, used.shape[-1]))
@@ -225,7 +225,7 @@ class RateLine:
         return spread, sd
 
     def _estimate(
-        self, fit: rate_line_fits.Line, known: NDArray[np.bool_], ratios: tuple[tuple[Floats, Floats], ...]
+        self, fit: rate_line_fits.FittedLine, known: NDArray[np.bool_], ratios: tuple[tuple[Floats, Floats], ...]
     ) -> Estimate:
         """The estimate from its parts; the prior where nothing is known."""
         k = np.where(known, fit.k, 1.0)

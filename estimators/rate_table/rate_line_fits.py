@@ -34,7 +34,7 @@ _LEAST = 1e-32
 
 
 @dataclass(frozen=True)
-class Line:
+class FittedLine:
     """K, F_0 and their variances and covariance, each of shape (...); NaN where there are not two rates."""
 
     k: Floats
@@ -49,7 +49,7 @@ class Line:
         return left
 
 
-def line(x: Floats, y: Floats, w: Floats, variance: Floats, slow: Floats | None = None) -> Line:
+def line(x: Floats, y: Floats, w: Floats, variance: Floats, slow: Floats | None = None) -> FittedLine:
     """Least squares with the weights ``w``; ``variance`` is that of the points. All of shape (..., m).
 
     ``slow``: covariance of noise that outlasts a point, shape (..., m, m).
@@ -61,7 +61,7 @@ def line(x: Floats, y: Floats, w: Floats, variance: Floats, slow: Floats | None 
             p + _both(a, slow, b) for p, (a, b) in zip(parts, ((of_k, of_k), (of_f, of_f), (of_k, of_f)), strict=True)
         ]
     k = (of_k * np.where(w > 0, y, 0.0)).sum(axis=-1)
-    return Line(k, (of_f * np.where(w > 0, y, 0.0)).sum(axis=-1), *parts)
+    return FittedLine(k, (of_f * np.where(w > 0, y, 0.0)).sum(axis=-1), *parts)
 
 
 def _both(a: Floats, middle: Floats, b: Floats) -> Floats:

@@ -41,8 +41,8 @@ from estimators.common.turns import (
     WIDTH,
     Axis,
     N,
+    Revolutions,
     T,
-    Turns,
     begin,
     compiled,
     follow,
@@ -64,19 +64,19 @@ _KEPT = 10
 
 
 @dataclass(frozen=True)
-class Dwells:
+class LevelSums:
     """Dwells so far.
 
     Attributes
     ----------
-    turns : Turns
+    turns : Revolutions
         The revolution that is not complete.
     sums : ndarray, shape (..., d, 10)
         Of the dwells; rows beyond ``count`` are zero.
     count : ndarray of int, shape (...)
     """
 
-    turns: Turns
+    turns: Revolutions
     sums: Floats
     count: NDArray[np.int64]
 
@@ -110,18 +110,18 @@ class ScaleFactorOnLine:
         if abs(self._axis.share) < 1e-6:
             raise InputError("scale_factor: the input axis lies in the table plane and sees nothing of its turning")
 
-    def reset(self, batch: int | None = None) -> Dwells:
+    def reset(self, batch: int | None = None) -> LevelSums:
         """No dwell yet."""
         front = () if batch is None else (batch,)
-        return Dwells(begin(batch), np.zeros((*front, 0, _KEPT)), np.zeros(front, np.int64))
+        return LevelSums(begin(batch), np.zeros((*front, 0, _KEPT)), np.zeros(front, np.int64))
 
-    def update(self, state: Dwells, chunk: Recording) -> Dwells:
+    def update(self, state: LevelSums, chunk: Recording) -> LevelSums:
         """After a chunk with the channels "gyro" [rad/s] and "table_angle" [rad]."""
         for part in _labelled(chunk):
             state = _added(state, follow(state.turns, self._axis, part, "gyro", "rad/s"))
         return state
 
-    def estimate(self, state: Dwells) -> Estimate:
+    def estimate(self, state: LevelSums) -> Estimate:
         """Mean "scale_factor" [1], "repeatability" [1] and "test_1" ..., shapes (..., k) and (..., k, k).
 
         The repeatability is relative, of the angle per pulse, with n - 1; its variance is that of the standard
@@ -144,7 +144,7 @@ class ScaleFactorOnLine:
         names = (ScaleFactor.id, "repeatability", *(f"test_{k + 1}" for k in each))
         return Estimate(names, len(names) * ("1",), values, cov)
 
-    def _of_tests(self, state: Dwells) -> tuple[NDArray[np.bool_], Floats, Floats]:
+    def _of_tests(self, state: LevelSums) -> tuple[NDArray[np.bool_], Floats, Floats]:
         """Which tests are complete, their errors of the scale factor and variances, each of shape (..., tests)."""
         front, d = state.count.shape, state.sums.shape[-2]
         rows = state.count.size
@@ -223,7 +223,7 @@ def _labelled(chunk: Recording) -> Iterator[Recording]:
         yield replace(chunk, t=chunk.t[rows], channels=channels, segments=())
 
 
-def _added(state: Dwells, turns: Turns) -> Dwells:
+def _added(state: LevelSums, turns: Revolutions) -> LevelSums:
     """With the revolutions that are complete since, which then need not be kept."""
     front, m = turns.count.shape, turns.closed.shape[-2]
     if not m:
@@ -234,7 +234,7 @@ def _added(state: Dwells, turns: Turns) -> Dwells:
     _fold(turns.closed.reshape(rows, m, WIDTH), turns.count.reshape(rows), sums, count)
     most = count.max(initial=0)
     left = replace(turns, closed=np.zeros((*front, 0, WIDTH)), count=np.zeros_like(turns.count))
-    return Dwells(left, sums[:, :most].reshape(*front, most, _KEPT), count.reshape(front))
+    return LevelSums(left, sums[:, :most].reshape(*front, most, _KEPT), count.reshape(front))
 
 
 @patiently

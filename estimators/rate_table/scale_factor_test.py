@@ -28,7 +28,7 @@ PUBLISHED_RATES = tuple(rate * DEG for rate in (10, 10, 20, 20, 30, 30, 60, 100)
 
 
 @dataclass(frozen=True)
-class Progress:
+class TestProgress:
     """How far a test is; each of shape (...).
 
     Attributes
@@ -78,21 +78,21 @@ class ScaleFactorTest:
         self.half_sample = 0.5 * datasheet.dt
         self.settling = np.abs(np.diff(self.commands, prepend=0.0)) / datasheet.limits.acceleration
 
-    def reset(self, batch: int | None = None) -> Progress:
+    def reset(self, batch: int | None = None) -> TestProgress:
         """The first dwell, not yet begun."""
         front = () if batch is None else (batch,)
-        return Progress(np.zeros(front, np.int64), np.full(front, self.settling[0]), np.full(front, np.nan))
+        return TestProgress(np.zeros(front, np.int64), np.full(front, self.settling[0]), np.full(front, np.nan))
 
     def act(
-        self, state: Progress, chunk: Recording | None, estimate: Estimate | None = None
-    ) -> tuple[Floats, Progress]:
+        self, state: TestProgress, chunk: Recording | None, estimate: Estimate | None = None
+    ) -> tuple[Floats, TestProgress]:
         """Rate of the dwell that is under way and whether all are done, shape (..., 2)."""
         if chunk is not None and len(chunk):
             state = self._after(state, np.asarray(chunk.t, float), chunk.values("table_angle", "rad"))
         over = state.dwell >= len(self.commands) - 1
         return np.stack([self.commands[state.dwell], over.astype(float)], axis=-1), state
 
-    def _after(self, state: Progress, t: Floats, angle: Floats) -> Progress:
+    def _after(self, state: TestProgress, t: Floats, angle: Floats) -> TestProgress:
         """After rows at the times t, shape (n,), with the table's angles, shape (..., n)."""
         angle = np.broadcast_to(angle, (*state.dwell.shape, len(t)))
         there = t >= state.steady[..., None] - self.half_sample
@@ -102,4 +102,4 @@ class ScaleFactorTest:
         done = np.abs(angle[..., -1] - origin) >= self.angle  # not where the origin is not known
         dwell = np.minimum(state.dwell + done, len(self.commands) - 1)
         steady = np.where(done, t[-1] + self.settling[dwell], state.steady)
-        return Progress(dwell, steady, np.where(done, np.nan, origin))
+        return TestProgress(dwell, steady, np.where(done, np.nan, origin))

@@ -18,14 +18,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimators.rate_table import rate_ladder_tally as tallies
-from estimators.rate_table.rate_ladder import EMPTY, STOP, Place, Queue, action, moved, over, started, time_of, top_rate
-from estimators.rate_table.rate_ladder_residual import Fault, fault, groups, line, loudness, smooth
+from estimators.rate_table.rate_ladder import (
+    EMPTY,
+    STOP,
+    Queue,
+    QueuePlace,
+    action,
+    moved,
+    over,
+    started,
+    time_of,
+    top_rate,
+)
+from estimators.rate_table.rate_ladder_residual import BellFault, fault, groups, line, loudness, smooth
 from estimators.rate_table.rate_ladder_tally import Tally
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Estimate
 from insenv.core.recording import Floats, Recording
 from insenv.core.units import DEG
-from insenv.information.ladder import Design, optimal
+from insenv.information.ladder import LadderDesign, optimal
 from insenv.information.ladder_time import Dwells, dwells
 
 #: Suspects that are run again, at most; the rates around each, in spacings.
@@ -43,7 +54,7 @@ class Swept:
     Attributes
     ----------
     queue : Queue, shape (..., m)
-    place : Place
+    place : QueuePlace
     tally : Tally, shape (..., m)
     suspects : ndarray, shape (..., MOST)
         Magnitudes that stood out [rad/s]; NaN: no more.
@@ -52,7 +63,7 @@ class Swept:
     """
 
     queue: Queue
-    place: Place
+    place: QueuePlace
     tally: Tally
     suspects: Floats
     planned: NDArray[np.bool_]
@@ -148,7 +159,7 @@ class SweepAndRefine:
         place = moved(state.place, state.queue, t, self.acceleration)
         return action(place, state.queue, t), replace(state, place=place)
 
-    def alarms(self, state: Swept) -> list[list[Fault]]:
+    def alarms(self, state: Swept) -> list[list[BellFault]]:
         """Local faults that were confirmed, for each run (one list for a single run)."""
         return [self._confirmed(state, at) for at in np.ndindex(state.place.entry.shape)]
 
@@ -219,7 +230,7 @@ class SweepAndRefine:
             magnitude = max(magnitude - 0.5 * self.spacing, 0.0)
         return float(np.copysign(magnitude, rate))
 
-    def _confirmed(self, state: Swept, at: tuple[int, ...]) -> list[Fault]:
+    def _confirmed(self, state: Swept, at: tuple[int, ...]) -> list[BellFault]:
         """Local faults of one run."""
         means = self._means(state, at)
         fit, first, found = smooth(*means, self.top), len(self._sweep.rate), []
@@ -231,7 +242,7 @@ class SweepAndRefine:
         return found
 
 
-def _visited(design: Design, time: float, acceleration: float, visits: int) -> Dwells:
+def _visited(design: LadderDesign, time: float, acceleration: float, visits: int) -> Dwells:
     """A design in as many rounds as leave half of the time, at least, to dwell; in one in any case."""
     for count in range(visits, 1, -1):
         if 2 * Dwells(np.resize(design.rate, count + 1), np.zeros(count + 1)).slewing(acceleration).sum() < time:

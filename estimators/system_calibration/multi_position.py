@@ -42,7 +42,7 @@ _RIDGE = 1e-6
 
 
 @dataclass(frozen=True)
-class Seen:
+class RowsSeen:
     """State: all rows, in chunks of shape (R, ROWS, n), and whether there is a batch in front."""
 
     rows: tuple[Floats, ...]
@@ -111,16 +111,16 @@ class MultiPosition:
             rate[1:] = EARTH_RATE * np.cos(site.latitude), EARTH_RATE * np.sin(site.latitude)
         return np.array([0.0, 0.0, site.gravity]), rate
 
-    def reset(self, batch: int | None = None) -> Seen:
+    def reset(self, batch: int | None = None) -> RowsSeen:
         """No row yet."""
-        return Seen((np.zeros((batch or 1, ROWS, 0)),), batch is not None)
+        return RowsSeen((np.zeros((batch or 1, ROWS, 0)),), batch is not None)
 
-    def update(self, state: Seen, chunk: Recording) -> Seen:
+    def update(self, state: RowsSeen, chunk: Recording) -> RowsSeen:
         """State after a chunk."""
         rows = rows_of(chunk, self.datasheet.reference_temperature)
-        return Seen((*state.rows, rows), state.batched)
+        return RowsSeen((*state.rows, rows), state.batched)
 
-    def estimate(self, state: Seen) -> Estimate:
+    def estimate(self, state: RowsSeen) -> Estimate:
         """What is known; before there are two rests, what the datasheet tells."""
         parameters = self.inputs.parameters
         sd, prior = (np.array([getattr(q, name) for q in parameters]) for name in ("sd", "mean"))

@@ -13,7 +13,7 @@ from insenv.core.recording import Floats, Recording
 from insenv.information.unit.anew import FIRST, after, products_show
 from insenv.information.unit.calibration import (
     Blocks,
-    Gathered,
+    GatheredBlocks,
     UnitModel,
     begun,
     gathered,
@@ -24,10 +24,10 @@ from insenv.information.unit.calibration import (
 
 
 @dataclass(frozen=True)
-class Seen:
+class BlocksSeen:
     """State: what was gathered, whether there is a batch in front, and at how many blocks the model is made anew."""
 
-    data: Gathered
+    data: GatheredBlocks
     batched: bool
     due: int = FIRST
 
@@ -57,11 +57,11 @@ class OfBlocks:
         """Which of the model's parameters are, shape (p,): all."""
         return np.ones(len(self.model.parameters), bool)
 
-    def reset(self, batch: int | None = None) -> Seen:
+    def reset(self, batch: int | None = None) -> BlocksSeen:
         """No row yet."""
-        return Seen(nothing(self.model, batch or 1, products_show(self.datasheet)), batch is not None)
+        return BlocksSeen(nothing(self.model, batch or 1, products_show(self.datasheet)), batch is not None)
 
-    def update(self, state: Seen, chunk: Recording) -> Seen:
+    def update(self, state: BlocksSeen, chunk: Recording) -> BlocksSeen:
         """State after a chunk."""
         data, due = gathered(self.model, state.data, chunk), state.due
         while data.point is not None and data.passed >= due:
@@ -69,9 +69,9 @@ class OfBlocks:
             assert blocks is not None
             data = linearised(self.model, data, self.solved(begun(blocks, due), data.point)[0])
             due = after(due)
-        return Seen(data, state.batched, due)
+        return BlocksSeen(data, state.batched, due)
 
-    def estimate(self, state: Seen) -> Estimate:
+    def estimate(self, state: BlocksSeen) -> Estimate:
         """What is known; before there is a block of data, what the datasheet tells."""
         own, runs, blocks = self.estimated, len(state.data.past), joined(state.data)
         parameters = [q for q, used in zip(self.model.parameters, own, strict=True) if used]

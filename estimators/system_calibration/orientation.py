@@ -20,7 +20,7 @@ from insenv.information.unit.calibration import UnitModel
 from insenv.information.unit.sequence import Planner, Visit, designed, even, greedy, parameter_of_table
 
 
-class Planned(Positions):
+class PlannedVisits(Positions):
     """A policy that goes through visits with rests of their own.
 
     Parameters
@@ -37,7 +37,7 @@ class Planned(Positions):
         self.ends = ends * datasheet.duration / ends[-1]
 
 
-class GreedyOrientation(Planned):
+class GreedyOrientation(PlannedVisits):
     """At each position the neighbour, one axis further, whose turn and rest tell most of all parameters by the second.
 
     Parameters
@@ -51,7 +51,7 @@ class GreedyOrientation(Planned):
         super().__init__(datasheet, greedy(Planner(checked(datasheet)), datasheet.duration, dwell))
 
 
-class HorizonOrientation(Planned):
+class HorizonOrientation(PlannedVisits):
     """As `GreedyOrientation`, by what several positions tell together: the first of the best way is taken.
 
     Parameters
@@ -67,7 +67,7 @@ class HorizonOrientation(Planned):
         super().__init__(datasheet, greedy(Planner(checked(datasheet)), datasheet.duration, dwell, ahead))
 
 
-class DesignedSequence(Planned):
+class DesignedSequence(PlannedVisits):
     """A sequence that was searched for: all parameters better than after the 19 published positions in the same time.
 
     Parameters

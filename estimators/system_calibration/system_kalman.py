@@ -76,7 +76,7 @@ _TOGETHER = 20
 
 
 @dataclass(frozen=True)
-class Seen:
+class FilterState:
     """State.
 
     Attributes
@@ -100,7 +100,7 @@ class Seen:
         ``theta`` less what is told, and of a coarse unit the first attitude, in deviations of both.
     kept : tuple of ndarray, shape (R, ROWS, n)
         All rows, of a coarse unit.
-    outset : Seen or None
+    outset : FilterState or None
         State before the first row, of a coarse unit.
     due : int
         Blocks after which the filter begins again.
@@ -116,10 +116,10 @@ class Seen:
     wrong: Floats
     begun: Floats
     kept: tuple[Floats, ...] = ()
-    outset: Seen | None = None
+    outset: FilterState | None = None
     due: int = FIRST
 
-    def runs(self, rows: NDArray[np.int64]) -> Seen:
+    def runs(self, rows: NDArray[np.int64]) -> FilterState:
         """Some of the runs."""
         of = {name: getattr(self, name)[rows] for name in ("rows", "cov", "theta", "past", "rest", "wrong", "begun")}
         outset = None if self.outset is None else self.outset.runs(rows)
@@ -205,7 +205,7 @@ class SystemKalman:
         """Errors of attitude and velocity, parameters, processes of slow noise; the first attitude of a coarse unit."""
         return 6 + int(self._places[-1]) + 3 * self._anew
 
-    def reset(self, batch: int | None = None) -> Seen:
+    def reset(self, batch: int | None = None) -> FilterState:
         """No row yet."""
         runs, m = batch or 1, self.states - 6
         theta = np.tile([q.mean for q in self.inputs.parameters], (runs, 1))
@@ -216,9 +216,9 @@ class SystemKalman:
         rows = np.zeros((runs, _kernel().STATE + m))
         nothing = np.zeros((runs, ROWS, 0))
         wrong, begun = self._wrong(np.tile(np.eye(len(self._sd)), (runs, 1, 1))), np.zeros((runs, len(self._sought)))
-        return Seen(rows, cov, theta, nothing, nothing, 0, batch is not None, wrong, begun)
+        return FilterState(rows, cov, theta, nothing, nothing, 0, batch is not None, wrong, begun)
 
-    def update(self, state: Seen, chunk: Recording) -> Seen:
+    def update(self, state: FilterState, chunk: Recording) -> FilterState:
         """State after a chunk."""
         rows = rows_of(chunk, self.datasheet.reference_temperature)
         if not len(chunk):
@@ -238,7 +238,7 @@ class SystemKalman:
                 state = self._again(state, state.outset)
         return replace(state, past=rows[..., at : at + 1].copy(), rest=rows[..., at + 1 :].copy())
 
-    def estimate(self, state: Seen) -> Estimate:
+    def estimate(self, state: FilterState) -> Estimate:
         """What is known after the last whole block."""
         for _ in range(_PASSES):
             rows = self._gone(state)
@@ -253,13 +253,13 @@ class SystemKalman:
         parameters = self.inputs.parameters
         return Estimate(tuple(q.name for q in parameters), tuple(q.unit for q in parameters), mean, cov)
 
-    def _found(self, state: Seen) -> Floats:
+    def _found(self, state: FilterState) -> Floats:
         """Parameters and the first attitude, less what is told, in deviations, shape (R, q) or (R, q + 3)."""
         at = self._sought
         drawn_back = combine(state.cov[:, at[:, None], at], state.begun)
         return state.begun + state.rows[:, _kernel().STATE - 6 + at] - drawn_back
 
-    def _gone(self, state: Seen) -> NDArray[np.int64]:
+    def _gone(self, state: FilterState) -> NDArray[np.int64]:
         """Runs that went so far from where they began that the square of it shows beside the noise of a rest."""
         if state.outset is None or state.samples < self.size:
             return np.zeros(0, np.int64)
@@ -271,7 +271,7 @@ class SystemKalman:
         squares = np.sum((went[:, :q] * sizes) ** 2, axis=-1) + np.sum(tilts**2, axis=-1)
         return np.flatnonzero(squares * gravity > hidden(self.datasheet))
 
-    def _settled(self, state: Seen, rows: NDArray[np.int64]) -> Seen:
+    def _settled(self, state: FilterState, rows: NDArray[np.int64]) -> FilterState:
         """The same, these runs begun again."""
         assert state.outset is not None
         again = self._again(state.runs(rows), state.outset.runs(rows))
@@ -280,7 +280,7 @@ class SystemKalman:
             values[rows] = getattr(again, name)
         return replace(state, **found)
 
-    def _again(self, state: Seen, outset: Seen) -> Seen:
+    def _again(self, state: FilterState, outset: FilterState) -> FilterState:
         """The filter after the same rows, begun with what it found."""
         q, found = len(self._sd), self._found(state)
         theta = np.array([q.mean for q in self.inputs.parameters]) + self._sd * found[:, :q]
@@ -299,7 +299,7 @@ class SystemKalman:
         """Whole blocks, with a row before and one after them."""
         return (rows.shape[-1] - 2) // self.size
 
-    def _begun(self, state: Seen, chunk: Recording, rows: Floats) -> Seen:
+    def _begun(self, state: FilterState, chunk: Recording, rows: Floats) -> FilterState:
         """Attitude by the table's first readings, and what of it is not known."""
         table = self.gimbals
         angles = np.stack([chunk.values(f"axis_{m + 1}", "rad")[..., 0] for m in range(len(table.axes))], axis=-1)
@@ -318,7 +318,7 @@ class SystemKalman:
         state = replace(state, rows=first, cov=cov, past=past)
         return replace(state, outset=state) if self._anew else state
 
-    def _onward(self, state: Seen, rows: Floats) -> Seen:
+    def _onward(self, state: FilterState, rows: Floats) -> FilterState:
         """After whole blocks; rows with that before and that after them. Arrays of the state are changed."""
         coupling, whole = self.inputs.coupling(state.theta), self._whole(rows)
         for first in range(0, whole, _TOGETHER):
@@ -327,7 +327,7 @@ class SystemKalman:
             self._blocks(state, np.ascontiguousarray(rows[..., at : at + count * self.size + 2]), coupling, at)
         return replace(state, samples=state.samples + whole * self.size)
 
-    def _blocks(self, state: Seen, rows: Floats, coupling: Floats, at: int) -> None:
+    def _blocks(self, state: FilterState, rows: Floats, coupling: Floats, at: int) -> None:
         """Blocks that begin ``at`` samples after those of the state, whose arrays are changed."""
         inputs, found = self.inputs.solved(rows, state.samples + at, state.theta, self.size)
         runs, n = len(rows), inputs.shape[-1]
@@ -352,7 +352,7 @@ class SystemKalman:
             np.add(state.cov, np.swapaxes(state.cov, -1, -2), out=state.cov)
             np.multiply(state.cov, 0.5, out=state.cov)
 
-    def _slow_on(self, state: Seen) -> None:
+    def _slow_on(self, state: FilterState) -> None:
         """Slow noise goes on by a block, half of it before and half after it: one step from middle to middle."""
         if not len(self._slow):
             return

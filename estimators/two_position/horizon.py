@@ -28,7 +28,7 @@ from estimators.common import horizon
 from estimators.common.horizon import Aim
 from estimators.two_position import rests_ahead
 from estimators.two_position.alignment_told import Told
-from estimators.two_position.rests_ahead import Place, Turned
+from estimators.two_position.rests_ahead import RestModel, Turned
 from estimators.two_position.transposition import DEMANDED, Going, instrument, seen, turn_time
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Estimate
@@ -57,7 +57,7 @@ History = tuple[tuple[float, float, float], ...]
 
 
 @dataclass(frozen=True)
-class Rests:
+class RunsAhead:
     """Where the runs stand; the batch in front.
 
     Attributes
@@ -105,14 +105,16 @@ class _Ahead:
         self._place = lru_cache(maxsize=64)(self._placed)
         self._turns = lru_cache(maxsize=64)(self._turned)
 
-    def reset(self, batch: int | None = None) -> Rests:
+    def reset(self, batch: int | None = None) -> RunsAhead:
         """At rest."""
         shape = () if batch is None else (batch,)
         no, zero, none = np.zeros(shape, bool), np.zeros(shape), np.zeros((*shape, MOST))
         going = Going(np.zeros(shape, np.int64), zero, no, no)
-        return Rests(going, none, none, none, zero, no)
+        return RunsAhead(going, none, none, none, zero, no)
 
-    def act(self, state: Rests, chunk: Recording | None, estimate: Estimate | None = None) -> tuple[Floats, Rests]:
+    def act(
+        self, state: RunsAhead, chunk: Recording | None, estimate: Estimate | None = None
+    ) -> tuple[Floats, RunsAhead]:
         """Turn [half turns] and stop of every run, shape (..., 2)."""
         before = state.going
         going, t = seen(before, chunk, self.datasheet.dt)
@@ -132,7 +134,7 @@ class _Ahead:
         state = replace(state, going=replace(going, asked=asked), **new)
         return np.stack([turn, stop.astype(float)], axis=-1), state
 
-    def _timed(self, state: Rests, before: Going) -> Rests:
+    def _timed(self, state: RunsAhead, before: Going) -> RunsAhead:
         """With the time of the turns that have ended."""
         ended = state.going.rests > before.rests
         if not np.any(ended):
@@ -143,7 +145,7 @@ class _Ahead:
         np.put_along_axis(took, k, np.where(ended, state.going.began - asked, old)[..., None], axis=-1)
         return replace(state, took=took)
 
-    def _reached(self, state: Rests, estimate: Estimate | None, rest: Floats) -> NDArray[np.bool_]:
+    def _reached(self, state: RunsAhead, estimate: Estimate | None, rest: Floats) -> NDArray[np.bool_]:
         """Whether the demanded deviation is there: told, or by the bound where nothing is told."""
         if estimate is not None and "heading" in estimate.names:
             # The heading is known as well as the installation angle, but for the sight.
@@ -154,7 +156,7 @@ class _Ahead:
                 bound[at] = np.sqrt(self._after(self._history(state, at), round(float(rest[at]), 2))[-1, -1])
         return self.aim.reached(bound)
 
-    def _history(self, state: Rests, at: tuple[int, ...]) -> History:
+    def _history(self, state: RunsAhead, at: tuple[int, ...]) -> History:
         """Of one run, to a hundredth of a second, so that what is the same is the same."""
         return tuple(
             (round(float(a), 2), float(b), round(float(c), 2))
@@ -202,7 +204,7 @@ class _Ahead:
             return angle, 0.0, gained
         return 0.0, min(wait, PIECE) if angle else PIECE, gained
 
-    def _placed(self, heading: float) -> Place:
+    def _placed(self, heading: float) -> RestModel:
         return rests_ahead.place(self.instrument, heading)
 
     def _turned(self, heading: float, angle: float, seconds: float) -> Turned:

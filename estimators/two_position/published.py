@@ -21,7 +21,7 @@ from estimators.two_position.alignment import NAMES, UNITS, Aligned, Alignment, 
 from estimators.two_position.alignment_told import PARAMETERS as N
 from estimators.two_position.alignment_told import Told
 from estimators.two_position.equations import Position, Second, identify_position, identify_second
-from estimators.two_position.tied import Rests
+from estimators.two_position.tied import RestSums
 from insenv.core.attitude import angles_from_dcm, dcm_from_quaternion, dcm_from_rotation_vector
 from insenv.core.earth import gravity
 from insenv.core.estimate import Estimate
@@ -137,7 +137,7 @@ class _Problem:
         sums = state.sums.reshape(-1, k.RESTS, k.SUMS)
         self.runs = len(sums)
         two = sums[:, :POSITIONS]
-        self.rests = Rests(np.ascontiguousarray(two), self.told.dt)
+        self.rests = RestSums(np.ascontiguousarray(two), self.told.dt)
         self.span, self.began = two[..., 0] * self.told.dt, two[..., k.BEGAN]
         self.good = self.span >= 1.0 - 1e-9
         powers = k.SPAN ** np.arange(1.0, 4.0)

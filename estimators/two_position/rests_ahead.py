@@ -16,7 +16,7 @@ import numpy as np
 from insenv.core.compiled import jit
 from insenv.core.earth import earth_rate_enu, gravity
 from insenv.core.recording import Floats
-from insenv.information.alignment import Instrument, step_model
+from insenv.information.alignment import AlignedUnit, step_model
 
 #: Of the eleven states of `insenv.information.alignment`.
 STATES = np.array([0, 1, 2, 3, 4, 5, 6, 7, 10])
@@ -25,7 +25,7 @@ REST, TURN = 1.0, 0.25
 
 
 @dataclass(frozen=True)
-class Place:
+class RestModel:
     """One step at rest: F and Q, shape (9, 9), H, shape (2, 9), R, shape (2, 2), cross, shape (9, 2)."""
 
     F: Floats
@@ -44,14 +44,14 @@ class Turned:
     seconds: float
 
 
-def place(instrument: Instrument, heading: float, dt: float = REST) -> Place:
+def place(instrument: AlignedUnit, heading: float, dt: float = REST) -> RestModel:
     """At rest with a heading [rad]."""
     F, H, Q, R, cross = _matrices(instrument, heading, dt)
     both = np.ix_(STATES, STATES)
-    return Place(F[both], Q[both], np.ascontiguousarray(H[:, STATES]), R, np.ascontiguousarray(cross[STATES]))
+    return RestModel(F[both], Q[both], np.ascontiguousarray(H[:, STATES]), R, np.ascontiguousarray(cross[STATES]))
 
 
-def turned(instrument: Instrument, heading: float, angle: float, seconds: float) -> Turned:
+def turned(instrument: AlignedUnit, heading: float, angle: float, seconds: float) -> Turned:
     """A turn by ``angle`` [rad] from a heading, counter-clockwise, at a steady rate."""
     steps = max(int(np.ceil(seconds / TURN - 1e-9)), 1)
     both = np.ix_(STATES, STATES)
@@ -62,7 +62,7 @@ def turned(instrument: Instrument, heading: float, angle: float, seconds: float)
     return Turned(F, Q, seconds)
 
 
-def rested(cov: Floats, at: Place, seconds: float) -> Floats:
+def rested(cov: Floats, at: RestModel, seconds: float) -> Floats:
     """Covariance after whole steps of a rest, shape (9, 9)."""
     cov = cov.copy()
     none = Turned(np.eye(len(STATES)), np.zeros_like(cov), 0.0)
@@ -74,7 +74,7 @@ def rested(cov: Floats, at: Place, seconds: float) -> Floats:
 def look(
     cov: Floats,
     plans: Floats,
-    places: tuple[Place, Place],
+    places: tuple[RestModel, RestModel],
     turns: tuple[Turned, Turned],
     demanded: float,
     found: Floats,
@@ -87,7 +87,7 @@ def look(
     cov : ndarray, shape (9, 9)
     plans : ndarray, shape (S, K)
         Lengths of the rests [s], a turn between any two; NaN: the plan is over.
-    places : tuple of Place
+    places : tuple of RestModel
         Here and there.
     turns : tuple of Turned
         There and back again.
@@ -106,7 +106,7 @@ def look(
     _compiled()(np.ascontiguousarray(cov), np.ascontiguousarray(plans), *stacked, *moved, demanded, REST, found, end)
 
 
-def _matrices(instrument: Instrument, heading: float, dt: float) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+def _matrices(instrument: AlignedUnit, heading: float, dt: float) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     g = float(gravity(instrument.latitude, instrument.altitude))
     return step_model(instrument, heading, dt, earth_rate_enu(instrument.latitude), g)
 

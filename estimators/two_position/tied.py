@@ -36,13 +36,13 @@ class TwoPositionTied(Alignment):
     def estimate(self, state: Aligned) -> Estimate:
         """What is known now; the prior before data."""
         mean, prior = self.prior(state)
-        flat = Rests.of(self, state)
+        flat = RestSums.of(self, state)
         x, walk, cov = minimum_variance(self, flat, mean.reshape(-1, N), prior.reshape(-1, N, N), self.time(state))
         shape = state.batch
         return self.estimate_of(state, x.reshape(*shape, N), walk.reshape(*shape, 2), cov.reshape(*shape, N + 2, N + 2))
 
 
-class Rests:
+class RestSums:
     """Sums of the rests of R runs in the time x = t / T of each, T its length.
 
     gram : (R, P, 8, 8), moments : (R, P, 8), of E then N; span : (R, P) [s]; began : (R, P) [s]; sums : as kept.
@@ -66,7 +66,7 @@ class Rests:
         self.moments = np.swapaxes(moments * scale[..., :4, None], -1, -2).reshape(*self.span.shape, 8)
 
     @classmethod
-    def of(cls, estimator: Alignment, state: Aligned) -> Rests:
+    def of(cls, estimator: Alignment, state: Aligned) -> RestSums:
         """Of a state, flattened to R runs."""
         k = kernel()
         return cls(state.sums.reshape(-1, k.RESTS, k.SUMS), estimator.told.dt)
@@ -115,7 +115,7 @@ def walks() -> tuple[Floats, Floats]:
     return velocity, angle
 
 
-def tied(rests: Rests, rate: tuple[float, float]) -> Floats:
+def tied(rests: RestSums, rate: tuple[float, float]) -> Floats:
     """Least squares of the moments: a1, a2 of E and of N in the time of each rest, shape (R, P, 4, 8)."""
     north, up = rate
     B = np.zeros((*rests.span.shape, 8, 6))
@@ -128,7 +128,7 @@ def tied(rests: Rests, rate: tuple[float, float]) -> Floats:
 
 
 def minimum_variance(
-    estimator: Alignment, rests: Rests, mean: Floats, prior: Floats, now: float
+    estimator: Alignment, rests: RestSums, mean: Floats, prior: Floats, now: float
 ) -> tuple[Floats, Floats, Floats]:
     """x, shape (R, 12), force of the attitude's walk, (R, 2), and the covariance of both, (R, 14, 14)."""
     K = tied(rests, estimator.told.rate)

@@ -25,7 +25,7 @@ from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Estimate
 from insenv.core.recording import Floats, Recording
 from insenv.core.units import ARCMIN, DEG
-from insenv.information.alignment import Instrument, Knowledge, Stretch, after, bound, last, procedure, unknowing
+from insenv.information.alignment import AlignedUnit, Knowledge, Stretch, after, bound, last, procedure, unknowing
 
 #: The published procedure: rests [s] and turn [rad]; and how long it takes where no limit of the vehicle is known [s].
 PUBLISHED_REST, PUBLISHED_TURN, PUBLISHED_TURN_S = 300.0, 170 * DEG, 20.0
@@ -126,7 +126,7 @@ class _Planned(Transposition):
         self.turn_s = turn_time(datasheet, abs(turns[0]))
 
     @cached_property
-    def instrument(self) -> Instrument:
+    def instrument(self) -> AlignedUnit:
         """As the bound takes it, with the noise that the estimator makes of it."""
         return instrument(self.told, self.price)
 
@@ -258,11 +258,11 @@ def turn_time(datasheet: Datasheet, angle: float) -> float:
     return float(angle / rate + rate / acceleration)
 
 
-def instrument(told: Told, price: float = 1.0) -> Instrument:
+def instrument(told: Told, price: float = 1.0) -> AlignedUnit:
     """What the bound needs, with noise that is ``price`` times as large."""
     cov, sd = told.prior(np.zeros(())), told.sd
     phi = np.sqrt(np.diagonal(cov)[:3])
-    return Instrument(
+    return AlignedUnit(
         told.latitude,
         price * told.walk,
         price * told.velocity_walk,
@@ -273,7 +273,7 @@ def instrument(told: Told, price: float = 1.0) -> Instrument:
     )
 
 
-def _until(known_by: Instrument, known: Knowledge, demanded: float, left: float) -> float:
+def _until(known_by: AlignedUnit, known: Knowledge, demanded: float, left: float) -> float:
     """Time at rest until a deviation is reached [s], between steps by interpolation of its logarithm."""
     before, start = known, known.time
     if before.installation <= demanded:

@@ -23,7 +23,7 @@ from insenv.effects.cross import GSensitivity
 _TABLE = {"table_angle", "table_rate"}
 
 
-class Held(Protocol):
+class CarriedEffect(Protocol):
     """An effect with its parameters."""
 
     @property
@@ -38,7 +38,9 @@ class Held(Protocol):
         """What it adds."""
 
 
-def whole_triads(recording: Recording, held: Mapping[str, tuple[Sequence[Held], Exposure]]) -> dict[str, Channel]:
+def whole_triads(
+    recording: Recording, held: Mapping[str, tuple[Sequence[CarriedEffect], Exposure]]
+) -> dict[str, Channel]:
     """Corrected channels of those triads of ``recording`` that are to be corrected as a whole.
 
     These have three targets in ``held``, nothing but effects of a triad, at least one that goes with the input, and no
@@ -65,7 +67,7 @@ def whole_triads(recording: Recording, held: Mapping[str, tuple[Sequence[Held], 
 
 
 def _solved(
-    recording: Recording, names: Sequence[str], terms: Sequence[Sequence[Held]], exposures: Sequence[Exposure]
+    recording: Recording, names: Sequence[str], terms: Sequence[Sequence[CarriedEffect]], exposures: Sequence[Exposure]
 ) -> Floats:
     """Corrected readings of a triad, shape (rows, 3)."""
     matrix = np.eye(3)

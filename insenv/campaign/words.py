@@ -15,7 +15,7 @@ from insenv.core.filing import Filing, filed, stamp
 from insenv.evaluate.words import columns
 from insenv.report.json import strict
 from insenv.report.page import rendered
-from insenv.report.quantities import Unit, p_value, percent, unit_for
+from insenv.report.quantities import ShownUnit, p_value, percent, unit_for
 from insenv.report.words import listing
 
 SCHEMA = "insenv.campaign/1"
@@ -141,7 +141,7 @@ def _common(pool: Pool) -> str:
     return f" (p {p_value(pool.common)})" if pool.common < SAID else ", not told from nothing"
 
 
-def _unit(one: Coefficient) -> Unit:
+def _unit(one: Coefficient) -> ShownUnit:
     return unit_for(one.si_unit, *map(float, (*one.value, *one.sd)))
 
 

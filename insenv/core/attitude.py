@@ -15,6 +15,8 @@ the sign of psi turned. Quaternions hold the scalar first; q and -q are the same
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -24,6 +26,11 @@ Floats = NDArray[np.float64]
 
 #: Below this cosine of pitch heading and roll cannot be told apart.
 VERTICAL = 1e-12
+
+
+def wrapped(angle: Any) -> Any:
+    """An angle [rad], or an array of them, in [-pi, pi)."""
+    return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
 def dcm_from_angles(heading: ArrayLike, pitch: ArrayLike, roll: ArrayLike) -> Floats:

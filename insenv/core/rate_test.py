@@ -250,7 +250,7 @@ class AllanResult:
 
 
 @dataclass(frozen=True)
-class WarmUp:
+class BiasSettling:
     """How the bias settles after a power-up.
 
     Attributes
@@ -294,7 +294,7 @@ class StaticResult:
         Their standard deviation [rad/s].
     stability : tuple of Stability
     allan : AllanResult
-    warm_up : WarmUp, optional
+    warm_up : BiasSettling, optional
     warm_up_left_out : float
         Time after each power-up that B_0 and "settled" leave out [s].
     t, series, temperature : ndarray, shape (m,)
@@ -310,7 +310,7 @@ class StaticResult:
     repeatability: Valued
     stability: tuple[Stability, ...]
     allan: AllanResult
-    warm_up: WarmUp | None
+    warm_up: BiasSettling | None
     warm_up_left_out: float
     t: Floats
     series: Floats

@@ -99,7 +99,7 @@ class System:
         What a person sees and sets in the browser (`insenv.play.scene.Scene`); nothing for the plain one.
     plants : mapping of str to str
         Tables of a scenario that describe a plant of this system's own, each with what makes it of them
-        (`insenv.scenario.plant.Maker`).
+        (`insenv.scenario.plant.PlantMaker`).
     """
 
     name: str

@@ -20,8 +20,8 @@ from insenv.core.system import kinds, part
 from insenv.core.units import quantity, quantity_in
 from insenv.design.free import Free
 from insenv.design.front import Designer, Point, thinned, times
-from insenv.design.kind import Kind, Quantity
-from insenv.design.played import Check, Influence, Stage
+from insenv.design.kind import DesignedQuantity, Kind
+from insenv.design.played import Influence, PlayedCheck, PlayStage
 from insenv.scenario import check_task, load
 
 Goal = Literal["time", "accuracy"]
@@ -43,7 +43,7 @@ class Designed:
     scenario : str
     task : str
         Kind of the task.
-    quantity : Quantity
+    quantity : DesignedQuantity
     axis : tuple of str
         What a course holds, and its unit for people.
     goal : "time" or "accuracy"
@@ -56,7 +56,7 @@ class Designed:
     chosen, published : Point
     front : tuple of Point
         By time.
-    checks : tuple of Check
+    checks : tuple of PlayedCheck
     influences : tuple of Influence
     seeds : range
     remarks : tuple of str
@@ -64,7 +64,7 @@ class Designed:
 
     scenario: str
     task: str
-    quantity: Quantity
+    quantity: DesignedQuantity
     axis: tuple[str, str]
     goal: Goal
     asked: float
@@ -73,7 +73,7 @@ class Designed:
     chosen: Point
     published: Point
     front: tuple[Point, ...]
-    checks: tuple[Check, ...] = ()
+    checks: tuple[PlayedCheck, ...] = ()
     influences: tuple[Influence, ...] = ()
     seeds: range = range(0)
     remarks: tuple[str, ...] = ()
@@ -133,7 +133,7 @@ def design(
     else:
         seeds = range(0)
     kind.free.possible(str(scenario), ())  # refused before the work is done
-    stage = Stage(str(scenario), kind.quantity, jobs)
+    stage = PlayStage(str(scenario), kind.quantity, jobs)
     published = Point(plan := kind.published(), kind.sd(plan))
     goal, value = _goal(str(scenario), task, kind, asked, published.sd)
     shortest, longest = _times(kind, published.time)
@@ -213,7 +213,7 @@ def _times(kind: Kind, published: float) -> tuple[float, float]:
     return max(published * SHORTEST, _STEPS * kind.step), published * LONGEST
 
 
-def _price(stage: Stage, point: Point, estimator: str) -> float:
+def _price(stage: PlayStage, point: Point, estimator: str) -> float:
     """Deviation of the estimator over the bound."""
     name = stage.quantity.name
     table = stage.table(point.plan, estimator, range(_FIRST, _FIRST + _PRICED))
@@ -232,7 +232,7 @@ def _instead(designer: Designer, front: Sequence[Point], goal: Goal, time: float
     )
 
 
-def _proved(found: Designed, kind: Kind, stage: Stage, estimator: str, say: Say) -> Designed:
+def _proved(found: Designed, kind: Kind, stage: PlayStage, estimator: str, say: Say) -> Designed:
     """With Monte Carlo and influences."""
     cases = [(DESIGNED, found.chosen, estimator), (PUBLISHED, found.published, estimator)]
     if kind.estimators[1] not in (estimator, ""):

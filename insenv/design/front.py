@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from insenv.design.kind import Kind, Plan
-from insenv.design.search import Found, Values, best
+from insenv.design.search import BestPoint, Values, best
 
 #: Points of a front.
 POINTS = 10
@@ -55,7 +55,7 @@ class Designer:
         self.kind, self.method, self.seed = kind, method, seed
         self._families = kind.families()
         self._known: dict[float, Point | None] = {}
-        self._found: dict[float, dict[int, Found]] = {}
+        self._found: dict[float, dict[int, BestPoint]] = {}
 
     def at(self, time: float, thorough: bool = False) -> Point | None:
         """The best procedure of a time [s], a whole number of steps; None where none can be played.
@@ -75,7 +75,7 @@ class Designer:
             return float(np.inf) if plan is None else self.kind.sd(plan)
 
         near = [] if thorough else sorted((t for t, f in self._found.items() if f), key=lambda t: abs(np.log(t / time)))
-        found: dict[int, Found] = {}
+        found: dict[int, BestPoint] = {}
         for k, family in enumerate(self._families):
             start = [self._found[t][k].values for t in near[:_NEAR] if k in self._found[t]]
             if near and not self._hopeful(k, near[:_NEAR]):
@@ -125,9 +125,9 @@ class Designer:
         return nondominated([p for p in self._known.values() if p is not None])
 
 
-def _first_of_equals(found: Mapping[int, Found]) -> Found:
+def _first_of_equals(found: Mapping[int, BestPoint]) -> BestPoint:
     """The best, where families that come first win what is nearly a draw."""
-    chosen: Found | None = None
+    chosen: BestPoint | None = None
     for one in found.values():
         if chosen is None or one.cost < (1 - _BETTER) * chosen.cost:
             chosen = one

@@ -83,7 +83,7 @@ class Plan:
 
 
 @dataclass(frozen=True)
-class Quantity:
+class DesignedQuantity:
     """What is sought.
 
     Attributes
@@ -145,7 +145,7 @@ class Kind(Protocol):
         """Length of a step of the task [s]."""
 
     @property
-    def quantity(self) -> Quantity:
+    def quantity(self) -> DesignedQuantity:
         """What is sought."""
 
     def families(self) -> tuple[Family, ...]:

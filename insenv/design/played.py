@@ -13,14 +13,15 @@ from typing import Any
 
 import numpy as np
 
+from insenv.core.attitude import wrapped
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats
 from insenv.design.free import added
-from insenv.design.kind import Plan, Quantity
+from insenv.design.kind import DesignedQuantity, Plan
 from insenv.envs.follow import Follow, profile_actions
 from insenv.envs.rollout import roll_out
 from insenv.evaluate.runs import Table, table_of, task_of
-from insenv.evaluate.scores import Score, score
+from insenv.evaluate.scores import QuantityScore, score
 from insenv.scenario import load
 from insenv.sweep import backend, sweep
 
@@ -74,14 +75,14 @@ class Play:
         mean, _ = played.estimate.of(self.quantity)
         error = mean - played.truth[self.quantity] - self.moved
         if self.circular:
-            error = (error + np.pi) % (2 * np.pi) - np.pi
+            error = wrapped(error)
         return table_of(
             list(seeds), played.estimate, played.truth, {self.quantity: error}, (played.time, played.stopped)
         )
 
 
 @dataclass(frozen=True)
-class Check:
+class PlayedCheck:
     """A procedure in Monte Carlo.
 
     Attributes
@@ -90,7 +91,7 @@ class Check:
     runs : int
     time : float
         [s]
-    score : Score
+    score : QuantityScore
         With the bound.
     """
 
@@ -98,7 +99,7 @@ class Check:
     estimator: str
     runs: int
     time: float
-    score: Score
+    score: QuantityScore
 
 
 @dataclass(frozen=True)
@@ -117,19 +118,19 @@ class Influence:
 
 
 @dataclass(frozen=True)
-class Stage:
+class PlayStage:
     """Where procedures are played.
 
     Attributes
     ----------
     scenario : str
-    quantity : Quantity
+    quantity : DesignedQuantity
     jobs : int
         Processes at a time.
     """
 
     scenario: str
-    quantity: Quantity
+    quantity: DesignedQuantity
     jobs: int = 1
 
     def table(self, plan: Plan, estimator: str, seeds: range, more: Mapping[str, Any] | None = None) -> Table:
@@ -141,11 +142,11 @@ class Stage:
         parts = list(store.parts())
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
-    def check(self, name: str, plan: Plan, estimator: str, seeds: range, bound: float | None) -> Check:
+    def check(self, name: str, plan: Plan, estimator: str, seeds: range, bound: float | None) -> PlayedCheck:
         """Monte Carlo of a procedure."""
         table = self.table(plan, estimator, seeds)
         scored = score(table, self.quantity.name, self.quantity.unit, bound)
-        return Check(name, estimator, len(seeds), plan.time, scored)
+        return PlayedCheck(name, estimator, len(seeds), plan.time, scored)
 
     def influences(
         self,
@@ -171,5 +172,5 @@ class Stage:
 
 def _moved(difference: Floats, circular: bool) -> tuple[float, float]:
     if circular:
-        difference = (difference + np.pi) % (2 * np.pi) - np.pi
+        difference = wrapped(difference)
     return float(difference.mean()), float(np.sqrt(np.mean(difference**2)))

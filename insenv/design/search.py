@@ -36,7 +36,7 @@ _IMPOSSIBLE = 1e30
 
 
 @dataclass(frozen=True)
-class Found:
+class BestPoint:
     """The best point."""
 
     values: Values
@@ -45,7 +45,7 @@ class Found:
 
 def best(
     objective: Objective, family: Family, start: Sequence[Values] = (), method: str = "auto", seed: int = 0
-) -> Found | None:
+) -> BestPoint | None:
     """The point of least cost; None where every point costs infinitely much.
 
     Parameters
@@ -68,7 +68,7 @@ def best(
         raise InputError(f"search {method!r} given; wanted one of {', '.join(METHODS)}")
     given = [_inside(family, one) for one in start] or _grid(family)
     ranked = sorted(((objective(one), k) for k, one in enumerate(given)), key=lambda pair: pair)
-    tried = [Found(given[k], cost) for cost, k in ranked if np.isfinite(cost)]
+    tried = [BestPoint(given[k], cost) for cost, k in ranked if np.isfinite(cost)]
     if not tried:
         return None
     free = [v for v in family if not v.whole and v.high > v.low]
@@ -120,7 +120,7 @@ def _at(free: Sequence[Variable], shares: Any, held: Values) -> dict[str, float]
     return {**held, **{v.name: _value(v, s) for v, s in zip(free, shares, strict=True)}}
 
 
-def _simplex(objective: Objective, free: Sequence[Variable], start: Found) -> Found:
+def _simplex(objective: Objective, free: Sequence[Variable], start: BestPoint) -> BestPoint:
     from scipy.optimize import minimize
 
     first = np.array([_share(v, start.values[v.name]) for v in free])
@@ -132,10 +132,10 @@ def _simplex(objective: Objective, free: Sequence[Variable], start: Found) -> Fo
         bounds=[(0.0, 1.0)] * len(free),
         options={"initial_simplex": corners, "maxfev": _SIMPLEX, "xatol": 1e-3, "fatol": 1e-4 * start.cost},
     )
-    return Found(_at(free, solved.x, start.values), float(solved.fun)) if solved.fun < start.cost else start
+    return BestPoint(_at(free, solved.x, start.values), float(solved.fun)) if solved.fun < start.cost else start
 
 
-def _evolved(objective: Objective, free: Sequence[Variable], start: Found, seed: int) -> Found:
+def _evolved(objective: Objective, free: Sequence[Variable], start: BestPoint, seed: int) -> BestPoint:
     try:
         import cma
     except ImportError:
@@ -150,4 +150,4 @@ def _evolved(objective: Objective, free: Sequence[Variable], start: Found, seed:
         asked = strategy.ask()
         strategy.tell(asked, [min(objective(_at(free, s, start.values)), _IMPOSSIBLE) for s in asked])
     found = strategy.result
-    return Found(_at(free, found.xbest, start.values), float(found.fbest))
+    return BestPoint(_at(free, found.xbest, start.values), float(found.fbest))

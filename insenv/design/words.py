@@ -12,7 +12,7 @@ from insenv.core.files import write_whole
 from insenv.core.filing import stamp
 from insenv.design.designing import DESIGNED, PUBLISHED, Designed
 from insenv.design.front import Point
-from insenv.design.played import Check, Influence
+from insenv.design.played import Influence, PlayedCheck
 from insenv.evaluate.words import columns, number, shown
 
 SCHEMA = "insenv.information/1"
@@ -185,7 +185,7 @@ def _point(point: Point) -> dict[str, Any]:
     }
 
 
-def _check(one: Check) -> dict[str, Any]:
+def _check(one: PlayedCheck) -> dict[str, Any]:
     s = one.score
     interval = [s.rms[0] - s.rms[1], s.rms[0] + s.rms[1]]
     return {

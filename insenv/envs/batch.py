@@ -23,7 +23,7 @@ from insenv.rig import Normals
 
 
 @dataclass(frozen=True)
-class Part:
+class RowsPart:
     """What the rows ``index`` of a batch saw in a step, and whether it was their last.
 
     ``group`` is their state afterwards; rows that ended are in it still.
@@ -37,7 +37,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Place:
+class RowsPlace:
     """Rows of the batch, their state and the generators of their unit normals."""
 
     index: Index
@@ -59,17 +59,17 @@ class Batch:
     def __init__(self, task: Task, size: int) -> None:
         self.task, self.size = task, size
         self.alive: Flags = np.zeros(size, bool)
-        self._places: tuple[Place, ...] = ()
+        self._places: tuple[RowsPlace, ...] = ()
 
-    def begin(self, index: Index, seeds: Sequence[int]) -> Part:
+    def begin(self, index: Index, seeds: Sequence[int]) -> RowsPart:
         """Begin the rows ``index`` anew, as the runs ``seeds``; what they were doing is given up."""
         self.leave(index)
         rig = self.task.world.cast(seeds)
         normals = Normals(rig, seeds)
         group, seen = tasks.begin(self.task, seeds, rig, normals.start())
-        self._places = (*self._places, Place(index, group, normals))
+        self._places = (*self._places, RowsPlace(index, group, normals))
         self.alive[index] = True
-        return Part(index, group, seen)
+        return RowsPart(index, group, seen)
 
     def leave(self, index: Index) -> None:
         """End the rows ``index`` where they are."""
@@ -79,7 +79,7 @@ class Batch:
         staying = (self._without(place, leaving[place.index]) for place in self._places)
         self._places = tuple(place for place in staying if place is not None)
 
-    def step(self, actions: Floats) -> tuple[Part, ...]:
+    def step(self, actions: Floats) -> tuple[RowsPart, ...]:
         """One step of all rows that are alive, with actions of shape (size, a), checked.
 
         Where it fails all runs are over: some may have gone on, and others not.
@@ -88,11 +88,11 @@ class Batch:
         self._places = ()
         before = self.alive
         self.alive = np.zeros(self.size, bool)
-        parts: list[Part] = []
-        staying: list[Place] = []
+        parts: list[RowsPart] = []
+        staying: list[RowsPlace] = []
         for place in places:
             command, stops = self.task.world.command(actions[place.index])
-            remaining: Place | None = place
+            remaining: RowsPlace | None = place
             if np.count_nonzero(stops):
                 parts.append(_stopped(self.task, place, np.flatnonzero(stops)))
                 remaining = self._without(place, stops)
@@ -102,16 +102,16 @@ class Batch:
             z = remaining.normals.draw(self.task.samples)
             group, seen = tasks.advance(self.task, remaining.group, command, z)
             ended = group.passed == self.task.steps
-            parts.append(Part(remaining.index, group, seen, truncated=ended))
+            parts.append(RowsPart(remaining.index, group, seen, truncated=ended))
             if not ended:
-                staying.append(Place(remaining.index, group, remaining.normals))
+                staying.append(RowsPlace(remaining.index, group, remaining.normals))
         for part in parts:
             if part.terminated or part.truncated:
                 before[part.index] = False
         self._places, self.alive = tuple(staying), before
         return tuple(parts)
 
-    def _switched(self, place: Place, actions: Floats) -> tuple[Place, ...]:
+    def _switched(self, place: RowsPlace, actions: Floats) -> tuple[RowsPlace, ...]:
         """A place in two where some of its rows are switched off and on."""
         world = self.task.switched
         if world is None or not (again := world.restarts(actions[place.index])).any():
@@ -120,20 +120,20 @@ class Batch:
         assert leaving is not None
         time = leaving.group.passed * self.task.step_s
         group = restart(world, leaving.group, time, leaving.normals.start)
-        begun = Place(leaving.index, group, leaving.normals)
+        begun = RowsPlace(leaving.index, group, leaving.normals)
         return (begun,) if staying is None else (staying, begun)
 
-    def _without(self, place: Place, leaving: Flags) -> Place | None:
+    def _without(self, place: RowsPlace, leaving: Flags) -> RowsPlace | None:
         """A place without the rows that leave it, None where none stays."""
         if not leaving.any():
             return place
         kept = np.flatnonzero(~leaving)
         if not len(kept):
             return None
-        return Place(place.index[kept], tasks.part(self.task, place.group, kept), place.normals.rows(kept))
+        return RowsPlace(place.index[kept], tasks.part(self.task, place.group, kept), place.normals.rows(kept))
 
 
-def gathered(parts: Sequence[Part], size: int) -> tuple[Blocks, Floats, Flags, Flags]:
+def gathered(parts: Sequence[RowsPart], size: int) -> tuple[Blocks, Floats, Flags, Flags]:
     """Observations, rewards and the two flags of all parts, by row of the batch; zero where no part has it.
 
     Where one part has all rows its arrays are given as they are.
@@ -152,7 +152,7 @@ def gathered(parts: Sequence[Part], size: int) -> tuple[Blocks, Floats, Flags, F
     return seen, reward, terminated, truncated
 
 
-def going_on(parts: Sequence[Part]) -> tuple[Recording | None, Estimate | None]:
+def going_on(parts: Sequence[RowsPart]) -> tuple[Recording | None, Estimate | None]:
     """Recording and estimate of all rows that have not ended, in the order of the batch; None where there is none."""
     going = [part for part in parts if not (part.terminated or part.truncated)]
     if len(going) < 2:
@@ -171,14 +171,14 @@ def going_on(parts: Sequence[Part]) -> tuple[Recording | None, Estimate | None]:
     return replace(chunks[0], channels=channels), estimate
 
 
-def _stacked(values: Sequence[Floats], parts: Sequence[Part]) -> Floats:
+def _stacked(values: Sequence[Floats], parts: Sequence[RowsPart]) -> Floats:
     """Values of shape (R, n), or (n,) where the rows of a part share them, of all parts."""
     whole = (np.broadcast_to(v, (len(p.index), v.shape[-1])) for v, p in zip(values, parts, strict=True))
     return np.concatenate(list(whole))
 
 
-def _stopped(task: Task, place: Place, index: Index) -> Part:
+def _stopped(task: Task, place: RowsPlace, index: Index) -> RowsPart:
     """The end of some rows of a place."""
     group, seen = tasks.stop(task, place.group)
     observation = {key: block[index] for key, block in seen.observation.items()}
-    return Part(place.index[index], tasks.part(task, group, index), Seen(observation, seen.reward[index]), True)
+    return RowsPart(place.index[index], tasks.part(task, group, index), Seen(observation, seen.reward[index]), True)

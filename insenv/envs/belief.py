@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 
+from insenv.core.attitude import wrapped
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Estimate, Estimator
 from insenv.core.plugins import ESTIMATORS, find
@@ -33,7 +34,7 @@ MOST_Z2 = 100.0
 
 
 @dataclass(frozen=True)
-class Quantity:
+class SoughtQuantity:
     """A quantity of interest.
 
     Attributes
@@ -61,7 +62,7 @@ class Quantity:
     def error(self, mean: Floats, true: Floats) -> Floats:
         """Mean minus truth, wrapped into [-pi, pi) on a circle."""
         error = mean - true
-        return (error + np.pi) % (2 * np.pi) - np.pi if self.circular else error
+        return wrapped(error) if self.circular else error
 
 
 @dataclass(frozen=True)
@@ -72,13 +73,13 @@ class Judge:
     ----------
     name : str
     estimator : Estimator
-    quantities : tuple of Quantity
+    quantities : tuple of SoughtQuantity
         What it is asked for.
     """
 
     name: str
     estimator: Estimator
-    quantities: tuple[Quantity, ...]
+    quantities: tuple[SoughtQuantity, ...]
 
     def begin(self, batch: int) -> Any:
         """State before any data."""
@@ -168,7 +169,7 @@ def _odd(mean: Floats, sd: Floats) -> str:
 def judge(
     name: str,
     datasheet: Datasheet,
-    quantities: tuple[Quantity, ...],
+    quantities: tuple[SoughtQuantity, ...],
     made: Callable[[Datasheet], Estimator] | None = None,
 ) -> Judge:
     """The estimator of that name, told what the datasheet says; ``made`` makes it where it is not installed here.

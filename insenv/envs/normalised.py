@@ -38,7 +38,7 @@ _OWN = ("time_left", "power_ups", "belief")
 
 
 @dataclass(frozen=True)
-class Memory:
+class SignalMemory:
     """What is remembered from step to step: the signal that was given, steps so far, and sums of the readings."""
 
     signal: float
@@ -90,7 +90,7 @@ class Normalised(gymnasium.Env[Single, Single]):
         given = asked if asked == self._memory.signal else 0.0
         seen, reward, terminated, truncated, info = self.env.step(commanded(self.task, command, given))
         # A signal that was carried out has to be given twice again.
-        memory = Memory(0.0 if given else asked, self._memory.steps + 1, self._memory.sums + self._means(seen))
+        memory = SignalMemory(0.0 if given else asked, self._memory.steps + 1, self._memory.sums + self._means(seen))
         self._memory = memory
         return self._shown(seen, memory), reward, terminated, truncated, info
 
@@ -108,8 +108,8 @@ class Normalised(gymnasium.Env[Single, Single]):
             raise InputError(f"{self.task.name}: a normalised action {action}; wanted two numbers from -1 to 1")
         return float(given[0]), float(given[1])
 
-    def _begun(self) -> Memory:
-        return Memory(0.0, 0, np.zeros(len(self._low)))
+    def _begun(self) -> SignalMemory:
+        return SignalMemory(0.0, 0, np.zeros(len(self._low)))
 
     def _bounds(self, name: str) -> tuple[Floats, Floats]:
         """Of the mean over a step, or of a reading as it is."""
@@ -126,7 +126,7 @@ class Normalised(gymnasium.Env[Single, Single]):
             found.append(np.ravel(block.mean(axis=0) if block.shape[0] == self.task.samples else block))
         return np.concatenate(found)
 
-    def _shown(self, seen: Blocks, memory: Memory) -> Single:
+    def _shown(self, seen: Blocks, memory: SignalMemory) -> Single:
         task = self.task
         width = np.where(self._high > self._low, self._high - self._low, 1.0)
         parts = [

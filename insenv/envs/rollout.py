@@ -14,7 +14,7 @@ from insenv.core.estimate import Datasheet, Estimate, Policy
 from insenv.core.plugins import POLICIES, find
 from insenv.core.recording import Floats, Recording
 from insenv.core.rows import row_of, rows
-from insenv.envs.batch import Batch, Part, going_on
+from insenv.envs.batch import Batch, RowsPart, going_on
 from insenv.envs.belief import judge
 from insenv.envs.group import Flags, Index
 from insenv.envs.recorder import joined
@@ -160,7 +160,7 @@ class _Player:
 class _Log:
     """What the runs of one batch leave behind."""
 
-    def __init__(self, task: Task, seeds: tuple[int, ...], first: Part, keep: bool) -> None:
+    def __init__(self, task: Task, seeds: tuple[int, ...], first: RowsPart, keep: bool) -> None:
         batch, q = len(seeds), first.group.means.shape[1]
         self.task, self.seeds, self.first, self.keep = task, seeds, first, keep
         self.means = np.full((batch, task.steps + 1, q), np.nan)
@@ -173,7 +173,7 @@ class _Log:
         self.truth = {name: values.copy() for name, values in first.group.truth.items()}
         self.estimate = estimate and replace(estimate, mean=estimate.mean.copy(), cov=estimate.cov.copy())
 
-    def add(self, part: Part) -> None:
+    def add(self, part: RowsPart) -> None:
         group, index = part.group, part.index
         self.reward[index] += part.seen.reward
         self.time[index] = group.passed * self.task.step_s

@@ -10,7 +10,7 @@ from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet
 from insenv.core.system import system
 from insenv.data.manifest import Model, checks
-from insenv.envs.belief import Quantity, judge
+from insenv.envs.belief import SoughtQuantity, judge
 from insenv.envs.task import Task, World
 from insenv.scenario import Scenario, check_task, load
 from insenv.scenario import datasheet as told
@@ -40,7 +40,7 @@ class Setup:
     system: str
     table: str
     world: Callable[[Scenario, Datasheet, TaskSpec], World]
-    quantity: Callable[[TaskSpec, Datasheet], tuple[Quantity, ...]]
+    quantity: Callable[[TaskSpec, Datasheet], tuple[SoughtQuantity, ...]]
 
 
 def scenario_task(

@@ -12,7 +12,7 @@ from gymnasium.error import ResetNeeded
 
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats, Recording
-from insenv.envs.batch import Batch, Part
+from insenv.envs.batch import Batch, RowsPart
 from insenv.envs.group import Blocks, Film, Group
 from insenv.envs.task import Task, checked
 
@@ -141,13 +141,13 @@ class TaskEnv(gymnasium.Env[Blocks, Floats]):
             self._window = Window(self.task.name, self.metadata["render_fps"])
         self._window.show(self._film.frame())
 
-    def _shown(self, part: Part) -> Blocks:
+    def _shown(self, part: RowsPart) -> Blocks:
         self._group = part.group
         self.chunk = part.seen.chunk
         return {key: block[0] for key, block in part.seen.observation.items()}
 
     @staticmethod
-    def _info(part: Part) -> dict[str, Any]:
+    def _info(part: RowsPart) -> dict[str, Any]:
         return {"truth": {name: float(values[0]) for name, values in part.group.truth.items()}}
 
 

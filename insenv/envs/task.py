@@ -27,7 +27,7 @@ from insenv.core.estimate import Datasheet
 from insenv.core.recording import Channel, Floats, Recording
 from insenv.core.rows import rows
 from insenv.data.manifest import HeldOut, Model
-from insenv.envs.belief import Judge, Quantity
+from insenv.envs.belief import Judge, SoughtQuantity
 from insenv.envs.group import Blocks, Film, Group, Index, Seen
 from insenv.envs.restart import Restarts
 from insenv.rig import Readings, Rig
@@ -89,7 +89,7 @@ class Task:
         Until time is up.
     cost : float
         Price of a second.
-    quantities : tuple of Quantity
+    quantities : tuple of SoughtQuantity
         What is to be found.
     judge : Judge, optional
         The estimator that believes and rewards.
@@ -106,7 +106,7 @@ class Task:
     samples: int
     steps: int
     cost: float
-    quantities: tuple[Quantity, ...] = ()
+    quantities: tuple[SoughtQuantity, ...] = ()
     judge: Judge | None = None
     every: int = 1
 

@@ -15,7 +15,7 @@ import numpy as np
 from insenv.core.estimate import Limits
 from insenv.core.recording import Floats
 from insenv.plants.vehicle_sway import Settling
-from insenv.plants.vehicle_turn import Drive, Turning, ahead
+from insenv.plants.vehicle_turn import Drive, LatestTurn, ahead
 
 #: A command: the time from which it holds [s], and the angle to turn by [rad].
 Command = tuple[float, float]
@@ -33,7 +33,7 @@ def turn_angle(t: Floats, commands: Sequence[Command], limits: Limits) -> Floats
     return total
 
 
-def _trapezoid(t: Floats, drive: Drive, state: Turning) -> Floats:
+def _trapezoid(t: Floats, drive: Drive, state: LatestTurn) -> Floats:
     """What the latest turn of ``state`` adds, shape (n,)."""
     ramp, whole = drive.times(state.by)
     since = np.clip(t - state.start, 0.0, whole)

@@ -17,7 +17,7 @@ from gymnasium.vector.utils import batch_space
 
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats
-from insenv.envs.batch import Batch, Part, gathered
+from insenv.envs.batch import Batch, RowsPart, gathered
 from insenv.envs.group import Blocks, Flags, Index
 from insenv.envs.single import SEEDS, checked_mode, refuse_options
 from insenv.envs.task import Task, checked
@@ -128,7 +128,7 @@ class TaskVectorEnv(VectorEnv[Blocks, Floats, Any]):
             raise ResetNeeded(f"{self.task.name}: the last step failed, and ended all runs; call reset first")
         resetting = np.count_nonzero(self._ended) > 0
         if not resetting:
-            parts: tuple[Part, ...] = self._batch.step(checked(self.task, actions, self.num_envs))
+            parts: tuple[RowsPart, ...] = self._batch.step(checked(self.task, actions, self.num_envs))
         else:
             if self._mode is AutoresetMode.DISABLED:
                 row = int(np.flatnonzero(self._ended)[0])
@@ -142,7 +142,7 @@ class TaskVectorEnv(VectorEnv[Blocks, Floats, Any]):
         self._ended = terminated | truncated
         return self._kept(seen), reward, terminated, truncated, self._info(parts)
 
-    def _restarted(self, actions: Floats) -> tuple[Part, ...]:
+    def _restarted(self, actions: Floats) -> tuple[RowsPart, ...]:
         """A step in which the rows that ended begin anew and the others go on."""
         index = np.flatnonzero(self._ended)
         actions = np.where(self._ended[:, None], self.task.action_space.low, actions)
@@ -152,7 +152,7 @@ class TaskVectorEnv(VectorEnv[Blocks, Floats, Any]):
         stepped = self._batch.step(actions)
         return (*stepped, self._begin(index, [None] * self.num_envs))
 
-    def _begin(self, index: Index, seeds: Sequence[int | None]) -> Part:
+    def _begin(self, index: Index, seeds: Sequence[int | None]) -> RowsPart:
         runs = []
         for row in index.tolist():
             seed = seeds[row]
@@ -191,7 +191,7 @@ class TaskVectorEnv(VectorEnv[Blocks, Floats, Any]):
         self._last = {key: block.copy() for key, block in seen.items()}
         return seen
 
-    def _info(self, parts: Sequence[Part]) -> dict[str, Any]:
+    def _info(self, parts: Sequence[RowsPart]) -> dict[str, Any]:
         """As `VectorEnv._add_info` lays out the truths of single environments; one mask serves for all of them."""
         first = parts[0].group.truth
         if len(parts) == 1 and len(parts[0].index) == self.num_envs:

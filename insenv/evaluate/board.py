@@ -13,7 +13,7 @@ from math import isfinite, log
 
 from insenv.evaluate import words
 from insenv.evaluate.evaluation import Evaluation
-from insenv.evaluate.scores import Score, Scored
+from insenv.evaluate.scores import QuantityScore, Scored
 
 HEADER = ("policy", "estimator", "rms", "", "bound", *words.HEADER[2:4], *words.HEADER[5:])
 #: How a page calls them, where it is otherwise.
@@ -34,27 +34,27 @@ class Interval:
 
 
 @dataclass(frozen=True)
-class Row:
+class BoardRow:
     """Text and value of each cell of `HEADER`; the picture."""
 
     cells: tuple[tuple[str, float | str], ...]
     picture: Interval
 
 
-def board(found: Evaluation, quantity: str) -> list[Row]:
+def board(found: Evaluation, quantity: str) -> list[BoardRow]:
     """Rows of the pairs that tell a quantity, the least error first."""
     own = [(one, s) for one in found.scored for s in one.scores if s.quantity == quantity]
     own.sort(key=lambda pair: pair[1].rms[0])
     texts = dict(zip([id(s) for _, s in _in_order(found, quantity)], words.rows(found, quantity), strict=True))
     axis = _axis([s for _, s in own])
-    return [Row(_cells(one, s, texts[id(s)]), _interval(s, axis)) for one, s in own]
+    return [BoardRow(_cells(one, s, texts[id(s)]), _interval(s, axis)) for one, s in own]
 
 
-def _in_order(found: Evaluation, quantity: str) -> list[tuple[Scored, Score]]:
+def _in_order(found: Evaluation, quantity: str) -> list[tuple[Scored, QuantityScore]]:
     return [(one, s) for one in found.scored for s in one.scores if s.quantity == quantity]
 
 
-def _cells(one: Scored, s: Score, text: tuple[str, ...]) -> tuple[tuple[str, float | str], ...]:
+def _cells(one: Scored, s: QuantityScore, text: tuple[str, ...]) -> tuple[tuple[str, float | str], ...]:
     scale = words.shown(s.unit)[1]
     known = dict(zip(words.HEADER, text, strict=True))
     bound = "" if s.bound is None else f"{s.bound / scale:.4g}"
@@ -79,7 +79,7 @@ def _value(value: float | None) -> float | str:
     return value if value is not None and isfinite(value) else ""
 
 
-def _axis(scores: Sequence[Score]) -> tuple[float, float]:
+def _axis(scores: Sequence[QuantityScore]) -> tuple[float, float]:
     """Least and largest of what is drawn, which differ."""
     drawn = [v for s in scores for v in (s.rms[0], _low(s), s.rms[0] + s.rms[1], s.told, s.bound or 0.0)]
     drawn = [v for v in drawn if isfinite(v) and v > 0] or [1.0]
@@ -87,11 +87,11 @@ def _axis(scores: Sequence[Score]) -> tuple[float, float]:
     return (least, most) if most > least else (least / 2, most * 2)
 
 
-def _low(s: Score) -> float:
+def _low(s: QuantityScore) -> float:
     return max(s.rms[0] - s.rms[1], s.rms[0] / 20)
 
 
-def _interval(s: Score, axis: tuple[float, float]) -> Interval:
+def _interval(s: QuantityScore, axis: tuple[float, float]) -> Interval:
     least, most = axis
 
     def place(value: float) -> float:

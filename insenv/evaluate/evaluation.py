@@ -22,8 +22,8 @@ from insenv.core.errors import InputError
 from insenv.core.plugins import ESTIMATORS, POLICIES, find, names
 from insenv.core.system import kinds, system
 from insenv.evaluate.child import Child, Ended, Say
-from insenv.evaluate.play import Answers, Played, Work, play_on
-from insenv.evaluate.remote import Here
+from insenv.evaluate.play import Answers, PlayedRuns, Work, play_on
+from insenv.evaluate.remote import InProcess
 from insenv.evaluate.runs import Table, task_of
 from insenv.evaluate.scores import Paired, Scored, nees, paired, quantities, score
 from insenv.scenario import load
@@ -130,7 +130,7 @@ def evaluate(  # noqa: PLR0913 -- what is judged, and how the work is done
     scored = tuple(_scored(pair, one) for pair, one in found.items())
     if all(one.fault for one in scored):
         raise InputError(scored[0].fault)
-    played = {pair: one for pair, one in found.items() if isinstance(one, Played)}
+    played = {pair: one for pair, one in found.items() if isinstance(one, PlayedRuns)}
     errors = {pair: {q: one.table[f"error.{q}"] for q in quantities(one.table)} for pair, one in played.items()}
     return Evaluation(environment, name, seeds.start, len(seeds), every, scored, _compared(played), errors)
 
@@ -171,7 +171,7 @@ def _parts(policies: int, seeds: int, jobs: int) -> int:
 
 
 #: What was found, or a fault, by estimator and policy.
-_Found = dict[tuple[str, str], Played | str]
+_Found = dict[tuple[str, str], PlayedRuns | str]
 
 
 def _worked(work: Sequence[Work], jobs: int, limit: float | None, say: Callable[[str], None]) -> list[_Found]:
@@ -213,7 +213,7 @@ def _worked(work: Sequence[Work], jobs: int, limit: float | None, say: Callable[
 def _answered(piece: Work, limit: float | None, told: Say) -> tuple[Answers, list[tuple[str, ...]]]:
     """What the runs of a piece gave, and estimators that are to be played again."""
     if limit is None:
-        return play_on(Here(), piece, told), []
+        return play_on(InProcess(), piece, told), []
     ended = Child("insenv.evaluate.play:play", piece, limit).wait(lambda child: told(child.doing, child.share))
     return _blamed(ended, piece.estimators, piece.policy) if ended.fault else (ended.result, [])
 
@@ -235,7 +235,7 @@ def _blamed(ended: Ended, estimators: tuple[str, ...], policy: str) -> tuple[Ans
     return {estimators[0]: f"policy {policy!r} with estimator {estimators[0]!r} {ended.fault}"}, []
 
 
-def _joined(parts: Sequence[Played | str]) -> Played | str:
+def _joined(parts: Sequence[PlayedRuns | str]) -> PlayedRuns | str:
     """The parts of a pair in the order of their seeds, or what failed first."""
     played = []
     for part in parts:
@@ -247,7 +247,7 @@ def _joined(parts: Sequence[Played | str]) -> Played | str:
     return replace(played[0], table=table, cpu=cpu, cpu_estimator=own)
 
 
-def _scored(pair: tuple[str, str], one: Played | str) -> Scored:
+def _scored(pair: tuple[str, str], one: PlayedRuns | str) -> Scored:
     estimator, policy = pair
     if isinstance(one, str):
         return Scored(estimator, policy, fault=one)
@@ -266,7 +266,7 @@ def _scored(pair: tuple[str, str], one: Played | str) -> Scored:
     )
 
 
-def _compared(played: Mapping[tuple[str, str], Played]) -> tuple[Paired, ...]:
+def _compared(played: Mapping[tuple[str, str], PlayedRuns]) -> tuple[Paired, ...]:
     (first, base), *others = played.items()
     return tuple(
         paired(q, pair, one.table, first, base.table)

@@ -68,7 +68,7 @@ class Numbers(msgspec.Struct, frozen=True):
     data: bytes
 
 
-class Answer(msgspec.Struct, frozen=True, omit_defaults=True):
+class Reply(msgspec.Struct, frozen=True, omit_defaults=True):
     """What a call gave: a plug-in or a state by number, an estimate, an action, what is none by its type, an error."""
 
     key: int = -1
@@ -89,7 +89,7 @@ class Host:
         self._last = 0
         self._chunk: Recording | None = None
 
-    def answer(self, request: Request) -> Answer:
+    def answer(self, request: Request) -> Reply:
         """Of one request; whatever a plug-in raises is told."""
         for key in request.dropped:
             self._things.pop(key, None)
@@ -100,38 +100,38 @@ class Host:
             with np.errstate(invalid="ignore"):
                 found = self._answered(request)
         except Exception as error:  # whatever another author's code raises
-            found = Answer(error=(type(error).__name__, str(error)))
+            found = Reply(error=(type(error).__name__, str(error)))
         plugin = self._things.get(request.key)
         looked = isinstance(plugin, Watched) and plugin.looked
         return msgspec.structs.replace(found, cpu=time.process_time() - began, looked=looked)
 
-    def _answered(self, request: Request) -> Answer:
+    def _answered(self, request: Request) -> Reply:
         if request.what == "import":
             find(*request.given)
-            return Answer()
+            return Reply()
         state = None if request.state is None else self._things[request.state]
         if request.what in ("make", "rows"):
             thing = _made(*request.given) if request.what == "make" else rows(state, *request.given)
-            return Answer(self._kept(thing))
+            return Reply(self._kept(thing))
         call: Callable[..., Any] = getattr(self._things[request.key], request.what)
         if request.what == "reset":
-            return Answer(self._kept(call(*request.given)))
+            return Reply(self._kept(call(*request.given)))
         if request.what == "estimate":
             return _as_answer(call(state))
         chunk = None if request.blank or self._chunk is None else copied(self._chunk)
         if request.what == "update":
-            return Answer(self._kept(call(state, chunk)))
+            return Reply(self._kept(call(state, chunk)))
         return self._acted(call(state, chunk, *request.given))
 
-    def _acted(self, answer: Any) -> Answer:
+    def _acted(self, answer: Any) -> Reply:
         """An action and the state after it."""
         if not isinstance(answer, tuple) or len(answer) != 2:
-            return Answer(other=type(answer).__name__)
+            return Reply(other=type(answer).__name__)
         try:
             action = np.asarray(answer[0])
         except ValueError:  # rows of different lengths
             action = np.empty(0, object)
-        return Answer(self._kept(answer[1]), arrays=(_numbers(action),))
+        return Reply(self._kept(answer[1]), arrays=(_numbers(action),))
 
     def _kept(self, thing: Any) -> int:
         self._last += 1
@@ -144,11 +144,11 @@ def _made(group: str, name: str, datasheet: Datasheet) -> Any:
     return plugin if group == ESTIMATORS else Watched(name, plugin)
 
 
-def _as_answer(estimate: Any) -> Answer:
+def _as_answer(estimate: Any) -> Reply:
     if not isinstance(estimate, Estimate):
-        return Answer(other=type(estimate).__name__)
+        return Reply(other=type(estimate).__name__)
     names, units = (tuple(str(text) for text in some) for some in (estimate.names, estimate.units))
-    return Answer(names=names, units=units, arrays=(_numbers(estimate.mean), _numbers(estimate.cov)))
+    return Reply(names=names, units=units, arrays=(_numbers(estimate.mean), _numbers(estimate.cov)))
 
 
 def _numbers(values: Any) -> Numbers:

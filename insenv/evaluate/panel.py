@@ -20,7 +20,7 @@ from insenv.envs.task import Task
 from insenv.evaluate.remote import Stage
 
 
-class FaultError(InputError):
+class EstimatorFaultError(InputError):
     """What an estimator did wrong; ``estimator`` is its name."""
 
     def __init__(self, estimator: str, text: str) -> None:
@@ -121,7 +121,7 @@ class Panel(Judge):
             try:
                 found.append(work(one, state))
             except InputError as error:
-                raise FaultError(one.name, str(error)) from error
+                raise EstimatorFaultError(one.name, str(error)) from error
         self.tell("")
         return found
 

@@ -20,7 +20,7 @@ from insenv.envs.rollout import Progress, RollOut, made, roll_out
 from insenv.envs.task import Task
 from insenv.evaluate.bounds import bounds
 from insenv.evaluate.child import Say
-from insenv.evaluate.panel import FaultError, Member, Panel, errors, member, panel
+from insenv.evaluate.panel import EstimatorFaultError, Member, Panel, errors, member, panel
 from insenv.evaluate.remote import Apart, Stage
 from insenv.evaluate.runs import Table, table_of, task_of
 from insenv.scenario import load
@@ -60,7 +60,7 @@ class Work:
 
 
 @dataclass(frozen=True)
-class Played:
+class PlayedRuns:
     """What the runs gave of one estimator.
 
     Attributes
@@ -83,7 +83,7 @@ class Played:
 
 
 #: By estimator: what its runs gave, or why there is nothing, in a sentence.
-Answers = dict[str, Played | str]
+Answers = dict[str, PlayedRuns | str]
 
 
 class _LookedError(Exception):
@@ -125,7 +125,7 @@ def _shared(stage: Stage, work: Work, task: Task, members: Sequence[Member], say
     except _LookedError:
         found = (_shared(stage, work, task, [one], say) for one in members)
         return {name: answer for each in found for name, answer in each.items()}
-    except FaultError as error:
+    except EstimatorFaultError as error:
         rest = [one for one in members if one.name != error.estimator]
         return {error.estimator: str(error)} | _shared(stage, work, task, rest, say)
     except InputError as error:
@@ -161,7 +161,7 @@ def _together(stage: Stage, work: Work, task: Task, members: Sequence[Member], s
     try:
         return _rolled(stage, work, replace(task, quantities=judge.quantities, judge=judge), watched, progress)
     except InputError as error:
-        if watched.looked and len(members) > 1 and not isinstance(error, FaultError):
+        if watched.looked and len(members) > 1 and not isinstance(error, EstimatorFaultError):
             raise _LookedError from error
         raise
 
@@ -182,7 +182,7 @@ def _rolled(stage: Stage, work: Work, task: Task, policy: Policy, progress: Prog
     if work.bound:
         first = roll_out(task, policy, None, work.seeds[:1], every=work.every, progress=progress).recording(0)
     return {
-        one.name: Played(table, spent - sum(own) + cpu, cpu, _units(one), _least(work, task, first, one))
+        one.name: PlayedRuns(table, spent - sum(own) + cpu, cpu, _units(one), _least(work, task, first, one))
         for one, table, cpu in zip(judge.members, _tables(work, judge, played), own, strict=True)
     }
 

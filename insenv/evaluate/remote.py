@@ -26,7 +26,7 @@ from insenv.core.estimate import Datasheet, Estimate
 from insenv.core.plugins import ESTIMATORS, POLICIES, find
 from insenv.core.recording import Floats, Recording
 from insenv.evaluate.child import same_imports
-from insenv.evaluate.host import LENGTH, NUMBERS, Answer, Numbers, Request
+from insenv.evaluate.host import LENGTH, NUMBERS, Numbers, Reply, Request
 from insenv.evaluate.watched import Timed, Watched
 
 #: Of a pipe [bytes].
@@ -46,7 +46,7 @@ class Stage(Protocol):
         """What makes the policy of that name, watched."""
 
 
-class Here:
+class InProcess:
     """In this process, for plug-ins that are trusted."""
 
     cpu = 0.0
@@ -69,7 +69,7 @@ class Apart:
         self.cpu = 0.0
         self._dropped: list[int] = []
         self._chunk: Recording | None = None
-        self._decoder = msgspec.msgpack.Decoder(Answer)
+        self._decoder = msgspec.msgpack.Decoder(Reply)
         self._process = subprocess.Popen(
             [sys.executable, "-c", _PROGRAM],
             stdin=subprocess.PIPE,
@@ -92,7 +92,7 @@ class Apart:
             with suppress(Exception):
                 self.ask(Request("import", given=(group, name)))
 
-    def ask(self, request: Request, chunk: Recording | None = None) -> Answer:
+    def ask(self, request: Request, chunk: Recording | None = None) -> Reply:
         """What the other process answers; a chunk that it has already is not sent again."""
         if chunk is not None and chunk is not self._chunk:
             # Its label names the scenario, which is nobody's business.
@@ -191,14 +191,14 @@ class _Estimator:
         mean, cov = (_array(one) for one in answer.arrays)
         return Estimate(answer.names, answer.units, mean, cov)
 
-    def _answer(self, request: Request, chunk: Recording | None = None) -> Answer:
+    def _answer(self, request: Request, chunk: Recording | None = None) -> Reply:
         before = self._stage.cpu
         try:
             return self._stage.ask(request, chunk)
         finally:
             self.cpu += self._stage.cpu - before
 
-    def _state(self, answer: Answer) -> _State:
+    def _state(self, answer: Reply) -> _State:
         return _State(self._stage, answer.key)
 
 

@@ -30,7 +30,7 @@ Value = tuple[float, float]
 
 
 @dataclass(frozen=True)
-class Score:
+class QuantityScore:
     """Errors of one quantity.
 
     Attributes
@@ -75,7 +75,7 @@ class Scored:
     ----------
     estimator, policy : str
     runs : int
-    scores : tuple of Score
+    scores : tuple of QuantityScore
     nees : tuple of float
         Over all quantities that are asked for.
     time : float
@@ -91,7 +91,7 @@ class Scored:
     estimator: str
     policy: str
     runs: int = 0
-    scores: tuple[Score, ...] = ()
+    scores: tuple[QuantityScore, ...] = ()
     nees: Value = (np.nan, np.nan)
     time: float = np.nan
     stopped: float = np.nan
@@ -125,7 +125,7 @@ def quantities(table: Table) -> list[str]:
     return [name.removeprefix("error.") for name in table if name.startswith("error.")]
 
 
-def score(table: Table, quantity: str, unit: str, bound: float | None) -> Score:
+def score(table: Table, quantity: str, unit: str, bound: float | None) -> QuantityScore:
     """Of one quantity."""
     error, told = table[f"error.{quantity}"], np.sqrt(table[f"cov.{quantity}.{quantity}"])
     scale = float(np.abs(error).max(initial=0.0)) or 1.0
@@ -137,7 +137,7 @@ def score(table: Table, quantity: str, unit: str, bound: float | None) -> Score:
         efficiency = (value, 2 * value * deviation[1] / deviation[0])
     with np.errstate(divide="ignore", invalid="ignore"):
         z = np.where(told > 0, error / told, np.inf)
-    return Score(
+    return QuantityScore(
         quantity,
         unit,
         bias=(found.mean[0] * scale, found.mean[1] * scale),

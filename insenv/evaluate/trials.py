@@ -27,7 +27,7 @@ Commands = Sequence[tuple[float, int]]
 
 
 @dataclass(frozen=True)
-class Trial:
+class TrialRuns:
     """Runs of one environment.
 
     Attributes
@@ -72,7 +72,7 @@ class _Commanded:
         return action, (runs, step + 1)
 
 
-def trial(name: str) -> Trial:
+def trial(name: str) -> TrialRuns:
     """Record the runs of an environment.
 
     Raises
@@ -96,7 +96,7 @@ def trial(name: str) -> Trial:
     box = task.action_space
     low, high = np.asarray(box.low, float), np.asarray(box.high, float)
     chunks, asked = tuple(chunk for _, chunk in played.chunks), {q.name: q.unit for q in task.quantities}
-    return Trial(name, task.datasheet, chunks, tuple(estimates), low, high, asked)
+    return TrialRuns(name, task.datasheet, chunks, tuple(estimates), low, high, asked)
 
 
 def cut(chunks: Sequence[Recording], n: int) -> list[Recording]:

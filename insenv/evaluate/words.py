@@ -14,7 +14,7 @@ from insenv.core.files import write_whole
 from insenv.core.filing import stamp
 from insenv.core.units import ARCSEC, PPM
 from insenv.evaluate.evaluation import Evaluation
-from insenv.evaluate.scores import FALSE_ALARM, Paired, Score, Scored, Value
+from insenv.evaluate.scores import FALSE_ALARM, Paired, QuantityScore, Scored, Value
 
 SCHEMA = "insenv.evaluate/1"
 #: How SI units are shown.
@@ -168,7 +168,7 @@ def named(text: str, what: str) -> list[str]:
     return found
 
 
-def _row(one: Scored, s: Score) -> tuple[str, ...]:
+def _row(one: Scored, s: QuantityScore) -> tuple[str, ...]:
     scale = shown(s.unit)[1]
     return (
         one.policy,
@@ -201,7 +201,7 @@ def _pair(one: Scored) -> dict[str, Any]:
     }
 
 
-def _score(s: Score) -> dict[str, Any]:
+def _score(s: QuantityScore) -> dict[str, Any]:
     return {
         "name": s.quantity,
         "unit": s.unit,

@@ -13,7 +13,7 @@ Ending = Literal["settled", "budget", "no-procedure"]
 
 
 @dataclass(frozen=True)
-class Answer:
+class FirstRun:
     """What an estimator makes of the first run: its error against the truth, and the standard deviation it tells."""
 
     error: float
@@ -48,9 +48,9 @@ class Chapter:
         Instrument time of this run, and of all runs so far [s].
     found : Findings
         On all runs so far.
-    answer : Answer, optional
+    answer : FirstRun, optional
         On the first run, with what was found taken out of it.
-    own : Answer, optional
+    own : FirstRun, optional
         The same quantity as the loop's own fit of all runs tells it, where it does.
     """
 
@@ -62,8 +62,8 @@ class Chapter:
     duration: float
     elapsed: float
     found: Findings
-    answer: Answer | None
-    own: Answer | None
+    answer: FirstRun | None
+    own: FirstRun | None
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class Story:
     seed: int
     budget: float
     wanted: Wanted | None
-    raw: Answer | None
+    raw: FirstRun | None
     chapters: tuple[Chapter, ...]
     ending: Ending
 

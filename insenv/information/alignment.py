@@ -35,7 +35,7 @@ _QUIET = (1e-12, 1e-9)
 
 
 @dataclass(frozen=True)
-class Instrument:
+class AlignedUnit:
     """What the bound needs to know.
 
     Attributes
@@ -64,7 +64,7 @@ class Instrument:
         return np.diag(np.square([*self.phi_sd, *self.gyro_sd, *self.accel_sd]))
 
 
-def instrument_of(sheet: Datasheet) -> Instrument:
+def instrument_of(sheet: Datasheet) -> AlignedUnit:
     """The instrument that a datasheet tells of; what it does not tell is free.
 
     Raises
@@ -78,7 +78,7 @@ def instrument_of(sheet: Datasheet) -> Instrument:
     sd = [_ANY[1 if j < 3 else 2] if d is None else d.sd[0] for j, d in enumerate(biases)]
     walk, velocity = (sheet.white(name) for name in ("gyro_x", "accel_x"))
     level = [value if np.isfinite(value) else _ANY[0] for value in sheet.level_sd]
-    return Instrument(
+    return AlignedUnit(
         sheet.site.latitude,
         max(walk, _QUIET[0]),
         max(velocity, _QUIET[1]),
@@ -154,7 +154,7 @@ class Knowledge:
         return float(np.sum(np.linalg.inv(spread)) ** -0.5)
 
 
-def unknowing(instrument: Instrument, heading: float = 0.0) -> Knowledge:
+def unknowing(instrument: AlignedUnit, heading: float = 0.0) -> Knowledge:
     """Before any data: phi now is phi at the start."""
     cov = np.zeros((11, 11))
     cov[:8, :8] = instrument.prior
@@ -163,13 +163,13 @@ def unknowing(instrument: Instrument, heading: float = 0.0) -> Knowledge:
 
 
 def bound(
-    instrument: Instrument, stretches: Sequence[Stretch], heading: float = 0.0, turning_data: bool = True
+    instrument: AlignedUnit, stretches: Sequence[Stretch], heading: float = 0.0, turning_data: bool = True
 ) -> Knowledge:
     """Knowledge after a procedure.
 
     Parameters
     ----------
-    instrument : Instrument
+    instrument : AlignedUnit
     stretches : sequence of Stretch
     heading : float
         At the start, clockwise from north [rad].
@@ -195,7 +195,7 @@ def last(steps: Iterator[Knowledge], before: Knowledge) -> Knowledge:
 
 
 def after(
-    instrument: Instrument, known: Knowledge, stretch: Stretch, turning_data: bool = False
+    instrument: AlignedUnit, known: Knowledge, stretch: Stretch, turning_data: bool = False
 ) -> Iterator[Knowledge]:
     """Knowledge after each step of a stretch; steps of at most a second."""
     if not stretch.duration >= 0:
@@ -220,7 +220,7 @@ def parts(stretch: Stretch) -> Iterator[tuple[float, float]]:
 
 
 @dataclass(frozen=True)
-class Step:
+class FilterStep:
     """One step of the filter of eleven states: phi now, biases, phi at the start.
 
     Attributes
@@ -240,7 +240,7 @@ class Step:
     gain: Floats
 
 
-def advance(instrument: Instrument, cov: Floats, heading: float, dt: float, seen: bool) -> Step:
+def advance(instrument: AlignedUnit, cov: Floats, heading: float, dt: float, seen: bool) -> FilterStep:
     """What a step of ``dt`` seconds about ``heading`` [rad] does to the covariance of the states."""
     rate = earth_rate_enu(instrument.latitude)
     g = float(gravity(instrument.latitude, instrument.altitude))
@@ -252,7 +252,7 @@ def advance(instrument: Instrument, cov: Floats, heading: float, dt: float, seen
         lean = F @ cov @ H.T + cross
         gain = np.asarray(np.linalg.solve(S, lean.T).T)
         onward = onward - gain @ lean.T
-    return Step(0.5 * (onward + onward.T), F, H, gain)
+    return FilterStep(0.5 * (onward + onward.T), F, H, gain)
 
 
 def _remembering(
@@ -268,7 +268,7 @@ def _remembering(
 
 
 def step_model(
-    instrument: Instrument, heading: float, dt: float, rate: Floats, g: float
+    instrument: AlignedUnit, heading: float, dt: float, rate: Floats, g: float
 ) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Transition, regressor of the velocity's increment, and the noise of both with its covariance.
 

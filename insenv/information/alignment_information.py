@@ -17,7 +17,7 @@ import numpy as np
 
 from insenv.core.earth import earth_rate_enu, gravity
 from insenv.core.errors import InputError
-from insenv.information.alignment import Instrument, Stretch, parts, step_model
+from insenv.information.alignment import AlignedUnit, Stretch, parts, step_model
 from insenv.information.fisher import Information
 
 #: Names of the parameters: phi at the start [rad], biases of gyros [rad/s] and accelerometers [m/s^2].
@@ -25,7 +25,7 @@ NAMES = ("phi_east", "phi_north", "phi_up", "gyro_x", "gyro_y", "gyro_z", "accel
 
 
 def alignment_information(
-    instrument: Instrument, stretches: Sequence[Stretch], heading: float = 0.0, turning_data: bool = True
+    instrument: AlignedUnit, stretches: Sequence[Stretch], heading: float = 0.0, turning_data: bool = True
 ) -> Information:
     """Information of a procedure on `NAMES`; parameters as of `insenv.information.alignment.bound`.
 
@@ -60,6 +60,6 @@ def alignment_information(
     return Information(NAMES, 0.5 * (total + total.T))
 
 
-def prior(instrument: Instrument) -> dict[str, float]:
+def prior(instrument: AlignedUnit) -> dict[str, float]:
     """Prior deviations of an instrument by `NAMES`."""
     return dict(zip(NAMES, np.sqrt(np.diag(instrument.prior)).tolist(), strict=True))

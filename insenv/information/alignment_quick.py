@@ -16,7 +16,7 @@ import numpy as np
 from insenv.core.compiled import jit
 from insenv.core.earth import earth_rate_enu, gravity
 from insenv.core.recording import Floats
-from insenv.information.alignment import Instrument, Stretch, step_model, unknowing
+from insenv.information.alignment import AlignedUnit, Stretch, step_model, unknowing
 
 #: Longest step at rest, and while the body turns [s].
 _REST, _TURN = 1.0, 1.0
@@ -29,7 +29,7 @@ def compiled(function: Callable[..., Any]) -> Any:
     return jit(function, error_model="numpy")
 
 
-def installation_sd(instrument: Instrument, stretches: Sequence[Stretch], heading: float = 0.0) -> float:
+def installation_sd(instrument: AlignedUnit, stretches: Sequence[Stretch], heading: float = 0.0) -> float:
     """Deviation of phi_U at the start [rad] without the turns' velocities; see `insenv.information.alignment.bound`."""
     cov = unknowing(instrument, heading).cov
     for stretch in stretches:
@@ -51,7 +51,7 @@ def _near(value: float) -> float:
 
 
 @lru_cache(maxsize=4096)
-def _matrices(instrument: Instrument, heading: float, dt: float) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+def _matrices(instrument: AlignedUnit, heading: float, dt: float) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     return step_model(instrument, heading, dt, *_earth(instrument.latitude, instrument.altitude))
 
 

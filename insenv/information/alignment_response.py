@@ -21,9 +21,9 @@ from insenv.core.errors import InputError
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats
 from insenv.effects.base import Effect
-from insenv.information.alignment import Instrument, Knowledge, Stretch, advance, unknowing
+from insenv.information.alignment import AlignedUnit, Knowledge, Stretch, advance, unknowing
 from insenv.information.alignment_information import NAMES
-from insenv.information.sensitivity import Response
+from insenv.information.sensitivity import UndeclaredResponse
 
 #: Places of `NAMES` in the eleven states of the filter: phi at the start, biases.
 _PLACES = [8, 9, 10, 3, 4, 5, 6, 7]
@@ -32,17 +32,17 @@ _STEP = 0.25
 
 
 def responses(
-    instrument: Instrument,
+    instrument: AlignedUnit,
     stretches: Sequence[Stretch],
     possible: Sequence[tuple[str, Effect, Sequence[float]]],
     heading: float = 0.0,
     turning_data: bool = False,
-) -> tuple[Response, ...]:
+) -> tuple[UndeclaredResponse, ...]:
     """Bias of phi at the start [rad] and of the gyro and accelerometer biases by each of the ``possible`` effects.
 
     Parameters
     ----------
-    instrument : Instrument
+    instrument : AlignedUnit
     stretches : sequence of Stretch
     possible : sequence of (target, Effect, parameters)
         Target "gyro_x" ... "accel_z"; parameters in SI, in the order of ``Effect.params``.
@@ -76,7 +76,7 @@ def responses(
         cov = step.cov
     sd = Knowledge(cov).sd
     return tuple(
-        Response(f"{target}.{effect.key}", NAMES, bias[_PLACES, j], sd)
+        UndeclaredResponse(f"{target}.{effect.key}", NAMES, bias[_PLACES, j], sd)
         for j, (target, effect, _) in enumerate(possible)
     )
 
@@ -91,7 +91,7 @@ def _course(stretches: Sequence[Stretch]) -> tuple[Floats, Floats, NDArray[np.bo
 
 
 def _errors(
-    instrument: Instrument, t: Floats, minus_heading: Floats, one: tuple[str, Effect, Sequence[float]]
+    instrument: AlignedUnit, t: Floats, minus_heading: Floats, one: tuple[str, Effect, Sequence[float]]
 ) -> Floats:
     """Errors of gyros and accelerometers over each step, shape (n, 6), by one effect."""
     target, effect, theta = one
@@ -112,7 +112,7 @@ def _errors(
     return found
 
 
-def _motion(instrument: Instrument, t: Floats, minus_heading: Floats, kind: str, axis: str) -> Motion:
+def _motion(instrument: AlignedUnit, t: Floats, minus_heading: Floats, kind: str, axis: str) -> Motion:
     """Exposure of one axis of a level body, right-forward-up, that turns about up."""
     _, north, up = earth_rate_enu(instrument.latitude)
     at = 0.5 * (minus_heading[1:] + minus_heading[:-1])

@@ -49,7 +49,7 @@ _NONE, _STEPS, _OPTIMAL = 1e-5, 2000, 1e-4
 
 
 @dataclass(frozen=True)
-class Design:
+class LadderDesign:
     """Rates [rad/s], ascending, and the share of the time for each, both of shape (k,)."""
 
     rate: Floats
@@ -69,7 +69,7 @@ def basis(model: str, x: Floats) -> Floats:
     return np.stack([_TERMS[term](np.asarray(x, np.float64)) for term in MODELS[model]], axis=-1)
 
 
-def optimal(model: str, criterion: str, top: float) -> Design:
+def optimal(model: str, criterion: str, top: float) -> LadderDesign:
     """The optimal design for rates up to ``top`` [rad/s] either way; "c": for the scale factor.
 
     Raises
@@ -93,7 +93,7 @@ def optimal(model: str, criterion: str, top: float) -> Design:
             near = x[:, None] + spacing * np.arange(-_AROUND, _AROUND + 1) / _AROUND
             x, spacing = np.unique(np.clip(np.round(near, 9), -1.0, 1.0)), spacing / _AROUND
     share = solve(basis(model, x))
-    return Design(top * x, 0.5 * (share + share[::-1]))
+    return LadderDesign(top * x, 0.5 * (share + share[::-1]))
 
 
 def covariance(model: str, x: Floats, variance: Floats, weighted: bool = True) -> Floats:
@@ -110,7 +110,7 @@ def covariance(model: str, x: Floats, variance: Floats, weighted: bool = True) -
     return found
 
 
-def scale_factor_variance(design: Design, model: str) -> float:
+def scale_factor_variance(design: LadderDesign, model: str) -> float:
     """Variance of the scale factor, in N^2 / (T top^2): 1 for a line with half of the time at each end."""
     top = float(np.abs(design.rate).max())
     used = design.share > 0

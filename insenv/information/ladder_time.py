@@ -21,7 +21,7 @@ import numpy as np
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats
 from insenv.core.units import DEG
-from insenv.information.ladder import Design, covariance
+from insenv.information.ladder import LadderDesign, covariance
 
 TURN = 2 * np.pi
 #: Magnitudes of the published list [rad/s], of which zero comes first and last.
@@ -74,7 +74,7 @@ def published(turns: int = 1, rest: float = 60.0) -> Dwells:
 
 
 def dwells(
-    design: Design,
+    design: LadderDesign,
     duration: float,
     acceleration: float = np.inf,
     visits: int = 8,
@@ -86,7 +86,7 @@ def dwells(
 
     Parameters
     ----------
-    design : Design
+    design : LadderDesign
     duration : float
         Of all of it, but for the rounding to whole turns [s].
     acceleration : float

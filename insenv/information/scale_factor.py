@@ -38,7 +38,7 @@ CELLS, STEADY = 1500, 0.03
 
 
 @dataclass(frozen=True)
-class Line:
+class ScaleFactorLine:
     """What a scale factor is: slope of the line through a warm gyro's outputs at table rates evenly spread.
 
     Attributes
@@ -92,7 +92,7 @@ class Line:
 
 
 @dataclass(frozen=True)
-class Declared:
+class DeclaredGyro:
     """The gyro as its datasheet declares it.
 
     Attributes
@@ -109,7 +109,7 @@ class Declared:
     sd: dict[str, float]
 
 
-def declared(datasheet: Datasheet, motion: Motion) -> Declared:
+def declared(datasheet: Datasheet, motion: Motion) -> DeclaredGyro:
     """The declared effects that ``motion`` has what it takes for."""
     effects: list[Effect] = []
     mean: list[float] = []
@@ -125,7 +125,7 @@ def declared(datasheet: Datasheet, motion: Motion) -> Declared:
             effects.append(free)
             mean, sd = [*mean, 0.0], [*sd, np.inf]
     sensor = Sensor("gyro", tuple(effects))
-    return Declared(sensor, np.array(mean), dict(zip(sensor.names, sd, strict=True)))
+    return DeclaredGyro(sensor, np.array(mean), dict(zip(sensor.names, sd, strict=True)))
 
 
 def motion_of(datasheet: Datasheet, angle: Floats, dt: float, temperature: Floats | None = None) -> Motion:
@@ -155,7 +155,7 @@ def motion_of(datasheet: Datasheet, angle: Floats, dt: float, temperature: Float
     )
 
 
-def model(datasheet: Datasheet, motion: Motion) -> tuple[Means, Declared]:
+def model(datasheet: Datasheet, motion: Motion) -> tuple[Means, DeclaredGyro]:
     """The record's means over cells of nearly one rate, and what is declared.
 
     Raises
@@ -188,13 +188,13 @@ def _cells(rate: Floats, longest: int, steady: float) -> NDArray[np.int64]:
     return np.unique([*edges, len(rate)])
 
 
-def slope(told: Declared, datasheet: Datasheet, largest: float) -> tuple[dict[str, float], float]:
+def slope(told: DeclaredGyro, datasheet: Datasheet, largest: float) -> tuple[dict[str, float], float]:
     """Weight of each parameter in K - 1 for table rates up to ``largest`` [rad/s], and what a perfect gyro has of it.
 
     The slope is per table rate, so that a gyro that leans has the sine of its tilt.
     """
     share = float(np.sin(datasheet.mounting.tilt))
-    line = Line(share, largest, datasheet.reference_temperature, datasheet.reference_temperature)
+    line = ScaleFactorLine(share, largest, datasheet.reference_temperature, datasheet.reference_temperature)
     weights, first = dict.fromkeys(told.sensor.names, 0.0), 0
     for effect in told.sensor.effects:
         last = first + len(effect.params)

@@ -93,7 +93,7 @@ def efficient(means: Means, prior: Mapping[str, float] | None = None) -> Linear:
 
 
 @dataclass(frozen=True)
-class Response:
+class UndeclaredResponse:
     """What an undeclared effect does to the estimated parameters.
 
     Attributes
@@ -125,7 +125,7 @@ class Response:
 
 def sensitivity(
     means: Means, possible: Sequence[tuple[Effect, Sequence[float]]], prior: Mapping[str, float] | None = None
-) -> tuple[Response, ...]:
+) -> tuple[UndeclaredResponse, ...]:
     """What each of the ``possible`` effects, with its parameters, does to the efficient estimate that lacks it.
 
     Parameters
@@ -145,6 +145,8 @@ def sensitivity(
     estimator = efficient(means, prior)
     sd = np.sqrt(np.diag(estimator.errors(means)))
     return tuple(
-        Response(effect.key, means.names, estimator.gain @ means.addition(effect, np.asarray(theta, float)), sd)
+        UndeclaredResponse(
+            effect.key, means.names, estimator.gain @ means.addition(effect, np.asarray(theta, float)), sd
+        )
         for effect, theta in possible
     )

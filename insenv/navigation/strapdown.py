@@ -63,7 +63,7 @@ class Navigation:
 
 
 @dataclass(frozen=True)
-class Trajectory:
+class StrapdownPath:
     """What a mechanisation found at the ends of the samples kept.
 
     Attributes
@@ -113,7 +113,7 @@ def initial(dcm: ArrayLike, position: ArrayLike, velocity: ArrayLike = (0.0, 0.0
 
 def static_mechanisation(
     gyro: ArrayLike, accelerometer: ArrayLike, dt: float, state: Navigation, every: int = 1
-) -> tuple[Trajectory, Navigation]:
+) -> tuple[StrapdownPath, Navigation]:
     """Run the static mechanisation over a chunk: velocity is integrated, but not fed back.
 
     Parameters
@@ -143,12 +143,12 @@ def static_mechanisation(
     _kernel().static(*run.arguments, (velocity, attitude))
     after = run.after()
     position = np.broadcast_to(after.position[..., None, :], (*run.batch, run.kept.size, 3))
-    return Trajectory(run.kept, run.shaped(velocity), position, run.shaped(attitude)), after
+    return StrapdownPath(run.kept, run.shaped(velocity), position, run.shaped(attitude)), after
 
 
 def full_mechanisation(
     gyro: ArrayLike, accelerometer: ArrayLike, dt: float, state: Navigation, every: int = 1
-) -> tuple[Trajectory, Navigation]:
+) -> tuple[StrapdownPath, Navigation]:
     """Run the full mechanisation over a chunk: the velocity is fed back and the position moves.
 
     Arguments, results and errors as in `static_mechanisation`; InputError also if a run begins or ends within
@@ -160,7 +160,7 @@ def full_mechanisation(
     _kernel().full(*run.arguments, (velocity, attitude, position))
     after = run.after()
     _refuse_pole(after)
-    return Trajectory(run.kept, run.shaped(velocity), run.shaped(position), run.shaped(attitude)), after
+    return StrapdownPath(run.kept, run.shaped(velocity), run.shaped(position), run.shaped(attitude)), after
 
 
 @dataclass(frozen=True)

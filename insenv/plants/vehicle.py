@@ -37,10 +37,10 @@ from insenv.plants.vehicle_frame import Slope, product, times, transport_matrix
 from insenv.plants.vehicle_rule import rule
 from insenv.plants.vehicle_sight import OpticalSight, first_rows
 from insenv.plants.vehicle_sway import Settling, Sway
-from insenv.plants.vehicle_turn import SAME, Drive, Turning, ahead
+from insenv.plants.vehicle_turn import SAME, Drive, LatestTurn, ahead
 
 _AXES = "xyz"
-_Segment = tuple[int, int, Turning]
+_Segment = tuple[int, int, LatestTurn]
 
 
 @dataclass(frozen=True)
@@ -179,7 +179,7 @@ class Vehicle(Plant):
             time = k * step + self.turn_time(angle)
         return found
 
-    def begin(self) -> Turning:
+    def begin(self) -> LatestTurn:
         """The vehicle at rest.
 
         Raises
@@ -191,12 +191,14 @@ class Vehicle(Plant):
             raise InputError("the profile asks for a turn of a vehicle without a rate and an acceleration to turn with")
         return ahead()
 
-    def advance(self, state: Turning, command: Floats | float | None, t: Floats, z: Floats) -> tuple[Scene, Turning]:
+    def advance(
+        self, state: LatestTurn, command: Floats | float | None, t: Floats, z: Floats
+    ) -> tuple[Scene, LatestTurn]:
         """Go on over the intervals with edges ``t``.
 
         Parameters
         ----------
-        state : Turning
+        state : LatestTurn
         command : ndarray, shape (...), or float, optional
             Angle to turn by from ``t[0]`` on [rad], counter-clockwise; 0 or NaN: stay, and a vehicle that turns goes
             on turning. None: as the profile says.
@@ -212,7 +214,7 @@ class Vehicle(Plant):
             "turning" (1 in intervals with a turn in them); "heading", "pitch", "roll" and "velocity_east", "_north",
             "_up", all true; "sight_heading", "level_pitch", "level_roll" (NaN where there is no reading);
             "temperature".
-        state : Turning
+        state : LatestTurn
 
         Raises
         ------
@@ -242,7 +244,7 @@ class Vehicle(Plant):
         )
         return scene, after
 
-    def _segments(self, state: Turning, command: Floats | float | None, t: Floats) -> Iterator[_Segment]:
+    def _segments(self, state: LatestTurn, command: Floats | float | None, t: Floats) -> Iterator[_Segment]:
         """Stretches of intervals with one latest turn each: first edge, last edge, state."""
         first, n = 0, len(t) - 1
         if command is not None:
@@ -259,7 +261,7 @@ class Vehicle(Plant):
             first = edge
         yield first, n, state
 
-    def _play(self, t: Floats, span: tuple[int, int], state: Turning, out: tuple[Floats, Floats]) -> None:
+    def _play(self, t: Floats, span: tuple[int, int], state: LatestTurn, out: tuple[Floats, Floats]) -> None:
         """Fill the means over intervals and the values at edges of all runs."""
         from insenv.plants.vehicle_pieces import expose  # numba costs more to import than all the rest
 

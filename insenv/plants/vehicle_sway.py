@@ -24,7 +24,7 @@ LINES = 24
 
 
 @dataclass(frozen=True)
-class Line:
+class SwayLine:
     """A sine of ``frequency`` [Hz] and ``rms`` value [rad]."""
 
     frequency: float
@@ -80,12 +80,12 @@ class Settling:
     time_constant: float = 1.0
 
 
-def highest(lines: Sequence[Line], band: Band | None) -> float:
+def highest(lines: Sequence[SwayLine], band: Band | None) -> float:
     """Highest frequency of a sway [Hz]."""
     return max([line.frequency for line in lines] + ([] if band is None else [band.high]), default=0.0)
 
 
-def waves(lines: Sequence[Line], band: Band | None, draw: np.random.Generator | None = None) -> Floats:
+def waves(lines: Sequence[SwayLine], band: Band | None, draw: np.random.Generator | None = None) -> Floats:
     """The sines of a sway, shape (L, 3); without ``draw`` phases are zero, and a band has its mean amplitudes."""
     phases = np.zeros(len(lines)) if draw is None else draw.uniform(0.0, 2 * np.pi, len(lines))
     found = [

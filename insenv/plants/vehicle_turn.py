@@ -20,7 +20,7 @@ SETTLED = 40.0
 
 
 @dataclass(frozen=True)
-class Turning:
+class LatestTurn:
     """State of a vehicle: its latest turn.
 
     All arrays are of one batch, or of none where every run has the same.
@@ -43,7 +43,7 @@ class Turning:
     tails: Floats
     planned: int = 0
 
-    def rows(self, index: NDArray[np.int64]) -> Turning:
+    def rows(self, index: NDArray[np.int64]) -> LatestTurn:
         """State of the runs ``index`` of a batch; what all runs share stays shared."""
         if not self.start.ndim:
             return self
@@ -51,9 +51,9 @@ class Turning:
         return replace(self, start=start, before=before, by=by, tails=tails)
 
 
-def ahead() -> Turning:
+def ahead() -> LatestTurn:
     """A vehicle that has not turned yet."""
-    return Turning(np.zeros(()), np.zeros(()), np.zeros(()), np.zeros((2, 3)))
+    return LatestTurn(np.zeros(()), np.zeros(()), np.zeros(()), np.zeros((2, 3)))
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class Drive:
         rising = np.minimum(self.rate / self.acceleration, np.sqrt(size / self.acceleration))
         return rising, np.where(size > 0, size / (self.acceleration * np.where(size > 0, rising, 1.0)) + rising, 0.0)
 
-    def commanded(self, state: Turning, angle: Floats, time: float) -> Turning:
+    def commanded(self, state: LatestTurn, angle: Floats, time: float) -> LatestTurn:
         """State of vehicles that are told at ``time`` to turn by ``angle``, shape (...); 0 or NaN: to stay.
 
         One that turns goes on with that.
@@ -96,7 +96,7 @@ class Drive:
             tails=np.where(goes[..., None, None], self._settling(state, time, end), state.tails),
         )
 
-    def _settling(self, state: Turning, time: float, end: Floats) -> Floats:
+    def _settling(self, state: LatestTurn, time: float, end: Floats) -> Floats:
         """Velocities of settling at ``time``, shape (..., 2, 3)."""
         reached = (state.before + state.by)[..., None]
         ahead = np.array([0.0, 1.0, 0.0])

@@ -79,7 +79,7 @@ class Signal:
 
 
 @dataclass(frozen=True)
-class Pointer:
+class DialPointer:
     """A quantity that is an angle, as a direction on the dial.
 
     Attributes
@@ -120,7 +120,7 @@ class Scene:
     controls : tuple of Control
         The first is that of the arrow keys and of the dial.
     signals : tuple of Signal
-    pointers : tuple of Pointer
+    pointers : tuple of DialPointer
     body : str
         What turns, as SVG in a circle of radius 72 about zero; it is shown once its angle is known.
     zero : str
@@ -130,7 +130,7 @@ class Scene:
 
     controls: tuple[Control, ...]
     signals: tuple[Signal, ...] = ()
-    pointers: tuple[Pointer, ...] = ()
+    pointers: tuple[DialPointer, ...] = ()
     body: str = ""
     zero: str = ""
     turned: Turned = table_angle
@@ -140,7 +140,7 @@ def plain(task: Task) -> Scene:
     """The scene of a system of which nothing but its task is known."""
     return Scene(
         controls=tuple(Control(k, f"action {k + 1}") for k in range(task.action_space.shape[0])),
-        pointers=tuple(Pointer(q.name, q.name) for q in task.quantities if q.circular),
+        pointers=tuple(DialPointer(q.name, q.name) for q in task.quantities if q.circular),
         body=TABLE,
     )
 

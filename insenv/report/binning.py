@@ -16,7 +16,7 @@ _LEAST = 3
 
 
 @dataclass(frozen=True)
-class Bins:
+class BinnedMeans:
     """Means of y in bins of x: arrays of shape (bins,); ``error`` is scatter over root count.
 
     ``held_out`` marks bins of held-out data, where they are joined in time; NaN parts what must not be joined.
@@ -36,26 +36,26 @@ class Timeline:
     runs: tuple[tuple[int, float, float], ...]
 
 
-def means(x: Floats, y: Floats, bins: int) -> Bins:
+def means(x: Floats, y: Floats, bins: int) -> BinnedMeans:
     """Means of ``y`` in ``bins`` equal bins of ``x``; NaN in bins with fewer than three points."""
     good = np.isfinite(x) & np.isfinite(y)
     x, y = x[good], y[good]
     if len(x) == 0 or np.ptp(x) == 0:
-        return Bins(np.empty(0), np.empty(0), np.empty(0))
+        return BinnedMeans(np.empty(0), np.empty(0), np.empty(0))
     index = np.minimum(((x - x.min()) / np.ptp(x) * bins).astype(int), bins - 1)
     count = np.bincount(index, minlength=bins)
     safe = np.maximum(count, 1)
     mean = np.bincount(index, y, bins) / safe
     scatter = np.bincount(index, (y - mean[index]) ** 2, bins) / np.maximum(count - 1, 1)
     told = count >= min(_LEAST, count.max())
-    return Bins(
+    return BinnedMeans(
         np.where(told, np.bincount(index, x, bins) / safe, np.nan),
         np.where(told, mean, np.nan),
         np.where(told, np.sqrt(scatter / safe), np.nan),
     )
 
 
-def means_of_runs(line: Timeline, y: Floats, bins: int) -> Bins:
+def means_of_runs(line: Timeline, y: Floats, bins: int) -> BinnedMeans:
     """Means in time of every run on its own, a NaN between them; ``bins`` are shared out by length."""
     total = sum(stop - start for _, start, stop in line.runs) or 1.0
     parts = []
@@ -64,7 +64,9 @@ def means_of_runs(line: Timeline, y: Floats, bins: int) -> Bins:
         for x, of_y in _unbroken(line.x[mine], y[mine], total / bins):
             parts.append(means(x, of_y, max(2, round(bins * np.ptp(x) / total))))
     gap = np.array([np.nan])
-    return Bins(*(np.concatenate([a for b in parts for a in (getattr(b, k), gap)]) for k in ("x", "mean", "error")))
+    return BinnedMeans(
+        *(np.concatenate([a for b in parts for a in (getattr(b, k), gap)]) for k in ("x", "mean", "error"))
+    )
 
 
 def _unbroken(x: Floats, y: Floats, width: float) -> Iterator[tuple[Floats, Floats]]:
@@ -74,7 +76,7 @@ def _unbroken(x: Floats, y: Floats, width: float) -> Iterator[tuple[Floats, Floa
     yield from zip(np.split(x, long), np.split(y, long), strict=True)
 
 
-def paths(line: Timeline, x: Floats, y: Floats, held_out: NDArray[np.bool_], bins: int) -> Bins:
+def paths(line: Timeline, x: Floats, y: Floats, held_out: NDArray[np.bool_], bins: int) -> BinnedMeans:
     """Means of ``x`` and ``y`` in time, of fitted and of held-out stretches each on their own."""
     total = sum(stop - start for _, start, stop in line.runs) or 1.0
     found: list[tuple[Floats, Floats, NDArray[np.bool_]]] = []
@@ -86,7 +88,7 @@ def paths(line: Timeline, x: Floats, y: Floats, held_out: NDArray[np.bool_], bin
             found.append((np.append(of_x.mean, np.nan), np.append(of_y.mean, np.nan), held_out[part[:1]]))
     joined = [np.concatenate([part[k] for part in found]) for k in (0, 1)]
     marked = np.concatenate([np.full(len(part[0]), part[2][0]) for part in found])
-    return Bins(joined[0], joined[1], np.full(len(marked), np.nan), marked)
+    return BinnedMeans(joined[0], joined[1], np.full(len(marked), np.nan), marked)
 
 
 def timeline(traces: Traces) -> Timeline:

@@ -25,8 +25,8 @@ from matplotlib.ticker import (
 from numpy.typing import NDArray
 
 from insenv.core.recording import Floats
-from insenv.report.binning import Bins, Timeline, reach, stretches
-from insenv.report.quantities import Unit
+from insenv.report.binning import BinnedMeans, Timeline, reach, stretches
+from insenv.report.quantities import ShownUnit
 
 #: Colours of the stylesheet, as they are on paper: on a page each is the variable of its name, which knows the dark.
 PALETTE = {
@@ -94,7 +94,7 @@ def _thinned(y: Floats, most: int) -> NDArray[np.bool_]:
     return kept
 
 
-def mean_line(ax: Axes, b: Bins, color: str, label: str) -> None:
+def mean_line(ax: Axes, b: BinnedMeans, color: str, label: str) -> None:
     """Means as a line; with marks and bars of their scatter where they are few enough to be told apart."""
     if b.held_out is not None:
         for part, look in ((~b.held_out, "-"), (b.held_out, DOTTED)):
@@ -157,20 +157,20 @@ def mark_runs(ax: Axes, line: Timeline) -> None:
         )
 
 
-def models(ax: Axes, x: Floats, fitted: Floats, declared: Floats | None, unit: Unit) -> None:
+def models(ax: Axes, x: Floats, fitted: Floats, declared: Floats | None, unit: ShownUnit) -> None:
     """Fitted noise dark, declared noise dashed."""
     curve(ax, x, fitted, unit, color=FITTED, lw=1.3, label="fitted noise", zorder=5)
     if declared is not None:
         curve(ax, x, declared, unit, color=DECLARED, lw=1.3, ls=(0, (4, 2.5)), label="declared noise", zorder=5)
 
 
-def curve(ax: Axes, x: Floats, y: Floats, unit: Unit, **style: object) -> None:
+def curve(ax: Axes, x: Floats, y: Floats, unit: ShownUnit, **style: object) -> None:
     """A curve on logarithmic axes: what is not positive and finite is left out."""
     good = (x > 0) & np.isfinite(y) & (y > 0)
     ax.plot(x[good], unit.each(y[good]), **style)  # type: ignore[arg-type]
 
 
-def log_log(ax: Axes, x: Floats, curves: Sequence[Floats], unit: Unit) -> None:
+def log_log(ax: Axes, x: Floats, curves: Sequence[Floats], unit: ShownUnit) -> None:
     """Logarithmic scales whose limits hold the measured curves, whatever the models do beyond them."""
     ax.set_xscale("log")
     ax.set_yscale("log")

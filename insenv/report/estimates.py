@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from insenv.core.series.allan import FLICKER
 from insenv.core.units import ARCSEC, DEG
 from insenv.identify.findings import Added, Estimate, TargetFindings
-from insenv.report.quantities import Unit, instability_unit, number, unit_for, with_sd
+from insenv.report.quantities import ShownUnit, instability_unit, number, unit_for, with_sd
 
 #: A found curve with more coefficients than this is shown by their range: one by one they say nothing.
 _MOST_SHOWN = 4
@@ -23,7 +23,7 @@ NONE_MEANS = f"{NONE}: that model has no estimate of its own, because another of
 
 
 @dataclass(frozen=True)
-class Pair:
+class EstimatePair:
     """An estimate before and after as text, in one ``unit``; ``large`` marks a shift beyond three sigma."""
 
     effect: str
@@ -52,7 +52,7 @@ def parameters(added: Added) -> str:
     return ", ".join(f"{p.parameter} = {value(p)}" for p in added.parameters)
 
 
-def pairs(before: Sequence[Estimate], after: Sequence[Estimate]) -> list[Pair]:
+def pairs(before: Sequence[Estimate], after: Sequence[Estimate]) -> list[EstimatePair]:
     """Every parameter of either model: those before in their order, then those that only came after."""
     first, later = ({(e.effect, e.parameter): e for e in side} for side in (before, after))
     return [_pair(first.get(key), later.get(key)) for key in dict.fromkeys((*first, *later))]
@@ -68,12 +68,12 @@ def derived(target: TargetFindings) -> list[str]:
     return said
 
 
-def _pair(before: Estimate | None, after: Estimate | None) -> Pair:
+def _pair(before: Estimate | None, after: Estimate | None) -> EstimatePair:
     known = [e for e in (before, after) if e is not None]
     unit = _unit(*known)
     shown = [NONE if e is None else with_sd(unit.of(e.value), unit.of(e.sd)) for e in (before, after)]
     moved = shift(before, after)
-    return Pair(
+    return EstimatePair(
         effect=known[0].effect,
         parameter=known[0].parameter,
         unit=unit.label,
@@ -91,7 +91,7 @@ def shift(before: Estimate | None, after: Estimate | None) -> float:
     return (after.value - before.value) / before.sd
 
 
-def _unit(*estimates: Estimate) -> Unit:
+def _unit(*estimates: Estimate) -> ShownUnit:
     """The unit that suits all of ``estimates``, which share an SI unit."""
     if estimates[0].effect == FLICKER:
         return instability_unit(estimates[0].unit)

@@ -15,8 +15,8 @@ from insenv.core.recording import Floats
 from insenv.core.units import ZERO_CELSIUS
 from insenv.identify.findings import Spectra, TargetFindings
 from insenv.report import drawing as draw
-from insenv.report.binning import Bins, Timeline, envelope, means, means_of_runs, paths, smoothed, timeline
-from insenv.report.quantities import Unit, unit_for
+from insenv.report.binning import BinnedMeans, Timeline, envelope, means, means_of_runs, paths, smoothed, timeline
+from insenv.report.quantities import ShownUnit, unit_for
 
 _PANEL, _WIDE, _README = (5.2, 4.3), (10.6, 4.6), (12.0, 3.9)
 _BINS = {"angle": 36}
@@ -28,7 +28,7 @@ _FEW = 100
 _FULL_TURN = 270.0
 
 #: What turns a residual into means in bins.
-Binning = Callable[[Floats], Bins]
+Binning = Callable[[Floats], BinnedMeans]
 
 
 @draw.style()
@@ -186,7 +186,7 @@ def _residual(ax: Axes, x: Floats, y: Floats, binning: Binning, colors: tuple[st
     draw.mean_line(ax, b, colors[1], f"{label} ({'mean in time' if b.held_out is not None else 'line: bin means'})")
 
 
-def _spectrum(ax: Axes, s: Spectra, unit: Unit, changed: bool) -> None:
+def _spectrum(ax: Axes, s: Spectra, unit: ShownUnit, changed: bool) -> None:
     """Root spectral densities: thin as computed, thick averaged."""
     for density, color, label in ((s.psd_before, draw.BEFORE, "before"), (s.psd_after, draw.AFTER, "after")):
         if label == "before" and not changed:
@@ -202,7 +202,7 @@ def _spectrum(ax: Axes, s: Spectra, unit: Unit, changed: bool) -> None:
     draw.legend(ax)
 
 
-def per_root_hertz(unit: Unit) -> str:
+def per_root_hertz(unit: ShownUnit) -> str:
     """Unit of a root spectral density."""
     return f"({unit.label})/√Hz" if "/" in unit.label else f"{unit.label}/√Hz"
 
@@ -215,7 +215,7 @@ def _after_label(target: TargetFindings) -> str:
     return "after, 68 % band" if _changed(target) else "residual, 68 % band"
 
 
-def unit_of(target: TargetFindings) -> Unit:
+def unit_of(target: TargetFindings) -> ShownUnit:
     """One unit for all pictures of a target, by the size of its residual before."""
     size = np.abs(target.traces.before[np.isfinite(target.traces.before)])
     return unit_for(target.held_out.unit, float(np.quantile(size, 0.9)) if len(size) else 0.0)

@@ -200,7 +200,7 @@ def _next(experiment: NextExperiment) -> Row:
     }
 
 
-def _estimate(pair: estimates.Pair) -> Row:
+def _estimate(pair: estimates.EstimatePair) -> Row:
     return {**asdict(pair), "name": words.name(pair.effect)}
 
 

@@ -28,7 +28,7 @@ _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 @dataclass(frozen=True)
-class Unit:
+class ShownUnit:
     """A unit to show: one of it is ``factor`` in SI; used from the SI magnitude ``least`` upwards."""
 
     label: str
@@ -56,71 +56,71 @@ class Unit:
         return f"{with_sd(self.of(value), self.of(sd))} {self.label}".rstrip()
 
 
-_RATE = (Unit("deg/s", DEG, 0.05 * DEG), Unit("deg/h", DEG_PER_HOUR))
-_FORCE = (Unit("m/s²", 1.0, 0.5), Unit("mm/s²", 1e-3, 2e-4), Unit("µg", UG))
-_FORCE_DRIFT = (Unit("mm/s²/h", 1e-3 / HOUR, 2e-4 / HOUR), Unit("µg/h", UG / HOUR))
-_RATE_DRIFT = (Unit("deg/h/h", DEG_PER_HOUR / HOUR),)
-_SHARE = (Unit("", 1.0, 0.01), Unit("ppm", PPM))
-_PER_RATE_SQUARED = (Unit("ppm/(deg/s)²", PPM / DEG**2),)
-_WHITE_RATE = (Unit("deg/√h", DEG_PER_SQRT_HOUR),)
-_WHITE_FORCE = (Unit("m/s/√h", 1 / math.sqrt(HOUR)),)
+_RATE = (ShownUnit("deg/s", DEG, 0.05 * DEG), ShownUnit("deg/h", DEG_PER_HOUR))
+_FORCE = (ShownUnit("m/s²", 1.0, 0.5), ShownUnit("mm/s²", 1e-3, 2e-4), ShownUnit("µg", UG))
+_FORCE_DRIFT = (ShownUnit("mm/s²/h", 1e-3 / HOUR, 2e-4 / HOUR), ShownUnit("µg/h", UG / HOUR))
+_RATE_DRIFT = (ShownUnit("deg/h/h", DEG_PER_HOUR / HOUR),)
+_SHARE = (ShownUnit("", 1.0, 0.01), ShownUnit("ppm", PPM))
+_PER_RATE_SQUARED = (ShownUnit("ppm/(deg/s)²", PPM / DEG**2),)
+_WHITE_RATE = (ShownUnit("deg/√h", DEG_PER_SQRT_HOUR),)
+_WHITE_FORCE = (ShownUnit("m/s/√h", 1 / math.sqrt(HOUR)),)
 
 #: SI unit -> what to show instead, from the largest magnitude down.
-_SHOWN: dict[str, tuple[Unit, ...]] = {
+_SHOWN: dict[str, tuple[ShownUnit, ...]] = {
     "rad/s": _RATE,
     "m/s^2": _FORCE,
-    "rad": (Unit("deg", DEG, 0.1 * DEG), Unit("arcsec", ARCSEC)),
+    "rad": (ShownUnit("deg", DEG, 0.1 * DEG), ShownUnit("arcsec", ARCSEC)),
     "": _SHARE,
     "1": _SHARE,
-    "s": (Unit("s", 1.0, 0.1), Unit("ms", 1e-3, 1e-4), Unit("µs", 1e-6)),
-    "Hz": (Unit("Hz", 1.0, 0.1), Unit("mHz", 1e-3)),
-    "K": (Unit("K"),),
-    "m/s": (Unit("m/s", 1.0, 0.1), Unit("mm/s", 1e-3)),
-    "1/K": (Unit("ppm/K", PPM),),
-    "1/s": (Unit("ppm/h", PPM / HOUR),),
+    "s": (ShownUnit("s", 1.0, 0.1), ShownUnit("ms", 1e-3, 1e-4), ShownUnit("µs", 1e-6)),
+    "Hz": (ShownUnit("Hz", 1.0, 0.1), ShownUnit("mHz", 1e-3)),
+    "K": (ShownUnit("K"),),
+    "m/s": (ShownUnit("m/s", 1.0, 0.1), ShownUnit("mm/s", 1e-3)),
+    "1/K": (ShownUnit("ppm/K", PPM),),
+    "1/s": (ShownUnit("ppm/h", PPM / HOUR),),
     "s^2/rad^2": _PER_RATE_SQUARED,
     "1/(rad/s)^2": _PER_RATE_SQUARED,
-    "1/(rad/s)": (Unit("ppm/(deg/s)", PPM / DEG),),
-    "1/(rad/s)^3": (Unit("ppm/(deg/s)³", PPM / DEG**3),),
-    "1/(m/s^2)": (Unit("ppm/g", PPM / STANDARD_GRAVITY),),
-    "1/(m/s^2)^3": (Unit("ppm/g³", PPM / STANDARD_GRAVITY**3),),
-    "1/(m/s^2)^2": (Unit("ppm/g²", PPM / STANDARD_GRAVITY**2),),
-    "rad^2/s^2": (Unit("(deg/h)²", DEG_PER_HOUR**2),),
+    "1/(rad/s)": (ShownUnit("ppm/(deg/s)", PPM / DEG),),
+    "1/(rad/s)^3": (ShownUnit("ppm/(deg/s)³", PPM / DEG**3),),
+    "1/(m/s^2)": (ShownUnit("ppm/g", PPM / STANDARD_GRAVITY),),
+    "1/(m/s^2)^3": (ShownUnit("ppm/g³", PPM / STANDARD_GRAVITY**3),),
+    "1/(m/s^2)^2": (ShownUnit("ppm/g²", PPM / STANDARD_GRAVITY**2),),
+    "rad^2/s^2": (ShownUnit("(deg/h)²", DEG_PER_HOUR**2),),
     "rad/s^2": _RATE_DRIFT,
     "rad/s/s": _RATE_DRIFT,
     "m/s^2/s": _FORCE_DRIFT,
     "m/s^3": _FORCE_DRIFT,
     # Powers of one temperature stand below each other: one unit whatever their size.
-    "rad/s/K": (Unit("deg/h/K", DEG_PER_HOUR),),
-    "rad/s/K^2": (Unit("deg/h/K²", DEG_PER_HOUR),),
-    "rad/s/K^3": (Unit("deg/h/K³", DEG_PER_HOUR),),
-    "rad/s s/K": (Unit("deg/h/(K/min)", DEG_PER_HOUR * MINUTE),),
-    "m/s^2 s/K": (Unit("mm/s²/(K/min)", 1e-3 * MINUTE),),
-    "rad/s/(m/s^2)": (Unit("deg/h/g", DEG_PER_HOUR / STANDARD_GRAVITY),),
+    "rad/s/K": (ShownUnit("deg/h/K", DEG_PER_HOUR),),
+    "rad/s/K^2": (ShownUnit("deg/h/K²", DEG_PER_HOUR),),
+    "rad/s/K^3": (ShownUnit("deg/h/K³", DEG_PER_HOUR),),
+    "rad/s s/K": (ShownUnit("deg/h/(K/min)", DEG_PER_HOUR * MINUTE),),
+    "m/s^2 s/K": (ShownUnit("mm/s²/(K/min)", 1e-3 * MINUTE),),
+    "rad/s/(m/s^2)": (ShownUnit("deg/h/g", DEG_PER_HOUR / STANDARD_GRAVITY),),
     "m/s^2/(m/s^2)": _SHARE,
-    "rad/s/(m/s^2)^2": (Unit("deg/h/g²", DEG_PER_HOUR / STANDARD_GRAVITY**2),),
-    "m/s^2/(m/s^2)^2": (Unit("µg/g²", UG / STANDARD_GRAVITY**2),),
+    "rad/s/(m/s^2)^2": (ShownUnit("deg/h/g²", DEG_PER_HOUR / STANDARD_GRAVITY**2),),
+    "m/s^2/(m/s^2)^2": (ShownUnit("µg/g²", UG / STANDARD_GRAVITY**2),),
     # Noise, in the units of IEEE Std 952 and 1293; the read-out step of an angle in arcsec.
     "rad/sqrt(s)": _WHITE_RATE,
     "rad/s sqrt(s)": _WHITE_RATE,
-    "rad/s/sqrt(s)": (Unit("deg/h/√h", DEG_PER_HOUR_PER_SQRT_HOUR),),
-    "rad/s s": (Unit("arcsec", ARCSEC),),
+    "rad/s/sqrt(s)": (ShownUnit("deg/h/√h", DEG_PER_HOUR_PER_SQRT_HOUR),),
+    "rad/s s": (ShownUnit("arcsec", ARCSEC),),
     "m/s/sqrt(s)": _WHITE_FORCE,
     "m/s^2 sqrt(s)": _WHITE_FORCE,
-    "m/s^2/sqrt(s)": (Unit("µg/√h", UG / math.sqrt(HOUR)),),
-    "m/s^2 s": (Unit("m/s"),),
+    "m/s^2/sqrt(s)": (ShownUnit("µg/√h", UG / math.sqrt(HOUR)),),
+    "m/s^2 s": (ShownUnit("m/s"),),
 }
 
 #: Bias instability has the unit of the output but is quoted in the small one, whatever its size.
-_INSTABILITY = {"rad/s": Unit("deg/h", DEG_PER_HOUR), "m/s^2": Unit("µg", UG)}
+_INSTABILITY = {"rad/s": ShownUnit("deg/h", DEG_PER_HOUR), "m/s^2": ShownUnit("µg", UG)}
 
 
-def instability_unit(si: str) -> Unit:
+def instability_unit(si: str) -> ShownUnit:
     """The unit of a bias instability given in the SI unit ``si``."""
-    return _INSTABILITY.get(si, Unit(_pretty(si)))
+    return _INSTABILITY.get(si, ShownUnit(_pretty(si)))
 
 
-def unit_for(si: str, *magnitudes: float) -> Unit:
+def unit_for(si: str, *magnitudes: float) -> ShownUnit:
     """The unit in which the largest of ``magnitudes`` (numbers in the SI unit ``si``) reads well.
 
     A compound such as "rad/s/K" is shown as its first part's unit with the rest behind it; a unit that is not
@@ -129,9 +129,9 @@ def unit_for(si: str, *magnitudes: float) -> Unit:
     size = max((abs(m) for m in magnitudes if math.isfinite(m)), default=0.0)
     head, tail = _split(si)
     if head is None:
-        return Unit(_pretty(si))
+        return ShownUnit(_pretty(si))
     chosen = next(u for u in _SHOWN[head] if size >= u.least)
-    return Unit(chosen.label + _pretty(tail), chosen.factor)
+    return ShownUnit(chosen.label + _pretty(tail), chosen.factor)
 
 
 def _split(si: str) -> tuple[str | None, str]:

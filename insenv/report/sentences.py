@@ -20,7 +20,7 @@ from insenv.identify.findings import (
 )
 from insenv.report import formula
 from insenv.report.found import chances, disagreements, listed
-from insenv.report.quantities import Unit, number, p_value, percent, span, unit_for
+from insenv.report.quantities import ShownUnit, number, p_value, percent, span, unit_for
 from insenv.report.words import key_of, listing, name, names
 
 #: Share by which lines alone must lower the held-out error of means to be worth more than a word.
@@ -227,7 +227,7 @@ def scored(held_out: HeldOut) -> str:
     return held_out.of or f"means over {span(held_out.averaging)}"
 
 
-def held_out_unit(target: TargetFindings, added: Added | None = None) -> Unit:
+def held_out_unit(target: TargetFindings, added: Added | None = None) -> ShownUnit:
     """The one unit of all held-out errors of a target; of an added effect, that of its own where it has one."""
     if added is not None and added.unit:
         return unit_for(added.unit, added.held_out_before, added.held_out_after)

@@ -13,11 +13,11 @@ from insenv.core.files import write_whole
 from insenv.core.filing import stamp
 from insenv.core.units import ARCSEC, PPM
 from insenv.effects.rate.scale import ScaleFactor
-from insenv.identify.story import Answer, Chapter, Story, Wanted
+from insenv.identify.story import Chapter, FirstRun, Story, Wanted
 from insenv.report import words
 from insenv.report.json import strict
 from insenv.report.json import to_json as findings_json
-from insenv.report.quantities import Unit, number, span, unit_for
+from insenv.report.quantities import ShownUnit, number, span, unit_for
 
 SCHEMA = "insenv.close-loop-story/1"
 #: A standard deviation of an angle beyond this is no knowledge of it [rad].
@@ -80,7 +80,7 @@ def _step(chapter: Chapter) -> Block:
     }
 
 
-def _answer(answer: Answer | None) -> Block | None:
+def _answer(answer: FirstRun | None) -> Block | None:
     return None if answer is None else {"error": answer.error, "sd": answer.sd}
 
 
@@ -153,17 +153,17 @@ def quantity_name(wanted: Wanted) -> str:
     return _NAMES.get(wanted.name, wanted.name)
 
 
-def unit_of(story: Story) -> Unit:
+def unit_of(story: Story) -> ShownUnit:
     """One unit for all errors of a story."""
     if story.wanted is None:
-        return Unit("", 1.0)
+        return ShownUnit("", 1.0)
     if story.wanted.unit == "1":
-        return Unit("ppm", PPM)
+        return ShownUnit("ppm", PPM)
     last = story.chapters[-1].answer
     return unit_for(story.wanted.unit, *(() if last is None else (last.error, last.sd)))
 
 
-def shown(story: Story, answer: Answer) -> str:
+def shown(story: Story, answer: FirstRun) -> str:
     """An error beside the standard deviation that was told with it."""
     unit = unit_of(story)
     return f"{number(unit.of(answer.error))} {unit.label} (claimed: ± {number(unit.of(answer.sd), 2)})"

@@ -34,7 +34,7 @@ TEMPERATURES: Mapping[str, tuple[str, ...]] = {
 }
 
 
-class Maker(Protocol):
+class PlantMaker(Protocol):
     """What makes a plant of a table that a system brings (`insenv.core.system.System.plants`)."""
 
     def plant(self, table: ScenarioTable, shared: Mapping[str, Any], path: Path) -> tuple[Plant, float]:
@@ -95,9 +95,9 @@ def spread(table: ScenarioTable, path: Path) -> Spread:
     return Fixed() if table.table is None else table_spread(table, path)
 
 
-def _maker(name: str) -> Maker:
+def _maker(name: str) -> PlantMaker:
     """What makes the plant of a system's own table."""
-    made: Maker = part(systems_plants()[name], f"plant of [{name}]")
+    made: PlantMaker = part(systems_plants()[name], f"plant of [{name}]")
     return made
 
 

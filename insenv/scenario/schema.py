@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 from msgspec import field
 
-from insenv.data.manifest.schema import HeldOutTable, Names, SiteTable, Table
+from insenv.data.manifest.schema import HeldOutTable, Names, SiteTable, TomlTable
 
 #: Azimuth of a table that nobody set: uniform on the circle, another one in every run.
 RANDOM = "random"
@@ -28,14 +28,14 @@ UNITS = {
 }
 
 
-class RippleTable(Table):
+class RippleTable(TomlTable):
     """``[table.ripple]``: relative amplitude of the rate and periods per turn."""
 
     fraction: str | float
     order: int = 1
 
 
-class EncoderTable(Table):
+class EncoderTable(TomlTable):
     """``[table.encoder]``: errors of the angle reading itself."""
 
     resolution: str | None = None
@@ -45,7 +45,7 @@ class EncoderTable(Table):
     skew: str | None = None
 
 
-class TurntableTable(Table):
+class TurntableTable(TomlTable):
     """``[table]``: ``tilt`` of the input axis above its plane, ``azimuth`` at table angle 0, limits.
 
     ``azimuth`` may be "random" or "65 deg +- 10 deg"; ``level_error`` is a small rotation of the table about east and
@@ -64,7 +64,7 @@ class TurntableTable(Table):
     logged_angle: bool = True
 
 
-class ProfileTable(Table):
+class ProfileTable(TomlTable):
     """``[profile]``: what the table or the vehicle is commanded to do."""
 
     kind: Literal["constant", "staircase", "reversal", "sine", "rest", "steps", "turns"]
@@ -78,14 +78,14 @@ class ProfileTable(Table):
     turns: list[tuple[str, str]] | None = None
 
 
-class DisturbanceTable(Table):
+class DisturbanceTable(TomlTable):
     """``[base.disturbance]``: random tilt of the base."""
 
     sd: str
     time_constant: str
 
 
-class BaseTable(Table):
+class BaseTable(TomlTable):
     """``[base]``: a base at rest with a triad of gyros and one of accelerometers, axes right-forward-up."""
 
     heading: str | None = None
@@ -94,14 +94,14 @@ class BaseTable(Table):
     disturbance: DisturbanceTable | None = None
 
 
-class LineTable(Table):
+class LineTable(TomlTable):
     """An entry of ``vehicle.sway.lines``."""
 
     frequency: str
     rms: str
 
 
-class BandTable(Table):
+class BandTable(TomlTable):
     """``vehicle.sway.band``: noise between two frequencies."""
 
     low: str
@@ -109,7 +109,7 @@ class BandTable(Table):
     rms: str
 
 
-class SwayTable(Table):
+class SwayTable(TomlTable):
     """``[vehicle.sway]``: about a level axis, ``arm`` below the instruments; phases differ from run to run."""
 
     arm: tuple[str, str, str] | None = None
@@ -118,21 +118,21 @@ class SwayTable(Table):
     band: BandTable | None = None
 
 
-class ResidualTable(Table):
+class ResidualTable(TomlTable):
     """``vehicle.residual``: the velocity that a turn ends with, and how it fades."""
 
     velocity: str
     time_constant: str
 
 
-class CreepTable(Table):
+class CreepTable(TomlTable):
     """``vehicle.creep``: the way that suspension and tyres creep after a turn."""
 
     distance: str
     time_constant: str
 
 
-class VehicleTable(Table):
+class VehicleTable(TomlTable):
     """``[vehicle]``: parked, turns on the spot, with a triad of gyros and one of accelerometers, right-forward-up.
 
     ``heading`` may be "random"; ``level_error`` is that of pitch and roll as they are told at the start.
@@ -153,7 +153,7 @@ class VehicleTable(Table):
     creep: CreepTable | None = None
 
 
-class SightTable(Table):
+class SightTable(TomlTable):
     """``[sight]`` of a vehicle: ``orientation``, or ``position_error`` and ``distance`` that it follows from."""
 
     installation: str
@@ -164,7 +164,7 @@ class SightTable(Table):
     readings: Literal["start", "turns"] = "start"
 
 
-class TemperatureTable(Table):
+class TemperatureTable(TomlTable):
     """``[temperature]`` of the instrument."""
 
     kind: Literal["constant", "ramp", "warm_up", "cycle", "points"]
@@ -179,7 +179,7 @@ class TemperatureTable(Table):
     points: list[tuple[str, str]] | None = None
 
 
-class OutputTable(Table):
+class OutputTable(TomlTable):
     """``[instrument.gyro]``, ``[instrument.accel]``: what is written, and the noise that the maker declares.
 
     ``pulses`` writes whole pulses of ``unit``, as a counter does. What is logged of a rate is ``gain`` times the
@@ -196,7 +196,7 @@ class OutputTable(Table):
     noise: dict[str, str] = field(default_factory=dict)
 
 
-class InstrumentTable(Table):
+class InstrumentTable(TomlTable):
     """``[instrument]``; ``slow_noise`` is how often flicker and rate random walk change, each sample if left out."""
 
     sampling: str
@@ -206,7 +206,7 @@ class InstrumentTable(Table):
     accel: OutputTable | None = None
 
 
-class TaskTable(Table):
+class TaskTable(TomlTable):
     """``[task]``: what an environment asks for, in steps of ``step`` until ``duration`` has passed.
 
     ``kind`` is one of a system's (`insenv.core.system.TaskKind`), ``demanded`` the standard deviation that is wanted,
@@ -220,7 +220,7 @@ class TaskTable(Table):
     cost: float = 0.0
 
 
-class FaultTable(Table):
+class FaultTable(TomlTable):
     """``design.fault``: a local fault, how plainly it must show in two dwells, and at which share of its places."""
 
     height: str
@@ -229,7 +229,7 @@ class FaultTable(Table):
     share: float = 0.99
 
 
-class DesignTable(Table):
+class DesignTable(TomlTable):
     """``[design]``: what `insenv design` may choose, as [low, high], and what its procedures are told to face.
 
     ``rates``, ``reversals`` and ``tilt`` of a table, ``turns``, ``angles`` and ``rest`` of a vehicle, ``spacing``,
@@ -253,13 +253,13 @@ class DesignTable(Table):
     possible: list[dict[str, Any]] | None = None
 
 
-class ModelTable(Table):
+class ScenarioModelTable(TomlTable):
     """``[model]``: the channels that the manifest wants explained."""
 
     target: Names | None = None
 
 
-class FileTable(Table):
+class FileTable(TomlTable):
     """``[output]``: ``decimals`` of a text file; ``truth`` writes what was simulated to a file of its own.
 
     ``files`` of one unit, each with a power-up of its own.
@@ -272,7 +272,7 @@ class FileTable(Table):
     files: int = 1
 
 
-class ScenarioTable(Table):
+class ScenarioTable(TomlTable):
     """The whole scenario; ``declared``, ``undeclared`` and ``run_to_run`` are checked against the catalogue.
 
     ``carriers`` are no table of a file: under their names, the tables of plants that a system brings.
@@ -290,7 +290,7 @@ class ScenarioTable(Table):
     temperature: TemperatureTable | None = None
     task: TaskTable | None = None
     design: DesignTable | None = None
-    model: ModelTable = field(default_factory=ModelTable)
+    model: ScenarioModelTable = field(default_factory=ScenarioModelTable)
     declared: dict[str, Any] = field(default_factory=dict)
     undeclared: dict[str, Any] = field(default_factory=dict)
     run_to_run: dict[str, Any] = field(default_factory=dict)

@@ -14,7 +14,7 @@ from insenv.core.estimate import Sight
 from insenv.plants.vehicle import Vehicle
 from insenv.plants.vehicle_frame import Slope
 from insenv.plants.vehicle_sight import OpticalSight, orientation_error
-from insenv.plants.vehicle_sway import Band, Line, Settling, Sway, highest, waves
+from insenv.plants.vehicle_sway import Band, Settling, Sway, SwayLine, highest, waves
 from insenv.scenario.draws import VEHICLE, generator
 from insenv.scenario.schema import RANDOM, ProfileTable, ScenarioTable, SightTable, SwayTable
 from insenv.scenario.values import given, not_negative, positive, some, uncertain
@@ -51,7 +51,7 @@ class VehicleSpread:
     tracking: float = 0.0
     sight: bool = False
     level: bool = False
-    lines: tuple[Line, ...] = ()
+    lines: tuple[SwayLine, ...] = ()
     band: Band | None = None
     heading: bool = False
 
@@ -166,7 +166,7 @@ def vehicle_spread(table: ScenarioTable, path: Path) -> VehicleSpread:
         roll=_off(level[1], f"{where}.level_error[1]"),
         level=named.level_error is not None,
         lines=tuple(
-            Line(
+            SwayLine(
                 positive(line.frequency, "frequency", f"{where}.sway.lines[{i}].frequency"),
                 not_negative(line.rms, "angle", f"{where}.sway.lines[{i}].rms"),
             )

@@ -42,7 +42,7 @@ Carried = Any
 
 
 @dataclass(frozen=True)
-class Column:
+class WrittenColumn:
     """A column: ``value = (si * increment - offset) / factor``, with ``increment`` [s] None for a rate.
 
     It shows the ``reference`` of the plant's log, or the instrument of its own name. ``per_second`` of an angle whose
@@ -89,7 +89,7 @@ class Column:
         return held, (int(age + len(si)) % self.renewed, held[-1])
 
 
-def columns(scenario: Scenario) -> tuple[Column, ...]:
+def columns(scenario: Scenario) -> tuple[WrittenColumn, ...]:
     """Columns of the recording.
 
     Raises
@@ -98,7 +98,7 @@ def columns(scenario: Scenario) -> tuple[Column, ...]:
         If a unit does not fit.
     """
     period = 1.0 / scenario.rig.rate
-    found = [Column("time", "s", 1.0)]
+    found = [WrittenColumn("time", "s", 1.0)]
     for fitted in scenario.rig.instruments:
         target = fitted.sensor.target
         table, dimension = family(scenario.table, target), CHANNELS[target]
@@ -110,7 +110,9 @@ def columns(scenario: Scenario) -> tuple[Column, ...]:
         factor, _ = scale_to_si(unit, dimension, f"{where}.unit")
         logged = _logged(table, fitted.sensor.unit, period, where)
         found.append(
-            Column(fitted.sensor.target, unit, factor, 0.0, period if step else None, True, table.pulses, **logged)
+            WrittenColumn(
+                fitted.sensor.target, unit, factor, 0.0, period if step else None, True, table.pulses, **logged
+            )
         )
     for name, over_interval in (("table_angle", False), ("table_rate", True), ("temperature", False)):
         if name == "temperature" and scenario.table.temperature is None:
@@ -119,22 +121,22 @@ def columns(scenario: Scenario) -> tuple[Column, ...]:
         if name == "temperature" or scenario.table.table is not None or turns:
             unit = UNITS[CHANNELS[name]]
             factor, offset = scale_to_si(unit, CHANNELS[name], str(scenario.path))
-            column = Column(name, unit, factor, offset, over_interval=over_interval)
+            column = WrittenColumn(name, unit, factor, offset, over_interval=over_interval)
             found += _as_logged(column, scenario.table.table, period)
     return (*found, *_of_sight(scenario))
 
 
-def _of_sight(scenario: Scenario) -> Iterator[Column]:
+def _of_sight(scenario: Scenario) -> Iterator[WrittenColumn]:
     """What a vehicle's sight and level read, and whether it turns."""
     names = scenario.rig.plant.sightings
     if names:
-        yield Column("turning", "", 1.0, over_interval=True)
+        yield WrittenColumn("turning", "", 1.0, over_interval=True)
     for name in names:
         unit = UNITS[CHANNELS[name]]
-        yield Column(name, unit, scale_to_si(unit, CHANNELS[name], str(scenario.path))[0])
+        yield WrittenColumn(name, unit, scale_to_si(unit, CHANNELS[name], str(scenario.path))[0])
 
 
-def _as_logged(column: Column, table: TurntableTable | None, period: float) -> list[Column]:
+def _as_logged(column: WrittenColumn, table: TurntableTable | None, period: float) -> list[WrittenColumn]:
     """The column as the table's log has it, if it has it."""
     if table is None or column.name not in ("table_angle", "table_rate"):
         return [column]
@@ -164,7 +166,7 @@ def _logged(table: OutputTable, unit: str, period: float, where: str) -> dict[st
     }
 
 
-def rows(stream: Iterator[Readings], cols: Sequence[Column], phases: Mapping[str, float]) -> Iterator[Floats]:
+def rows(stream: Iterator[Readings], cols: Sequence[WrittenColumn], phases: Mapping[str, float]) -> Iterator[Floats]:
     """Chunks of the recording, shape (n, columns), in the columns' units.
 
     ``phases`` are the parts of a pulse that the counters hold at the start, or of the time to a renewal, by column.
@@ -221,7 +223,7 @@ def explained(scenario: Scenario) -> tuple[str, ...]:
 _TURNED = "gyro_z"
 
 
-def _channel(column: Column, form: str) -> dict[str, object]:
+def _channel(column: WrittenColumn, form: str) -> dict[str, object]:
     """What the manifest says of a column; only text files bear the unit in the column's name."""
     entry: dict[str, object] = {
         "column": column.header if form == "csv" else column.name,
@@ -285,7 +287,7 @@ def _watched(chunks: Iterator[Floats], total: int, progress: Progress | None) ->
             progress(done, total)
 
 
-def _csv(chunks: Iterator[Floats], cols: Sequence[Column], decimals: int, path: Path) -> None:
+def _csv(chunks: Iterator[Floats], cols: Sequence[WrittenColumn], decimals: int, path: Path) -> None:
     """Comma-separated text with one header line."""
     formats = ["%d" if c.pulses else f"%.{decimals}f" for c in cols]
     line = ",".join(formats) + "\n"

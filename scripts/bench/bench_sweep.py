@@ -23,7 +23,7 @@ from insenv.effects.bias import Bias
 from insenv.effects.noise import AngleRandomWalk, RateRandomWalk
 from insenv.effects.rate.scale import ScaleFactor
 from insenv.evaluate.play import Work, play_on
-from insenv.evaluate.remote import Here
+from insenv.evaluate.remote import InProcess
 from insenv.evaluate.runs import Episodes
 from insenv.plants.turntable import Turntable
 from insenv.rig import Fitted, Normals, Rig
@@ -86,7 +86,7 @@ def judging() -> Iterator[Line]:
 
     def played(*names: str) -> Callable[[], object]:
         work = Work("north_finder/published", names, "constant_rate", 0, JUDGED)
-        return lambda: play_on(Here(), work, lambda doing, share: None)
+        return lambda: play_on(InProcess(), work, lambda doing, share: None)
 
     each = WANTED / JUDGED
     ours = cpu(played(*ESTIMATORS), 3) * each

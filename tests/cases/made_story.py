@@ -7,7 +7,7 @@ from dataclasses import replace
 from made_findings import empty_covariates
 
 from insenv.core.units import ARCSEC
-from insenv.identify.story import Answer, Chapter, Story, Wanted
+from insenv.identify.story import Chapter, FirstRun, Story, Wanted
 
 NORTH = "north_finder/undeclared"
 NORTH_WANTED = Wanted("azimuth", "rad", 30 * ARCSEC, "north_gls")
@@ -17,7 +17,7 @@ def made(wanted: Wanted | None = NORTH_WANTED) -> Story:
     found = empty_covariates()
 
     def chapter(verdict: str, error: float, elapsed: float) -> Chapter:
-        answer = Answer(error * ARCSEC, 31 * ARCSEC) if wanted else None
+        answer = FirstRun(error * ARCSEC, 31 * ARCSEC) if wanted else None
         keys = ("encoder_harmonic:1", "angle_locked_rate:1") if elapsed > 300 else ()
         steps = {"kind": "steps", "steps": [["10 s", "1 deg/s"]]}
         return Chapter(
@@ -26,5 +26,5 @@ def made(wanted: Wanted | None = NORTH_WANTED) -> Story:
         )  # fmt: skip
 
     chapters = (chapter("confounded", 2522, 300.0), chapter("effects-found", -30, 600.0))
-    raw = Answer(2522 * ARCSEC, 31 * ARCSEC) if wanted else None
+    raw = FirstRun(2522 * ARCSEC, 31 * ARCSEC) if wanted else None
     return Story(NORTH, "A <made> story", 11, 3000.0, wanted, raw, chapters, "settled")

@@ -12,7 +12,7 @@ import numpy as np
 from insenv.close import close
 from insenv.core.recording import Channel, Floats, Mounting, Recording, Site
 from insenv.core.unit.gimbals import Gimbals
-from insenv.core.unit.motion import GYROS, UNIT, Course, motions
+from insenv.core.unit.motion import GYROS, UNIT, AxesCourse, motions
 from insenv.data.manifest import Model
 from insenv.data.save import save
 from insenv.effects.catalogue import by_key
@@ -86,7 +86,7 @@ def outputs(
     wrong = np.array([errors.get(name, 0.0) for name in TABLE.names])
     true = table.true_angles(at, wrong)
     rates = np.gradient(true[:, ::2], 1 / RATE, axis=1)
-    course = Course(t, true, np.diff(true[:, ::2], axis=1) * RATE, rates)
+    course = AxesCourse(t, true, np.diff(true[:, ::2], axis=1) * RATE, rates)
     felt = motions(table, wrong, course, (SITE.latitude, 9.8), np.full(n + 1, 298.15), 298.15)
     found = {}
     for name in UNIT:

@@ -30,6 +30,9 @@ COMPILED = {
 #: words that are also names of other things (the bias of an estimator). Who must know one effect names its class.
 IDS = 35
 
+#: Public classes that share their name with another one, at most; those of a part that each system has apart.
+HOMONYMS, OF_EACH_SYSTEM = 24, {"Electronics", "History", "Renderer", "View"}
+
 
 @cache
 def trees() -> dict[str, ast.Module]:
@@ -86,6 +89,16 @@ def test_names_of_effects_stay_where_the_effects_are() -> None:
         for node in ast.walk(tree)
     )
     assert outside <= IDS
+
+
+def test_a_name_of_a_class_has_one_meaning() -> None:
+    classes = Counter(
+        node.name
+        for tree in trees().values()
+        for node in tree.body
+        if isinstance(node, ast.ClassDef) and not node.name.startswith("_")
+    )
+    assert len({name for name, n in classes.items() if n > 1} - OF_EACH_SYSTEM) <= HOMONYMS
 
 
 def test_folders_are_small() -> None:

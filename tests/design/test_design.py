@@ -20,7 +20,7 @@ from insenv.design.designing import Asked, Designed, design, kind_of
 from insenv.design.explore import front
 from insenv.design.front import Designer
 from insenv.design.page import to_html
-from insenv.design.played import Stage
+from insenv.design.played import PlayStage
 from insenv.design.words import promise, summary, to_json
 from insenv.design.written import scenario_text, write_scenario
 from insenv.envs.follow import Follow, profile_actions
@@ -30,9 +30,9 @@ from insenv.information.alignment import Stretch, bound
 from insenv.information.alignment_quick import installation_sd
 from insenv.scenario import load, names
 from insenv.scenario.source import source
-from insenv.systems.north_finder.procedure import NorthFinder
-from insenv.systems.rate_table.procedure import RateTable
-from insenv.systems.two_position.procedure import TwoPosition
+from insenv.systems.north_finder.procedure import NorthFinderProcedure
+from insenv.systems.rate_table.procedure import RateTableProcedure
+from insenv.systems.two_position.procedure import TwoPositionProcedure
 
 NORTH, TWO, RATE = "north_finder/realistic", "two_position/published_a2", "rate_table/b215"
 NO_RUNS = range(0)
@@ -94,7 +94,7 @@ def test_two_turns_reach_one_minute_of_arc_at_three_sigma_in_190_s(tmp_path: Pat
     assert point is not None
     # An estimator that errs by 1.09 times the bound, as the joint one does at most, still reaches it.
     assert 3 * 1.09 * point.sd < 60 * ARCSEC
-    assert isinstance(kind, TwoPosition)
+    assert isinstance(kind, TwoPositionProcedure)
     lasting = sum(rest + kind.vehicle.turn_time(angle) for rest, angle in point.plan.course)
     assert point.time - lasting >= 5 and all(rest >= 5 for rest, _ in point.plan.course)
     assert all(abs(angle) <= np.pi + 1e-9 for _, angle in point.plan.course)
@@ -103,7 +103,7 @@ def test_two_turns_reach_one_minute_of_arc_at_three_sigma_in_190_s(tmp_path: Pat
 @pytest.mark.parametrize("turns", [(), (np.pi,), (170 * DEG, -100 * DEG), (1.0, 2.0, -0.5)])
 def test_the_quick_bound_is_the_bound(turns: tuple[float, ...]) -> None:
     kind, _ = kind_of(TWO, "heading")
-    assert isinstance(kind, TwoPosition)
+    assert isinstance(kind, TwoPositionProcedure)
     stretches = [Stretch(40.5)]
     for angle in turns:
         stretches += [Stretch(kind.vehicle.turn_time(angle), angle), Stretch(33.0)]
@@ -113,7 +113,7 @@ def test_the_quick_bound_is_the_bound(turns: tuple[float, ...]) -> None:
 
 def test_a_rate_test_of_a_tenth_of_the_time_is_as_good_and_covers_the_range() -> None:
     kind, _ = kind_of(RATE)
-    assert isinstance(kind, RateTable)
+    assert isinstance(kind, RateTableProcedure)
     published = kind.published()
     point = Designer(kind, "grid").at(0.1 * published.time)
     assert point is not None
@@ -128,7 +128,7 @@ def test_a_rate_test_of_a_tenth_of_the_time_is_as_good_and_covers_the_range() ->
 def test_coverage_costs_accuracy_and_without_it_both_ends_are_best(tmp_path: Path) -> None:
     blind, _ = kind_of(own(tmp_path, RATE, '[design]\nfault = { height = "1 deg/s", width = "30 deg/s" }'))
     seeing, _ = kind_of(RATE)
-    assert isinstance(blind, RateTable) and isinstance(seeing, RateTable)
+    assert isinstance(blind, RateTableProcedure) and isinstance(seeing, RateTableProcedure)
     time = 420.0
     best, covered = (Designer(kind, "grid").at(time) for kind in (blind, seeing))
     assert best is not None and covered is not None
@@ -146,7 +146,7 @@ def test_a_rate_test_that_is_too_short_to_cover_the_range_is_none() -> None:
 
 def test_what_the_published_procedures_are() -> None:
     paper, _ = kind_of(NORTH)
-    assert isinstance(paper, NorthFinder)
+    assert isinstance(paper, NorthFinderProcedure)
     assert paper.published().course == ((300.0, 10 * DEG),)
     assert paper.sd(paper.published()) == pytest.approx(41.4 * ARCSEC, rel=0.01)
     profile, _ = kind_of("north_finder/undeclared")
@@ -208,7 +208,7 @@ def test_turns_that_end_between_steps_are_played_as_planned(tmp_path: Path) -> N
     kind, _ = kind_of(own(tmp_path, TWO, ""), "heading")
     values = {"angle_0": 133 * DEG, "angle_1": 76 * DEG, "share_0": 1.0, "share_1": 1.3, "onward": 0.0}
     plan = kind.plan(values, 120.0)
-    assert plan is not None and isinstance(kind, TwoPosition)
+    assert plan is not None and isinstance(kind, TwoPositionProcedure)
     path = write_scenario(TWO, plan.changes, "", tmp_path / "designed.toml")
     actions = profile_actions(load(path), task_of(str(path)))[:, 0]
     starts = np.flatnonzero(actions)
@@ -295,7 +295,7 @@ def test_played_the_designed_procedure_errs_by_its_bound_and_the_encoder_counts_
     kind, _ = kind_of("north_finder/published")
     plan = kind.plan({"rate": 15 * DEG, "tilt": 12 * DEG, "reversals": 1.0}, 60.0)
     assert plan is not None
-    stage = Stage("north_finder/published", kind.quantity)
+    stage = PlayStage("north_finder/published", kind.quantity)
     checked = stage.check("designed", plan, "north_gls", range(64), kind.sd(plan))
     # Of 64 runs the root mean square has a standard error of 8.8 %: 40 % are 4.5 of them, false alarm below 1e-5.
     assert checked.score.rms[0] == pytest.approx(kind.sd(plan), rel=0.4)

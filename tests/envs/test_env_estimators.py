@@ -10,7 +10,7 @@ from env_cases import ID, RATE, SHORT, Sure, made
 from insenv.core.errors import InputError
 from insenv.core.estimate import Estimate
 from insenv.core.recording import Floats
-from insenv.envs.belief import Judge, Quantity
+from insenv.envs.belief import Judge, SoughtQuantity
 from insenv.envs.single import TaskEnv
 from insenv.systems.north_finder.env import ANY_AZIMUTH, north_finder
 
@@ -74,7 +74,7 @@ def test_a_run_earns_the_score_of_its_last_belief_less_the_cost_of_its_time(esti
 
 def expected(shift: Floats, factor: Floats, demanded: float) -> Floats:
     """Mean score of a belief that is ``shift`` deviations off and has ``factor`` times the true deviation 1e-3."""
-    quantity = Quantity("bias", 1.0, 1.0, 1e-3 * demanded)
+    quantity = SoughtQuantity("bias", 1.0, 1.0, 1e-3 * demanded)
     judge = Judge("stated", None, (quantity,))  # type: ignore[arg-type]
     # The true value is normal; its quantiles, with weight in the tails, integrate what the score makes of it.
     x = np.linspace(-12.0, 12.0, 240_001)
@@ -103,8 +103,8 @@ def test_no_statement_pays_better_than_the_honest_one(demanded: float) -> None:
 
 
 def test_errors_are_wrapped_on_the_circle_alone() -> None:
-    circle = Quantity("azimuth", ANY_AZIMUTH, np.pi, 1.0, circular=True)
-    line = Quantity("bias", 1.0, 10.0, 1.0)
+    circle = SoughtQuantity("azimuth", ANY_AZIMUTH, np.pi, 1.0, circular=True)
+    line = SoughtQuantity("bias", 1.0, 10.0, 1.0)
     mean, true = np.array([3.0, -3.0]), np.array([-3.0, 3.0])
     np.testing.assert_allclose(circle.error(mean, true), [6 - 2 * np.pi, 2 * np.pi - 6])
     np.testing.assert_allclose(line.error(mean, true), [6.0, -6.0])
@@ -171,7 +171,7 @@ def test_a_table_that_turns_finds_north(estimator: str) -> None:
 def test_no_more_than_ignorance_and_no_less_than_nothing_is_shown() -> None:
     from insenv.core.estimate import Estimate
 
-    judge = Judge("any", None, (Quantity("azimuth", ANY_AZIMUTH, np.pi, 1.0, circular=True),))  # type: ignore[arg-type]
+    judge = Judge("any", None, (SoughtQuantity("azimuth", ANY_AZIMUTH, np.pi, 1.0, circular=True),))  # type: ignore[arg-type]
     estimate = Estimate(("azimuth",), ("rad",), np.zeros((2, 1)), np.array([np.inf, 0.0])[:, None, None])
     _, deviations = judge.belief(estimate)
     assert deviations[0, 0] == ANY_AZIMUTH

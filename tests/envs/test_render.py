@@ -14,6 +14,7 @@ import pytest
 from gymnasium.error import DependencyNotInstalled
 from matplotlib.text import Text
 
+from insenv.core.attitude import wrapped
 from insenv.core.earth import EARTH_RATE
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats
@@ -22,7 +23,7 @@ from insenv.envs.charts import plain
 from insenv.envs.render import Window, plain_angle, plain_bearing
 from insenv.systems.north_finder.env import NorthFinderEnv
 from insenv.systems.north_finder.film import NorthFinderFilm
-from insenv.systems.north_finder.frame import History, View, horizontal_earth_rate, residual, wrapped
+from insenv.systems.north_finder.frame import History, View, horizontal_earth_rate, residual
 from insenv.systems.north_finder.view import Renderer, draw
 
 STEPS = 300

@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from two_position_cases import ID, SHORT, STAY, STOP, SURE, TURN, made
 
+from insenv.core.attitude import wrapped
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats
 from insenv.core.units import ARCMIN, ARCSEC, DEG
-from insenv.systems.north_finder.frame import wrapped
 from insenv.systems.two_position.film import TwoPositionFilm
 from insenv.systems.two_position.frame import History, View, residual
 from insenv.systems.two_position.view import Renderer, draw

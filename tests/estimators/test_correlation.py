@@ -24,7 +24,7 @@ from insenv.information.rate_noise import pulses
 DT = 0.01
 
 
-def turned(angle: Floats, noise: float = 0.0) -> turns.Turns:
+def turned(angle: Floats, noise: float = 0.0) -> turns.Revolutions:
     """Revolutions of a table that had these angles at the ends of the intervals."""
     t = DT * np.arange(1, angle.shape[-1] + 1)
     gyro = np.zeros_like(angle)

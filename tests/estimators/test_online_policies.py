@@ -26,7 +26,7 @@ from insenv.core.units import ARCSEC, DEG
 from insenv.envs.rollout import roll_out
 from insenv.evaluate.check.policy import check_policy
 from insenv.evaluate.runs import task_of
-from insenv.evaluate.trials import Trial, trial
+from insenv.evaluate.trials import TrialRuns, trial
 from insenv.information.alignment import bound, procedure, unknowing
 
 SCRIPTS = str(Path(__file__).parents[2] / "scripts")
@@ -41,7 +41,7 @@ KINDS = {
 
 
 @cache
-def tried(environment: str) -> Trial:
+def tried(environment: str) -> TrialRuns:
     return trial(environment)
 
 

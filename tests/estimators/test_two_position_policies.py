@@ -26,7 +26,7 @@ from insenv.core.plugins import POLICIES, find
 from insenv.core.recording import Channel, Recording
 from insenv.core.rows import rows
 from insenv.core.units import ARCMIN, DEG, DEG_PER_HOUR
-from insenv.information.alignment import Instrument, Stretch, bound, procedure
+from insenv.information.alignment import AlignedUnit, Stretch, bound, procedure
 
 #: 180 degrees in 20 s.
 LIMITS = Limits(12 * DEG, 2.4 * DEG)
@@ -36,8 +36,8 @@ def sheet(noise: tuple[float, float] = A2, duration: float = 900.0) -> Datasheet
     return replace(Case(noise=noise).datasheet(), limits=LIMITS, duration=duration)
 
 
-def instrument(noise: tuple[float, float], vertical: float) -> Instrument:
-    return Instrument(
+def instrument(noise: tuple[float, float], vertical: float) -> AlignedUnit:
+    return AlignedUnit(
         LATITUDE, *noise, (0.1, 0.1, 0.1), (1e-4, 1e-4, vertical * DEG_PER_HOUR), (0.1, 0.1), altitude=ALTITUDE
     )
 

@@ -27,14 +27,14 @@ from insenv.evaluate.check.estimator import check_estimator, why_unsuited
 from insenv.evaluate.check.plugin import check_plugin
 from insenv.evaluate.check.policy import check_policy
 from insenv.evaluate.check.rules import DeclinedError
-from insenv.evaluate.trials import RUNS, Trial, cut, events, trial
+from insenv.evaluate.trials import RUNS, TrialRuns, cut, events, trial
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "docs/example_plugin"
 
 
 @cache
-def recorded(name: str) -> Trial:
+def recorded(name: str) -> TrialRuns:
     """The runs of an environment, once for all tests."""
     return trial(name)
 

@@ -27,10 +27,10 @@ from insenv.evaluate.bounds import bounds
 from insenv.evaluate.check.child import SIMULATOR
 from insenv.evaluate.child import Child, Ended
 from insenv.evaluate.evaluation import Evaluation, _blamed, evaluate
-from insenv.evaluate.host import Answer, Request
+from insenv.evaluate.host import Reply, Request
 from insenv.evaluate.page import to_html
-from insenv.evaluate.play import Played, Work, play, play_on
-from insenv.evaluate.remote import Apart, Here
+from insenv.evaluate.play import PlayedRuns, Work, play, play_on
+from insenv.evaluate.remote import Apart, InProcess
 from insenv.evaluate.runs import episodes, task_of
 from insenv.evaluate.scores import Paired, Scored, nees, paired, score
 
@@ -87,7 +87,7 @@ def test_pairing_takes_out_what_both_have() -> None:
 def test_a_part_plays_the_runs_of_its_seeds() -> None:
     work = Work("north_finder/published", ("revolution",), "constant_rate", 3, 4, json.dumps(SHORT), bound=True)
     played = play(work, lambda doing, share: None)["revolution"]
-    assert isinstance(played, Played)
+    assert isinstance(played, PlayedRuns)
     wanted = episodes("north_finder/published", "revolution", "constant_rate", range(3, 7), SHORT)
     assert played.table.keys() == wanted.keys()
     for name, values in wanted.items():
@@ -282,7 +282,7 @@ def test_no_truth_goes_over_to_the_plugins(monkeypatch: pytest.MonkeyPatch) -> N
     sent: list[bytes] = []
     ask = Apart.ask
 
-    def noted(self: Apart, request: Request, chunk: Recording | None = None) -> Answer:
+    def noted(self: Apart, request: Request, chunk: Recording | None = None) -> Reply:
         sent.append(pickle.dumps((request, None if chunk is None else replace(chunk, label=""))))
         return ask(self, request, chunk)
 
@@ -290,10 +290,10 @@ def test_no_truth_goes_over_to_the_plugins(monkeypatch: pytest.MonkeyPatch) -> N
     work = Work("north_finder/published", ("revolution", "north_gls"), "greedy_north", 0, 3, json.dumps(SHORT))
     with closing(Apart()) as stage:
         apart = play_on(stage, work, lambda doing, share: None)
-    here = play_on(Here(), work, lambda doing, share: None)
+    here = play_on(InProcess(), work, lambda doing, share: None)
     for name, found in apart.items():
         own = here[name]
-        assert isinstance(found, Played) and isinstance(own, Played)
+        assert isinstance(found, PlayedRuns) and isinstance(own, PlayedRuns)
         for column, values in found.table.items():
             np.testing.assert_array_equal(values, own.table[column])
     task = task_of("north_finder/published", SHORT)

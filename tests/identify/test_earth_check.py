@@ -24,7 +24,7 @@ from insenv.identify.earth.hidden import Hidden, hidden
 from insenv.identify.findings import Estimate, TargetFindings
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import Problem
-from insenv.identify.next.procedures import Turning, procedures
+from insenv.identify.next.procedures import TableTurning, procedures
 from insenv.identify.prepare.declared import declared_model
 from insenv.identify.prepare.problems import prepare
 from insenv.identify.search.earth_rate import LATITUDE_SD, TILT_SD, Check, check, due_level, horizontal
@@ -151,7 +151,7 @@ def test_what_a_table_would_run_follows_from_what_it_did() -> None:
     run = table_run(16, (10.0, 10.0, 10.0, 0.0))
     angle = run.channels["table_angle"].values + ARCSEC * np.random.default_rng(0).standard_normal(len(run))
     channels = {"gyro": run.channels["gyro"], "table_angle": Channel(angle, "rad")}
-    turning = Turning.of((replace(run, channels=channels),))
+    turning = TableTurning.of((replace(run, channels=channels),))
     assert turning is not None
     made = {one.profile["kind"]: one.profile for one in procedures((replace(run, channels=channels),)) if one.profile}
     rates = [f"{sign * rate:g} deg/s" for sign in (1, -1) for rate in (10, 7.5, 5, 2.5)]
@@ -161,7 +161,7 @@ def test_what_a_table_would_run_follows_from_what_it_did() -> None:
     assert (turned[1], rested[1]) == ("10 deg/s", "0 deg/s")
     assert float(turned[0][:-2]) == pytest.approx(450, abs=2) and float(rested[0][:-2]) == pytest.approx(150, abs=2)
     still = {"gyro": run.channels["gyro"], "table_angle": Channel(angle % (2 * ARCSEC), "rad")}
-    assert Turning.of((replace(run, channels=still),)) is None
+    assert TableTurning.of((replace(run, channels=still),)) is None
 
 
 BOTH_WAYS = {

@@ -9,7 +9,7 @@ import pytest
 
 from insenv.core.errors import InputError
 from insenv.core.units import DEG, DEG_PER_SQRT_HOUR, PPM
-from insenv.information.ladder import MODELS, Design, basis, covariance, coverage, optimal, scale_factor_variance
+from insenv.information.ladder import MODELS, LadderDesign, basis, covariance, coverage, optimal, scale_factor_variance
 from insenv.information.ladder_time import Dwells, dwells, published
 
 TOP = 35 * DEG
@@ -129,7 +129,7 @@ def test_slewing_begins_and_ends_where_the_table_is() -> None:
         (lambda: optimal("septic", "c", TOP), "model 'septic' given, wanted one of line, cubic"),
         (lambda: optimal("line", "e", TOP), "criterion 'e' given, wanted c or d"),
         (lambda: optimal("line", "c", 0.0), "largest rate of 0 rad/s given"),
-        (lambda: dwells(Design(np.ones(1), np.ones(1)), 10.0, np.inf, 0), "0 visits given"),
+        (lambda: dwells(LadderDesign(np.ones(1), np.ones(1)), 10.0, np.inf, 0), "0 visits given"),
         (lambda: dwells(optimal("line", "c", TOP), 1.0, 5 * DEG), "1 s given, of which .* left to dwell"),
         (lambda: dwells(optimal("line", "c", TOP), np.inf), "inf s given"),
     ],

@@ -27,7 +27,7 @@ LATITUDE, HEIGHT = np.radians(38.0), 380.0
 POSITION = (LATITUDE, np.radians(114.0), HEIGHT)
 ATTITUDE = dcm_from_angles(0.5, 0.03, -0.05)
 BOTH = pytest.mark.parametrize("mechanise", [static_mechanisation, full_mechanisation])
-Mechanise = Callable[..., tuple[strapdown.Trajectory, strapdown.Navigation]]
+Mechanise = Callable[..., tuple[strapdown.StrapdownPath, strapdown.Navigation]]
 
 
 def within(found: np.ndarray, wanted: Any, tolerance: Any) -> None:

@@ -15,13 +15,13 @@ from insenv.core.errors import InputError
 from insenv.core.recording import Floats
 from insenv.core.rows import rows
 from insenv.core.units import ARCMIN, ARCSEC, DEG
-from insenv.navigation.strapdown import Navigation, Trajectory, full_mechanisation, initial, static_mechanisation
+from insenv.navigation.strapdown import Navigation, StrapdownPath, full_mechanisation, initial, static_mechanisation
 from insenv.navigation.truth import increments, turn
 from insenv.plants.base import Scene
 from insenv.plants.vehicle import Vehicle
 from insenv.plants.vehicle_frame import Slope
 from insenv.plants.vehicle_sight import OpticalSight, orientation_error, wrapped
-from insenv.plants.vehicle_sway import Band, Line, Settling, Sway, highest, waves
+from insenv.plants.vehicle_sway import Band, Settling, Sway, SwayLine, highest, waves
 
 LATITUDE, ALTITUDE, RATE = 38 * DEG, 380.0, 100
 SITE: dict[str, Any] = {
@@ -36,12 +36,12 @@ TURNING = Vehicle(**SITE, profile=((5.0, 170 * DEG),))
 ODD = replace(TURNING, max_rate=9.71 * DEG, max_acceleration=3.07 * DEG, profile=((5.003, 170 * DEG),))
 
 
-def sway(*lines: Line, band: Band | None = None, seed: int | None = None) -> Sway:
+def sway(*lines: SwayLine, band: Band | None = None, seed: int | None = None) -> Sway:
     draw = None if seed is None else np.random.default_rng(seed)
     return Sway((0.0, 0.0, 1.0), 0.0, waves(lines, band, draw), highest(lines, band))
 
 
-WIND, ENGINE = Line(1.5, 0.5 * ARCMIN), Line(25.0, 10 * ARCSEC)
+WIND, ENGINE = SwayLine(1.5, 0.5 * ARCMIN), SwayLine(25.0, 10 * ARCSEC)
 EVERYTHING = Vehicle(
     **SITE,
     heading=1.0,
@@ -80,7 +80,7 @@ def reference(scene: Scene, *names: str) -> Floats:
 
 
 ATTITUDE, VELOCITY = ("heading", "pitch", "roll"), ("velocity_east", "velocity_north", "velocity_up")
-Mechanisation = Callable[..., tuple[Trajectory, Navigation]]
+Mechanisation = Callable[..., tuple[StrapdownPath, Navigation]]
 
 
 def closure(vehicle: Vehicle, t: Floats, mechanisation: Mechanisation) -> tuple[Floats, Floats]:
@@ -320,7 +320,7 @@ def test_the_residual_motion_fades_and_creep_covers_its_distance() -> None:
 
 
 def test_sway_has_its_rms_value_and_its_band() -> None:
-    line, band = Line(1.5, 1e-4), Band(0.5, 1.0, 2e-4)
+    line, band = SwayLine(1.5, 1e-4), Band(0.5, 1.0, 2e-4)
     found = waves([line], band, np.random.default_rng(2))
     assert found[0, 0] == pytest.approx(np.sqrt(2) * 1e-4) and found[0, 1] == pytest.approx(3 * np.pi)
     assert (found[1:, 1] >= np.pi).all() and (found[1:, 1] <= 2 * np.pi).all()

@@ -6,7 +6,7 @@ from insenv.core.system import System, TaskKind, Trial
 
 SYSTEM = System(
     name="SlowTable",
-    kinds=(TaskKind("slow-north", "rad", "north_gls", "insenv.systems.north_finder.procedure:NorthFinder"),),
+    kinds=(TaskKind("slow-north", "rad", "north_gls", "insenv.systems.north_finder.procedure:NorthFinderProcedure"),),
     scenario="slow_table/slow",
     scenarios=Path(__file__).parent / "scenarios",
     home="slow_table",

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from insenv.core.estimate import Datasheet
-from insenv.envs.belief import Quantity
+from insenv.envs.belief import SoughtQuantity
 from insenv.envs.setup import Setup, scenario_task
 from insenv.envs.single import SystemEnv
 from insenv.envs.task import Task
@@ -23,9 +23,9 @@ def _world(scenario: Scenario, sheet: Datasheet, spec: TaskSpec) -> NorthFinder:
     return NorthFinder(scenario, sheet, spec.samples)
 
 
-def _azimuth(spec: TaskSpec, sheet: Datasheet) -> tuple[Quantity, ...]:
+def _azimuth(spec: TaskSpec, sheet: Datasheet) -> tuple[SoughtQuantity, ...]:
     """The azimuth, of which nothing is known: uniform on the circle."""
-    return (Quantity("azimuth", np.pi / np.sqrt(3), np.pi, spec.demanded, circular=True, unit="rad"),)
+    return (SoughtQuantity("azimuth", np.pi / np.sqrt(3), np.pi, spec.demanded, circular=True, unit="rad"),)
 
 
 _SETUP = Setup("slow table", "SlowTable", "[table]", _world, _azimuth)

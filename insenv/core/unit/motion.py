@@ -22,7 +22,7 @@ UNIT = (*GYROS, *ACCELEROMETERS)
 
 
 @dataclass(frozen=True)
-class Course:
+class AxesCourse:
     """What the axes do on n intervals.
 
     Attributes
@@ -46,7 +46,7 @@ class Course:
 def motions(
     gimbals: Gimbals,
     errors: Floats,
-    course: Course,
+    course: AxesCourse,
     place: tuple[float | None, float],
     temperature: Floats,
     reference_temperature: float,
@@ -58,7 +58,7 @@ def motions(
     gimbals : Gimbals
     errors : ndarray, shape (..., q)
         Of the table, as `Gimbals.names` [rad].
-    course : Course
+    course : AxesCourse
     place : (float or None, float)
         Latitude [rad] and gravity [m/s^2].
     temperature : ndarray, shape (..., n + 1)

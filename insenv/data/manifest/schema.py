@@ -22,11 +22,11 @@ Format = Literal["csv", "text", "npz", "parquet", "mat", "float64-le", "psins-im
 T = TypeVar("T")
 
 
-class Table(msgspec.Struct, forbid_unknown_fields=True):
+class TomlTable(msgspec.Struct, forbid_unknown_fields=True):
     """A TOML table that holds the listed keys and no others."""
 
 
-class SourceTable(Table):
+class SourceTable(TomlTable):
     """``[source]``: where the recording comes from; informative, nothing here is fetched."""
 
     repository: str | None = None
@@ -37,7 +37,7 @@ class SourceTable(Table):
     sha256: Names | None = None
 
 
-class ReportTable(Table):
+class ReportTable(TomlTable):
     """``[report]``: what the head of a page says; any text, and of ``date`` a date of TOML too."""
 
     operator: str | None = None
@@ -46,7 +46,7 @@ class ReportTable(Table):
     date: Any = None
 
 
-class ChannelTable(Table):
+class ChannelTable(TomlTable):
     """One entry of ``[channels]``."""
 
     column: str | int | None = None
@@ -62,7 +62,7 @@ class ChannelTable(Table):
     nanoseconds: str | int | None = None
 
 
-class SiteTable(Table):
+class SiteTable(TomlTable):
     """``[site]``."""
 
     latitude: str | None = None
@@ -70,7 +70,7 @@ class SiteTable(Table):
     gravity: str | None = None
 
 
-class GimbalsTable(Table):
+class GimbalsTable(TomlTable):
     """``[mounting.gimbals]``: a table of two or three axes; see `insenv.data.manifest.gimbals`."""
 
     order: str
@@ -84,7 +84,7 @@ class GimbalsTable(Table):
     encoder_noise: str | None = None
 
 
-class MountingTable(Table):
+class MountingTable(TomlTable):
     """``[mounting]``."""
 
     tilt: str | None = None
@@ -94,7 +94,7 @@ class MountingTable(Table):
     gimbals: GimbalsTable | None = None
 
 
-class RunTable(Table):
+class RunTable(TomlTable):
     """One ``[[runs]]`` table; what it leaves out is taken from the manifest's own tables."""
 
     file: str
@@ -103,7 +103,7 @@ class RunTable(Table):
     site: SiteTable = field(default_factory=SiteTable)
 
 
-class ModelTable(Table):
+class ModelTable(TomlTable):
     """``[model]``."""
 
     target: Names
@@ -114,7 +114,7 @@ class ModelTable(Table):
     bias: Literal["common", "per-run"] | None = None
 
 
-class HeldOutTable(Table):
+class HeldOutTable(TomlTable):
     """``[held_out]``."""
 
     runs: list[int] | None = None
@@ -124,7 +124,7 @@ class HeldOutTable(Table):
     averaging: str | None = None
 
 
-class PositionsTable(Table):
+class PositionsTable(TomlTable):
     """``[positions]``."""
 
     up: list[str | list[float]] = []
@@ -132,14 +132,14 @@ class PositionsTable(Table):
     repeatability: str | None = None
 
 
-class FitTable(Table):
+class FitTable(TomlTable):
     """``[fit]``."""
 
     rows: list[tuple[int, int]] | None = None
     resample: str | None = None
 
 
-class ReadTable(Table):
+class ReadTable(TomlTable):
     """``[read]``: what of a data file is not looked at."""
 
     skip: int | None = None
@@ -148,7 +148,7 @@ class ReadTable(Table):
     lines: str | None = None
 
 
-class SightSheetTable(Table):
+class SightSheetTable(TomlTable):
     """``[datasheet.sight]``: standard deviations."""
 
     orientation: str | None = None
@@ -156,7 +156,7 @@ class SightSheetTable(Table):
     installation: str | None = None
 
 
-class DatasheetTable(Table):
+class DatasheetTable(TomlTable):
     """``[datasheet]``: what is known before anything is measured; ``declared`` as in a scenario."""
 
     sampling: str | None = None
@@ -171,7 +171,7 @@ class DatasheetTable(Table):
     declared: dict[str, Any] = field(default_factory=dict)
 
 
-class ManifestTable(Table):
+class ManifestTable(TomlTable):
     """The whole manifest; ``channels`` and ``noise`` are converted entry by entry, to name the faulty one."""
 
     model: ModelTable

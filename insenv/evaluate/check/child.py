@@ -16,7 +16,7 @@ from insenv.evaluate.check.estimator import check_estimator, why_unsuited
 from insenv.evaluate.check.policy import check_policy
 from insenv.evaluate.check.rules import DeclinedError, FaultError
 from insenv.evaluate.child import Say
-from insenv.evaluate.trials import Trial
+from insenv.evaluate.trials import TrialRuns
 
 #: Where the truth is: what is imported of these, a plug-in reaches for.
 SIMULATOR = ("insenv.systems", "insenv.envs", "insenv.scenario", "insenv.rig", "insenv.rig_dwells", "insenv.plants")
@@ -24,7 +24,7 @@ _METHODS = {ESTIMATORS: "estimate", POLICIES: "act"}
 
 
 @dataclass(frozen=True)
-class Kind:
+class PluginKind:
     """Group of a plug-in, whether it keeps its state in itself, and, of an effect, what is wrong with it."""
 
     group: str
@@ -49,7 +49,7 @@ class Tried:
     faults: tuple[str, ...] = ()
 
 
-def kind(name: str, say: Say) -> Kind:
+def kind(name: str, say: Say) -> PluginKind:
     """What a plug-in is.
 
     Raises
@@ -60,18 +60,18 @@ def kind(name: str, say: Say) -> Kind:
     say("its import", 0.0)
     group, found = _found(name)
     if group != EFFECTS:
-        return Kind(group, isinstance(found, Adapter))
+        return PluginKind(group, isinstance(found, Adapter))
     from insenv.effects.check import check_effect
 
     say("its check", 0.0)
     try:
         effect = found() if isinstance(found, type) else found
     except Exception as error:  # whatever another author's code raises
-        return Kind(group, faults=(f"it cannot be made without arguments ({error}); wanted defaults for all",))
-    return Kind(group, faults=tuple(check_effect(effect)))
+        return PluginKind(group, faults=(f"it cannot be made without arguments ({error}); wanted defaults for all",))
+    return PluginKind(group, faults=tuple(check_effect(effect)))
 
 
-def tried(job: tuple[str, str, tuple[Trial, ...]], say: Say) -> tuple[Tried, ...]:
+def tried(job: tuple[str, str, tuple[TrialRuns, ...]], say: Say) -> tuple[Tried, ...]:
     """Try the plug-in of a name and group on trials, and say what simulators it holds afterwards.
 
     Raises
@@ -94,7 +94,7 @@ def tried(job: tuple[str, str, tuple[Trial, ...]], say: Say) -> tuple[Tried, ...
     return (*found, Tried("", faults=(fault,)))
 
 
-def _on(check: Callable[..., list[str]], plugin: Callable[..., Any], trial: Trial, say: Say) -> Tried:
+def _on(check: Callable[..., list[str]], plugin: Callable[..., Any], trial: TrialRuns, say: Say) -> Tried:
     def said(doing: str, share: float) -> None:
         say(f"{doing} on {trial.name}", share)
 

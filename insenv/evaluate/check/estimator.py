@@ -10,8 +10,8 @@ import numpy as np
 from insenv.core.estimate import Estimate
 from insenv.core.recording import Recording
 from insenv.core.rows import row_of, rows
-from insenv.evaluate.check.rules import Asked, DeclinedError, FaultError, Say, alike, made, row, rows_of, sound
-from insenv.evaluate.trials import RUNS, Trial, cut, cut_at_events
+from insenv.evaluate.check.rules import Calls, DeclinedError, FaultError, Say, alike, made, row, rows_of, sound
+from insenv.evaluate.trials import RUNS, TrialRuns, cut, cut_at_events
 
 #: Rows of a chunk, which no step of an environment has; the last: all at once.
 _CUTS = (7, 333, 10**9)
@@ -20,7 +20,7 @@ _SHORT = 700
 _METHODS = ("reset", "update", "estimate")
 
 
-def check_estimator(plugin: Callable[..., Any], trial: Trial, say: Say = lambda doing, share: None) -> list[str]:
+def check_estimator(plugin: Callable[..., Any], trial: TrialRuns, say: Say = lambda doing, share: None) -> list[str]:
     """What is wrong with an estimator on the runs of a trial: one sentence for each fault, none where it is sound.
 
     Raises
@@ -28,10 +28,10 @@ def check_estimator(plugin: Callable[..., Any], trial: Trial, say: Say = lambda 
     DeclinedError
         If it says that it is not for such recordings.
     """
-    return _Check(plugin, trial, Asked(say)).faults()
+    return _Check(plugin, trial, Calls(say)).faults()
 
 
-def why_unsuited(plugin: Callable[..., Any], trial: Trial) -> str:
+def why_unsuited(plugin: Callable[..., Any], trial: TrialRuns) -> str:
     """Why a sound estimator cannot be judged on such runs: it tells nothing that is asked for; empty: it can."""
     one = plugin(trial.datasheet)
     told = one.estimate(one.reset(1)).names
@@ -44,7 +44,7 @@ def why_unsuited(plugin: Callable[..., Any], trial: Trial) -> str:
 class _Check:
     """An estimator on one trial."""
 
-    def __init__(self, plugin: Callable[..., Any], trial: Trial, asked: Asked) -> None:
+    def __init__(self, plugin: Callable[..., Any], trial: TrialRuns, asked: Calls) -> None:
         self.plugin, self.trial, self.asked = plugin, trial, asked
 
     def faults(self) -> list[str]:

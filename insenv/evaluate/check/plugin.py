@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from insenv.core.errors import InputError
 from insenv.core.plugins import EFFECTS, ESTIMATORS, POLICIES
 from insenv.core.system import system, systems
-from insenv.evaluate.check.child import Kind, Tried
+from insenv.evaluate.check.child import PluginKind, Tried
 from insenv.evaluate.child import Child
 from insenv.evaluate.trials import trial
 
@@ -91,7 +91,7 @@ def check_plugin(
     """
     wanted = tuple(systems()) if environments is None else tuple(system(each).name for each in environments)
     ended = Child("insenv.evaluate.check.child:kind", name, limit).wait()
-    if not isinstance(found := ended.result, Kind):
+    if not isinstance(found := ended.result, PluginKind):
         raise InputError(ended.fault if name in ended.fault else f"plug-in {name!r} {ended.fault}")
     if found.group == EFFECTS:
         return Checked(name, "effect", faults=found.faults)

@@ -15,14 +15,14 @@ import numpy as np
 from insenv.core.estimate import Estimate
 from insenv.core.recording import Floats, Recording
 from insenv.core.rows import row_of, rows
-from insenv.evaluate.check.rules import Asked, DeclinedError, FaultError, Say, made, row, rows_of
-from insenv.evaluate.trials import RUNS, Trial
+from insenv.evaluate.check.rules import Calls, DeclinedError, FaultError, Say, made, row, rows_of
+from insenv.evaluate.trials import RUNS, TrialRuns
 
 #: A number that was rounded to single precision may lie this share of the range beyond a bound.
 _SLACK = 1e-6
 
 
-def check_policy(plugin: Callable[..., Any], trial: Trial, say: Say = lambda doing, share: None) -> list[str]:
+def check_policy(plugin: Callable[..., Any], trial: TrialRuns, say: Say = lambda doing, share: None) -> list[str]:
     """What is wrong with a policy on the runs of a trial: one sentence for each fault, none where it is sound.
 
     Raises
@@ -30,13 +30,13 @@ def check_policy(plugin: Callable[..., Any], trial: Trial, say: Say = lambda doi
     DeclinedError
         If it says that it is not for such recordings, or the plant cannot do what it wants.
     """
-    return _Check(plugin, trial, Asked(say)).faults()
+    return _Check(plugin, trial, Calls(say)).faults()
 
 
 class _Check:
     """A policy on one trial."""
 
-    def __init__(self, plugin: Callable[..., Any], trial: Trial, asked: Asked) -> None:
+    def __init__(self, plugin: Callable[..., Any], trial: TrialRuns, asked: Calls) -> None:
         self.plugin, self.trial, self.asked = plugin, trial, asked
 
     def faults(self) -> list[str]:

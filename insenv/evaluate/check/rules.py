@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from insenv.core.attitude import wrapped
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Estimate
 from insenv.core.recording import Floats
@@ -32,7 +33,7 @@ class DeclinedError(Exception):
 
 
 @dataclass(frozen=True)
-class Asked:
+class Calls:
     """Calls a plug-in, says so first, and turns what it raises into a sentence."""
 
     say: Say
@@ -73,7 +74,7 @@ class Asked:
         return answer
 
 
-def made(asked: Asked, plugin: Callable[..., Any], datasheet: Datasheet, methods: tuple[str, ...]) -> Any:
+def made(asked: Calls, plugin: Callable[..., Any], datasheet: Datasheet, methods: tuple[str, ...]) -> Any:
     """The plug-in, made of a datasheet alone."""
     one = asked("__init__", plugin, datasheet)
     for method in methods:
@@ -160,7 +161,7 @@ def alike(a: Estimate, b: Estimate, share: float = CLOSE) -> bool:
     sd = np.sqrt(np.diagonal(b.cov, axis1=-2, axis2=-1))
     off = np.asarray(a.mean) - b.mean
     circle = np.array([unit == "rad" for unit in b.units])
-    off = np.where(circle, (off + np.pi) % (2 * np.pi) - np.pi, off)
+    off = np.where(circle, wrapped(off), off)
     if not np.all(np.abs(off) <= share * np.where(np.isfinite(sd), sd, 0.0) + 1e-9 * np.abs(b.mean) + 1e-300):
         return False
     scale = sd[..., :, None] * sd[..., None, :]

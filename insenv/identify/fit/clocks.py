@@ -18,7 +18,7 @@ from scipy.special import chdtrc
 from insenv.core.recording import Floats
 from insenv.effects.timing import TimingSkew
 from insenv.identify.fit.gls import Fit, solve
-from insenv.identify.fit.parts import Apart, apart
+from insenv.identify.fit.parts import PartsApart, apart
 from insenv.identify.fit.problem import Problem, Term
 
 #: Chance of so different a skew below which it is said; and by how much the square sum that a line leaves, in
@@ -84,7 +84,7 @@ def skews_apart(problem: Problem, fit: Fit) -> Skews | None:
     return Skews(found.values, found.deviations, found.chance, found.between, gains, jump, after - left, rest)
 
 
-def _line(found: Apart) -> tuple[tuple[float, float], float]:
+def _line(found: PartsApart) -> tuple[tuple[float, float], float]:
     """Slope of the skews over time with its deviation, and the square sum that it leaves in variances."""
     w = 1 / found.deviations**2
     t, values = (x - x @ w / w.sum() for x in (found.times, found.values))
@@ -92,7 +92,7 @@ def _line(found: Apart) -> tuple[tuple[float, float], float]:
     return (slope, float(1 / np.sqrt(t @ (w * t)))), float((values - slope * t) ** 2 @ w)
 
 
-def _jump(found: Apart, at: int) -> tuple[float, float]:
+def _jump(found: PartsApart, at: int) -> tuple[float, float]:
     """Change of the skew after ``at`` parts, and the square sum that the two levels leave in variances."""
     w, levels, left = 1 / found.deviations**2, [], 0.0
     for part in (slice(0, at), slice(at, None)):

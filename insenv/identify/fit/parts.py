@@ -31,7 +31,7 @@ CHANCE, NO_CHANCE = 0.1, 0.025
 
 
 @dataclass(frozen=True)
-class Apart:
+class PartsApart:
     """Coefficients of the parts with their deviations, the chance of their scatter, and the variance between them.
 
     ``times`` are those of the parts [s], weighted with what tells the coefficient.
@@ -50,7 +50,7 @@ class Apart:
         return float(np.clip(share, 0.0, 1.0)) * self.between / len(self.values)
 
 
-def apart(problem: Problem, fit: Fit, term: Term) -> Apart | None:
+def apart(problem: Problem, fit: Fit, term: Term) -> PartsApart | None:
     """How the coefficient of a term with one column scatters over the parts; None where there are not two.
 
     Parameters
@@ -83,7 +83,7 @@ def apart(problem: Problem, fit: Fit, term: Term) -> Apart | None:
     found = scatter(values[:k], deviations)
     weight = np.where(problem.bins.held_out[:, None], 0.0, columns**2)
     times = problem.bins.time @ weight / np.maximum(weight.sum(axis=0), 1e-300)
-    return Apart(values[:k], deviations, found.chance, found.between, times)
+    return PartsApart(values[:k], deviations, found.chance, found.between, times)
 
 
 def _parts(problem: Problem, column: Floats) -> NDArray[np.int64]:

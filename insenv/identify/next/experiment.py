@@ -54,7 +54,7 @@ class Confounded:
     assumed : bool
         Whether nobody knows the size of the first: it is one that spoils the declared effects by `SPOILT` deviations.
     earth : ndarray, shape (2,)
-        What latitude and tilt tell of the horizontal Earth rate (`insenv.identify.next.separation.Stage.known`).
+        What latitude and tilt tell of the horizontal Earth rate (`insenv.identify.next.separation.RecordedRuns.known`).
     """
 
     rivals: tuple[Rival, ...]

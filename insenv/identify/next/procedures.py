@@ -14,7 +14,7 @@ import numpy as np
 
 from insenv.core.estimate import Limits
 from insenv.core.recording import Floats, Recording
-from insenv.identify.next.simulated import Plan
+from insenv.identify.next.simulated import FurtherRun
 from insenv.plants.profile import Piece, Profile, reversal, staircase
 from insenv.plants.thermal import Constant, cycle
 
@@ -37,7 +37,7 @@ class Procedure:
     Attributes
     ----------
     words : str
-    plan : Plan
+    plan : FurtherRun
     profile : mapping, optional
         Keys of a scenario's ``[profile]``, quantities as texts.
     changes : mapping
@@ -47,7 +47,7 @@ class Procedure:
     """
 
     words: str
-    plan: Plan
+    plan: FurtherRun
     profile: Texts | None = None
     changes: Texts = field(default_factory=dict)
     control: bool = False
@@ -59,7 +59,7 @@ class Procedure:
 
 
 @dataclass(frozen=True)
-class Turning:
+class TableTurning:
     """What the table did: its usual rate while it moved, its largest one [rad/s], and how long the first run was [s].
 
     ``pieces`` are its dwells, or nothing where there are too many to tell. ``rests`` has the angles [rad] and the
@@ -73,7 +73,7 @@ class Turning:
     rests: tuple[tuple[float, float], ...] = ()
 
     @classmethod
-    def of(cls, recordings: tuple[Recording, ...]) -> Turning | None:
+    def of(cls, recordings: tuple[Recording, ...]) -> TableTurning | None:
         """From the commanded rate, else from the angle; None where no table turned."""
         rates = [np.abs(_table_rates(r)) for r in recordings]
         moving = np.concatenate([r[r > 0.5 * r.max(initial=0.0)] for r in rates])
@@ -89,7 +89,7 @@ class Turning:
 
 def procedures(recordings: tuple[Recording, ...], limits: Limits | None = None) -> tuple[Procedure, ...]:
     """What may be done next."""
-    turning = Turning.of(recordings)
+    turning = TableTurning.of(recordings)
     if turning is None:
         return _still(recordings)
     if len(turning.rests) > 1:
@@ -97,7 +97,7 @@ def procedures(recordings: tuple[Recording, ...], limits: Limits | None = None) 
     return _table(recordings[0], turning, limits)
 
 
-def _table(recording: Recording, turning: Turning, limits: Limits | None) -> tuple[Procedure, ...]:
+def _table(recording: Recording, turning: TableTurning, limits: Limits | None) -> tuple[Procedure, ...]:
     """For an instrument on a rate table."""
     d, r = turning.duration, turning.rate
     most = limits.rate if limits is not None and np.isfinite(limits.rate) else turning.fastest
@@ -117,17 +117,17 @@ def _table(recording: Recording, turning: Turning, limits: Limits | None) -> tup
     found = [
         Procedure(
             f"turn the table both ways, half of the time at {deg_s(r)} in each direction ({seconds(d / 2)} each)",
-            Plan(back),
+            FurtherRun(back),
             both,
         ),
         Procedure(
             f"another rate: {deg_s(other)} for {seconds(d)}",
-            Plan((Piece(d, other),)),
+            FurtherRun((Piece(d, other),)),
             {"kind": "staircase", "rates": [deg_s(other)], "dwell": seconds(d)},
         ),
         Procedure(
             f"a staircase of rates: {', '.join(deg_s(x)[:-6] for x in levels)} deg/s, both ways, {seconds(dwell)} each",
-            Plan(staircase(steps, dwell)),
+            FurtherRun(staircase(steps, dwell)),
             {"kind": "staircase", "rates": [deg_s(x) for x in steps], "dwell": seconds(dwell)},
         ),
         *_base(same, again),
@@ -136,17 +136,17 @@ def _table(recording: Recording, turning: Turning, limits: Limits | None) -> tup
     if any(name.startswith("accel") for name in recording.channels):
         words = f"lean the table's axis by {deg(_LEAN)} deg, and repeat"
         lean = {"table.level_error": [f"{deg(_LEAN)} deg", "0 deg"]}
-        found.append(Procedure(words, Plan(same, lean=_LEAN), again, lean))
+        found.append(Procedure(words, FurtherRun(same, lean=_LEAN), again, lean))
     longer, texts = slower(_LONGER)
-    found.append(Procedure(f"longer dwells: the same rates, {_LONGER:g} times as long", Plan(longer), texts))
-    return (*found, Procedure("repeat the run as it was", Plan(same), again, control=True))
+    found.append(Procedure(f"longer dwells: the same rates, {_LONGER:g} times as long", FurtherRun(longer), texts))
+    return (*found, Procedure("repeat the run as it was", FurtherRun(same), again, control=True))
 
 
 def _base(same: Profile, again: Texts | None) -> tuple[Procedure, ...]:
     return (
         Procedure(
             "turn the base by 180 deg and repeat: what follows the Earth stays, what follows the table turns",
-            Plan(same, base_turned=_HALF_TURN),
+            FurtherRun(same, base_turned=_HALF_TURN),
             again,
             {"base_turned": "180 deg"},
         ),
@@ -178,20 +178,20 @@ def _thermal(
     return (
         Procedure(
             f"a thermal cycle: {celsius(low)}, {celsius(low + rise)} and back, {seconds(soak)} for each soak and ramp",
-            Plan(pieces, temperature=cycle(levels, slope, soak)),
+            FurtherRun(pieces, temperature=cycle(levels, slope, soak)),
             texts,
             {"temperature": told},
         ),
         Procedure(
             f"a soak: power-up at {celsius(end)}, and that temperature kept; what goes on changing follows time",
-            Plan(same, temperature=Constant(end)),
+            FurtherRun(same, temperature=Constant(end)),
             again,
             {"temperature": {"kind": "constant", "value": celsius(end)}},
         ),
     )
 
 
-def _vehicle(recording: Recording, turning: Turning) -> tuple[Procedure, ...]:
+def _vehicle(recording: Recording, turning: TableTurning) -> tuple[Procedure, ...]:
     """For a triad that rests and turns: the last rest takes what is left of the duration."""
     (start, _), (after, _) = turning.rests[:2]
     turn, rest = after - start, min(time for _, time in turning.rests)
@@ -229,14 +229,14 @@ def _vehicle(recording: Recording, turning: Turning) -> tuple[Procedure, ...]:
     )
 
 
-def _turned(rate: float, by: list[float], rests: list[float], base: float = 0.0) -> tuple[Plan, Texts]:
+def _turned(rate: float, by: list[float], rests: list[float], base: float = 0.0) -> tuple[FurtherRun, Texts]:
     """Turns by angles [rad] between rests [s]: what a table would do, and a vehicle's profile."""
     pieces: list[Piece] = []
     texts = []
     for rest, angle in zip(rests[:-1], by, strict=True):
         pieces += [Piece(rest), Piece(abs(angle) / rate, float(np.copysign(rate, angle)))]
         texts.append([seconds(rest), f"{deg(angle)} deg"])
-    return Plan((*pieces, Piece(rests[-1])), base_turned=base), {"kind": "turns", "turns": texts}
+    return FurtherRun((*pieces, Piece(rests[-1])), base_turned=base), {"kind": "turns", "turns": texts}
 
 
 def _still(recordings: tuple[Recording, ...]) -> tuple[Procedure, ...]:
@@ -253,13 +253,13 @@ def _still(recordings: tuple[Recording, ...]) -> tuple[Procedure, ...]:
         words = (
             f"a third position: the input axis at {deg(other)} deg of elevation, beside {' and '.join(sorted(names))}"
         )
-        found.append(Procedure(words, Plan(same, tilt=other), rest, {"table.tilt": f"{deg(other)} deg"}))
+        found.append(Procedure(words, FurtherRun(same, tilt=other), rest, {"table.tilt": f"{deg(other)} deg"}))
         back = recordings[0].mounting.tilt
         words = f"go back to the first position, {deg(back)} deg, and rest again: what changed since is no tilt"
-        found.append(Procedure(words, Plan(same, tilt=back), rest, {"table.tilt": f"{deg(back)} deg"}))
+        found.append(Procedure(words, FurtherRun(same, tilt=back), rest, {"table.tilt": f"{deg(back)} deg"}))
     longer = f"a longer recording at rest, {_LONGER:g} times as long: {seconds(_LONGER * d)}"
-    found.append(Procedure(longer, Plan((Piece(_LONGER * d),)), rest))
-    return (*found, Procedure("repeat the run as it was", Plan(same), rest, control=True))
+    found.append(Procedure(longer, FurtherRun((Piece(_LONGER * d),)), rest))
+    return (*found, Procedure("repeat the run as it was", FurtherRun(same), rest, control=True))
 
 
 def _table_rates(recording: Recording) -> Floats:

@@ -47,7 +47,7 @@ class Rival:
 
 
 @dataclass(frozen=True, eq=False)
-class Stage:
+class RecordedRuns:
     """The recorded runs, all of their bins, with a further run behind them; whitened by the noise of ``power``.
 
     ``known`` is one measurement more, of the horizontal Earth rate's coefficients: a direction over its standard
@@ -129,9 +129,9 @@ class Known:
     model: Model
     earth: Floats = field(default_factory=lambda: np.zeros(2))
 
-    def stage(self, further: Problem | None) -> Stage:
+    def stage(self, further: Problem | None) -> RecordedRuns:
         """With a further run."""
-        return Stage(self.recorded, further, self.power, self.earth)
+        return RecordedRuns(self.recorded, further, self.power, self.earth)
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,7 +173,7 @@ def sized(known: Known, a: Rival, b: Rival) -> tuple[Term, Floats]:
     return _instead(stage, stage.model(known.model), _shown(stage, a), b)
 
 
-def _shown(stage: Stage, a: Rival) -> Floats:
+def _shown(stage: RecordedRuns, a: Rival) -> Floats:
     """What ``a`` adds, whitened. A run of which its parameters are not known has the mean of the others'."""
     assert a.theta is not None
     term, columns = a.terms[0], stage.columns(a.terms[0])
@@ -203,7 +203,7 @@ def _free(q: Floats, columns: Floats) -> tuple[Floats, Floats]:
     return left, np.linalg.norm(left, axis=0) / np.maximum(size, 1e-300)
 
 
-def _distance(stage: Stage, q: Floats, signal: Floats, b: Rival) -> float:
+def _distance(stage: RecordedRuns, q: Floats, signal: Floats, b: Rival) -> float:
     """Norm of what model and rival leave of a signal, at the rival's best shape."""
     rest = signal - q @ (q.T @ signal)
     rest -= q @ (q.T @ rest)
@@ -212,7 +212,7 @@ def _distance(stage: Stage, q: Floats, signal: Floats, b: Rival) -> float:
     return min(_residue(stage, q, rest, term) for term in _shapes(stage, q, rest, b))
 
 
-def _residue(stage: Stage, q: Floats, rest: Floats, term: Term) -> float:
+def _residue(stage: RecordedRuns, q: Floats, rest: Floats, term: Term) -> float:
     fresh, share = _free(q, stage.columns(term))
     fresh = fresh[:, share > TOLD_APART]
     if not fresh.shape[1]:
@@ -221,7 +221,7 @@ def _residue(stage: Stage, q: Floats, rest: Floats, term: Term) -> float:
     return float(np.linalg.norm(rest - (fresh / np.linalg.norm(fresh, axis=0)) @ inside))
 
 
-def _instead(stage: Stage, q: Floats, signal: Floats, b: Rival) -> tuple[Term, Floats]:
+def _instead(stage: RecordedRuns, q: Floats, signal: Floats, b: Rival) -> tuple[Term, Floats]:
     """Shape and parameters of a rival that takes the place of a signal on the recorded runs."""
     rest = signal - q @ (q.T @ signal)
     hidden = float(np.linalg.norm(rest)) < TOLD_APART * float(np.linalg.norm(signal))
@@ -233,7 +233,7 @@ def _instead(stage: Stage, q: Floats, signal: Floats, b: Rival) -> tuple[Term, F
     return term, np.linalg.lstsq(fresh / size, rest, rcond=1e-6)[0] / size
 
 
-def _shapes(stage: Stage, q: Floats, rest: Floats, b: Rival) -> Iterator[Term]:
+def _shapes(stage: RecordedRuns, q: Floats, rest: Floats, b: Rival) -> Iterator[Term]:
     """The best shape of a grid, and a better one beside it."""
     values = [_residue(stage, q, rest, term) for term in b.terms]
     best = b.terms[int(np.argmin(values))]

@@ -31,7 +31,7 @@ _POINTS, _ROWS = 200, 20000
 
 
 @dataclass(frozen=True)
-class Plan:
+class FurtherRun:
     """What a further run would do.
 
     Attributes
@@ -95,7 +95,9 @@ class Recorded:
         return angle is not None and float(np.ptp(angle.values)) > 0.1
 
 
-def further(plan: Plan, like: Recorded, recorded: Problem, with_earth: bool, acceleration: float = np.inf) -> Problem:
+def further(
+    plan: FurtherRun, like: Recorded, recorded: Problem, with_earth: bool, acceleration: float = np.inf
+) -> Problem:
     """The further run as a problem of its own, with bins as long as the recorded ones; there is no data in it yet."""
     width = recorded.bins.width
     steps = max(1, int(np.ceil(plan.fastest * width / (2 * np.pi) * _CELLS_PER_TURN)))
@@ -111,7 +113,9 @@ def further(plan: Plan, like: Recorded, recorded: Problem, with_earth: bool, acc
     return Problem(recorded.target, recorded.unit, (exposure,), gathered, np.zeros(gathered.n))
 
 
-def imagined(plan: Plan, like: Recorded, target: str, dt: float, rows: int, acceleration: float = np.inf) -> Recording:
+def imagined(
+    plan: FurtherRun, like: Recorded, target: str, dt: float, rows: int, acceleration: float = np.inf
+) -> Recording:
     """The channels of a further run at ``rows`` times that are ``dt`` [s] apart; ``target`` is zero."""
     recording = like.recording
     mounting = replace(recording.mounting, base_turned=recording.mounting.base_turned + plan.base_turned)
@@ -132,7 +136,7 @@ def imagined(plan: Plan, like: Recorded, target: str, dt: float, rows: int, acce
     return replace(made, channels={**channels, **_others(plan, like, made, target)})
 
 
-def _others(plan: Plan, like: Recorded, run: Recording, target: str) -> dict[str, Channel]:
+def _others(plan: FurtherRun, like: Recorded, run: Recording, target: str) -> dict[str, Channel]:
     """The other instruments of a further run."""
     found = {}
     gravity = run.site.gravity or STANDARD_GRAVITY

@@ -31,7 +31,7 @@ from insenv.core.estimate import Datasheet
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats, Mounting, Recording
 from insenv.core.unit.gimbals import Gimbals, exposed
-from insenv.core.unit.motion import GYROS, UNIT, Course, motions
+from insenv.core.unit.motion import GYROS, UNIT, AxesCourse, motions
 from insenv.effects.base import CurveEffect, Effect, LinearEffect, MemoryEffect
 from insenv.effects.catalogue import by_key
 from insenv.information.means import stated_noises
@@ -312,7 +312,7 @@ class UnitModel:
         felt = exposed(self.gimbals, errors, true, rates, self._place)
         return (*felt.rate, *felt.force)
 
-    def _course(self, samples: Samples, moved: Floats) -> Course:
+    def _course(self, samples: Samples, moved: Floats) -> AxesCourse:
         """Of the readings, on the intervals of derivatives."""
         s, dt = self.stride, self.sheet.dt
         means = np.add.reduceat(moved, np.arange(0, moved.shape[-1], s), axis=-1) / (s * dt)
@@ -321,21 +321,21 @@ class UnitModel:
         now, before, earlier = (readings[..., 2 - j : readings.shape[-1] - j : s] for j in range(3))
         rates = (3 * now - 4 * before + earlier) / (2 * dt) * (samples.turning[:, None, ::s] > 0)
         t = (samples.first + np.arange(0, moved.shape[-1] + 1, s)) * dt
-        return Course(t, readings[..., 2 :: s // 2], means, rates)
+        return AxesCourse(t, readings[..., 2 :: s // 2], means, rates)
 
-    def _motions(self, course: Course, warmth: Floats, errors: Floats) -> dict[str, Motion]:
+    def _motions(self, course: AxesCourse, warmth: Floats, errors: Floats) -> dict[str, Motion]:
         s = self.stride
         angles, means = self._true(course.angles, course.means, errors, s * self.sheet.dt)
-        true = Course(course.t, angles, means, course.rates)
+        true = AxesCourse(course.t, angles, means, course.rates)
         return motions(self.gimbals, errors, true, self._place, warmth[:, ::s], self.sheet.reference_temperature)
 
-    def _inputs(self, course: Course, _: Floats, errors: Floats, __: _Point) -> tuple[Floats, ...]:
+    def _inputs(self, course: AxesCourse, _: Floats, errors: Floats, __: _Point) -> tuple[Floats, ...]:
         """What a unit without errors senses on the intervals of derivatives, each of shape (R, m)."""
         angles, rates = self._true(course.angles, course.means, errors, self.stride * self.sheet.dt)
         felt = exposed(self.gimbals, errors, angles, rates, self._place)
         return (*felt.rate, *felt.force)
 
-    def _outputs(self, course: Course, warmth: Floats, errors: Floats, at: _Point) -> tuple[Floats, ...]:
+    def _outputs(self, course: AxesCourse, warmth: Floats, errors: Floats, at: _Point) -> tuple[Floats, ...]:
         """What the unit says there, with the errors of its point."""
         felt = self._motions(course, warmth, errors)
         return tuple(
@@ -459,7 +459,7 @@ def _edges(flags: bytes, whole: bool) -> NDArray[np.int64]:
 
 
 @dataclass(frozen=True)
-class Gathered:
+class GatheredBlocks:
     """A recording so far, in blocks and what fills none yet.
 
     Attributes
@@ -490,14 +490,14 @@ class Gathered:
         return sum(part.turning.shape[-1] for part in self.blocks)
 
 
-def nothing(model: UnitModel, batch: int, anew: bool = False) -> Gathered:
+def nothing(model: UnitModel, batch: int, anew: bool = False) -> GatheredBlocks:
     """Before any data; ``anew``: blocks may be linearised again (`linearised`)."""
     k = len(model.gimbals.axes)
     point = np.tile([q.mean for q in model.parameters], (batch, 1)) if anew else None
-    return Gathered((), np.full((batch, k, 3), np.nan), np.zeros((batch, 2)), np.zeros((batch, 8 + k, 0)), point)
+    return GatheredBlocks((), np.full((batch, k, 3), np.nan), np.zeros((batch, 2)), np.zeros((batch, 8 + k, 0)), point)
 
 
-def gathered(model: UnitModel, state: Gathered, chunk: Recording) -> Gathered:
+def gathered(model: UnitModel, state: GatheredBlocks, chunk: Recording) -> GatheredBlocks:
     """After a chunk of R runs. How a record is cut makes no difference."""
     batch, k, n = len(state.past), len(model.gimbals.axes), len(chunk)
     rows = np.empty((batch, 8 + k, n))
@@ -529,7 +529,7 @@ def gathered(model: UnitModel, state: Gathered, chunk: Recording) -> Gathered:
     )
 
 
-def linearised(model: UnitModel, state: Gathered, point: Floats) -> Gathered:
+def linearised(model: UnitModel, state: GatheredBlocks, point: Floats) -> GatheredBlocks:
     """The same about another point, shape (R, p)."""
     samples = Samples.of(state.samples)
     return replace(state, blocks=(model.blocks(samples, point),), point=point, samples=(samples,))
@@ -541,7 +541,7 @@ def _from_rest(readings: Floats, turning: Floats) -> Floats:
     return np.repeat(started[..., None], 3, axis=-1)
 
 
-def joined(state: Gathered) -> Blocks | None:
+def joined(state: GatheredBlocks) -> Blocks | None:
     """All blocks in one; None before there is any."""
     if not state.blocks:
         return None

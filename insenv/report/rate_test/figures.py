@@ -12,7 +12,7 @@ from insenv.core.recording import Floats
 from insenv.core.series.allan import FLICKER, QUANTIZATION, WALK, WHITE
 from insenv.core.units import DEG, DEG_PER_HOUR, HOUR, PPM
 from insenv.report import drawing as draw
-from insenv.report.quantities import Unit, span
+from insenv.report.quantities import ShownUnit, span
 
 _WIDE, _PANEL = (10.6, 3.9), (5.2, 4.0)
 _COLOURS = draw.SERIES
@@ -73,7 +73,7 @@ def allan(tests: list[RateTest]) -> Figure:
     """Allan deviation of the records at rest with 68 % intervals and the fitted sum of the terms."""
     figure = Figure(figsize=_PANEL, layout="constrained")
     ax = figure.add_subplot()
-    unit = Unit("deg/h", DEG_PER_HOUR)
+    unit = ShownUnit("deg/h", DEG_PER_HOUR)
     curves: list[np.ndarray] = []
     for k, (colour, test) in enumerate(zip(np.resize(np.array(_COLOURS), len(tests)), tests, strict=True), start=1):
         assert test.static is not None

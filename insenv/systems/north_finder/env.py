@@ -20,7 +20,7 @@ from gymnasium import spaces
 
 from insenv.core.estimate import Datasheet
 from insenv.core.recording import Channel, Floats
-from insenv.envs.belief import Quantity
+from insenv.envs.belief import SoughtQuantity
 from insenv.envs.group import Blocks, Film, Flags
 from insenv.envs.normalised import Maker
 from insenv.envs.setup import Setup, scenario_task
@@ -191,8 +191,8 @@ def _world(scenario: Scenario, sheet: Datasheet, spec: TaskSpec) -> NorthFinder:
     return NorthFinder(scenario, sheet, spec.samples)
 
 
-def _north(spec: TaskSpec, sheet: Datasheet) -> tuple[Quantity, ...]:
-    azimuth = Quantity("azimuth", ANY_AZIMUTH, np.pi, spec.demanded, circular=True, unit="rad")
+def _north(spec: TaskSpec, sheet: Datasheet) -> tuple[SoughtQuantity, ...]:
+    azimuth = SoughtQuantity("azimuth", ANY_AZIMUTH, np.pi, spec.demanded, circular=True, unit="rad")
     return (azimuth,) if spec.kind == "north-finder" else ()
 
 

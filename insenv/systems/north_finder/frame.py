@@ -10,7 +10,6 @@ its mean over the step; what stays is the horizontal Earth rate, the scale facto
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -134,8 +133,3 @@ def residual(rate: Floats, table_rate: Floats, tilt: float, latitude: float) -> 
 def horizontal_earth_rate(azimuth: float, table_angle: Floats, tilt: float, latitude: float) -> float:
     """Mean of the horizontal Earth rate on the input axis over table angles of shape (n,) [rad/s]."""
     return float(EARTH_RATE * np.cos(latitude) * np.cos(tilt) * np.mean(np.cos(azimuth - table_angle)))
-
-
-def wrapped(angle: Any) -> Any:
-    """An angle [rad], or an array of them, in [-pi, pi)."""
-    return (angle + np.pi) % (2 * np.pi) - np.pi

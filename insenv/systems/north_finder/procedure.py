@@ -15,7 +15,7 @@ import numpy as np
 from insenv.core.recording import Mounting
 from insenv.core.units import DEG
 from insenv.design import table
-from insenv.design.kind import Course, Family, OfScenario, Plan, Quantity, Variable
+from insenv.design.kind import Course, DesignedQuantity, Family, OfScenario, Plan, Variable
 from insenv.design.texts import rounded, text
 from insenv.effects.angle import AngleLockedRate, EncoderHarmonic
 from insenv.effects.bias import BiasDrift
@@ -37,16 +37,16 @@ _AWAY_FROM_LOCK = 4.0
 
 
 @dataclass(frozen=True)
-class NorthFinder(OfScenario):
+class NorthFinderProcedure(OfScenario):
     """Free: rate, reversals, tilt."""
 
     estimators: ClassVar[tuple[str, str]] = ("north_gls", "revolution")
     axis: ClassVar[tuple[str, str]] = ("table rate", "deg/s")
 
     @property
-    def quantity(self) -> Quantity:
+    def quantity(self) -> DesignedQuantity:
         """The azimuth."""
-        return Quantity("azimuth", "rad", self.free.demanded, circular=True)
+        return DesignedQuantity("azimuth", "rad", self.free.demanded, circular=True)
 
     def families(self) -> tuple[Family, ...]:
         """One: all is searched together."""

@@ -4,12 +4,12 @@ The zero mark of the table is at the top. With the azimuth az of the zero mark, 
 az further counter-clockwise.
 """
 
-from insenv.play.scene import TABLE, Control, Pointer, Scene, Signal
+from insenv.play.scene import TABLE, Control, DialPointer, Scene, Signal
 
 SCENE = Scene(
     controls=(Control(0, "table rate", "rad/s"),),
     signals=(Signal(1, 1.0, "end the run here", "e", ends=True),),
-    pointers=(Pointer("azimuth", "north"),),
+    pointers=(DialPointer("azimuth", "north"),),
     body=TABLE,
     zero="zero mark",
 )

@@ -12,6 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Polygon, Rectangle
 
+from insenv.core.attitude import wrapped
 from insenv.core.units import ARCSEC, DEG, DEG_PER_HOUR, PPM
 from insenv.envs.charts import Magnifier, StripChart
 from insenv.envs.render import (
@@ -29,7 +30,7 @@ from insenv.envs.render import (
     plain_angle,
     plain_bearing,
 )
-from insenv.systems.north_finder.frame import IGNORANT, History, View, wrapped
+from insenv.systems.north_finder.frame import IGNORANT, History, View
 
 __all__ = ["History", "Renderer", "View", "draw"]
 

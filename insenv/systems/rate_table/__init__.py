@@ -13,7 +13,7 @@ SYSTEM = System(
             "rate-table",
             "1",
             "rate_line",
-            "insenv.systems.rate_table.procedure:RateTable",
+            "insenv.systems.rate_table.procedure:RateTableProcedure",
             ranged=True,
             policies=(
                 "optimal_ladder",

@@ -19,7 +19,7 @@ from insenv.core.recording import Recording
 from insenv.data.power import by_power_up
 from insenv.effects.rate.scale import ScaleFactor
 from insenv.information.fisher import Bound, Information
-from insenv.information.scale_factor import INTERVAL, Declared, model, motion_of, slope
+from insenv.information.scale_factor import INTERVAL, DeclaredGyro, model, motion_of, slope
 from insenv.scenario import Scenario
 
 #: Deviation of what is common that stands for "exact", as a share of that from power-up to power-up.
@@ -75,7 +75,7 @@ def run_to_run(scenario: Scenario) -> dict[str, float]:
     }
 
 
-def parameters_bound(datasheet: Datasheet, run: Recording, again: Mapping[str, float]) -> tuple[Bound, Declared]:
+def parameters_bound(datasheet: Datasheet, run: Recording, again: Mapping[str, float]) -> tuple[Bound, DeclaredGyro]:
     """Bound of all declared parameters of the last power-up.
 
     Raises
@@ -99,7 +99,7 @@ def parameters_bound(datasheet: Datasheet, run: Recording, again: Mapping[str, f
     return (total + before.anew(again)).bound(), told
 
 
-def _information(datasheet: Datasheet, part: Recording) -> tuple[Information, Declared]:
+def _information(datasheet: Datasheet, part: Recording) -> tuple[Information, DeclaredGyro]:
     """What one power-up tells of its own parameters, from every so many of its rows."""
     rows = max(1, round(INTERVAL / part.dt))
     angle = part.values("table_angle", "rad")[::rows]

@@ -24,14 +24,14 @@ from gymnasium import spaces
 from insenv.core.estimate import Datasheet
 from insenv.core.recording import Channel, Floats
 from insenv.effects.rate.scale import ScaleFactor
-from insenv.envs.belief import Quantity
+from insenv.envs.belief import SoughtQuantity
 from insenv.envs.group import Blocks, Film, Flags
 from insenv.envs.normalised import Maker
 from insenv.envs.setup import Setup, scenario_task
 from insenv.envs.single import SystemEnv
 from insenv.envs.task import Task
 from insenv.envs.vector import SystemVectorEnv
-from insenv.information.scale_factor import Line
+from insenv.information.scale_factor import ScaleFactorLine
 from insenv.plants.profile import rest
 from insenv.plants.servo import Knots
 from insenv.plants.thermal import Constant, Temperature, WarmUp
@@ -185,7 +185,7 @@ def line_slope(fitted: Fitted, plant: Turntable, largest: float) -> Floats:
     Per table rate, so that a gyro that leans has the cosine of it: sin(tilt) (1 + e) - 1.
     """
     settled = float(plant.temperature.at(np.array([np.inf]))[0])
-    line = Line(float(np.sin(plant.tilt)), largest, settled, plant.reference_temperature)
+    line = ScaleFactorLine(float(np.sin(plant.tilt)), largest, settled, plant.reference_temperature)
     return line.error(fitted.sensor.effects, fitted.theta)
 
 
@@ -210,10 +210,10 @@ def _world(scenario: Scenario, sheet: Datasheet, spec: TaskSpec) -> RateTable:
     return RateTable(scenario, sheet, spec.samples, min(spec.range, sheet.limits.rate))
 
 
-def _scale_factor(spec: TaskSpec, sheet: Datasheet) -> tuple[Quantity, ...]:
+def _scale_factor(spec: TaskSpec, sheet: Datasheet) -> tuple[SoughtQuantity, ...]:
     known = sheet.told(ScaleFactor.id, "gyro")
     prior = known.sd[0] if known is not None and known.sd[0] > 0 else ANY_ERROR
-    return (Quantity(ScaleFactor.id, prior, MOST_ERROR, spec.demanded, unit="1"),)
+    return (SoughtQuantity(ScaleFactor.id, prior, MOST_ERROR, spec.demanded, unit="1"),)
 
 
 _SETUP = Setup("rate table", "RateTable", "[table]", _world, _scale_factor)

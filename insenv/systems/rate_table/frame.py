@@ -97,7 +97,7 @@ class View:
 
 
 @dataclass(frozen=True)
-class Line:
+class LevelLine:
     """Levels in the order of their rates, shape (m,): rates [rad/s], residuals and band as shares of the largest rate.
 
     ``curve`` is the true error less its own line at those rates, at ``View.true_rates``.
@@ -109,7 +109,7 @@ class Line:
     curve: Floats
 
 
-def line(view: View) -> Line | None:
+def line(view: View) -> LevelLine | None:
     """The line of the present power-up (see the module's opening); None while there is none."""
     h = view.history
     own = (h.power_up == view.power_up) & (h.steady > 0)
@@ -125,4 +125,4 @@ def line(view: View) -> Line | None:
     true = np.interp(rate, view.true_rates, view.true_errors)
     left = view.true_errors - np.polyval(np.polyfit(rate, true, 1, w=np.sqrt(seconds)), view.true_rates)
     fitted = np.polyval(np.polyfit(rate, mean, 1, w=np.sqrt(seconds)), rate)
-    return Line(rate, (mean - fitted) / largest, 2 * view.noise / np.sqrt(seconds) / largest, left / largest)
+    return LevelLine(rate, (mean - fitted) / largest, 2 * view.noise / np.sqrt(seconds) / largest, left / largest)

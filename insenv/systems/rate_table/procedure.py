@@ -26,7 +26,7 @@ from insenv.core.errors import InputError
 from insenv.core.recording import Floats
 from insenv.core.units import DEG, quantity_in
 from insenv.design import table
-from insenv.design.kind import Course, Family, OfScenario, Plan, Quantity, Variable
+from insenv.design.kind import Course, DesignedQuantity, Family, OfScenario, Plan, Variable
 from insenv.design.texts import text
 from insenv.effects.angle import AngleLockedRate
 from insenv.effects.base import DrivenEffect
@@ -50,7 +50,7 @@ _INTERVALS = 5000
 
 
 @dataclass(frozen=True)
-class Fault:
+class FaultToSee:
     """A local fault: height and width [rad/s], deviations that it must show with twice, share of its places."""
 
     height: float
@@ -60,16 +60,16 @@ class Fault:
 
 
 @dataclass(frozen=True)
-class RateTable(OfScenario):
+class RateTableProcedure(OfScenario):
     """Free: spacing of the magnitudes, time at each, visits of the ends."""
 
     estimators: ClassVar[tuple[str, str]] = ("rate_line", "")
     axis: ClassVar[tuple[str, str]] = ("table rate", "deg/s")
 
     @property
-    def quantity(self) -> Quantity:
+    def quantity(self) -> DesignedQuantity:
         """The relative error of the scale factor."""
-        return Quantity(ScaleFactor.id, "1", self.free.demanded)
+        return DesignedQuantity(ScaleFactor.id, "1", self.free.demanded)
 
     @cached_property
     def top(self) -> float:
@@ -79,7 +79,7 @@ class RateTable(OfScenario):
         return self.free.between("rates", "rate", (0.0, widest), (0.0, self.sheet.limits.rate))[1]
 
     @cached_property
-    def fault(self) -> Fault:
+    def fault(self) -> FaultToSee:
         """What must not be missed.
 
         Raises
@@ -89,7 +89,7 @@ class RateTable(OfScenario):
         """
         given, where = self.free.given.fault, self.free.where("fault")
         if given is None:
-            return Fault(FAULT_HEIGHT * self.top, FAULT_WIDTH * self.top, SIGMA, SHARE)
+            return FaultToSee(FAULT_HEIGHT * self.top, FAULT_WIDTH * self.top, SIGMA, SHARE)
         height = quantity_in(given.height, "rad/s", f"{where}.height")
         width = quantity_in(given.width, "rad/s", f"{where}.width")
         if not (height > 0 and width > 0 and given.sigma >= 0 and 0 <= given.share <= 1):
@@ -97,7 +97,7 @@ class RateTable(OfScenario):
                 f"{where} has height {given.height!r}, width {given.width!r}, sigma {given.sigma:g} and share "
                 f"{given.share:g}; wanted a height and a width above zero, and a share from 0 to 1"
             )
-        return Fault(height, width, given.sigma, given.share)
+        return FaultToSee(height, width, given.sigma, given.share)
 
     def families(self) -> tuple[Family, ...]:
         """One."""
@@ -256,7 +256,7 @@ class RateTable(OfScenario):
 
 
 @dataclass(frozen=True)
-class ScaleFactorTest(RateTable):
+class ScaleFactorProcedure(RateTableProcedure):
     """The same of a task whose environment asks for nothing: the search alone."""
 
     estimators: ClassVar[tuple[str, str]] = ("", "")

@@ -23,7 +23,7 @@ from gymnasium import spaces
 from insenv.core.estimate import Datasheet
 from insenv.core.recording import Channel, Floats
 from insenv.core.unit.motion import ACCELEROMETERS, GYROS
-from insenv.envs.belief import Quantity
+from insenv.envs.belief import SoughtQuantity
 from insenv.envs.group import Blocks, Film, Flags
 from insenv.envs.normalised import Maker
 from insenv.envs.setup import Setup, scenario_task
@@ -177,10 +177,10 @@ def _world(scenario: Scenario, sheet: Datasheet, asked: TaskSpec) -> SystemCalib
     return SystemCalibration(scenario, sheet, asked.samples)
 
 
-def _quantities(asked: TaskSpec, sheet: Datasheet) -> tuple[Quantity, ...]:
+def _quantities(asked: TaskSpec, sheet: Datasheet) -> tuple[SoughtQuantity, ...]:
     """All parameters of the unit that are not known, each to a share of its deviation."""
     return tuple(
-        Quantity(p.name, p.sd, abs(p.mean) + _MOST_DEVIATIONS * p.sd, asked.demanded * p.sd, unit=p.unit)
+        SoughtQuantity(p.name, p.sd, abs(p.mean) + _MOST_DEVIATIONS * p.sd, asked.demanded * p.sd, unit=p.unit)
         for p in sought(sheet)
     )
 

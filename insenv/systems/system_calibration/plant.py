@@ -15,7 +15,7 @@ import numpy as np
 from insenv.core.estimate import Limits
 from insenv.core.recording import Floats, Mounting
 from insenv.core.unit.gimbals import Gimbals
-from insenv.core.unit.motion import Course, motions
+from insenv.core.unit.motion import AxesCourse, motions
 from insenv.core.unit.turns import Turns, at_rest, turned
 from insenv.effects.angle import EarthRate
 from insenv.plants.base import Plant, Reference, Scene
@@ -123,7 +123,7 @@ class MultiAxisTable(Plant):
         felt = motions(
             self.gimbals,
             self.errors,
-            Course(t, angles, means, rates[..., ::2]),
+            AxesCourse(t, angles, means, rates[..., ::2]),
             (self.latitude, self.gravity),
             temperature,
             self.reference_temperature,

@@ -17,7 +17,7 @@ import numpy as np
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats
 from insenv.core.units import ARCSEC
-from insenv.design.kind import Family, OfScenario, Plan, Quantity, Variable
+from insenv.design.kind import DesignedQuantity, Family, OfScenario, Plan, Variable
 from insenv.design.texts import text
 from insenv.information.positions import nineteen
 from insenv.information.unit.directions import parameter_words, sentence, weak_directions
@@ -40,9 +40,9 @@ class SystemProcedure(OfScenario):
     axis: ClassVar[tuple[str, str]] = ("outer axis", "deg")
 
     @property
-    def quantity(self) -> Quantity:
+    def quantity(self) -> DesignedQuantity:
         """The largest ratio."""
-        return Quantity("largest deviation", "times that of the 19 positions", 1.0)
+        return DesignedQuantity("largest deviation", "times that of the 19 positions", 1.0)
 
     @cached_property
     def planner(self) -> Planner:

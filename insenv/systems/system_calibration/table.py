@@ -61,7 +61,7 @@ class AxesSpread:
 
 
 class AxesMaker:
-    """Makes the plant of ``[axes]``; see `insenv.scenario.plant.Maker`."""
+    """Makes the plant of ``[axes]``; see `insenv.scenario.plant.PlantMaker`."""
 
     def plant(self, table: ScenarioTable, shared: Mapping[str, Any], path: Path) -> tuple[MultiAxisTable, float]:
         """The table at rest, without errors, and how long it is watched [s]."""

@@ -13,7 +13,7 @@ SYSTEM = System(
             "two-position",
             "rad",
             "two_position_tied",
-            "insenv.systems.two_position.procedure:TwoPosition",
+            "insenv.systems.two_position.procedure:TwoPositionProcedure",
             policies=(
                 "three_rests",
                 "published_schedule",

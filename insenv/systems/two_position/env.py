@@ -23,7 +23,7 @@ from gymnasium import spaces
 from insenv.core.attitude import angles_from_dcm
 from insenv.core.estimate import Datasheet
 from insenv.core.recording import Channel, Floats
-from insenv.envs.belief import Quantity
+from insenv.envs.belief import SoughtQuantity
 from insenv.envs.group import Blocks, Film, Flags
 from insenv.envs.normalised import Maker
 from insenv.envs.setup import Setup, scenario_task
@@ -189,9 +189,11 @@ def _world(scenario: Scenario, sheet: Datasheet, spec: TaskSpec) -> TwoPosition:
     return TwoPosition(scenario, sheet, spec.samples)
 
 
-def _installation(spec: TaskSpec, sheet: Datasheet) -> tuple[Quantity, ...]:
+def _installation(spec: TaskSpec, sheet: Datasheet) -> tuple[SoughtQuantity, ...]:
     told = np.inf if sheet.sight is None else sheet.sight.installation
-    return (Quantity("installation_angle", min(ANY_ANGLE, told), np.pi, spec.demanded, circular=True, unit="rad"),)
+    return (
+        SoughtQuantity("installation_angle", min(ANY_ANGLE, told), np.pi, spec.demanded, circular=True, unit="rad"),
+    )
 
 
 _SETUP = Setup("two-position calibration", "TwoPosition", "[vehicle]", _world, _installation)

@@ -19,11 +19,11 @@ import numpy as np
 
 from insenv.core.errors import InputError
 from insenv.core.units import ARCMIN, DEG
-from insenv.design.kind import Course, Family, OfScenario, Plan, Quantity, Variable
+from insenv.design.kind import Course, DesignedQuantity, Family, OfScenario, Plan, Variable
 from insenv.design.texts import rounded, text
 from insenv.effects.bias import BiasDrift, BiasWarmUp
 from insenv.effects.rate.scale import ScaleFactor
-from insenv.information.alignment import Instrument, Stretch, instrument_of
+from insenv.information.alignment import AlignedUnit, Stretch, instrument_of
 from insenv.information.alignment_quick import installation_sd
 from insenv.plants.vehicle import Vehicle
 
@@ -39,7 +39,7 @@ _ANGLE_STEP = 5.0
 
 
 @dataclass(frozen=True)
-class TwoPosition(OfScenario):
+class TwoPositionProcedure(OfScenario):
     """Free: number, angles and senses of the turns, and how the time is shared by the rests."""
 
     estimators: ClassVar[tuple[str, str]] = ("two_position_joint", "two_position")
@@ -53,14 +53,14 @@ class TwoPosition(OfScenario):
         return plant
 
     @property
-    def quantity(self) -> Quantity:
+    def quantity(self) -> DesignedQuantity:
         """The installation angle, or the heading at the start where ``design.quantity`` says so."""
         name = self.free.given.quantity or INSTALLATION
         if name not in (INSTALLATION, HEADING):
             wanted = f"wanted {INSTALLATION!r}, or {HEADING!r} for its inertial part"
             raise InputError(f"{self.free.where('quantity')} = {name!r}; {wanted}")
         demanded = self.free.demanded if name == INSTALLATION else DEMANDED_OF_HEADING
-        return Quantity(name, "rad", demanded, circular=True)
+        return DesignedQuantity(name, "rad", demanded, circular=True)
 
     def families(self) -> tuple[Family, ...]:
         """For each number of turns: back and forth, which undoes what a gyro's scale factor adds, and then onward."""
@@ -136,7 +136,7 @@ class TwoPosition(OfScenario):
         )
 
     @cached_property
-    def instrument(self) -> Instrument:
+    def instrument(self) -> AlignedUnit:
         """As the bound takes it, of what the datasheet tells."""
         return instrument_of(self.sheet)
 

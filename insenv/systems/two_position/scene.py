@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from insenv.core.recording import Recording
 from insenv.envs.group import Group
-from insenv.play.scene import Control, Pointer, Scene, Signal
+from insenv.play.scene import Control, DialPointer, Scene, Signal
 from insenv.systems.two_position.env import HALF_TURN
 from insenv.systems.two_position.pose import Pose
 
@@ -33,7 +33,7 @@ def turned(group: Group, chunk: Recording) -> float:
 SCENE = Scene(
     controls=(Control(0, "turn by", "rad", scale=HALF_TURN, held=False, verb="turn"),),
     signals=(Signal(1, 1.0, "end the run here", "e", ends=True),),
-    pointers=(Pointer("installation_angle", "sight", sense=-1, carried=True),),
+    pointers=(DialPointer("installation_angle", "sight", sense=-1, carried=True),),
     body=_VEHICLE,
     zero="heading at the start",
     turned=turned,

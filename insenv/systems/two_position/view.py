@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, FancyBboxPatch, Polygon, Rectangle
 
+from insenv.core.attitude import wrapped
 from insenv.core.recording import Floats
 from insenv.core.units import ARCMIN, ARCSEC, DEG
 from insenv.envs.charts import Magnifier, StripChart
@@ -29,7 +30,7 @@ from insenv.envs.render import (
     plain_angle,
     plain_bearing,
 )
-from insenv.systems.north_finder.frame import IGNORANT, wrapped
+from insenv.systems.north_finder.frame import IGNORANT
 from insenv.systems.two_position.frame import History, View, residual
 
 __all__ = ["History", "Renderer", "View", "draw"]

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from studies.alignment.windows import cut
 from studies.result_page import Section, table
 
-from estimators.at_rest.base_motion import ACCELS, BLOCK, GYROS, Blocks, fitted_unrest, least_squares
+from estimators.at_rest.base_motion import ACCELS, BLOCK, GYROS, RestBlocks, fitted_unrest, least_squares
 from insenv.close import close
 from insenv.core.earth import EARTH_RATE
 from insenv.core.recording import Floats, Recording
@@ -47,7 +47,7 @@ def slope(rate: Floats, dt: float) -> tuple[float, float]:
     at_rows = np.stack([dt * np.arange(1, len(rate) + 1), np.cumsum(rate) * dt])
     t, angle = at_rows[:, : count * rows].reshape(2, count, rows).mean(2)
     X = np.column_stack([np.ones(count), t])
-    seen = Blocks(np.eye(3), t, np.column_stack([angle, angle]), X, 1.0, float(t[-1]))
+    seen = RestBlocks(np.eye(3), t, np.column_stack([angle, angle]), X, 1.0, float(t[-1]))
     beta, P = least_squares(seen, 0, fitted_unrest(seen, 0, 0.0))
     return float(beta[1]), float(np.sqrt(P[1, 1]))
 

@@ -33,7 +33,7 @@ from insenv.core.recording import Floats
 from insenv.core.units import ARCMIN, ARCSEC, DEG, PPM
 from insenv.design.designing import Asked, Designed, design, kind_of
 from insenv.design.front import Designer
-from insenv.design.played import Stage
+from insenv.design.played import PlayStage
 from insenv.design.written import write_scenario
 from insenv.information.alignment import bound, procedure
 from insenv.systems.north_finder.env import north_finder
@@ -161,7 +161,7 @@ def _designed_vehicle(seeds: Sequence[int], jobs: int) -> tuple[Point, ...]:
 def _designed(found: Designed, unit: float, seeds: Sequence[int], jobs: int) -> tuple[Point, ...]:
     """The designed procedure alone, on as many runs as the others."""
     some, plan = range(seeds[0], seeds[0] + len(seeds)), found.chosen.plan
-    stage = Stage(found.scenario, found.quantity, jobs)
+    stage = PlayStage(found.scenario, found.quantity, jobs)
     check = stage.check(DESIGNED, plan, found.checks[0].estimator, some, found.chosen.sd)
     s = check.score
     words = found.chosen.plan.words

@@ -27,7 +27,7 @@ from insenv.envs.rollout import RollOut, roll_out
 from insenv.envs.task import Task
 from insenv.evaluate.bounds import bounds
 from insenv.evaluate.runs import task_of
-from insenv.information.alignment import Instrument, Stretch, bound, procedure
+from insenv.information.alignment import AlignedUnit, Stretch, bound, procedure
 from insenv.information.alignment_response import responses
 from insenv.information.fisher import IncrementNoise, information, north_bound
 from insenv.information.means import Means, means, stated_noises
@@ -253,7 +253,7 @@ def _vehicle() -> Row:
         _NO_SIGHT,
         {"bias_drift": {"targets": ["gyro_x"], "c": "0.01 deg/h/h"}},
     )
-    known: Instrument = instrument(TwoPositionJoint(task.datasheet).told)
+    known: AlignedUnit = instrument(TwoPositionJoint(task.datasheet).told)
     (found,) = responses(known, _course(), [("gyro_x", BiasDrift(), [drift])])
     j = found.names.index("phi_up")
     return (

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from estimators.common.allan_terms import TERMS, Fitted, fitted, floor
+from estimators.common.allan_terms import TERMS, FittedTerms, fitted, floor
 from insenv.data.load import read_recordings
 from insenv.data.manifest import load_manifest
 from insenv.effects.base import NoiseEffect
@@ -49,7 +49,7 @@ def octaves(rate: Floats, dt: float) -> tuple[Floats, Floats, Floats]:
     return taus, variance, edf
 
 
-def simulated(found: Fitted, n: int, dt: float, rng: np.random.Generator) -> Floats:
+def simulated(found: FittedTerms, n: int, dt: float, rng: np.random.Generator) -> Floats:
     """A record of the fitted noise: means over ``dt``, shape (n,)."""
     out = np.zeros(n)
     for name in TERMS[:4]:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from estimators.rate_table import rate_ladder_tally as tallies
-from estimators.rate_table.rate_ladder import Place
+from estimators.rate_table.rate_ladder import QueuePlace
 from estimators.rate_table.rate_ladder_tally import Tally
 from insenv.core.estimate import Datasheet, Limits
 from insenv.core.recording import Channel, Floats, Recording
@@ -120,7 +120,7 @@ def play(
         time = np.where(np.isnan(time) & (action[:, 1] >= 0.5), now.samples / sampling, time)
         readings, now = rig.advance(now, action[:, 0], samples, normals.draw(samples))
         chunk, late = _chunk(readings, table.latency * sampling, late)
-        place = state if isinstance(state, Place) else state.place
+        place = state if isinstance(state, QueuePlace) else state.place
         if tally is None:
             tally = tallies.empty(np.shape(_queue(policy, state).rate)[-1], n)
         tally = tallies.added(tally, chunk, place, sheet)
@@ -130,7 +130,7 @@ def play(
 
 
 def _queue(policy: Any, state: Any) -> Any:
-    return policy.queue if isinstance(state, Place) else state.queue
+    return policy.queue if isinstance(state, QueuePlace) else state.queue
 
 
 def _chunk(readings: Readings, late: float, before: Floats) -> tuple[Recording, Floats]:

@@ -15,7 +15,7 @@ from estimators.two_position.alignment_told import Told
 from estimators.two_position.transposition import instrument, turn_time
 from insenv.core.recording import Floats
 from insenv.core.units import ARCMIN, DEG
-from insenv.information.alignment import Instrument, Stretch, bound, procedure
+from insenv.information.alignment import AlignedUnit, Stretch, bound, procedure
 from insenv.systems.two_position.env import two_position
 
 _COLOURS = {"A": "#0072B2", "A2": "#E69F00", "B": "#009E73"}
@@ -80,15 +80,15 @@ def _split(share: float) -> tuple[Stretch, ...]:
     return (Stretch(600 * share), Stretch(20.0, np.pi), Stretch(600 * (1 - share)))
 
 
-def _instrument(scenario: str) -> Instrument:
+def _instrument(scenario: str) -> AlignedUnit:
     return instrument(Told.of(two_position(scenario).datasheet))
 
 
-def _sd(known: Instrument, stretches: Sequence[Stretch]) -> str:
+def _sd(known: AlignedUnit, stretches: Sequence[Stretch]) -> str:
     return f"{bound(known, stretches).installation / ARCMIN:.3f}"
 
 
-def _checks(known: Instrument, seeds: Sequence[int]) -> list[str]:
+def _checks(known: AlignedUnit, seeds: Sequence[int]) -> list[str]:
     """Monte Carlo beside the bound."""
     sheet = two_position(READINGS["A"]).datasheet
     rows = []
@@ -113,7 +113,7 @@ def _checks(known: Instrument, seeds: Sequence[int]) -> list[str]:
     return ["Checked by simulation, noise A:", "", *table(header, rows)]
 
 
-def _figure(known: dict[str, Instrument]) -> Figure:
+def _figure(known: dict[str, AlignedUnit]) -> Figure:
     drawn = Figure(figsize=(10.0, 4.0), layout="constrained")
     left, right = drawn.subplots(1, 2)
     angles = np.arange(20.0, 341.0, 10.0)
@@ -140,7 +140,7 @@ def _figure(known: dict[str, Instrument]) -> Figure:
 
 
 def _curve(
-    ax: Axes, x: Floats, cases: list[tuple[Stretch, ...]], known: Instrument, name: str, line: str = "-"
+    ax: Axes, x: Floats, cases: list[tuple[Stretch, ...]], known: AlignedUnit, name: str, line: str = "-"
 ) -> None:
     y = [bound(known, stretches).installation / ARCMIN for stretches in cases]
     ax.plot(x, y, line, color=_COLOURS[name], lw=1.6, label=name if line == "-" else None)

@@ -16,12 +16,12 @@ from insenv.core.recording import Channel, Recording
 from insenv.data.reference import with_reference
 from insenv.effects.timing import TimingSkew
 from insenv.identify.fit.gls import solve
-from insenv.identify.fit.parts import Apart, apart
+from insenv.identify.fit.parts import PartsApart, apart
 from insenv.identify.fit.problem import Term
 from insenv.identify.prepare.problems import prepare
 
 
-def told(cases: list[Case]) -> Apart:
+def told(cases: list[Case]) -> PartsApart:
     channels = [
         {"gyro": Channel(c.gyro, "rad/s", "interval"), "table_angle": Channel(c.angle, "rad", source="encoder")}
         for c in cases

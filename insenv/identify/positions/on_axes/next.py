@@ -33,7 +33,7 @@ _RATE, _ACCELERATION = 0.1, 0.1
 
 
 @dataclass(frozen=True)
-class Planned:
+class PlannedRun:
     """A run that was not recorded: its words, its model with its table, and its visits."""
 
     words: str
@@ -48,7 +48,7 @@ class Planned:
         return Planner(self.model.sheet).planned(self.visits[0].angles, self.visits, time)
 
 
-def plans(model: UnitModel, limits: Limits) -> tuple[Planned, ...]:
+def plans(model: UnitModel, limits: Limits) -> tuple[PlannedRun, ...]:
     """What is proposed on a table of ``model``."""
     sheet = replace(model.sheet, sampling=10.0, limits=limits)
     here, gimbals = UnitModel(sheet, in_turns=True), model.gimbals
@@ -56,9 +56,9 @@ def plans(model: UnitModel, limits: Limits) -> tuple[Planned, ...]:
     there = UnitModel(replace(sheet, mounting=replace(sheet.mounting, gimbals=turned)), in_turns=True)
     right, half = _rests(twenty_four(gimbals)), _rests(half_way(gimbals))
     return (
-        Planned("half-way: " + spelled(half), here, half),
-        Planned("right angles: " + spelled(right), here, right),
-        Planned(
+        PlannedRun("half-way: " + spelled(half), here, half),
+        PlannedRun("right angles: " + spelled(right), here, right),
+        PlannedRun(
             "the unit remounted, turned by 90 deg about its z (mounted = 90 deg), right angles: " + spelled(right),
             there,
             right,
@@ -105,7 +105,7 @@ def next_runs(
     problem: OnAxes,
     after: Fit,
     sets: Sequence[tuple[UnitTerm, Sequence[UnitTerm]]],
-    planned: Sequence[tuple[Planned, Sequence[Cells]]],
+    planned: Sequence[tuple[PlannedRun, Sequence[Cells]]],
 ) -> tuple[NextExperiment, ...]:
     """Of each set of an added term and its rivals the planned runs, those that tell them best first."""
     found = []
