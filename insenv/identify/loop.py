@@ -575,7 +575,7 @@ def _tried(track: Track, hit: Hit, proposal: _Proposal, names: tuple[str, ...], 
     until = settled_by(problem, hit.term)
     if until is not None:
         return _without_start(track, until, hit), True
-    hit = _centred(track, hit)
+    asked, hit = _as_judged(hit, proposal), _centred(track, hit)
     model = with_term(track.fit.model, hit.term)
     fit = solve(problem, model, start=track.fit.noise.power)
     score = held_out_score(problem, fit)
@@ -591,7 +591,7 @@ def _tried(track: Track, hit: Hit, proposal: _Proposal, names: tuple[str, ...], 
         where = " on several axes together" if proposal.looks else ""
         reason = f"significant{where}, but it makes held-out data worse, by {growth:.0%}"
         of_box, together = bool(proposal.looks), bool(joined) and not proposal.looks
-        against: Refusal | None = Refusal(hit, reason, not joined, of_box=of_box, fails_together=together)
+        against: Refusal | None = Refusal(asked, reason, not joined, of_box=of_box, fails_together=together)
     else:
         unclear = "" if joined else unsized(problem, fit, hit.term, held_out=hit.held_out, looks=hit.looks)
         unclear = unclear or ("" if joined else _no_step(track, fit, hit))
@@ -602,6 +602,13 @@ def _tried(track: Track, hit: Hit, proposal: _Proposal, names: tuple[str, ...], 
     steps = (*(s for s in track.steps if s.hit.term in model), step)
     grown = replace(track, fit=fit, score=score, steps=steps, hits=None)
     return _kept(track, grown, hit, alpha)
+
+
+def _as_judged(hit: Hit, proposal: _Proposal) -> Hit:
+    """The hit with no more looks than its proposal was judged by, if that is of this target alone."""
+    if len(proposal.where) > 1 or not 0 < proposal.p_value < hit.p_value:
+        return hit
+    return replace(hit, looks=math.exp(math.log(proposal.p_value) - log_tail(hit.deviate)))
 
 
 def _nothing(track: Track, hit: Hit, joined: tuple[str, ...]) -> str:

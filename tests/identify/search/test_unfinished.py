@@ -1,11 +1,17 @@
-"""Tones that are one wave that is no sine."""
+"""Tones that are one wave that is no sine; and what is said of an effect that held-out data refuse."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from simulated_runs import FITTED, gyro_run, manifest, use
 
-from insenv.identify.search.unfinished import wave
+from insenv.effects.catalogue import by_key
+from insenv.identify.loop import trace
+from insenv.identify.search.round import search
+from insenv.identify.search.unfinished import unfinished, wave
 
 SPAN = 3600.0
 
@@ -26,3 +32,20 @@ def test_tones_at_random_seldom_are() -> None:
     # Of 2000 triples 12 or 13 are by chance; 30 or more would come in one of 10 000 such tests.
     draws = np.random.default_rng(7).uniform(15.0, 500.0, (2000, 3)) / SPAN
     assert sum(wave(row, SPAN) is not None for row in draws) < 30
+
+
+def test_a_refusal_has_the_p_value_by_which_it_was_asked() -> None:
+    """Exact at its size a skew may have no evidence: of one recording "p = 1" was said to follow the fitted data."""
+    run = gyro_run("sine", 5, duration=300.0, noise={"angle_random_walk": 1e-4})
+    gyro, u = run.recording.channels["gyro"], run.motion.rate
+    t, fitted = 0.1 * np.arange(len(u)), use(len(u), FITTED)
+    late = np.interp(t - np.where(fitted.fit, 0.3, 0.1), t, u) - u  # another delay in the held-out rows
+    recording = replace(
+        run.recording, channels={**run.recording.channels, "gyro": replace(gyro, values=gyro.values + late)}
+    )
+    (track,) = trace(manifest(), (recording,), (fitted,), (by_key("timing_skew"),)).tracks
+    (refusal,) = (r for r in track.refusals if r.fails)
+    asked = search(track.problem, track.fit, track.candidates, 0, track.family, track.tones)
+    (hit,) = (h for h in asked if h.candidate.effect.key == "timing_skew")
+    assert np.log(refusal.hit.p_value) == pytest.approx(hit.log_p, rel=1e-6) and hit.log_p < np.log(0.01)
+    assert any("timing_skew follows the fitted data" in reason for reason in unfinished(track, 0.01))
