@@ -3,7 +3,7 @@
     |d_i| > 5 max(q, d'),        |sum of three y dt beside i, less their median| < 0.3 |d_i|
 
 with d_i the step of the angle from row to row, or a rate that was measured, q the size that 99 % of them do not exceed,
-d' the third largest beside i, and y a gyro that follows the table elsewhere. A step of 50 rad in 15 ms is no motion. As
+d' the fifth largest beside i, and y a gyro that follows the table elsewhere. A step of 50 rad in 15 ms is no motion. As
 the largest in the file it alone would say what the gain is, 0.000 +- 0.0001. The step of such a row is taken from those
 beside it.
 """
@@ -21,6 +21,8 @@ from insenv.core.recording import GAP, Floats, Recording
 LARGER, USUAL, BESIDE = 5.0, 0.99, 8
 #: Share of a leap that an instrument reads of one that is motion; least share of the motion that it reads elsewhere.
 READ, FOLLOWS = 0.3, 0.3
+#: Steps of the time up to this quantile are how uneven rows are: beside longer ones only is a gap.
+COMMON = 0.95
 #: Fewest steps, and the largest share of them that may be leaps.
 FEWEST, MOST = 64, 0.005
 
@@ -70,22 +72,32 @@ def found(recording: Recording, steps: Floats, between: bool) -> NDArray[np.bool
     size = np.abs(steps)
     if len(steps) < FEWEST or not size.any():
         return none
-    gaps = np.append(np.diff(recording.t), recording.dt)[: len(steps)] > GAP * recording.dt
+    took = np.append(np.diff(recording.t), recording.dt)[: len(steps)]
+    gaps = took > GAP * max(recording.dt, float(np.quantile(took, COMMON)))
     width = 2 * BESIDE + 1
-    # A wrong reading leaps away and back: the third largest of those beside it.
-    others = rank_filter(size, -3, width, mode="constant")
-    leaps = (size > LARGER * np.maximum(others, float(np.quantile(size, USUAL)))) & ~gaps
+    # Two wrong readings leap away and back each: the fifth largest of those beside them.
+    others = rank_filter(size, -5, width, mode="constant")
+    usual = LARGER * float(np.quantile(size, USUAL))
+    leaps = (size > np.maximum(LARGER * others, usual)) & ~gaps
     if not leaps.any() or leaps.mean() > MOST:
         return none
     gyros = [c.values for name, c in recording.channels.items() if name.startswith("gyro")]
     turned = [(0.5 * (y[1:] + y[:-1]) if between else y) * recording.dt for y in gyros]
-    along = [y for y in turned if _follows(y[~leaps & ~gaps], steps[~leaps & ~gaps])]
+    # One step that is no motion, and stands too near to others to be told, has more power than all motion.
+    sound = (size <= usual) & ~gaps
+    along = [y for y in turned if _follows(*(_sums(np.where(sound, x, 0.0), width) for x in (y, steps)))]
     if not along:
         return none
     for y in along:
         more = y - median_filter(y, 2 * width + 1, mode="nearest")
         leaps &= maximum_filter1d(3 * np.abs(uniform_filter1d(more, 3, mode="nearest")), width) < READ * size
     return leaps
+
+
+def _sums(x: Floats, count: int) -> Floats:
+    """Sums over so many steps each: an angle that is held for four rows turns within one of them alone."""
+    sums: Floats = x[: len(x) // count * count].reshape(-1, count).sum(axis=1)
+    return sums
 
 
 def _follows(turned: Floats, steps: Floats) -> bool:

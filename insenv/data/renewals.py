@@ -67,8 +67,9 @@ SMALLEST = 0.5
 #: Share of the bends that are smaller than one count; counts from row to row by which most bends are less where they
 #: are those of an encoder.
 RARE, FEW_COUNTS = 0.05, 2.5
-#: Share of the corners of straight lines that one row or two have, and of all rows that are beside corners at most.
-SHARP, MOST_BENT = 0.75, 0.7
+#: Share of the corners of straight lines that one row or two have, and of all rows that are beside corners at most;
+#: share of the corners up to which a value may stand on both sides of them, as one that is held does.
+SHARP, MOST_BENT, STANDS = 0.75, 0.7, 0.5
 
 
 @dataclass(frozen=True)
@@ -229,7 +230,7 @@ def _corners(x: Floats, values: Floats) -> tuple[Indices, Floats, Floats, bool]:
     """Rows at which straight lines meet, where over ``x`` and how high they do, and whether they are exactly straight.
 
     Rows on which a table stands are no line that anybody drew, nor are those on which it turns by as many counts of its
-    encoder, now and then by one more.
+    encoder, now and then by one more, nor a value that stands, jumps and stands.
     """
     from scipy.ndimage import maximum_filter1d, percentile_filter  # slow to import
 
@@ -244,6 +245,8 @@ def _corners(x: Floats, values: Floats) -> tuple[Indices, Floats, Floats, bool]:
         bent &= bend > LIKE_INSIDE * percentile_filter(bend, INSIDE, AROUND)
     groups = stretches(bent)
     if not groups or _counts(x, values, bend[bent]) or np.mean([b - a <= 2 for a, b in groups]) < SHARP:
+        return np.empty(0, np.int64), np.empty(0), np.empty(0), False
+    if np.mean([slope[a] == 0 == slope[min(b, len(slope) - 1)] for a, b in groups]) > STANDS:
         return np.empty(0, np.int64), np.empty(0), np.empty(0), False
     moved = np.abs(slope[1:]) > CLEAR * step
     clear = np.median([(bend[a:b] - CLEAR * step[a:b]).max() for a, b in groups]) > 0

@@ -10,6 +10,9 @@ left out: nothing is known there. Beside a table that turns cells of readings be
 then a cell's own. Rows that are shared out whole stand late where an edge often meets one, and at last rather than at
 first belongs to its cell: of rows at 0.2 and 0.3 s in cells of 0.5 s the mean time is 0.05 s late.
 
+Single readings that are outliers (`insenv.core.series.outlying`) are left out before means are made: where they are one
+row of two hundred they would be in one of twenty means over ten, as many as how the instrument is.
+
 Rows that share a stamp were taken since the stamp before, for a logger writes late and never early: k rows of the stamp
 t_j stand at t_j-1 + (t_j - t_j-1) i / k.
 """
@@ -23,11 +26,14 @@ import numpy as np
 
 from insenv.core.errors import InputError
 from insenv.core.recording import Channel, Floats, Recording, Segment
+from insenv.core.series.outlying import MOST, NEIGHBOURS, at_one_angle, far
 
 #: Rows in a cell, in the median, from which a mean is a mean.
 FEWEST = 2.0
 #: Share of the usual step from which on no step is so short that the error of a stamp bends a curve.
 EVEN = 0.3
+#: Rows on either side over which the table's rate is taken, beside which a reading is an outlier.
+BESIDE = 4
 #: Units of what is read at the end of a cell.
 STATES = ("rad", "K")
 
@@ -40,6 +46,7 @@ def resampled(recording: Recording, rate: float, where: str) -> Recording:
     InputError
         If a cell would hold fewer than two rows in the median, or no cell is covered by rows.
     """
+    recording = _without_outliers(recording)
     t, width = recording.t, 1 / rate
     steps = np.diff(t)
     middle = float(np.median(steps))
@@ -77,6 +84,32 @@ def spread(t: Floats) -> tuple[Floats, tuple[str, ...]]:
     shared = int(count[count > 1].sum())
     text = f"{shared} rows share their time stamp with others: spread evenly over the time since the stamp before"
     return before[group] + share * (own - before)[group], (text,)
+
+
+def _without_outliers(recording: Recording) -> Recording:
+    """The recording with lines between the neighbours of readings that are no measurements, and a note of them."""
+    t, channels, notes = recording.t, dict(recording.channels), []
+    if len(t) < 4 * NEIGHBOURS:
+        return recording
+    row = np.arange(len(t))
+    ahead, behind = np.minimum(row + BESIDE, len(t) - 1), np.maximum(row - BESIDE, 0)
+    angle, rate, turned = channels.get("table_angle"), channels.get("table_rate"), np.zeros(len(t))
+    if angle is not None:
+        turned = (angle.values[ahead] - angle.values[behind]) / (t[ahead] - t[behind])
+    elif rate is not None:
+        turned = rate.values
+    for name, channel in recording.channels.items():
+        if not name.startswith(("gyro", "accel")):
+            continue
+        of_gyro = np.abs(turned) if name.startswith("gyro") else np.zeros(len(t))
+        spikes = far(channel.values, of_gyro, -of_gyro, 0.0) > 1
+        if not 0 < spikes.mean() <= MOST or (angle is not None and at_one_angle(angle.values, spikes)):
+            continue
+        values = np.where(spikes, np.interp(t, t[~spikes], channel.values[~spikes]), channel.values)
+        channels[name] = replace(channel, values=values)
+        many = f"{int(spikes.sum())} readings of {name} are" if spikes.sum() > 1 else f"1 reading of {name} is"
+        notes.append(f"{many} far off the neighbours, first in row {int(np.argmax(spikes))}: left out of the means")
+    return replace(recording, channels=channels, notes=(*recording.notes, *notes))
 
 
 def _covered(t: Floats, steps: Floats, edges: Floats) -> np.ndarray:

@@ -1,13 +1,7 @@
 """Readings that are no measurements: spikes, knocks, dropped words of a data link, values that stick.
 
-**Spikes.** Of the samples less the table's rate, and of their means over 8, 64, ... rows, one is an outlier if it lies
-on the same side of the medians of its neighbours before and after, by more than
-
-    max(8 s, 5 s + q) + r,      s the local robust deviation, r the range of the table's rate nearby,
-                                q what rounding of the readings moves a row by
-
-A step, a ramp or a slow effect moves one side along; an error of timing, a lock-in, a fault around one rate are bounded
-by how much the rate changes there; a table's disturbance at one angle comes back with every turn and is kept.
+**Spikes.** Of the samples less the table's rate, and of their means over 8, 64, ... rows, those that are far off their
+neighbours (`insenv.core.series.outlying`).
 
 **Ramps.** Rows in which a table has not yet the rate that it was told (`insenv.identify.clean.ramps`).
 
@@ -22,9 +16,10 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d
+from scipy.ndimage import median_filter
 
 from insenv.core.recording import Floats, Recording
+from insenv.core.series.outlying import FAR, MOST, NEIGHBOURS, at_one_angle, far
 from insenv.core.series.rounding import rounding
 from insenv.core.series.stretches import stretches
 from insenv.data.exposure import table_rate_of_rows, table_share
@@ -35,22 +30,10 @@ from insenv.identify.fit.problem import Problem
 
 Mask = NDArray[np.bool_]
 
-#: Robust standard deviations; a Gaussian bin is that far out with probability 1e-15.
-FAR = 8.0
-#: The same where rounding alone may have moved a row: of a rare step to the next number the deviation knows nothing.
-ROUNDED = 5.0
 #: Largest share of the table's rate that is rounding.
 ROUNDED_SHARE = 0.05
-#: Bins whose median a bin is compared with.
-NEIGHBOURS = 9
-#: Largest share that may be outliers: more of them are how the instrument is.
-MOST = 0.01
-#: Longest outlier that a scale finds, in its means: three neighbours on, medians begin.
-LONGEST = 3
 #: Each scale has so many rows of the one below.
 SCALE = 8
-#: Rows over which the local deviation is taken.
-LOCAL = 256
 #: A gap longer than this many periods parts what is compared.
 APART = 20.0
 #: Probability that a sound recording has one value that is said to stick.
@@ -59,8 +42,6 @@ STICKS_BY_CHANCE = 1e-4
 FEWEST_EQUAL, COARSE = 5, 0.2
 #: Groups of rows by the size of the table's rate: a gyro near lock-in repeats itself, and only there.
 RATE_GROUPS = 16
-#: Outliers from which their angles are looked at, and the probability that chance gathers them at one.
-FEWEST_ANGLES, AT_ONE_ANGLE = 5, 1e-3
 
 
 def without_outliers(
@@ -117,7 +98,8 @@ def _of_run(recording: Recording, target: str, run: int, longest: int) -> list[R
     spikes, sizes = _spikes(recording, y - u, u, stuck, longest, coarse)
     if table is not None:
         spikes |= _reference_spikes(y, u, sizes, coarse)
-    if spikes.mean() > MOST or _at_one_angle(recording, spikes):
+    angle = recording.channels.get("table_angle")
+    if spikes.mean() > MOST or (angle is not None and at_one_angle(angle.values, spikes)):
         return found
     for a, b in stretches(spikes & ~stuck & ~before):
         size = min(float(sizes[a:b].max()), 999.0)
@@ -153,72 +135,23 @@ def _spikes(
         scale = 1
         while scale <= longest and len(rows) // scale >= 4 * NEIGHBOURS:
             kept = rows[: len(rows) // scale * scale].reshape(-1, scale)
-            far = _far(x[kept].mean(axis=1), u[kept].max(axis=1), u[kept].min(axis=1), coarse / scale)
-            hit = np.flatnonzero(far > 1)
+            away = far(x[kept].mean(axis=1), u[kept].max(axis=1), u[kept].min(axis=1), coarse / scale)
+            hit = np.flatnonzero(away > 1)
             # Slower than rows a knock is not even: what is beside it on this scale belongs to it.
             mask[kept[hit]] = True
-            sizes[kept[hit]] = np.maximum(sizes[kept[hit]], FAR * far[hit][:, None])
+            sizes[kept[hit]] = np.maximum(sizes[kept[hit]], FAR * away[hit][:, None])
             rows = rows[~mask[rows]]
             scale *= SCALE
     return mask, sizes
 
 
-def _far(x: Floats, high: Floats, low: Floats, coarse: float) -> Floats:
-    """Distance of each value from the medians before and after it, of what is allowed; 0 where they disagree."""
-    half = NEIGHBOURS // 2
-    reach = LONGEST + half
-    middle = median_filter(x, size=NEIGHBOURS, mode="nearest")
-    before, after = np.full(len(x), np.nan), np.full(len(x), np.nan)
-    before[reach:], after[:-reach] = middle[:-reach], middle[reach:]
-    a, b, c = x - before, x - after, x - middle
-    alike = (np.sign(a) == np.sign(b)) & (np.sign(a) == np.sign(c))
-    # Far from the median around it as well: the crest of a slow wave is far from both sides, but not from that.
-    least = np.where(alike, np.minimum(np.minimum(np.abs(a), np.abs(b)), np.abs(c)), 0.0)
-    width = 2 * (reach + half) + 1
-    moved = maximum_filter1d(high, width) - minimum_filter1d(low, width)
-    noise = _deviation(x - middle)
-    allowed = np.maximum(FAR * noise, ROUNDED * noise + 1.1 * coarse) + moved
-    return np.nan_to_num(least / np.where(allowed > 0, allowed, np.inf))
-
-
-def _deviation(left: Floats) -> Floats:
-    """Local robust standard deviation, shape (n,): the largest of a stretch and those beside it, or of the whole.
-
-    By the median, or by the 90 % quantile where that is more, as of coarse readings.
-    """
-    n, size = len(left), np.abs(left)
-    count = max(1, n // LOCAL)
-    length = n // count
-    local = _robust(size[: count * length].reshape(count, length))
-    whole = _robust(size[None, :: max(1, n // 20000)])[0]
-    return np.maximum(maximum_filter1d(local, 3), whole)[np.minimum(np.arange(n) // length, count - 1)]
-
-
-def _robust(size: Floats) -> Floats:
-    """Deviation of each row of sizes, shape (rows,)."""
-    middle, high = size.shape[1] // 2, int(0.9 * (size.shape[1] - 1))
-    parted = np.partition(size, (middle, high), axis=1)
-    return np.maximum(1.4826 * parted[:, middle], parted[:, high] / 1.645)
-
-
 def _reference_spikes(y: Floats, u: Floats, sizes: Floats, coarse: float) -> Mask:
     """Rows in which the table's rate leaps away and back and the instrument has seen nothing of it: a wrong angle."""
     seen, level = (median_filter(x, size=NEIGHBOURS, mode="nearest") for x in (y, u))
-    away = _far(u, 0.3 * level, 0.3 * level, coarse)
+    away = far(u, 0.3 * level, 0.3 * level, coarse)
     hit = (away > 1) & (np.abs(y - seen) < 0.3 * np.abs(u - level))
     sizes[hit] = np.maximum(sizes[hit], FAR * away[hit])
     return hit
-
-
-def _at_one_angle(recording: Recording, spikes: Mask) -> bool:
-    """Whether the outliers of several turns gather at one angle of the table (Rayleigh's test)."""
-    if "table_angle" not in recording.channels:
-        return False
-    angle = recording.channels["table_angle"].values
-    at = np.array([angle[a] for a, _ in stretches(spikes)])
-    if len(at) < FEWEST_ANGLES or np.ptp(at) < 2 * np.pi * (FEWEST_ANGLES - 1):
-        return False
-    return bool(np.exp(-len(at) * np.abs(np.exp(1j * at).mean()) ** 2) < AT_ONE_ANGLE)
 
 
 def _stuck(y: Floats, u: Floats) -> Mask:
