@@ -5,7 +5,7 @@
 with d_i the step of the angle from row to row, or a rate that was measured, q the size that 99 % of them do not exceed,
 d' the fifth largest beside i, and y a gyro that follows the table elsewhere. A step of 50 rad in 15 ms is no motion. As
 the largest in the file it alone would say what the gain is, 0.000 +- 0.0001. The step of such a row is taken from those
-beside it.
+beside it; where it leaps away and back, the rows on both sides stand as they are.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.recording import GAP, Floats, Recording
+from insenv.core.series.stretches import stretches
 
 #: How much larger than others a leap is, the quantile that is usual, and rows on either side that are looked at.
 LARGER, USUAL, BESIDE = 5.0, 0.99, 8
@@ -40,6 +41,8 @@ def without_leaps(recording: Recording) -> Recording:
             continue
         rows = np.flatnonzero(~leaps)
         sound = np.interp(np.arange(len(steps)), rows, steps[rows])
+        if of_angle:
+            sound = _returning(steps, leaps, sound)
         values = (
             np.append(channel.values[:1], channel.values[0] + np.cumsum(sound)) if of_angle else sound / recording.dt
         )
@@ -53,6 +56,16 @@ def without_leaps(recording: Recording) -> Recording:
         channels = {**recording.channels, name: replace(channel, values=values)}
         recording = replace(recording, channels=channels, notes=(*recording.notes, text))
     return recording
+
+
+def _returning(steps: Floats, leaps: NDArray[np.bool_], sound: Floats) -> Floats:
+    """The steps with those of a wrong reading between sound ones, away and back, made the motion between these."""
+    sound, most = sound.copy(), float(np.abs(steps[~leaps]).max())
+    for a, b in stretches(leaps):
+        total = float(steps[a:b].sum())
+        if b - a > 1 and abs(total) <= (b - a) * most:
+            sound[a:b] = total / (b - a)
+    return sound
 
 
 def found(recording: Recording, steps: Floats, between: bool) -> NDArray[np.bool_]:

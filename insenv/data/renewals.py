@@ -64,6 +64,8 @@ EVEN = 2.0
 ALIKE, WITHIN = 0.6, 0.15
 #: Share of the jumps of a held value that are hardly larger than the smallest, up to which it is no coarse encoder's.
 SMALLEST = 0.5
+#: Share of the jumps of several counts that stand alone where a value is held.
+MOSTLY = 0.9
 #: Share of the bends that are smaller than one count; counts from row to row by which most bends are less where they
 #: are those of an encoder.
 RARE, FEW_COUNTS = 0.05, 2.5
@@ -133,7 +135,7 @@ def renewals(t: Floats, values: Floats, stamps: Floats | None = None, longest: f
         return None
     rows = np.arange(float(len(t)))
     jumps = 1 + np.flatnonzero(np.diff(values))
-    usual, even = (0, False) if _coarse(np.abs(np.diff(values)[jumps - 1])) else _usual(jumps, t, longest)
+    usual, even = _usual(_telling(values, jumps), t, longest)
     if usual >= LEAST_ROWS:
         at = _filled(jumps, usual, len(t))
         # What is held at first was read before the first row.
@@ -212,6 +214,21 @@ def _usual(at: Indices, t: Floats, longest: float, exact: bool = False) -> tuple
     if longest <= LONGEST and usual > MOST_ROWS:
         return 0, False
     return round(usual), bool(high - low <= EVEN)
+
+
+def _telling(values: Floats, jumps: Indices) -> Indices:
+    """Of rows at which a value jumps those that tell how often it was read: none of a coarse encoder's.
+
+    Where a table hardly turns its encoder goes by single counts, however often it is read: a jump of several, with rows
+    on both sides that stand, is no count.
+    """
+    step = np.abs(np.diff(values))
+    if not _coarse(step[jumps - 1]):
+        return jumps
+    large = jumps[step[jumps - 1] > FEW_COUNTS * step[jumps - 1].min()]
+    inner = large[(large > 1) & (large < len(step))]
+    stands = (step[inner - 2] == 0) & (step[inner] == 0)
+    return inner if len(inner) and np.mean(stands) > MOSTLY else np.empty(0, np.int64)
 
 
 def _coarse(jumps: Floats) -> bool:

@@ -231,3 +231,20 @@ def test_a_table_that_steps_once_a_second_is_read_at_every_row(held: bool, late:
         angle, rate = np.cumsum(steps) * 0.01, lfilter([0.2], [1, -0.8], steps)
     gyro = np.roll(rate, round(late / 0.01)) + 0.02 * rng.standard_normal(len(t))
     assert _beside(t, gyro, angle) == 0
+
+
+@pytest.mark.parametrize("seed", [1, 5, 7])
+def test_coarse_readings_that_are_held_are_no_straight_lines(seed: int) -> None:
+    """A heading in counts of 1 mrad, read every 10 ms beside rows at uneven steps, of a unit that turns, then creeps.
+
+    Most of its jumps are a single count. Taken for level lines it went 28 mrad off where the unit hardly moved.
+    """
+    t = np.cumsum(np.random.default_rng(seed).choice([0.0022, 0.0024, 0.0035, 0.0044], 6000))
+    turned = np.clip((t - 0.5) / 2, 0.0, 1.0)
+    angle = 3.4 * (turned - np.sin(2 * np.pi * turned) / (2 * np.pi)) - 0.02 * np.clip(t - 2.6, 0.0, None)
+    anew = np.append(True, np.diff(np.floor(t / 0.0101)) > 0)
+    row = np.maximum.accumulate(np.where(anew, np.arange(6000), 0))
+    count = np.deg2rad(1 / 16)
+    found = renewals(t, np.round(angle[row] / count) * count)
+    assert found is not None and found.held
+    assert np.abs(found.values - angle)[t > 3.5].max() < 4 * count
