@@ -52,7 +52,7 @@ from insenv.identify.search.earth_rate import due_level
 from insenv.identify.search.jumps import is_step, one_of_many
 from insenv.identify.search.round import at_shape, search, with_term
 from insenv.identify.search.scan import Hit, likelihood_ratio, reference
-from insenv.identify.search.settle import settled, sized
+from insenv.identify.search.settle import parted, settled, sized
 from insenv.identify.search.size import unsized, unsized_together
 from insenv.identify.search.tracks import MOST_ADDED, Progress, Refusal, Step, Track
 from insenv.identify.search.undecided import with_sets
@@ -247,7 +247,7 @@ def _exhausted(tracks: list[Track], generic: bool, alpha: float, seed: int, prog
         tracks = [_searched(track, generic, seed, progress) for track in tracks]
         tracks, grown = _grow(tracks, alpha, progress)
         if not grown:
-            tracks, before = [track if generic else sized(track) for track in tracks], tracks
+            tracks, before = tracks if generic else parted([sized(track) for track in tracks]), tracks
             if all(new is old for new, old in zip(tracks, before, strict=True)):
                 return tracks
 

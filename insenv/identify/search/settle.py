@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from insenv.identify.fit.gls import solve
+from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.heldout import held_out_score
 from insenv.identify.fit.problem import Model
 from insenv.identify.search.rivals import RICHER_GAIN, Rivalry, rivalry
-from insenv.identify.search.round import search
-from insenv.identify.search.scan import Hit
-from insenv.identify.search.size import unsized
+from insenv.identify.search.round import at_shape, search
+from insenv.identify.search.scan import Hit, reference
+from insenv.identify.search.size import own_size, unsized
 from insenv.identify.search.tracks import Progress, Refusal, Step, Track
+from insenv.identify.search.unit.one_box import DOUBT
 
 
 def settled(track: Track, alpha: float, seed: int, progress: Progress) -> Track:
@@ -47,12 +48,56 @@ def sized(track: Track) -> Track:
         if weak is None:
             return track
         step, why = weak
-        rest = tuple(term for term in track.fit.model if term is not step.hit.term)
-        fit = solve(track.problem, rest, start=track.fit.noise.power)
+        fit = _without(track, step)
         refusals = (*track.refusals, Refusal(step.hit, why, unsized=True))
         steps = tuple(s for s in track.steps if s is not step)
         score = held_out_score(track.problem, fit)
         track = replace(track, fit=fit, score=score, steps=steps, refusals=refusals, hits=None)
+
+
+def parted(tracks: list[Track]) -> list[Track]:
+    """The tracks without a cause of several targets of which, beside what was added later, one shows nothing any more.
+
+    There it is refused; the others are asked again without that one, for its evidence was a part of theirs.
+    """
+    for track in tracks:
+        for step in track.steps:
+            if step.together and (why := _no_part(track, step)):
+                return [_without_joint(one, step, why if one is track else "") for one in tracks]
+    return tracks
+
+
+def _no_part(track: Track, step: Step) -> str:
+    """Why a target has no part in a cause of several: neither a size nor evidence of its own; empty if it has.
+
+    A size may be uncertain because the noise is: a drift beside a walk, which the held-out rows tell from it.
+    """
+    size = own_size(track.problem, track.fit, step.hit.term)
+    if size >= DOUBT:
+        return ""
+    fit = _without(track, step)
+    base = reference(track.problem, fit.model, track.fit.noise.power)
+    if at_shape(track.problem, fit, base, step.hit, step.hit.term).deviate >= DOUBT:
+        return ""
+    return f"beside what was added after it, its size here is {size:.2g} standard deviations from nothing"
+
+
+def _without(track: Track, step: Step) -> Fit:
+    rest = tuple(term for term in track.fit.model if term is not step.hit.term)
+    return solve(track.problem, rest, start=track.fit.noise.power)
+
+
+def _without_joint(track: Track, joint: Step, why: str) -> Track:
+    """The track without its part of a cause of several targets, refused if there is a reason ``why``."""
+    key = joint.hit.candidate.effect.key
+    part = next((s for s in track.steps if s.together == joint.together and s.hit.candidate.effect.key == key), None)
+    if part is None:
+        return track
+    fit = _without(track, part)
+    refusals = (*track.refusals, Refusal(part.hit, why, unsized=True)) if why else track.refusals
+    steps = tuple(s for s in track.steps if s is not part)
+    score = held_out_score(track.problem, fit)
+    return replace(track, fit=fit, score=score, steps=steps, refusals=refusals, hits=None)
 
 
 def _rivals_of(track: Track, step: Step, alpha: float, seed: int, progress: Progress) -> Rivalry:

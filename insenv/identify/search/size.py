@@ -108,6 +108,12 @@ def unsized_together(parts: Sequence[tuple[Problem, Fit, Term]]) -> str:
     return f"its sizes are not told: {each}, together {z:.2g} standard deviations from nothing"
 
 
+def own_size(problem: Problem, fit: Fit, term: Term) -> float:
+    """Standard deviations by which the coefficients of a ``term`` of the fit differ from nothing on this target."""
+    theta, cov = coefficients_of(problem, fit, term, ())
+    return deviate(theta, cov) if len(theta) and np.all(np.diag(cov) > 0) else 0.0
+
+
 def deviate(theta: Floats, cov: Floats) -> float:
     """Normal deviate, two-sided, as rare as coefficients (k,) this far from zero by their covariance (k, k)."""
     scale = np.sqrt(np.diag(cov))

@@ -6,7 +6,7 @@
 * An effect of which the stated deviation, errors of the reference and of its form in it, holds nothing as well.
 * An effect of the motion that errors of the reference explain as well: something goes with the motion.
 * An effect that rounding of the readings, which no noise blurs, explains as well.
-* A drift that axes of the unit have together, and that is not told on this one.
+* A drift that axes of the unit have together, and that is not told on this one, or whose size here is not.
 * A drift of a unit at rest that would be significant if nothing else had been tried, or a slow cause that is so by all
   rows, the held-out ones too.
 * A bias of a unit at rest that is not the same in its runs.
@@ -110,16 +110,20 @@ def untold(track: Track, own: Mapping[Term, tuple[Estimate, ...]]) -> tuple[str,
     """What was added with one coefficient and is near nothing by the deviation that is stated of it.
 
     An effect is told from noise by its evidence. Its stated deviation holds more: what the form of the curve and
-    errors of the reference leave open.
+    errors of the reference leave open. The part that one target has in a cause of several may be weak.
     """
     found = []
     for step in track.steps:
         rows, effect = own.get(step.hit.term, ()), step.hit.candidate.effect
-        if effect.generic or effect.line or step.together or len(rows) != 1:
+        if step.together:  # its shape is that of all of them
+            rows = tuple(row for row in rows if row.parameter in {param.name for param in effect.linear})
+        of_base = step.together and effect.key not in DRIFTS  # how much of it an axis has, the attitude says
+        if effect.generic or effect.line or of_base or len(rows) != 1:
             continue
         (row,) = rows
         if 0 < abs(row.value) < LEAST * row.sd:
             why = _BESIDE_THE_REFERENCE if effect.of_response else _BY_ITS_DEVIATION
+            why = f"and is named on what {', '.join(step.together)} show together" if step.together else why
             found.append(f"{row.effect} is {abs(row.value) / row.sd:.2g} standard deviations from nothing, {why}")
     return tuple(found)
 
