@@ -10,6 +10,10 @@ shapes:
 
 Nothing is found by this, for no row is left that could refuse it: what is significant is a doubt, and may be named with
 the noise that would do as well (`insenv.identify.search.undecided`).
+
+Of a unit that turns beside a reference the same is asked of its bias, once what else it has was added: a minute of a
+robot that is driven tells a drift by its last third as well, which is held out. What errors of the reference follow of
+it counts as little as in the search (`insenv.identify.search.reference_errors`).
 """
 
 from __future__ import annotations
@@ -17,10 +21,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
+from insenv.effects.base import Effect
 from insenv.identify.fit.bins import of_one_use
 from insenv.identify.fit.gls import Fit, solve
-from insenv.identify.fit.problem import Problem
+from insenv.identify.fit.problem import Model, Problem
+from insenv.identify.search.candidates import Candidate
 from insenv.identify.search.jumps import is_step
+from insenv.identify.search.reference_errors import beside_reference_errors
 from insenv.identify.search.round import by_fit_alone
 from insenv.identify.search.scan import Hit, reference
 from insenv.identify.search.tracks import Track
@@ -52,7 +59,43 @@ def of_all_rows(track: Track, seed: int = 0) -> AllRows | None:
     tried = tuple(c for c in track.candidates if c.effect.key in DRIFTS or is_thermal(c.effect) or is_step(c.effect))
     if track.problem.turns or all(is_step(c.effect) for c in tried):
         return None
-    model = tuple(term for term in track.fit.model if not term.effect.generic)
+    return _asked(track, tuple(term for term in track.fit.model if not term.effect.generic), tried, seed)
+
+
+def of_all_rows_beside_a_reference(track: Track, seed: int = 0) -> AllRows | None:
+    """Slow causes of the bias by all rows of a unit that turns, beside all that was added; None where none is tried.
+
+    A step that several instants were tried for is one of the laws here, for nothing is named by this.
+
+    Parameters
+    ----------
+    track : Track
+    seed : int
+        Of the simulated noise.
+    """
+    tried = tuple(c for c in track.candidates if is_of_bias(c.effect))
+    if not track.problem.turns or not tried:
+        return None
+    rows = _asked(track, track.fit.model, tried, seed)
+
+    def beside() -> AllRows:
+        base = reference(rows.problem, rows.fit.model, rows.fit.noise.power)
+        hits = (*rows.laws, *rows.steps)
+        alone = [beside_reference_errors(rows.problem, rows.fit, base, replace(hit, looks=1.0)) for hit in hits]
+        laws = tuple(replace(one, looks=hit.looks) for one, hit in zip(alone, hits, strict=True))
+        return AllRows(rows.problem, rows.fit, laws, ())
+
+    found: AllRows = track.problem.remember(("all rows beside a reference", rows.fit.model, seed), beside)
+    return found
+
+
+def is_of_bias(effect: Effect) -> bool:
+    """Whether an effect is a slow change of the bias, or one step of it."""
+    return effect.key in DRIFTS or is_step(effect)
+
+
+def _asked(track: Track, model: Model, tried: tuple[Candidate, ...], seed: int) -> AllRows:
+    """Causes by all rows beside a model."""
 
     def asked() -> AllRows:
         whole = replace(track.problem, bins=of_one_use(track.problem.bins), cache={})

@@ -27,14 +27,29 @@ from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.heldout import MOST_GROWTH, Score, confirms, held_out_score, rescored
 from insenv.identify.fit.problem import NOISE_TERMS, Problem
 from insenv.identify.prepare.vibration import went_away
-from insenv.identify.search.all_rows import AllRows, of_all_rows, surest_slow
+from insenv.identify.search.all_rows import (
+    AllRows,
+    is_of_bias,
+    of_all_rows,
+    of_all_rows_beside_a_reference,
+    surest_slow,
+)
 from insenv.identify.search.jumps import is_step
 from insenv.identify.search.rivals import Rivalry
 from insenv.identify.search.round import by_fit_alone, with_term
 from insenv.identify.search.scan import Hit, reference
 from insenv.identify.search.staying import Staying
 from insenv.identify.search.tracks import Step, Track
-from insenv.identify.search.unit.one_box import DRIFTS, LEAST, in_common, is_thermal, log_p_by_itself, looks_of, surest
+from insenv.identify.search.unit.one_box import (
+    DRIFTS,
+    LEAST,
+    in_common,
+    is_thermal,
+    log_p_by_itself,
+    looks_of,
+    own_looks,
+    surest,
+)
 from insenv.identify.search.unit.turn_on import each_its_own, turned_on_anew
 
 #: Probability with which noise alone gives the likelihood ratio from which on a law is its rival.
@@ -42,14 +57,22 @@ CHANCE = 0.05
 #: Probability with which noise that stays gives the likelihood ratio from which on a law is certain beside it (four
 #: deviations), and the odds for the law over a walk from which on that is said.
 CERTAIN, LIKELIER = 6.3e-5, 50.0
+#: Beside a reference: probability after its looks with which noise makes a slow law of the bias, and deviations of its
+#: coefficient, from which on it is said.
+BESIDE, MANY = 1e-3, 5.0
 #: Share of the slowest mode's variance that a noise term must make to be told.
 SHARE = 0.1
 
 
 def leaning(track: Track, alpha: float) -> tuple[str, ...]:
-    """A slow cause of a unit at rest that would be significant if nothing else had been tried, in words."""
+    """A slow cause that would be significant if nothing else had been tried, in words.
+
+    Of a unit that turns: one of its bias that all rows tell (`_beside_a_reference`).
+    """
+    if track.problem.turns:
+        return _beside_a_reference(track)
     named = any(not step.hit.candidate.effect.line for step in track.steps)
-    if named or track.problem.turns or any(r.of_box or r.fails for r in track.refusals):
+    if named or any(r.of_box or r.fails for r in track.refusals):
         return ()
     hits = [hit for hit in track.last_physical if _is_slow(hit)]
     found = min(hits, key=lambda hit: _log_p_among_its_like(track, hit), default=None)
@@ -71,17 +94,52 @@ def _log_p_among_its_like(track: Track, hit: Hit) -> float:
 def _by_all_rows(track: Track, alpha: float) -> tuple[str, ...]:
     """A slow cause that the fitted rows do not tell from a walk of the noise, and all rows do."""
     found = surest_slow(track)
-    if found is None or (p := found[1]) >= alpha:
-        return _in_place_of_a_walk(track)
+    if found is None or found[1] >= alpha:
+        return _in_place_of_a_walk(_likelier(track))
+    return (_better_than_noise(*found),)
+
+
+def _better_than_noise(hit: Hit, p: float) -> str:
     return (
-        f"{found[0].candidate.effect.key} explains all rows, the held-out ones too, better than noise does (p = "
-        f"{p:.1g} by itself): no rows are left that could refuse it",
+        f"{hit.candidate.effect.key} explains all rows, the held-out ones too, better than noise does (p = {p:.1g} by "
+        "itself): no rows are left that could refuse it"
     )
 
 
-def _in_place_of_a_walk(track: Track) -> tuple[str, ...]:
+def _beside_a_reference(track: Track) -> tuple[str, ...]:
+    """A slow cause of the bias of a unit that turns that all rows tell, where nothing that was named may be it.
+
+    It is certain beside noise that stays, many deviations beside noise that may wander, and either told from such noise
+    or likelier than a walk. One of these alone is not enough: errors of a reference wander, and jump.
+    """
+    rows = None if _may_be_named(track) else of_all_rows_beside_a_reference(track)
+    if rows is None:
+        return ()
+    likely = {one.hit.candidate.effect.key: one for one in _beside_staying(rows, track)}
+    sure = [hit for hit in rows.laws if hit.candidate.effect.key in likely and _deviations(rows, hit) >= MANY]
+    found = min(sure, key=lambda hit: log_p_by_itself(track, hit), default=None)
+    if found is not None and (p := len(rows.laws) * math.exp(log_p_by_itself(track, found))) < BESIDE:
+        return (_better_than_noise(found, p),)
+    return _in_place_of_a_walk([one for one in likely.values() if one.hit in sure and one.odds >= math.log(LIKELIER)])
+
+
+def _may_be_named(track: Track) -> bool:
+    """Whether a slow cause is named, or a rival of what is named."""
+    rivals = {key for one in track.rivalries for key in (*one.rivals, *one.rarer)}
+    slow = {c.effect.key for c in track.candidates if is_of_bias(c.effect) or is_thermal(c.effect)}
+    return bool(slow & (rivals | {step.hit.candidate.effect.key for step in track.steps}))
+
+
+def _deviations(rows: AllRows, hit: Hit) -> float:
+    """Largest coefficient of a law by all rows, in its deviations beside noise that may wander."""
+    _, fit = _fitted(rows, hit)
+    own = fit.design.term == len(fit.model) - 1
+    return float(np.max(np.abs(fit.theta[own]) / fit.sd[own], initial=0.0))
+
+
+def _in_place_of_a_walk(likelier: Sequence[_Likelier]) -> tuple[str, ...]:
     """A law without which there is a walk of the noise, and with which there is none, likelier than that."""
-    found = max(_likelier(track), key=lambda one: one.odds, default=None)
+    found = max(likelier, key=lambda one: one.odds, default=None)
     if found is None:
         return ()
     stays = f"noise that correlates over {found.memory:.2g} s" if found.memory else "white noise"
@@ -113,19 +171,31 @@ def _likelier(track: Track) -> tuple[_Likelier, ...]:
         return ()
 
     def asked() -> tuple[_Likelier, ...]:
-        model = rows.fit.model
-        noise = Staying.of(rows.problem, model)
-        without = noise.loglik(model)
-        found = []
-        for hit in rows.laws:
-            with_it = noise.loglik(with_term(model, hit.term))
-            ratio, odds = 2 * (with_it - without), with_it - noise.walking - (hit.size - 1)
-            if ratio > chdtri(hit.size, CERTAIN) and odds >= math.log(LIKELIER):
-                found.append(_Likelier(hit, odds, ratio, noise.time))
-        return tuple(found)
+        found = _certain(rows, [(hit, CERTAIN) for hit in rows.laws])
+        return tuple(one for one in found if one.odds >= math.log(LIKELIER))
 
     said: tuple[_Likelier, ...] = rows.problem.remember(("likelier", rows.fit.model), asked)
     return said
+
+
+def _beside_staying(rows: AllRows, track: Track) -> list[_Likelier]:
+    """Laws of a unit that turns that are certain if noise does not wander, their shapes and their number paid for."""
+    looks = [len(rows.laws) * own_looks(track, hit) for hit in rows.laws]
+    return _certain(rows, [(hit, BESIDE / n) for hit, n in zip(rows.laws, looks, strict=True)])
+
+
+def _certain(rows: AllRows, asked: Sequence[tuple[Hit, float]]) -> list[_Likelier]:
+    """Laws that noise that stays makes of itself with less than the probability beside each."""
+    model = rows.fit.model
+    noise = Staying.of(rows.problem, model)
+    without = noise.loglik(model)
+    found = []
+    for hit, chance in asked:
+        with_it = noise.loglik(with_term(model, hit.term))
+        ratio, odds = 2 * (with_it - without), with_it - noise.walking - (hit.size - 1)
+        if hit.left * ratio > chdtri(hit.size, chance):
+            found.append(_Likelier(hit, odds, ratio, noise.time))
+    return found
 
 
 def with_sets(tracks: Sequence[Track], alpha: float) -> list[Track]:

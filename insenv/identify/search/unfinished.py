@@ -8,7 +8,7 @@
 * An effect that rounding of the readings, which no noise blurs, explains as well.
 * A drift that axes of the unit have together, and that is not told on this one, or whose size here is not.
 * A drift of a unit at rest that would be significant if nothing else had been tried, or a slow cause that is so by all
-  rows, the held-out ones too.
+  rows, the held-out ones too. Beside a reference: one of the bias that all rows tell.
 * A bias of a unit at rest that is not the same in its runs.
 * A step of a unit at rest that noise which does not jump would make less than once in a thousand times.
 * Tones at multiples of one frequency: one wave that is no sine, and has a cause that no tone names.

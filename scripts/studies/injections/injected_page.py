@@ -61,9 +61,9 @@ altered, in the file's own units and rounding, and the loop is closed on them. M
 What the developed sets taught, and what was mended: a bend of an accelerometer was never seen where nobody stated
 gravity, nor beside axes that are not square; an axis at rest that drifts for certain had another one named with it in
 23 % of boxes of six of which no other drifts. What the closed set taught and was mended after it, so that no figure
-here has it: a reversed axis of the gyros about which few turns are. What is left: drifts, steps and warm-ups of a
-bias of 5 to 20 standard deviations beside a reference, which a search that fits 60 % of a minute does not tell from a
-walk, and says nothing; a cubic beside a late, short reference is called a compensation ripple, a centripetal term on
+here has it: a reversed axis of the gyros about which few turns are; drifts and steps of a bias beside a reference that
+all rows tell and a search that fits 60 % of a minute does not (three of the four that were missed hold a doubt now).
+What is left: such as are told from a walk of the noise by no rows; a cubic beside a late, short reference is called a compensation ripple, a centripetal term on
 a steady circle a hysteresis; dead bands, lock-in and backlash about standstill are not seen beside a reference that
 comes late; bursts of some seconds that are as loud as the noise.
 

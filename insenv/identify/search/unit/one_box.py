@@ -65,8 +65,12 @@ def looks_of(track: Track, hit: Hit) -> float:
 
 def log_p_by_itself(track: Track, hit: Hit) -> float:
     """Logarithm of the p-value of a hit without the looks of other effects and the odds against events."""
-    others = CALIBRATION * track.family * against(track.problem, hit.candidate.effect)
-    return min(0.0, log_tail(hit.deviate) + math.log(hit.looks / others))
+    return min(0.0, log_tail(hit.deviate) + math.log(own_looks(track, hit)))
+
+
+def own_looks(track: Track, hit: Hit) -> float:
+    """Looks of a hit's own shapes."""
+    return hit.looks / (CALIBRATION * track.family * against(track.problem, hit.candidate.effect))
 
 
 def is_thermal(effect: Effect) -> bool:
