@@ -92,7 +92,8 @@ def test_the_symmetric_downdate_in_seconds_goes_indefinite() -> None:
     wanted = batch(Polynomial(10 * DT, 1.0), z)
     X, P = recursion_in_seconds(z, "bad", 1e12)
     assert np.linalg.eigvalsh(0.5 * (P + P.T)).min() < 0
-    assert np.abs(X - wanted)[1].max() * PER_RATE > 1e-3
+    # How far off it is, is rounding of the machine's own kernels: 2.5e-4 to above 1e-3.
+    assert np.abs(X - wanted)[1].max() * PER_RATE > 1e-5
     for form in ("good", "joseph"):
         X, P = recursion_in_seconds(z, form, 1e12)
         assert np.abs(X - wanted)[1].max() * PER_RATE < 1e-8

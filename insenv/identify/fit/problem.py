@@ -45,6 +45,9 @@ UNTOLD = 1e-4
 #: A column whose part outside the span of the columns before it is a smaller share of it is not told from them.
 COLLINEAR = 1e-5
 
+#: Of a rate, what its way through differences and means leaves of it.
+ROUNDING = 1e-9
+
 
 @dataclass(frozen=True)
 class Term:
@@ -136,6 +139,11 @@ class Problem:
     def turns(self) -> bool:
         """Whether the rate that the instrument was exposed to changes in some run."""
         return any(np.ptp(e.u) for e in self.exposures)
+
+    @property
+    def smoothed(self) -> bool:
+        """Whether the rate in the regressors is the motion behind the noise of a measured reference, and no reading."""
+        return any(np.ptp(e.u - e.motion.rate) > ROUNDING * np.ptp(e.u) for e in self.exposures)
 
     @property
     def gain(self) -> float:

@@ -229,8 +229,7 @@ def _late(problem: Problem, model: Model) -> bool:
     """Whether the reference comes late: as its response says, or by a lag that was found beside one with noise."""
     if any(e.motion.lag for e in problem.exposures):
         return True
-    noisy = any(not np.array_equal(e.u, e.motion.rate) for e in problem.exposures)
-    return noisy and any(isinstance(term.effect, TimingSkew) for term in model)
+    return problem.smoothed and any(isinstance(term.effect, TimingSkew) for term in model)
 
 
 def _beside_response(problem: Problem, fit: Fit, term: Term) -> float:

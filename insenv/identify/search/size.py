@@ -132,10 +132,10 @@ def _curve_of_rate(term: Term) -> bool:
 
 
 def _follows_reference(problem: Problem, term: Term) -> bool:
-    """Whether a term is a curve of a rate that was measured, whose errors it follows as it does the motion."""
+    """Whether a term is a curve of a rate that was measured with errors, which it follows as it does the motion."""
     effect = term.effect
     own = effect.of_rate and effect.belongs == "instrument" and not isinstance(effect, TimingSkew)
-    return own and problem.turns and not problem.commanded
+    return own and problem.turns and problem.smoothed and not problem.commanded
 
 
 def _too_small(problem: Problem, term: Term, z: float, late: bool, looks: float) -> str:

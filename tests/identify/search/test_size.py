@@ -200,11 +200,14 @@ def test_what_loses_a_part_of_the_low_rates_is_no_dead_band(share: float, is_one
     assert not DeadBand().contradiction(np.array([0.05, 0.1]))  # numbers cut off towards zero
 
 
-@pytest.mark.parametrize("commanded", [True, False])
-def test_beside_a_measured_reference_a_size_is_no_chance_of_all_curves(problem: Problem, commanded: bool) -> None:
+@pytest.mark.parametrize("reference", ["command", "exact", "noisy"])
+def test_beside_a_noisy_reference_a_size_is_no_chance_of_all_curves(problem: Problem, reference: str) -> None:
     """Of 1000 looks the largest is beyond 3.5 deviations in 37 %, beyond 8 in 1e-12."""
     term = Term(by_key("scale_factor_asymmetry"))
     model = (Term(by_key("bias")), Term(by_key("scale_factor")), term)
-    for size, told in ((3.5, commanded), (8.0, True)):
-        own = replace(with_size(problem, term, size), commanded=commanded, cache={})
+    rng = np.random.default_rng(3)
+    read = tuple(replace(e, u=e.u + 1e-6 * rng.standard_normal(e.u.shape)) for e in problem.exposures)
+    for size, told in ((3.5, reference != "noisy"), (8.0, True)):
+        own = replace(with_size(problem, term, size), commanded=reference == "command", cache={})
+        own = replace(own, exposures=read) if reference == "noisy" else own
         assert bool(unsized(own, solve(own, model), term, looks=1000.0)) is not told
