@@ -63,9 +63,9 @@ gravity, nor beside axes that are not square; an axis at rest that drifts for ce
 23 % of boxes of six of which no other drifts. What the closed set taught and was mended after it, so that no figure
 here has it: a reversed axis of the gyros about which few turns are; drifts and steps of a bias beside a reference that
 all rows tell and a search that fits 60 % of a minute does not (three of the four that were missed hold a doubt now).
-What is left: such as are told from a walk of the noise by no rows; a cubic beside a late, short reference is called a compensation ripple, a centripetal term on
-a steady circle a hysteresis; dead bands, lock-in and backlash about standstill are not seen beside a reference that
-comes late; bursts of some seconds that are as loud as the noise.
+What is left: such as are told from a walk of the noise by no rows; a cubic beside a late, short reference is called a
+compensation ripple, a centripetal term on a steady circle a hysteresis; dead bands, lock-in and backlash about
+standstill are not seen beside a reference that comes late; bursts of some seconds that are as loud as the noise.
 
 The sets do not compare in sizes: those of the first draw were made with noise autoregressive of first order, which
 makes slow effects larger than they are, and of gyros in attitudes with fixed shares; the others as described. Two
