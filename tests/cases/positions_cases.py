@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from insenv.core.earth import EARTH_RATE
 from insenv.core.recording import Channel, Floats, Recording, Site
 from insenv.data.manifest import HeldOut, Manifest, Model
 
@@ -41,6 +42,7 @@ class Case:
     rest_s: float = 2.0
     turn_s: float = 1.2
     gravity: float | None = G
+    latitude: float | None = None  # where gyros see the Earth turn [rad]
     settling: float = 0.0  # of the attitude at the start of a rest [rad]
     settling_s: float = 0.4
     tremor: float = 0.0  # of a hand's attitude, rms about each axis [rad]
@@ -54,11 +56,16 @@ def recording(case: Case, seed: int) -> Recording:
     # The share of a turn that each interval has: a smooth start and a smooth end.
     shares = np.diff(0.5 - 0.5 * np.cos(np.linspace(0, np.pi, moving + 1)))
     attitude = Rotation.random(random_state=np.random.RandomState(seed))  # body to level axes
+    earth = (
+        np.zeros(3)
+        if case.latitude is None
+        else EARTH_RATE * np.array([0, np.cos(case.latitude), np.sin(case.latitude)])
+    )
     rates, forces, resting = [], [], []
     for k in range(case.rests):
         swings = _swings(case, rng, still, k < case.tremor_rests)
         held = attitude * Rotation.from_rotvec(swings[1:])
-        rates.append(np.diff(swings, axis=0) / DT)
+        rates.append(np.diff(swings, axis=0) / DT + held.inv().apply(earth))
         forces.append(held.inv().apply([0, 0, G]))
         resting.append(np.full(still, k))
         if k == case.rests - 1:
@@ -67,7 +74,7 @@ def recording(case: Case, seed: int) -> Recording:
         angle = rng.uniform(0.7, 2.6)
         vector = angle * axis / np.linalg.norm(axis)
         turn = attitude * Rotation.from_rotvec(np.cumsum(shares)[:, None] * vector)
-        rates.append(shares[:, None] * vector / DT)
+        rates.append(shares[:, None] * vector / DT + turn.inv().apply(earth))
         forces.append(turn.inv().apply([0, 0, G]))
         resting.append(np.full(moving, -1))
         attitude = turn[-1]
@@ -104,7 +111,8 @@ def _measured(case: Case, rng: np.random.Generator, rate: Floats, force: Floats,
     gyro += case.gyro_noise * rng.standard_normal((n, 3))
     channels = {f"accel_{a}": Channel(accel[:, i], "m/s^2") for i, a in enumerate("xyz")}
     channels |= {f"gyro_{a}": Channel(gyro[:, i], "rad/s", "interval") for i, a in enumerate("xyz")}
-    return Recording(DT * np.arange(1.0, n + 1), channels, site=Site(gravity=case.gravity), label="simulated")
+    site = Site(gravity=case.gravity, latitude=case.latitude)
+    return Recording(DT * np.arange(1.0, n + 1), channels, site=site, label="simulated")
 
 
 def manifest(

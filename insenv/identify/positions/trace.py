@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import fdtrc
 
+from insenv.core.earth import EARTH_RATE
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats, Recording
 from insenv.core.units import STANDARD_GRAVITY
@@ -428,7 +429,7 @@ def _gyros_at_rest(
     """The means at rest of each gyro, and the variance of one about what is found, beside its likeliest walk."""
     (forces, around), in_turn = reference, not any(rest.held_out for rest in rests)
     declared = [e for e in _declared(manifest, "gyro") if e.id in OF_RESTS]
-    y = means(recordings, rests, "gyro")
+    y = means(recordings, rests, "gyro") - _earth_upward(recordings, rests, forces)
     held_out = np.array([rest.held_out for rest in rests])
     parts, scatter = [], []
     tried, _ = _candidates(tuple(key for key in OF_RESTS if key not in SLOW), declared, around, keys)
@@ -454,6 +455,16 @@ def _gyros_at_rest(
         outcome = replace(outcome, before=before, after=after)
         parts.append(Part(problem, outcome, _structure(problem, outcome.after, alpha, "rests")))
     return tuple(parts), float(np.median(scatter))
+
+
+def _earth_upward(recordings: Sequence[Recording], rests: Sequence[Rest], forces: Floats) -> Floats:
+    """Upward part of the Earth's rate in the axes of the rests, shape (rests, 3) [rad/s]; zero where no site says it.
+
+    It goes with gravity, and is a g-sensitivity of 6e-6 rad/s per m/s^2 in middle latitudes to a gyro that sees it.
+    """
+    known = [recordings[rest.run].site.latitude for rest in rests]
+    rate = np.array([0.0 if latitude is None else EARTH_RATE * np.sin(latitude) for latitude in known])
+    return np.asarray(rate[:, None] * forces / np.linalg.norm(forces, axis=1)[:, None], float)
 
 
 def _with_slow(problem: RestMeans, outcome: Outcome, slow: Sequence[RestTerm], alpha: float) -> Outcome:

@@ -24,6 +24,7 @@ from positions_cases import (
     PHONE,
     Bench,
     Case,
+    G,
     faces,
     least_squares,
     manifest,
@@ -34,6 +35,7 @@ from positions_cases import (
 
 from insenv.calibration import calibration
 from insenv.close import close
+from insenv.core.earth import EARTH_RATE
 from insenv.core.errors import InputError
 from insenv.core.recording import Channel, Floats, Recording, Segment, Site
 from insenv.data.manifest import HeldOut, KnownPositions, Model, load_manifest
@@ -300,6 +302,28 @@ def test_g_sensitivity_is_found_on_the_gyro_that_has_it() -> None:
     assert [names(part.outcome) for part in found.at_rest] == [[], ["g_sensitivity"], []]
     fit = found.at_rest[1].outcome.after
     np.testing.assert_array_less(np.abs(fit.theta[1:] - matrix[1]) / fit.sd()[1:], 4)
+
+
+@pytest.mark.parametrize("latitude", [1.3, -1.3])
+def test_the_upward_part_of_the_earths_rate_is_no_g_sensitivity(latitude: float) -> None:
+    """Of a unit in the hand with fine gyros it was 7e-6 rad/s per m/s^2; a true one is found beside it, as it is.
+
+    False alarm: 1 % of each of two gyros that have none; a value beyond 4 deviations of few degrees of freedom.
+    """
+    matrix = np.zeros((3, 3))
+    matrix[1] = 2e-5, -1e-5, 3e-5
+    case = Case(24, g_sensitivity=matrix, gyro_scatter=1e-6, gyro_noise=1e-5, accel_noise=2e-3, latitude=latitude)
+    run = recording(case, 8)
+    found, unsaid = (
+        trace_positions(manifest(GYROS, ("bias",)), (replace(run, site=Site(gravity=G, latitude=at)),), None)
+        for at in (latitude, None)
+    )
+    assert [names(part.outcome) for part in found.at_rest] == [[], ["g_sensitivity"], []]
+    fit = found.at_rest[1].outcome.after
+    np.testing.assert_array_less(np.abs(fit.theta[1:] - matrix[1]) / fit.sd()[1:], 4)
+    # Where nobody says where the unit is, it is named: by its size, of the sign of the latitude.
+    assert [names(part.outcome) for part in unsaid.at_rest] == [["g_sensitivity"]] * 3
+    assert unsaid.at_rest[0].outcome.after.theta[1] == pytest.approx(EARTH_RATE * np.sin(latitude) / G, rel=0.4)
 
 
 def test_what_was_declared_is_not_found_again() -> None:
