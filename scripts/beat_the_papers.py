@@ -176,8 +176,9 @@ def drawn(panels: Sequence[Panel]) -> Figure:
 def _draw(ax: Axes, panel: Panel) -> None:
     for (label, (times, sd)), line in zip(panel.predicted.items(), LINES, strict=False):
         ax.plot(times, sd, line, color="#555555", lw=1.2, label=label)
-    for value in panel.demanded:
-        ax.axhline(value, color="#CC79A7", lw=1.0, label="demanded" if value == panel.demanded[0] else None)
+    for k, value in enumerate(panel.demanded):
+        label = " and ".join(f"{one:.3g}" for one in panel.demanded)
+        ax.axhline(value, color="#CC79A7", lw=1.0, label=None if k else f"demanded: {label}")
     for kind in (PUBLISHED, DOCUMENTED, DESIGNED):
         style = {"color": COLOURS[kind], "marker": MARKS[kind], "ls": "none"}
         asked, others = _of(panel, kind), panel.series.get(kind, ())

@@ -35,7 +35,7 @@ python scripts/bounds_judged.py --seeds {seeds}
 
 The bounds are those of [judging plug-ins](../evaluate.md): `insenv.information.fisher`, `insenv.information.alignment`,
 `insenv.information.scale_factor`. +- are 95 % intervals; with R runs that of a ratio is about 1.39 / sqrt(R).
-`told / bound` is the deviation that the estimator tells over the bound: what it leaves unused by choice."""
+`claimed / bound` is the deviation that the estimator claims over the bound: what it leaves unused by choice."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ def judged(seeds: int, jobs: int) -> Iterator[Section]:
     yield sensitivities()
 
 
-HEADER = ("procedure", "estimator", "runs", "bound", "rms", "rms / bound", "told / bound", "rms z")
+HEADER = ("procedure", "estimator", "runs", "bound", "rms", "rms / bound", "claimed / bound", "rms z")
 #: The agreement that is asked for.
 NEAR = 0.05
 
@@ -155,14 +155,14 @@ def _row(case: Case, name: str, runs: int, score: QuantityScore) -> tuple[str, .
 
 
 def _verdict(name: str, scores: Sequence[QuantityScore]) -> str:
-    """How many procedures are within 5 %, by the error and by what is told; the intervals that hold no 5 %."""
+    """How many procedures are within 5 %, by the error and by what is claimed; the intervals that hold no 5 %."""
     ratios = [(_share(s.rms[0], s), _share(s.rms[1], s)) for s in scores]
     within = sum(abs(ratio - 1) <= NEAR for ratio, _ in ratios)
     apart = sum(abs(ratio - 1) - half > NEAR for ratio, half in ratios)
     told = sum(abs(_share(s.told, s) - 1) <= NEAR for s in scores)
     return (
         f"The rms error of `{name}` is within {NEAR:.0%} of the bound in {within} of {len(scores)} procedures and "
-        f"significantly beyond in {apart}; the deviation that it tells, a figure without chance, in {told}."
+        f"significantly beyond in {apart}; the deviation that it claims, a figure without chance, in {told}."
     )
 
 

@@ -92,9 +92,9 @@ def north(runs: int) -> Section:
         "policy",
         "estimator",
         "rms after 300 s [arcsec]",
-        "told",
+        "claimed",
         "rms less that of `constant_rate`",
-        "time to 46 arcsec told [s]",
+        "time to a claim of 46 arcsec [s]",
         "rms then [arcsec]",
     )
     lines = (f"`north_finder/realistic`, {runs} runs; north, 300 s, tilt 30 deg.", "", *table(header, rows))
@@ -104,7 +104,7 @@ def north(runs: int) -> Section:
         f"{rms(errors[best]):.1f}), the published procedure by {rms(errors['constant_rate']):.1f}. But the plan that "
         f"`rate_choice` makes before the run has {rms(errors[made_before]):.1f}: the difference of `{best}` from it is "
         f"{apart(errors[best], errors[made_before])} arcsec. That the information depends on the azimuth is worth a "
-        "few per cent here, told and not to be seen in so many runs: to turn back and forth where the Earth's rate "
+        "few per cent here, claimed and not to be seen in so many runs: to turn back and forth where the Earth's rate "
         "tells most saves half of the turning, and pays for it with the time of the reversals and a free angle after "
         "each. What the loop does gain is its end: it can stop at any time, and has 46 arcsec where a plan made for "
         f"just the time that it needs has them, after {planned(task.datasheet):.0f} s; the plan for 300 s is one-sided "
@@ -156,7 +156,7 @@ class Judged:
 
     @property
     def z(self) -> float:
-        """Spread of the error in told deviations."""
+        """Spread of the error in claimed deviations."""
         return rms(self.errors / self.told)
 
 
@@ -179,15 +179,15 @@ def two_positions(runs: int) -> Section:
             one = found[scenario, name] = judged(task, made(task.datasheet), estimator, runs)
             span = f"{one.time.mean():.0f} [{one.time.min():.0f}, {one.time.max():.0f}]"
             rows.append((f"`{name}`", estimator, span, shown(one.errors, 3), f"{rms(one.told):.3f}", f"{one.z:.2f}"))
-        header = ("policy", "estimator", "time [s], least and most", "rms [arcmin]", "told", "rms z")
-        lines += [f"Until 0.333 arcmin is told, `{scenario}`, {runs} runs:", "", *table(header, rows), ""]
+        header = ("policy", "estimator", "time [s], least and most", "rms [arcmin]", "claimed", "rms z")
+        lines += [f"Until 0.333 arcmin is claimed, `{scenario}`, {runs} runs:", "", *table(header, rows), ""]
     equal, timed = [], dict[str, Judged]()
     task = task_of("two_position/published_a2", {"duration": _TOGETHER})
     for name, (made, estimator) in TIMED.items():
         one = timed[name] = judged(task, made(task.datasheet), estimator, runs)
         base = timed["published_schedule"].errors
         equal.append((f"`{name}`", estimator, shown(one.errors, 3), f"{rms(one.told):.3f}", apart(one.errors, base, 3)))
-    names = ("policy", "estimator", "rms [arcmin]", "told", "rms less that of `published_schedule`")
+    names = ("policy", "estimator", "rms [arcmin]", "claimed", "rms less that of `published_schedule`")
     lines += [f"After {_TOGETHER}, `two_position/published_a2`:", "", *table(names, equal)]
 
     def a2(name: str) -> Judged:
@@ -239,7 +239,7 @@ def rate_table(runs: int) -> Section:
                 f"{row.scale_factor_sd / PPM:.1f}",
             )
         )
-    header = ("policy", "faults found", "false alarms", "time [s]", "K, rms [ppm]", "K, told [ppm]")
+    header = ("policy", "faults found", "false alarms", "time [s]", "K, rms [ppm]", "K, claimed [ppm]")
     lines = (
         f"{runs} runs of a B-215 with a fault of 0.034 deg/s at an unknown rate, and {runs} without, as in "
         "[rate table](fog_test.md).",

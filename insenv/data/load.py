@@ -30,6 +30,7 @@ from insenv.data.sampling import (
     at_one_stamp,
     by_the_clock,
     check_forwards,
+    check_one_unit,
     in_packets,
     nearly_forwards,
     round_rate,
@@ -125,6 +126,7 @@ def check_sampling(path: Path, t: Floats, place: Callable[[int], str]) -> None:
 def _read_run(manifest: Manifest, run: RunSpec, words: Mended) -> Recording:
     table = words.table
     t = time(manifest, run, table)
+    check_one_unit(run.file, t, table.place)
     table = _unwound(manifest, run, table)
     table, t, far = _without_strays(manifest, run, table, t)
     t, back = nearly_forwards(t, table.place)

@@ -42,6 +42,9 @@ OFTEN = 0.01
 #: and by the clock that it has at most by the stamps, where these are taken. An encoder's steps hide which is right:
 #: rates by stamps that are wrong by s of a period are 1 + 2 s^2 too large, and those by the clock are true in the mean.
 SMOOTHER = 0.8
+#: Stamps and steps that are a power of a thousand times those before: so nearly; of so many rows on either side, and at
+#: least so many. A median of few steps of a logger that is late now and then may be off by half.
+SAME_UNIT, SAME_STEP, AROUND, FEWEST_AROUND = 0.02, 0.3, 64, 3
 #: Seconds that are counted from so long ago that their rounding is more than this share of a period count from row 0.
 COARSE = 1e-9
 
@@ -307,6 +310,30 @@ def check_forwards(path: Path, t: Floats, place: Callable[[int], str]) -> None:
     if (steps < 0).any() or t[-1] == t[0]:
         row = int(np.argmax(steps < 0)) + 1
         _refuse(path, t, row, place)
+
+
+def check_one_unit(path: Path, t: Floats, place: Callable[[int], str]) -> None:
+    """Refuse stamps, shape (n,) [s], that from one row on count in a unit a thousand times smaller or larger, or more.
+
+    From there on both the stamps and their steps are so many times what they were: 29.99, 30.00, 30010, 30020. A gap
+    raises no steps, and a slower logger does not multiply the time that has passed.
+    """
+    next_one = t[:-1] + np.diff(t, prepend=t[0])[:-1]
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        share = t[1:] / next_one
+        factor = 1000.0 ** np.clip(np.rint(np.log10(share) / 3), -3, 3)
+        leaps = (factor != 1) & (np.abs(share / factor - 1) < SAME_UNIT)
+    for row in np.flatnonzero(leaps) + 1:
+        old, new = np.diff(t[max(0, row - AROUND) : row]), np.diff(t[row : row + AROUND])
+        if min(len(old), len(new)) < FEWEST_AROUND or not np.median(old) > 0:
+            continue
+        was, now, times = float(np.median(old)), float(np.median(new)), float(factor[row - 1])
+        if abs(now / was / times - 1) < SAME_STEP:
+            unit = f"{max(times, 1 / times):g} times {'smaller' if times > 1 else 'larger'}"
+            raise InputError(
+                f"{path}: {place(int(row))}: time goes on in a unit {unit} ({t[row]:.15g} s after {t[row - 1]:.15g} s, "
+                f"then steps of {now:.4g} s after those of {was:.4g} s); wanted one unit in the whole file"
+            )
 
 
 def increasing(path: Path, t: Floats, place: Callable[[int], str]) -> Floats:

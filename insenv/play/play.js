@@ -27,13 +27,16 @@ function drawn(name, attributes, text) {
   return one;
 }
 
+const raised = power => [...String(power)].map(c => c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[c]).join("");
+
 function number(value, digits = 3) {
   if (value === null || !isFinite(value)) return "–";
   const size = Math.abs(value);
-  const text = size >= 1e6 || (size > 0 && size < 1e-4)
-    ? value.toExponential(digits - 1)
-    : value.toLocaleString("en", {maximumSignificantDigits: digits, useGrouping: size >= 10000});
-  return text.replaceAll("-", "−");
+  if (size >= 1e6 || (size > 0 && size < 1e-4)) {
+    const [head, power] = value.toExponential(digits - 1).split("e");
+    return `${Number(head)}·10${raised(Number(power))}`.replace("-", "−");
+  }
+  return value.toLocaleString("en", {maximumSignificantDigits: digits, useGrouping: size >= 10000}).replaceAll("-", "−");
 }
 
 // Whether a frame's belief of quantity j is more than what was known before.
@@ -117,6 +120,19 @@ function ticks(low, high, log) {
   return found.length > 6 ? found.filter((_, k) => k % 2 === 0) : found;
 }
 
+// All numbers of an axis, written one way; what they are to be taken times stands beside its title once.
+function axis(values, log) {
+  const sizes = values.map(Math.abs).filter(v => v > 0), most = Math.max(...sizes), least = Math.min(...sizes);
+  if (!sizes.length || (most < 1e5 && (log ? least : most) >= 1e-3)) return {texts: values.map(v => number(v)), times: ""};
+  const power = v => Math.floor(Math.log10(v) + 1e-9);
+  if (log) return {times: "", texts: values.map(v => {
+    const head = Math.round(v / 10 ** power(v));
+    return `${head === 1 ? "" : `${head}·`}10${raised(power(v))}`;
+  })};
+  const shared = 3 * Math.floor(power(most) / 3);
+  return {texts: values.map(v => number(v / 10 ** shared)), times: ` × 10${raised(shared)}`};
+}
+
 function thinned(points, most = 700) {
   const every = Math.ceil(points.length / most);
   return every < 2 ? points : points.filter((_, k) => k % every === 0 || k === points.length - 1);
@@ -128,20 +144,22 @@ function chart(svg, curves, label, log) {
   if (!width || !height) return;
   const values = curves.flatMap(c => c.points.map(p => p[1])).filter(v => isFinite(v) && (!log || v > 0));
   svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
-  const parts = [], left = 54, right = width - 8, top = 18, bottom = height - 20;
   let [low, high] = values.length ? [Math.min(...values), Math.max(...values)] : [log ? 1 : 0, log ? 10 : 1];
   if (log) [low, high] = [low / 1.4, high * 1.4];
   else { const room = 0.08 * (high - low) || Math.abs(high) * 0.1 || 1; [low, high] = [low - room, high + room]; }
-  const of = log ? Math.log : v => v;
+  const of = log ? Math.log : v => v, marks = ticks(low, high, log), {texts, times} = axis(marks, log);
+  // Below its title by a line, and as far from the edge as its longest number asks.
+  const parts = [], left = 12 + 6.5 * Math.max(4, ...texts.map(text => text.length));
+  const right = width - 8, top = 26, bottom = height - 20;
   const x = t => left + (right - left) * t / run.duration;
   const y = v => bottom - (bottom - top) * (of(v) - of(low)) / (of(high) - of(low));
-  for (const v of ticks(low, high, log)) {
+  marks.forEach((v, k) => {
     parts.push(drawn("path", {d: `M${left} ${y(v)}H${right}`, class: "grid"}));
-    parts.push(drawn("text", {x: left - 5, y: y(v) + 4, "text-anchor": "end"}, number(v)));
-  }
+    parts.push(drawn("text", {x: left - 5, y: y(v) + 4, "text-anchor": "end"}, texts[k]));
+  });
   const last = ticks(0, run.duration, false);
   for (const t of last) parts.push(drawn("text", {x: Math.min(x(t), right - 10), y: height - 5, "text-anchor": "middle"}, number(t, 4)));
-  parts.push(drawn("text", {x: 2, y: 11}, label));
+  parts.push(drawn("text", {x: 2, y: 11}, label + times));
   parts.push(drawn("text", {x: right, y: 11, "text-anchor": "end"}, "against time [s]"));
   for (const curve of curves) {
     const good = thinned(curve.points).filter(p => isFinite(p[1]) && (!log || p[1] > 0));

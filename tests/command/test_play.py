@@ -135,6 +135,30 @@ def _until(tab: Any, true: str, seconds: float = 20.0) -> None:
         tab.wait_for_timeout(50)
 
 
+#: Pairs of labels of a chart that touch, and those that leave it, of curves between each two values.
+CROWDED = """ranges => ranges.flatMap(([low, high, log]) => {
+  const svg = document.getElementById("commands");
+  chart(svg, [{points: [[0, low], [run.duration, high]], kind: "claimed"}], "turned by hand [deg]", log);
+  const texts = [...svg.querySelectorAll("text")], whole = svg.getBoundingClientRect();
+  const boxes = texts.map(one => one.getBoundingClientRect());
+  const apart = (a, b) => a.right <= b.left || b.right <= a.left || a.bottom <= b.top + 2 || b.bottom <= a.top + 2;
+  return texts.flatMap((one, k) => [
+    ...(boxes[k].left < whole.left - 1 || boxes[k].right > whole.right + 1 ? [one.textContent] : []),
+    ...texts.slice(k + 1).filter((_, j) => !apart(boxes[k], boxes[k + 1 + j])).map(two => `${one.textContent} | ${two.textContent}`),
+  ]);
+})"""
+RANGES = [
+    [-1.12e6, 0.0, False],
+    [-561_000.0, 1_200.0, False],
+    [0.0, 3e-5, False],
+    [-40.0, 40.0, False],
+    [7.0, 7.0, False],
+    [0.4, 9e5, True],
+    [2e-5, 4e-3, True],
+    [30.0, 50.0, True],
+]
+
+
 def test_an_arrow_turns_the_table_in_a_browser(north: Session) -> None:
     sync_api = pytest.importorskip("playwright.sync_api", reason="no playwright here: pip install insenv[browser]")
     axe = pytest.importorskip(
@@ -156,6 +180,7 @@ def test_an_arrow_turns_the_table_in_a_browser(north: Session) -> None:
         _until(tab, "insenvPlay.frames.at(-1).values[0] > 0 && insenvPlay.frames.at(-1).angle > 0.01")
         assert still == 0 and said == []
         assert tab.evaluate("document.documentElement.scrollWidth") <= 390
+        assert tab.evaluate(CROWDED, RANGES) == []
         found = axe.Axe().run(tab)
         assert found.violations_count == 0, found.generate_report()
         browser.close()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,11 +11,13 @@ import pytest
 from strangers import Columns, write
 
 from insenv.close import close
+from insenv.core.errors import InputError
 from insenv.core.recording import Floats, Recording
 from insenv.data.clock import clock_of
 from insenv.data.exposure import expose
 from insenv.data.load import read_recordings
 from insenv.data.manifest import load_manifest
+from insenv.data.sampling import check_one_unit
 from insenv.identify.findings import Findings
 
 N, DT = 3000, 0.01
@@ -284,3 +287,29 @@ def test_the_first_of_several_stamps_is_told_in_a_whole_sentence(tmp_path: Path)
     told = remarks_of(tmp_path, late(0.01)(bench()["time"]))
     (found,) = [one for one in told if "off the clock" in one]
     assert ", the first at line " in found and found.endswith(": the clock's time is taken for them")
+
+
+@pytest.mark.parametrize("at", [20, 1200, 1970])
+@pytest.mark.parametrize("factor", [1e3, 1e6, 1e-3])
+def test_a_unit_of_time_that_changes_in_the_file_is_refused(factor: float, at: int) -> None:
+    """Of a clock that jitters and loses rows; 1 % of them."""
+    t = np.sort((np.arange(2000) + rng().normal(0, 0.1, 2000)) * DT + 5.0)
+    t = np.delete(t, rng().integers(30, 1980, 20))
+    t[at:] *= factor
+    unit = f"{max(factor, 1 / factor):g} times {'smaller' if factor > 1 else 'larger'}"
+    with pytest.raises(
+        InputError, match=rf"a\.csv: row {at}: time goes on in a unit {re.escape(unit)} .*wanted one unit"
+    ):
+        check_one_unit(Path("a.csv"), t, lambda row: f"row {row}")
+
+
+@pytest.mark.parametrize("start", [0.0, 5.0])
+def test_gaps_strays_slower_rows_and_clocks_that_begin_anew_are_no_other_unit(start: float) -> None:
+    t = start + np.arange(2000) * DT
+    late = np.where(np.arange(2000) < 1000, t, t + 999 * t[999])  # by a thousand times what has passed
+    stray = t.copy()
+    stray[700] *= 1000
+    slower = np.append(t, t[-1] + 1000 * DT * np.arange(1, 50))
+    anew = np.append(t, DT * np.arange(50))
+    for stamps in (t, late, stray, slower, anew):
+        check_one_unit(Path("a.csv"), stamps, str)

@@ -170,7 +170,7 @@ def section() -> Section:
         lines,
         f"The base's tilt is what spreads the heading: {_deg(longest.before.spread, 2)} deg before, "
         f"{_deg(longest.after.spread, 3)} deg after, in windows of {LENGTHS[-1]} s; the horizontal Earth rate is "
-        f"{rate:.3f} ± {error:.3f} deg/h (repeatability) against {known:.3f}. The deviations told are honest after, "
+        f"{rate:.3f} ± {error:.3f} deg/h (repeatability) against {known:.3f}. The claimed deviations are honest after, "
         f"and {longest.before.z:.0f} times too small before: plain means do not know of the base.",
         {
             "align_windows": _headings(longest),
@@ -188,7 +188,7 @@ _HEADER = (
     "largest less smallest [deg]",
     "mean heading [deg]",
     "horizontal rate [deg/h]",
-    "sd told, median [deg]",
+    "claimed sd, median [deg]",
     "z",
 )
 
@@ -254,7 +254,7 @@ def _spreads(studies: dict[int, Study]) -> Figure:
         spread = [np.degrees(studies[n].windows[name].spread) for n in lengths]
         ax.loglog(lengths, spread, mark + "-", color=colour, ms=5, lw=1, label=name.replace("`", "") + ", spread")
     told = [np.degrees(np.sqrt(np.mean(studies[n].after.heading_sd ** 2))) for n in lengths]
-    ax.loglog(lengths, told, "--", color=_BLUE, lw=1, label="effect base_tilt, told (root mean square)")
+    ax.loglog(lengths, told, "--", color=_BLUE, lw=1, label="effect base_tilt, claimed (root mean square)")
     ax.set_xticks(lengths, [str(n) for n in lengths])
     ax.minorticks_off()
     ax.grid(True, color="#dddddd", lw=0.6)

@@ -242,7 +242,7 @@ def _policy_rows(rows: Sequence[Row], label: str = "policy") -> tuple[str, ...]:
         )
         for row in rows
     ]  # fmt: skip
-    head = (label, "found", "false alarms", "time [s]", "first alarm [s]", "K, rms error [ppm]", "K, told [ppm]")
+    head = (label, "found", "false alarms", "time [s]", "first alarm [s]", "K, rms error [ppm]", "K, claimed [ppm]")
     return table(head, cells)
 
 

@@ -47,7 +47,7 @@ def estimators(seeds: Sequence[int]) -> Section:
         (
             *table(("estimator", *(f"{change} ppm/h" for change in CHANGES), "spread of z"), rows),
             "",
-            "Root mean square of north in arcsec, in brackets what the estimator told; `forward` to `predicting` are "
+            "Root mean square of north in arcsec, in brackets what the estimator claimed; `forward` to `predicting` are "
             "the pairings of `revolution`. The scale factor changes by so much in the first hour; the datasheet says "
             f"so. Cramér-Rao bound for these pulses and this walk over 300 s, quadratic scale factor: {bound:.1f} "
             "arcsec.",
@@ -114,7 +114,7 @@ def plans(seeds: Sequence[int]) -> Section:
         (
             "The realistic instrument, its level error of 10 arcsec included (`revolution` does not take that out).",
             "",
-            *table(("plan, 300 s", "estimator", "north, rms (told) [arcsec]", "spread of z"), rows),
+            *table(("plan, 300 s", "estimator", "north, rms (claimed) [arcsec]", "spread of z"), rows),
             "",
             f"An encoder eccentric by {ECCENTRIC} arcsec moves north by {_moved(ConstantRate):.1f} arcsec in one "
             f"direction, by {_moved(Bidirectional):.3f} arcsec both ways (`north_gls`; the same noise with and "

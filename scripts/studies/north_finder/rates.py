@@ -94,7 +94,7 @@ def section(result: Study) -> Section:
     lines = [
         "The realistic instrument (`north_finder/realistic`, level): lock-in of 0.05 deg/s that warms up by 20 % in an "
         "hour and walks by 1 % in 300 s, path length, encoder noise of 0.1 arcsec. In brackets what the estimator "
-        "told; `nothing`: less than it needs, the answer is the prior.",
+        "claimed; `nothing`: less than it needs, the answer is the prior.",
     ]
     for eccentric in result.found:
         what = (
