@@ -144,7 +144,7 @@ CROWDED = """ranges => ranges.flatMap(([low, high, log]) => {
   const apart = (a, b) => a.right <= b.left || b.right <= a.left || a.bottom <= b.top + 2 || b.bottom <= a.top + 2;
   return texts.flatMap((one, k) => [
     ...(boxes[k].left < whole.left - 1 || boxes[k].right > whole.right + 1 ? [one.textContent] : []),
-    ...texts.slice(k + 1).filter((_, j) => !apart(boxes[k], boxes[k + 1 + j])).map(two => `${one.textContent} | ${two.textContent}`),
+    ...texts.filter((_, j) => j > k && !apart(boxes[k], boxes[j])).map(two => [one, two].map(t => t.textContent)),
   ]);
 })"""
 RANGES = [

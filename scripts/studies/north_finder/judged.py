@@ -47,9 +47,9 @@ def estimators(seeds: Sequence[int]) -> Section:
         (
             *table(("estimator", *(f"{change} ppm/h" for change in CHANGES), "spread of z"), rows),
             "",
-            "Root mean square of north in arcsec, in brackets what the estimator claimed; `forward` to `predicting` are "
-            "the pairings of `revolution`. The scale factor changes by so much in the first hour; the datasheet says "
-            f"so. Cramér-Rao bound for these pulses and this walk over 300 s, quadratic scale factor: {bound:.1f} "
+            "Root mean square of north in arcsec, in brackets what the estimator claimed; `forward` to `predicting` "
+            "are the pairings of `revolution`. The scale factor changes by so much in the first hour; the datasheet "
+            f"says so. Cramér-Rao bound for these pulses and this walk over 300 s, quadratic scale factor: {bound:.1f} "
             "arcsec.",
         ),
         f"`north_gls` is at the bound for every change ({100 * (_worst(found, 'north_gls') / bound - 1):+.0f} % at "
