@@ -305,8 +305,8 @@ def test_a_unit_of_time_that_changes_in_the_file_is_refused(factor: float, at: i
 
 @pytest.mark.parametrize("start", [0.0, 5.0])
 def test_gaps_strays_slower_rows_and_clocks_that_begin_anew_are_no_other_unit(start: float) -> None:
-    t: Floats = start + np.arange(2000) * DT
-    late: Floats = np.where(np.arange(2000) < 1000, t, t + 999 * t[999])  # by a thousand times what has passed
+    t = np.linspace(start, start + 1999 * DT, 2000)
+    late = np.where(np.arange(2000) < 1000, t, t + 999 * t[999])  # by a thousand times what has passed
     stray = t.copy()
     stray[700] *= 1000
     slower = np.append(t, t[-1] + 1000 * DT * np.arange(1, 50))
