@@ -26,6 +26,7 @@ from insenv.data.resample import resampled, spread
 from insenv.data.sampling import (
     Sampling,
     UnevenError,
+    after_rollovers,
     at_mean_rate,
     at_one_stamp,
     by_the_clock,
@@ -126,12 +127,13 @@ def check_sampling(path: Path, t: Floats, place: Callable[[int], str]) -> None:
 def _read_run(manifest: Manifest, run: RunSpec, words: Mended) -> Recording:
     table = words.table
     t = time(manifest, run, table)
+    t, anew = after_rollovers(t, _count(manifest, run, table), table.place)
     check_one_unit(run.file, t, table.place)
     table = _unwound(manifest, run, table)
     table, t, far = _without_strays(manifest, run, table, t)
     t, back = nearly_forwards(t, table.place)
     table, t, again = _without_copies(manifest, run, table, t)
-    notes, stamps = (*table.notes, *table.behind, *words.notes, *far, *back, *again), t
+    notes, stamps = (*table.notes, *table.behind, *words.notes, *anew, *far, *back, *again), t
     if table.notes and (manifest.fit_rows or manifest.held_out.rows):
         raise InputError(f"{run.file}: {table.notes[0]}; wanted all of them where {manifest.path} counts rows")
     if manifest.resample is not None:
@@ -336,6 +338,13 @@ def time(manifest: Manifest, run: RunSpec, table: Table, first: int = 0) -> Floa
         raise InputError(f"{manifest.path}: channels.time.unit = '{spec.unit}' of a column of dates; {wanted}")
     t = _scaled(manifest, run, table, "time", "time")
     return t if spec.nanoseconds is None else t + 1e-9 * table.values[_NANOSECONDS]
+
+
+def _count(manifest: Manifest, run: RunSpec, table: Table) -> float:
+    """What a count of the time column is [s]."""
+    spec = manifest.channels.get("time")
+    of_column = spec is not None and spec.rate is None and "time" in table.values and "time" not in table.stamped
+    return _unit(manifest, run, table, spec, "time", "time")[0] if spec is not None and of_column else 1.0
 
 
 def _channel(manifest: Manifest, run: RunSpec, table: Table, name: str, dt: float | Floats) -> Channel:

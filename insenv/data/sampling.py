@@ -45,6 +45,8 @@ SMOOTHER = 0.8
 #: Stamps and steps that are a power of a thousand times those before: so nearly; of so many rows on either side, and at
 #: least so many. A median of few steps of a logger that is late now and then may be off by half.
 SAME_UNIT, SAME_STEP, AROUND, FEWEST_AROUND = 0.02, 0.3, 64, 3
+#: Steps from the last stamp of a counter to the first one after it began anew, at most; more, and it was set.
+FEW_STEPS = 10.0
 #: Seconds that are counted from so long ago that their rounding is more than this share of a period count from row 0.
 COARSE = 1e-9
 
@@ -136,6 +138,27 @@ def nearly_forwards(t: Floats, place: Callable[[int], str]) -> tuple[Floats, tup
     )
     row, late = np.arange(len(t)), np.maximum.accumulate(t) > t
     return np.interp(row, row[~late], t[~late]), (f"{which}, by up to {-steps.min():.2g} s: taken for late ones",)
+
+
+def after_rollovers(t: Floats, count: float, place: Callable[[int], str]) -> tuple[Floats, tuple[str, ...]]:
+    """Stamps of a counter that begins anew at its end, shape (n,) [s], made to go on; what was done.
+
+    The end of 16, 24 or 32 bits of one ``count`` [s], of a day or of a week: where the stamps fall by just that, less
+    a few steps, every time. Any other fall is left as it is.
+    """
+    steps = np.diff(t)
+    back = steps < 0
+    if not back.any() or not (steps > 0).any():
+        return t, ()
+    usual, count_of = float(np.median(steps[steps > 0])), {f"{n} bits": 2.0**n * count for n in (16, 24, 32)}
+    for name, whole in {**count_of, "a day": 86_400.0, "a week": 604_800.0}.items():
+        between = steps[back] + whole
+        if whole > FEW_STEPS * usual and np.all((between > 0) & (between < FEW_STEPS * usual)):
+            first = place(int(np.argmax(back)) + 1)
+            times = "" if back.sum() == 1 else f" {int(back.sum())} times, first"
+            note = f"time begins anew{times} at {first}, after {name} ({whole:.10g} s): made to go on"
+            return t + whole * np.append(0, np.cumsum(back)), (note,)
+    return t, ()
 
 
 def in_packets(t: Floats) -> bool:

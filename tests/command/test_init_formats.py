@@ -59,6 +59,18 @@ READ: dict[str, str | bytes] = {
     "of Windows": "Zeit [s];Drehrate Gyro [°/s];Temperatur [°C]\n".encode("cp1252")
     + rows(T, RATE, "25.0", sep=";").encode(),
     "between blanks": "   Time [s]   Gyro X [deg/s]\n" + rows(T, RATE, sep="    "),
+    "the minus of typesetters": "Time [s],Gyro [deg/s]\n" + rows(T - 1.99, RATE).replace("-", "\u2212"),
+    "of Fortran": "Time [s],Gyro [deg/s]\n" + rows(T, RATE, form="{:.9E}").replace("E", "D"),
+    "bars": "Time [s]|Gyro [deg/s]\n" + rows(T, RATE, sep="|"),
+    "seconds of arc": "Time [s],Gyro [deg/s],Elevation\n" + rows(T, RATE, "12°34'56\""),
+    "the week of a receiver": "gps_tow [s],gyro [deg/s]\n" + rows((604_798 + T) % 604_800, RATE),
+    "32 bits": "time_us,gyro [deg/s]\n" + rows(np.rint(4294967296 - 2e6 + 1e6 * T) % 2**32, RATE),
+    "16 bits": "time [ms],gyro [deg/s]\n" + rows((64_000 + 1e3 * T) % 65_536, RATE),
+    "summer time that ends": "time,gyro [deg/s]\n"
+    + "".join(
+        f"2026-10-25T02:{f'59:{58 + t:06.3f}+02:00' if t < 2 else f'00:{t - 2:06.3f}+01:00'},{r:.6f}\n"
+        for t, r in zip(T, RATE, strict=True)
+    ),
     "units and remarks below": "Time\tOmega\ns\tdeg/s\n\tthe first\n" + rows(T, RATE, sep="\t"),
 }
 
@@ -113,6 +125,17 @@ REFUSED = {
     "another record": ("%CORRIMUDATASA,2394,5.0;2394,5.0,0.1,0.1,0.1,0.1,0.1,0.1*5aa97065\n" * 5, "CORRIMUDATASA"),
     "very wide": (",".join(["c"] * 3000) + "\n" + (",".join(["1"] * 3000) + "\n") * 5, "3000 columns"),
     "a page": ("<!DOCTYPE html>\n<html><body>\n<p>Not found</p>\n</body></html>\n", "no rows of numbers"),
+    "another unit further down": (
+        "t [s],gyro [deg/s]\n" + rows(T, RATE) + "t [s],gyro [rad/s]\n" + rows(T + 4, RATE / 57.3),
+        "line 202: another header ('gyro [rad/s]' for 'gyro [deg/s]')",
+    ),
+    "another order further down": (
+        "t [s],gyro_x [deg/s],gyro_y [deg/s]\n"
+        + rows(T, RATE, 0 * T)
+        + "t [s],gyro_y [deg/s],gyro_x [deg/s]\n"
+        + rows(T),
+        "another header",
+    ),
     "hexadecimal counts": ("t [s],gyro [deg/s]\n" + rows(T, "0x12AF"), "0x12AF"),
 }
 

@@ -17,7 +17,7 @@ from insenv.data.clock import clock_of
 from insenv.data.exposure import expose
 from insenv.data.load import read_recordings
 from insenv.data.manifest import load_manifest
-from insenv.data.sampling import check_one_unit
+from insenv.data.sampling import after_rollovers, check_one_unit
 from insenv.identify.findings import Findings
 
 N, DT = 3000, 0.01
@@ -313,3 +313,15 @@ def test_gaps_strays_slower_rows_and_clocks_that_begin_anew_are_no_other_unit(st
     anew = np.append(t, DT * np.arange(50))
     for stamps in (t, late, stray, slower, anew):
         check_one_unit(Path("a.csv"), stamps, str)
+
+
+def test_a_counter_that_begins_anew_goes_on_and_a_clock_that_was_set_is_left_alone() -> None:
+    """Counts of a millisecond, 100 rows a second, some lost; 65.536 s is the end of 16 bits."""
+    t = np.delete(np.arange(20_000), rng().integers(1, 19_999, 200)) * DT
+    wrapped = np.asarray(t % 65.536, np.float64)
+    whole, notes = after_rollovers(wrapped, 1e-3, str)
+    assert np.allclose(whole, t) and "3 times" in notes[0] and "16 bits" in notes[0]
+    for jump in (-65.0, -66.0, -1.0, -3600.0):
+        was_set = np.asarray(np.where(t < 100, t, t + jump), np.float64)
+        left, notes = after_rollovers(was_set, 1e-3, str)
+        assert left is was_set and notes == ()

@@ -186,11 +186,13 @@ def _by_heading(named: Sequence[Role]) -> Roles:
 
 
 def _time_by_unit(named: Sequence[Role], left: list[str]) -> dict[str, list[Role]]:
-    """The one column with a unit of time that runs in even steps, whatever it is called (Zeit, tov)."""
+    """The one column with a unit of time that runs in even steps, whatever it is called (Zeit, tov, gps_tow)."""
     running = [
         (role, unit)
         for role in named
-        if role.heading.kind == "" and (unit := unit_in(role.heading.written or "", "time")) and _runs(role.column)
+        if role.heading.kind in ("", "other")
+        and (unit := unit_in(role.heading.written or "", "time"))
+        and _runs(role.column)
     ]
     if len(running) != 1:
         return {}

@@ -28,7 +28,7 @@ from insenv.data.readers import MOST_INCOMPLETE, Column, arrays, bags, labelled,
 from insenv.data.readers.commas import check_thousands, number_in
 from insenv.data.readers.conventions import unit_of
 from insenv.data.readers.novatel import NAMES
-from insenv.data.readers.rows import COMMENTS, MOST_LINES, is_number
+from insenv.data.readers.rows import COMMENTS, MOST_LINES, HeadingsError, is_number
 from insenv.data.readers.stamps import second
 from insenv.data.readers.table import decoding, unit_of_cell
 from insenv.data.readers.text import Line, labelled_names, lines_of, text_of
@@ -432,6 +432,8 @@ def _first_that_reads(path: Path, kind: str, layout: _Layout, named: _Named, rea
             kept = [w for w, i in zip(wanted, layout.numeric, strict=True) if whole or i in layout.filled]
             try:
                 return _read(path, one, kept, replace(reading, skip_lines=skip, incomplete=incomplete))
+            except HeadingsError:
+                raise
             except InputError as fault:
                 error = error or fault
     assert error is not None
@@ -518,12 +520,16 @@ def _lacking(rows: Sequence[tuple[int, list[str]]], names: Sequence[str], delimi
     return found
 
 
+#: A quotation mark that opens a cell; one behind digits is that of inches or seconds of arc.
+_OPENED = re.compile(r'(?:^|[,;|\t])\s*"')
+
+
 def _whole(lines: Sequence[str]) -> Iterator[tuple[int, str]]:
     """Numbers and texts of the lines; one in which a cell in quotation marks goes on has the next ones behind it."""
     number = 0
     while number < len(lines):
         first, text = number + 1, lines[number]
-        while text.count('"') % 2 and number - first < MOST_LINES and number + 1 < len(lines):
+        while _OPENED.search(text) and text.count('"') % 2 and number - first < MOST_LINES and number + 1 < len(lines):
             number += 1
             text += " " + lines[number]
         yield first, text

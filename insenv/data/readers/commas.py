@@ -38,12 +38,12 @@ ROW = re.compile(rb"[ \t]*[+-]?[0-9.]")
 
 
 def delimiter_of(text: str) -> str | None:
-    """The most frequent of tab, semicolon and comma outside quotes that may part the cells; None where there is none.
+    """The most frequent of tab, semicolon, bar and comma outside quotes that may part the cells; None of none.
 
     Commas do not, where all stand in decimals between tabs or semicolons.
     """
     bare = _QUOTED.sub("", text)
-    most = max("\t;,", key=bare.count)
+    most = max("\t;|,", key=bare.count)
     if most == ",":
         if len(cells := bare.split()) > 1 and all(map(_WITH_COMMA.fullmatch, cells)):
             return None

@@ -26,7 +26,7 @@ from insenv.data.manifest.schema import shown
 from insenv.data.manifest.spec import CHANNELS, EVENTS
 from insenv.data.readers.conventions import unit_of
 from insenv.data.readers.stamps import second, seconds
-from insenv.data.readers.table import Column, Table, find_column
+from insenv.data.readers.table import Column, Table, find_column, split_unit
 
 #: Rows after which what was read so far is looked at.
 EARLY = 1000
@@ -34,10 +34,16 @@ EARLY = 1000
 COMMENTS = ("#", "%", "//")
 #: Rows before a last one from which on it is cut off, and not a table of two widths.
 ENOUGH = 8
+#: Columns from which on a line of words is told to be headings.
+LEAST_HEADINGS = 2
 #: Lines of one row; where a cell goes on for more its quotation mark is not closed.
 MOST_LINES = 100
 _UNDECODABLE = "\N{REPLACEMENT CHARACTER}"
 _Columns = dict[Column, Any]
+
+
+class HeadingsError(InputError):
+    """Columns have other names or units from a line on: no way of reading the file makes one table of it."""
 
 
 @dataclass(frozen=True)
@@ -213,6 +219,11 @@ def _sound(body: Body, numbers: Sequence[int], passed: list[int], behind: list[s
         if _is_no_row(cells, header, numbers):
             passed.append(line)
             continue
+        if (other := _other_heading(cells, header)) is not None:
+            found = f"line {line}: another header ({shown(cells[other].strip())} for {shown(header[other])})"
+            raise HeadingsError(
+                f"{body.path}: {found}; wanted the columns and units of the first one, or a file for each"
+            )
         if before is not None:
             yield before
         before = line, cells
@@ -233,6 +244,21 @@ def _is_no_row(cells: list[str], header: Sequence[str], numbers: Sequence[int]) 
     if cells[0].lstrip().startswith(COMMENTS):
         return len(cells) != len(header) or any(not is_number(cells[i]) for i in numbers if i < len(cells))
     return not header[0].isdigit() and [cell.strip() for cell in cells] == header
+
+
+def _other_heading(cells: list[str], header: Sequence[str]) -> int | None:
+    """The first column that a line of headings gives another name or unit; None of a line that is none.
+
+    Who appends a file to another, or starts a logger anew with other settings, leaves such a line. Most of its cells
+    are headings of the first one, their units apart, and none is a number.
+    """
+    if len(cells) != len(header) or len(header) < LEAST_HEADINGS or is_number(cells[-1]) or is_number(cells[0]):
+        return None
+    known = {split_unit(name)[0].lower() for name in header}
+    names = [split_unit(cell.strip())[0].lower() for cell in cells]
+    if not all(name and not is_number(name) for name in names) or 2 * len(known & set(names)) <= len(header):
+        return None
+    return next((i for i, cell in enumerate(cells) if cell.strip() != header[i]), None)
 
 
 def _columns(body: Body, at: dict[Column, int], rows: list[list[str]], lines: list[int]) -> _Columns:

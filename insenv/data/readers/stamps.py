@@ -4,7 +4,7 @@ Loggers of computers write them, also as names of files ("2025_10_04_16_35_12.18
 ("04-Oct-2025 16:35:12", "04.10.2025 16:35:12") and by halves of the day ("4:35:12.186 PM"). A time of day that falls by
 more than half a day goes on after midnight, minutes and seconds alone ("35:12.2", as spreadsheets show them) after the
 hour. Between strokes day and month are told apart where one is above twelve. A time zone shifts all stamps alike and is
-passed over.
+passed over, but where it changes within a file, as summer time ends.
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ _PART = r"(?P<part>[.,:]\d+|(?(year)[_-](?:\d{3}|\d{6})|(?!)))?"
 _CLOCK = rf"(?P<hour>[01]?\d|2[0-3]){_BETWEEN}(?P<minute>[0-5]\d){_BETWEEN}(?P<second>[0-5]\d|60){_PART}"
 _STAMP = re.compile(rf"(?:{_DATE}[ T_-]+)?{_CLOCK}(?: ?(?P<half>[AP])M)?(?: ?(?:Z|UTC|[+-]\d\d:?\d\d))?", re.I)
 _MINUTES = re.compile(r"(?P<minute>[0-5]?\d):(?P<second>[0-5]\d)[.,](?P<part>\d+)")
+_ZONE = re.compile(r"([+-])(\d\d):?(\d\d)\s*$")
 _HOUR, _DAY = 3_600.0, 86_400.0
 
 
@@ -81,4 +82,12 @@ def seconds(cells: Sequence[str]) -> Floats:
     if len(found) and found[np.isfinite(found)].max(initial=0.0) < _DAY:
         turn = _HOUR if _MINUTES.fullmatch(cells[0].strip()) else _DAY
         found = found + turn * np.cumsum(np.diff(found, prepend=found[:1]) < -turn / 2)
+    elif len(found) and _zone(cells[0]) != _zone(cells[-1]):
+        found = found - np.array([_zone(cell) for cell in cells])
     return found
+
+
+def _zone(cell: str) -> float:
+    """By how much the time of a stamp's zone is ahead [s]."""
+    match = _ZONE.search(cell)
+    return 0.0 if match is None else float(f"{match[1]}1") * (3600 * int(match[2]) + 60 * int(match[3]))

@@ -32,6 +32,9 @@ HEAD_BYTES, LONGEST = 8_000_000, 1_000_000
 HEAD = 60
 #: A line that begins with zero bytes: a logger lost power, a port was opened anew; the row behind may lack digits.
 _NULLS = re.compile(rb"(?<=[\r\n])\0+[^\r\n]*")
+#: The minus sign of typesetters in UTF-8, before a number; a number whose exponent stands behind a D.
+_MINUS, _MINUS_OF_NUMBER = b"\xe2\x88\x92", re.compile(rb"\xe2\x88\x92(?=[\d.])")
+_FORTRAN = re.compile(rb"(?<![\w.])([+-]?(?:\d+\.?\d*|\.\d+))[dD]([+-]\d{2,3})(?![\w.])")
 #: A row of an array as NumPy prints it.
 _PRINTED = re.compile(rb"[ \t]*\[[-+.\deE\[ \t]+\][\] \t]*")
 #: A line longer than this is none of units.
@@ -94,10 +97,11 @@ def text_of(path: Path, most: int = -1) -> bytes:
     with path.open("rb") as file:
         content = file.read(most)
     if not content.startswith(_UTF_16):
-        return _as_wide_as_its_header(of_one_delimiter(_without_brackets(_in_utf_8(_NULLS.sub(b"", content)))))
+        plain = _as_python_writes(_without_brackets(_in_utf_8(_NULLS.sub(b"", content))))
+        return _as_wide_as_its_header(of_one_delimiter(plain))
     try:
         content = codecs.getincrementaldecoder("utf-16")().decode(content, final=most < 0).encode()
-        return _as_wide_as_its_header(of_one_delimiter(content))
+        return _as_wide_as_its_header(of_one_delimiter(_as_python_writes(content)))
     except UnicodeError:
         raise InputError(f"{path}: begins as UTF-16 text and is none; wanted UTF-8 or UTF-16 text") from None
 
@@ -114,6 +118,13 @@ def _in_utf_8(content: bytes) -> bytes:
         if min(spoken) >= _LEAST_OF_TEXT and b"\0" not in content:
             return content.decode("cp1252", "replace").encode()
     return content
+
+
+def _as_python_writes(content: bytes) -> bytes:
+    """Numbers with the minus sign of typesetters (U+2212), or Fortran's D before the exponent, as others write them."""
+    if _MINUS in content:
+        content = _MINUS_OF_NUMBER.sub(b"-", content)
+    return _FORTRAN.sub(rb"\1E\2", content) if _FORTRAN.search(content[:LOOKED_AT]) else content
 
 
 def _without_brackets(content: bytes) -> bytes:
