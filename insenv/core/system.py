@@ -96,7 +96,8 @@ class System:
         ``(datasheet, run, quantities, scenario) -> {quantity: least standard deviation}``; nothing where there is none.
     trial : Trial
     scene : str
-        What a person sees and sets in the browser (`insenv.play.scene.Scene`); nothing for the plain one.
+        What a person sees and sets in the browser: a `insenv.play.scene.Scene`, or a function that makes one of a task;
+        nothing for the plain one.
     plants : mapping of str to str
         Tables of a scenario that describe a plant of this system's own, each with what makes it of them
         (`insenv.scenario.plant.PlantMaker`).

@@ -8,6 +8,8 @@ const ask = (what, value) => fetch("/", {
 }).catch(() => {});
 
 let run = null, frames = [], bounds = [], drives = "", dirty = false, moved = {from: 0, to: 0, at: 0};
+// The quantity that is drawn; when a frame was heard last [ms], and whether a long wait was spoken of.
+let chosen = 0, heard = 0, waiting = false;
 const painted = {count: 0};
 window.insenvPlay = {painted, get frames() { return frames; }, get run() { return run; }};
 
@@ -38,6 +40,12 @@ function number(value, digits = 3) {
   }
   return value.toLocaleString("en", {maximumSignificantDigits: digits, useGrouping: size >= 10000}).replaceAll("-", "−");
 }
+
+// Names of the code as words: "accel_x.accel_bias.c" is "accel x: bias", "gyro_x.g_sensitivity.c_y" ends in "y".
+const plainly = name => name.replace(".accel_", ".").replace(/\.c(_|$)/, ".$1").replaceAll("_", " ").replace(".", ": ").replaceAll(".", "");
+
+// So many quantities are shown in words; more are a table.
+const FEW = 3;
 
 // Whether a frame's belief of quantity j is more than what was known before.
 const known = (frame, j) => frame.sd[j] !== null && frame.sd[j] < 0.97 * run.quantities[j].prior;
@@ -110,7 +118,7 @@ function drawnDial(frame, angle) {
 
 function ticks(low, high, log) {
   if (!log) {
-    const step = round((high - low) / 1.7), first = Math.ceil(low / step - 1e-9);
+    const step = round((high - low) / 2.4), first = Math.ceil(low / step - 1e-9);
     return Array.from({length: Math.floor(high / step + 1e-9) - first + 1}, (_, k) => (first + k) * step);
   }
   const found = [], decades = Math.log10(high / low);
@@ -175,11 +183,11 @@ function chart(svg, curves, label, log) {
 
 // The belief as a normal density about the truth, or about itself where that is hidden.
 function closeUp(frame) {
-  const svg = $("close-up"), q = run.quantities[0], width = svg.clientWidth, height = svg.clientHeight;
+  const svg = $("close-up"), j = chosen, q = run.quantities[j], width = svg.clientWidth, height = svg.clientHeight;
   if (!width || !q) return;
   svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
-  const seen = $("truth").checked && frame.true[0] !== null, some = known(frame, 0);
-  const e = seen ? error(frame.mean[0], frame.true[0], q.circular) : 0, sd = frame.sd[0];
+  const seen = $("truth").checked && frame.true[j] !== null, some = known(frame, j);
+  const e = seen ? error(frame.mean[j], frame.true[j], q.circular) : 0, sd = frame.sd[j];
   const reach = some ? q.scale / round(q.scale / Math.max(3.5 * sd, 1.25 * Math.abs(e))) : 3 * q.prior;
   const x = v => width / 2 + v / reach * (width / 2 - 24), bottom = height - 32, parts = [];
   const y = v => bottom - (bottom - 8) * v;
@@ -192,22 +200,22 @@ function closeUp(frame) {
   if (seen) parts.push(drawn("path", {d: `M${x(0)} ${bottom}V4`, class: "true"}));
   for (const v of [-1, -0.5, 0, 0.5, 1]) parts.push(drawn("text", {x: x(v * reach), y: bottom + 13, "text-anchor": "middle"}, number(v * reach / q.scale)));
   const about = seen ? "less the truth" : "less what is believed";
-  parts.push(drawn("text", {x: width / 2, y: height - 4, "text-anchor": "middle"}, `${q.name.replaceAll("_", " ")} ${about} [${q.unit}]`));
+  parts.push(drawn("text", {x: width / 2, y: height - 4, "text-anchor": "middle"}, `${plainly(q.name)} ${about} [${q.unit}]`));
   svg.replaceChildren(...parts);
 }
 
 function drawnCharts() {
-  const q = run.quantities[0], truth = $("truth").checked;
+  const j = chosen, q = run.quantities[j], truth = $("truth").checked;
   if (q) {
     const curves = [{points: [[0, q.demanded / q.scale], [run.duration, q.demanded / q.scale]], kind: "demanded"}];
     // An error that passes through zero would stretch the axis to nothing: it is drawn down to a tenth of what is claimed.
     if (truth) curves.push({kind: "error", points: frames.map(f => {
-      const e = error(f.mean[0], f.true[0], q.circular);
-      return [f.t, !known(f, 0) || e === null ? NaN : Math.max(Math.abs(e), f.sd[0] / 10) / q.scale];
+      const e = error(f.mean[j], f.true[j], q.circular);
+      return [f.t, !known(f, j) || e === null ? NaN : Math.max(Math.abs(e), f.sd[j] / 10) / q.scale];
     })});
-    curves.push({kind: "bound", points: bounds.filter(b => b[1][0] !== null && b[1][0] < q.prior).map(b => [b[0], b[1][0] / q.scale])});
-    curves.push({kind: "claimed", points: frames.map(f => [f.t, f.sd[0] === null ? NaN : f.sd[0] / q.scale])});
-    chart($("worth"), curves, `${q.name} [${q.unit}]`, true);
+    curves.push({kind: "bound", points: bounds.filter(b => b[1][j] !== null && b[1][j] < q.prior).map(b => [b[0], b[1][j] / q.scale])});
+    curves.push({kind: "claimed", points: frames.map(f => [f.t, f.sd[j] === null ? NaN : f.sd[j] / q.scale])});
+    chart($("worth"), curves, `${plainly(q.name)} [${q.unit}]`, true);
   }
   const c = run.controls[0];
   chart($("commands"), [{kind: "claimed", stairs: true, points: frames.map(f => [f.t, f.given[0] / c.scale])}],
@@ -219,7 +227,8 @@ function drawnCharts() {
 function drawnWords(frame) {
   $("time").textContent = `${number(frame.t, 4)} s of ${number(run.duration, 4)} s`;
   $("progress").value = frame.t / run.duration;
-  run.quantities.forEach((q, j) => {
+  if (run.quantities.length > FEW) drawnTable(frame);
+  else run.quantities.forEach((q, j) => {
     const some = known(frame, j), e = error(frame.mean[j], frame.true[j], q.circular);
     $(`claimed-${j}`).textContent = some ? `± ${shown(frame.sd[j], q)}` : "nothing known yet";
     $(`error-${j}`).textContent = !$("truth").checked ? "hidden"
@@ -237,6 +246,21 @@ function drawnWords(frame) {
   $("readings").replaceChildren(...rows);
 }
 
+// Of many quantities a row each, in its unit; an error is read best in deviations.
+function drawnTable(frame) {
+  let reached = 0;
+  run.quantities.forEach((q, j) => {
+    const some = known(frame, j), e = error(frame.mean[j], frame.true[j], q.circular), own = least(j);
+    const enough = some && frame.sd[j] <= q.demanded * 1.000001;
+    reached += enough;
+    $(`row-${j}`).classList.toggle("enough", enough);
+    $(`claimed-${j}`).textContent = some ? number(frame.sd[j] / q.scale) : "not yet";
+    $(`error-${j}`).textContent = !$("truth").checked ? "hidden" : some && e !== null ? number(e / frame.sd[j], 2) : "–";
+    $(`bound-${j}`).textContent = own === null || own >= q.prior ? "–" : number(own / q.scale);
+  });
+  $("reached").textContent = `${reached} of ${run.quantities.length} as well known as demanded`;
+}
+
 // The bound of quantity j as it was computed last.
 const least = j => bounds.length ? bounds[bounds.length - 1][1][j] : null;
 
@@ -247,12 +271,12 @@ function tell(text, bad = true) {
 }
 
 function ended(frame) {
-  const q = run.quantities[0];
+  const j = chosen, q = run.quantities[j];
   const words = [frame.t >= run.duration - 1e-6 ? "Time is up." : `The run was ended at ${number(frame.t, 4)} s.`];
-  if (q && frame.sd[0] !== null && frame.true[0] !== null) {
-    words.push(`Claimed: ${q.name} ± ${shown(frame.sd[0], q)}; error ${shown(error(frame.mean[0], frame.true[0], q.circular), q)};`);
+  if (q && frame.sd[j] !== null && frame.true[j] !== null) {
+    words.push(`Claimed: ${plainly(q.name)} ± ${shown(frame.sd[j], q)}; error ${shown(error(frame.mean[j], frame.true[j], q.circular), q)};`);
     words.push(`demanded ${shown(q.demanded, q)}.`);
-    if (least(0) !== null) words.push(`The least deviation for this motion (Cramér-Rao) is ${shown(least(0), q)}.`);
+    if (least(j) !== null) words.push(`The least deviation for this motion (Cramér-Rao) is ${shown(least(j), q)}.`);
   }
   words.push(`Score: ${number(frame.score)}.`);
   tell(words.join(" "), false);
@@ -313,11 +337,38 @@ function begunMenus() {
   $("seed").value = run.seed;
 }
 
+// A quantity to draw, and all of them in a table.
+function begunTable() {
+  const rows = run.quantities.map((q, j) => {
+    const row = made("tr", {id: `row-${j}`});
+    row.append(
+      made("td", {}, `${plainly(q.name)}${q.unit ? ` [${q.unit}]` : ""}`),
+      ...["claimed", "error", "bound"].map(id => made("td", {id: `${id}-${j}`, class: "n"}, "–")),
+      made("td", {class: "n"}, number(q.demanded / q.scale)));
+    return row;
+  });
+  const head = made("tr"), label = made("label", {for: "chosen"}, "drawn: ");
+  head.append(...["sought", "claimed ±", "error / claimed", "bound", "demanded"].map((text, k) => made("th", k ? {class: "n"} : {}, text)));
+  const table = made("table"), top = made("thead"), body = made("tbody"), select = made("select", {id: "chosen"});
+  top.append(head); body.append(...rows); table.append(top, body);
+  select.append(...run.quantities.map((q, j) => made("option", {value: j}, plainly(q.name))));
+  select.value = chosen;
+  select.addEventListener("change", () => { chosen = Number(select.value); dirty = true; charted = 0; });
+  const line = made("p", {class: "row"}), scroll = made("div", {class: "scroll", tabindex: 0, role: "region", "aria-label": "what is sought"});
+  line.append(label, select);
+  scroll.append(table);
+  $("quantities").replaceChildren(made("p", {id: "reached", class: "reached"}), line);
+  $("every").replaceChildren(made("h3", {}, "All that is sought"), scroll);
+}
+
 function begunQuantities() {
+  chosen = Math.min(chosen, Math.max(run.quantities.length - 1, 0));
+  $("every").replaceChildren();
   const key = (kind, text) => { const one = made("span", {class: `key ${kind}`}, text); return one; };
-  $("quantities").replaceChildren(...run.quantities.map((q, j) => {
+  if (run.quantities.length > FEW) begunTable();
+  else $("quantities").replaceChildren(...run.quantities.map((q, j) => {
     const list = made("dl", {class: "worth"});
-    for (const [id, text] of [["claimed", q.name.replaceAll("_", " ")], ["error", "error"], ["bound", "bound"], ["demanded", "demanded"]]) {
+    for (const [id, text] of [["claimed", plainly(q.name)], ["error", "error"], ["bound", "bound"], ["demanded", "demanded"]]) {
       const value = made("dd", {id: `${id}-${j}`}, id === "demanded" ? shown(q.demanded, q) : "–");
       list.append(made("dt", {}, text), value);
     }
@@ -337,6 +388,7 @@ function driven(name) {
 
 function paused(now) {
   run.paused = now;
+  heard = performance.now();
   $("pause").firstChild.textContent = now ? "Go on " : "Pause ";
 }
 
@@ -362,6 +414,8 @@ function took(event) {
     const frame = event.frame, before = frames[frames.length - 1];
     if (before && before.t === frame.t) frames.pop();
     frames.push(frame);
+    heard = performance.now();
+    if (waiting) { waiting = false; tell(""); }
     if (frame.bound.some(b => b !== null)) bounds.push([frame.t, frame.bound]);
     moved = {from: before ? before.angle : frame.angle, to: frame.angle, at: performance.now()};
     if (drives) run.controls.forEach((c, k) => { if (c.held) set(k, frame.values[k] / c.scale, false); });
@@ -378,6 +432,10 @@ function paint(now) {
   requestAnimationFrame(paint);
   const frame = frames[frames.length - 1];
   if (!run || !frame) return;
+  if (!waiting && !run.paused && !frame.over && now - heard > 3000 + 1500 * run.step / (Number($("speed").value) || 1)) {
+    waiting = true;
+    tell("Computing. The first time on this machine the estimator is compiled, which takes up to half a minute.", false);
+  }
   // Between two steps the picture is carried on evenly.
   const span = 1000 * run.step / Number($("speed").value || run.speed);
   const share = Math.min((now - moved.at) / span, 1), moving = share < 1 && moved.from !== moved.to;
@@ -430,7 +488,7 @@ const pulled = event => {
 };
 $("dial").addEventListener("pointerdown", event => {
   if (!run) return;
-  grabbed = {last: pulled(event), sum: 0};
+  grabbed = {last: pulled(event), sum: 0, from: moved.to || 0};
   $("dial").setPointerCapture(event.pointerId);
 });
 $("dial").addEventListener("pointermove", event => {
@@ -438,8 +496,9 @@ $("dial").addEventListener("pointermove", event => {
   const now = pulled(event), c = run.controls[0];
   grabbed.sum += error(now, grabbed.last, true);
   grabbed.last = now;
-  // A quarter of a turn of the hand is the largest rate; a vehicle follows the hand.
-  if (c.held) set(0, Math.max(-1, Math.min(1, grabbed.sum / (Math.PI / 2))) * c.high / c.scale);
+  // A quarter of a turn of the hand is the largest rate; a vehicle follows the hand, and so does a table that is set to an angle.
+  if (c.follows) set(0, (grabbed.from + grabbed.sum) / c.scale);
+  else if (c.held) set(0, Math.max(-1, Math.min(1, grabbed.sum / (Math.PI / 2))) * c.high / c.scale);
   else {
     set(0, grabbed.sum / c.scale);
     $("ghost").removeAttribute("hidden");

@@ -44,6 +44,8 @@ class Control:
         Whether it holds until another is set (a rate); else it is given once (an angle to turn by).
     verb : str
         What the button says that gives it.
+    follows : bool
+        Whether it is an angle at which what turns is to stand: the dial's body follows the hand.
     """
 
     axis: int
@@ -52,6 +54,7 @@ class Control:
     scale: float = 1.0
     held: bool = True
     verb: str = "give"
+    follows: bool = False
 
 
 @dataclass(frozen=True)
@@ -143,6 +146,13 @@ def plain(task: Task) -> Scene:
         pointers=tuple(DialPointer(q.name, q.name) for q in task.quantities if q.circular),
         body=TABLE,
     )
+
+
+def scene_of(task: Task, named: Scene | Callable[[Task], Scene] | None) -> Scene:
+    """The scene that a system names, one that it makes of the task, or the plain one."""
+    if named is None:
+        return plain(task)
+    return named if isinstance(named, Scene) else named(task)
 
 
 def bounds(task: Task, control: Control) -> tuple[float, float]:

@@ -28,8 +28,9 @@ from insenv.envs.single import TaskEnv
 from insenv.envs.task import Task
 from insenv.evaluate.bounds import bounds
 from insenv.play.closing import Closing
-from insenv.play.scene import Scene, plain
+from insenv.play.scene import Scene, scene_of
 from insenv.play.scene import bounds as limits
+from insenv.report.quantities import unit_for
 from insenv.scenario import Scenario, load
 
 #: Simulated seconds for one of the clock: the least and the most that may be asked for.
@@ -38,11 +39,12 @@ SLOWEST, FASTEST = 1.0, 200.0
 _PATIENCE = 45.0
 #: Share of the time that may be spent on bounds.
 _FOR_BOUNDS = 0.15
-#: Units for people: SI unit -> name, factor, offset.
+#: Units of what is sought, whatever its size: SI unit -> name, factor.
 _SHOWN = {
-    "rad": ("arcsec", ARCSEC, 0.0),
-    "1": ("ppm", PPM, 0.0),
+    "rad": ("arcsec", ARCSEC),
+    "1": ("ppm", PPM),
 }
+#: Units for people: SI unit -> name, factor, offset.
 _PLAIN = {
     "rad": ("deg", DEG, 0.0),
     "rad/s": ("deg/s", DEG, 0.0),
@@ -92,7 +94,7 @@ def game(name: str | None, scenario: str | None, estimator: str | None, step_s: 
     one = one or owner
     estimator = estimator or kind.estimator
     task: Task = part(one.task)(scenario, None, estimator, step_s, None)
-    found: Scene = part(one.scene) if one.scene else plain(task)
+    found = scene_of(task, part(one.scene) if one.scene else None)
     return Game(one, kind, scenario, estimator, loaded, task, found)
 
 
@@ -315,12 +317,11 @@ class Session:
             "speed": self._speed,
             "paused": self._paused,
             "quantities": [
-                {"name": q.name, "circular": q.circular, "prior": q.prior, "demanded": q.demanded}
-                | dict(zip(("unit", "scale"), _SHOWN.get(q.unit, (q.unit, 1.0, 0.0))[:2], strict=True))
+                {"name": q.name, "circular": q.circular, "prior": q.prior, "demanded": q.demanded} | _unit(q)
                 for q in quantities
             ],
             "controls": [
-                {"name": c.name, "held": c.held, "verb": c.verb, "low": low, "high": high}
+                {"name": c.name, "held": c.held, "verb": c.verb, "follows": c.follows, "low": low, "high": high}
                 | dict(zip(("unit", "scale"), _PLAIN.get(c.unit, (c.unit, 1.0, 0.0))[:2], strict=True))
                 for c, (low, high) in zip(scene.controls, edges, strict=True)
             ],
@@ -404,6 +405,14 @@ _DOING: dict[str, Callable[[Session, Any], None]] = {
     "save": Session._save,
     "seed": Session._begin,
 }
+
+
+def _unit(quantity: Any) -> dict[str, Any]:
+    """The unit of a quantity for people, and what one of it is in SI: that of what is demanded of it."""
+    if quantity.unit in _SHOWN:
+        return dict(zip(("unit", "scale"), _SHOWN[quantity.unit], strict=True))
+    found = unit_for(quantity.unit, quantity.demanded)
+    return {"unit": found.label, "scale": found.factor}
 
 
 def _finite(value: Any) -> float | None:

@@ -73,6 +73,7 @@ _SHOWN: dict[str, tuple[ShownUnit, ...]] = {
     "": _SHARE,
     "1": _SHARE,
     "s": (ShownUnit("s", 1.0, 0.1), ShownUnit("ms", 1e-3, 1e-4), ShownUnit("µs", 1e-6)),
+    "m": (ShownUnit("m", 1.0, 0.1), ShownUnit("mm", 1e-3)),
     "Hz": (ShownUnit("Hz", 1.0, 0.1), ShownUnit("mHz", 1e-3)),
     "K": (ShownUnit("K"),),
     "m/s": (ShownUnit("m/s", 1.0, 0.1), ShownUnit("mm/s", 1e-3)),

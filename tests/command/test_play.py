@@ -233,6 +233,7 @@ def test_a_scene_names_what_the_system_has(name: str) -> None:
     size = task.action_space.shape[0]
     assert {one.axis for one in scene.controls} | {one.axis for one in scene.signals} == set(range(size))
     assert {pointer.quantity for pointer in scene.pointers} <= {q.name for q in task.quantities}
+    assert scene.body and scene.zero and not any(control.name.startswith("action") for control in scene.controls)
     for signal in scene.signals:
         action = np.zeros((1, size))
         action[0, signal.axis] = signal.value

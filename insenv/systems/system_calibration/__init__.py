@@ -38,5 +38,6 @@ SYSTEM = System(
         "batch_gls",
         [(0.25, 8), (-0.25, 8), (0.0, 14)],
     ),
+    scene="insenv.systems.system_calibration.scene:scene",
     plants={"axes": "insenv.systems.system_calibration.table:MAKER"},
 )
