@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.io import savemat
 
 from insenv.core.errors import InputError
 from insenv.data.guess.decide import draft
@@ -215,3 +216,31 @@ def test_a_row_of_units_in_brackets_is_no_row(tmp_path: Path) -> None:
     path = tmp_path / "a.txt"
     made = drafted(path, SHIMMER.removeprefix("sep=\t\n") + rows(T * 1000 + 1.7e12, RATE, RATE, "", sep="\t"))
     assert units(made) == {"time": "ms", "accel_x": "m/(s^2)", "gyro_x": "deg/s"} and not made.notes
+
+
+def test_many_short_parameters_beside_the_rows_are_not_taken_for_them(tmp_path: Path) -> None:
+    """A navigation toolbox keeps seven columns of rows beside a dozen parameters of three values each."""
+    short = {f"p{k}": np.full(3, 0.1 * k) for k in range(12)}
+    long = {"t": T, "wb": np.column_stack([RATE] * 3), "fb": np.tile([0.0, 0.0, -9.8], (ROWS, 1))}
+    savemat(tmp_path / "imu.mat", {"imu": short | long})
+    found = listing(tmp_path / "imu.mat")
+    assert {len(c.values) for c in found.columns} == {ROWS}
+    assert {c.name for c in draft([found], {}).channels} >= {"gyro_x", "accel_z", "time"}
+
+
+def test_the_bare_letter_of_an_axis_is_taken_before_its_raw_and_summed_ones(tmp_path: Path) -> None:
+    names = "timestamp,x,y,z,x_integral,y_integral,z_integral,x_raw,y_raw,z_raw\n"
+    made = drafted(tmp_path / "sensor_gyro_0.csv", names + rows(1e6 * T, *[RATE] * 3, *[0.02 * RATE] * 3, *[RATE] * 3))
+    assert {c.name: c.column for c in made.channels if c.name.startswith("gyro")} == {
+        "gyro_x": "x",
+        "gyro_y": "y",
+        "gyro_z": "z",
+    }
+
+
+def test_a_file_whose_first_line_begins_with_zero_bytes_is_text(tmp_path: Path) -> None:
+    """What a serial port had in its buffer: the line lacks digits, and is passed over."""
+    text = rows(T, RATE, sep="\t")
+    made = drafted(tmp_path / "port.tab", b"\0" * 6 + text[4:].encode(), columns="t [s],gyro [deg/s]")
+    assert units(made)["gyro"] == "deg/s"
+    assert len(listing(tmp_path / "port.tab").columns[0].values) == ROWS - 1

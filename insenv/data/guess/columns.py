@@ -249,6 +249,7 @@ def _one_each(found: Mapping[str, Sequence[Role]], left: list[str]) -> Roles:
     questions: list[Question] = []
     for name, every in found.items():
         several = _of_all_force(every) if name.startswith("accel") else every
+        several = _bare(several)
         left += [r.column.heading for r in every if r not in several]
         if len(several) == 1:
             roles[name] = several[0]
@@ -271,6 +272,12 @@ def _one_each(found: Mapping[str, Sequence[Role]], left: list[str]) -> Roles:
         text = f"Several columns read like {what}: {', '.join(headings)}. Which one?"
         questions.append(Question(f"{name}.column", text, hint, choices=(*headings, "-")))
     return Roles(roles, tuple(left), tuple(questions))
+
+
+def _bare(several: Sequence[Role]) -> Sequence[Role]:
+    """Of columns of one axis the one that its letter alone names, as PX4 writes it: not ``x_raw``, ``x_in[0]``."""
+    bare = [role for role in several if role.column.heading.strip().lower() in AXES]
+    return bare if len(bare) == 1 else several
 
 
 def _of_all_force(several: Sequence[Role]) -> Sequence[Role]:

@@ -204,7 +204,8 @@ def _archive(path: Path, kind: str) -> Listing:
     flat = [column for name, array in named.items() for column in _of_array(name, array)]
     if not flat:
         return Listing(path, kind, ())
-    length = max(groups := Counter(len(c.values) for c in flat), key=lambda n: (_of_instruments(flat, n), groups[n]))
+    groups = Counter(len(c.values) for c in flat)  # most values, not most columns: parameters are many and short
+    length = max(groups, key=lambda n: (_of_instruments(flat, n), n * groups[n]))
     left = sorted({arrays.matrix_of(str(c.key)) for c in flat if len(c.values) != length})
     if kind == "bag":
         flat, left = [replace(c, known_unit=bags.unit_of(str(c.key))) for c in flat], _topics(left)

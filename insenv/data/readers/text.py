@@ -31,7 +31,7 @@ HEAD_BYTES, LONGEST = 8_000_000, 1_000_000
 #: Lines at the head of a file among which the header is looked for by its names.
 HEAD = 60
 #: A line that begins with zero bytes: a logger lost power, a port was opened anew; the row behind may lack digits.
-_NULLS = re.compile(rb"(?<=[\r\n])\0+[^\r\n]*")
+_NULLS = re.compile(rb"(?:\A|(?<=[\r\n]))\0+[^\r\n]*")
 #: The minus sign of typesetters in UTF-8, before a number; a number whose exponent stands behind a D.
 _MINUS, _MINUS_OF_NUMBER = b"\xe2\x88\x92", re.compile(rb"\xe2\x88\x92(?=[\d.])")
 _FORTRAN = re.compile(rb"(?<![\w.])([+-]?(?:\d+\.?\d*|\.\d+))[dD]([+-]\d{2,3})(?![\w.])")
