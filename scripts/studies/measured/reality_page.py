@@ -51,7 +51,8 @@ how the loop answered after what they taught. `eleventh` (29 of 35) and `thirtee
 were opened: no answer to them had been seen before. Of `fourteenth`, 18 recordings to develop on (10 right or honest at
 first sight), 10 stand here; of `sixteenth`, 34 to develop on (28 at first sight), 27, their facts written after the
 answers. `twentieth`, of sixteen owners, was opened once (21 of 29; four of its facts had missed weak lines, and were
-mended: 25 then) and is shown as it was when it was opened.
+mended: 25 then) and is shown as it was when it was opened. So is `twentyfirst`, of fifteen owners, half of it beside a
+reference (28 of 36, nothing wrong stated; a sign and a walk taken for a drift were mended in its facts: 30 then).
 
 Judgements: **right** names what is there, nothing that the data exclude, values within tolerance or three standard
 deviations; **honest** falls short and says so; **missed** is silent; **wrong, flagged** names what is not there under

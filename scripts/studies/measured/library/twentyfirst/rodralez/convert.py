@@ -1,4 +1,4 @@
-"""Gyros of two simulated units of a navigation toolbox beside the angles of its reference trajectory about their axes."""
+"""Gyros of two simulated units of a navigation toolbox beside the angles of its reference about their axes."""
 
 from pathlib import Path
 
