@@ -7,7 +7,7 @@ const ask = (what, value) => fetch("/", {
   method: "POST", headers: {"X-Token": token}, body: JSON.stringify({what, value}),
 }).catch(() => {});
 
-let run = null, frames = [], bounds = [], drives = "", dirty = false, moved = {from: 0, to: 0, at: 0};
+let run = null, frames = [], bounds = [], drives = "", dirty = false, moved = {from: 0, to: 0, at: 0, span: 1};
 // The quantity that is drawn; when a frame was heard last [ms], and whether a long wait was spoken of.
 let chosen = 0, heard = 0, waiting = false;
 const painted = {count: 0};
@@ -224,11 +224,14 @@ function drawnCharts() {
 
 // ---------------------------------------------------------------------------------------------------- in words
 
+let tabled = 0;
 function drawnWords(frame) {
   $("time").textContent = `${number(frame.t, 4)} s of ${number(run.duration, 4)} s`;
   $("progress").value = frame.t / run.duration;
-  if (run.quantities.length > FEW) drawnTable(frame);
-  else run.quantities.forEach((q, j) => {
+  if (run.quantities.length > FEW) {
+    // A table of fifty rows is laid out anew a few times a second, and not with every step.
+    if (performance.now() - tabled > 300 || frame.over || run.paused) { drawnTable(frame); tabled = performance.now(); }
+  } else run.quantities.forEach((q, j) => {
     const some = known(frame, j), e = error(frame.mean[j], frame.true[j], q.circular);
     $(`claimed-${j}`).textContent = some ? `± ${shown(frame.sd[j], q)}` : "nothing known yet";
     $(`error-${j}`).textContent = !$("truth").checked ? "hidden"
@@ -406,7 +409,7 @@ function saved(one) {
 function took(event) {
   if (event.run) {
     run = event.run; frames = []; bounds = [];
-    moved = {from: 0, to: 0, at: 0};
+    moved = {from: 0, to: 0, at: 0, span: 1};
     $("about").textContent = `${run.environment}, scenario ${run.scenario}, belief of ${run.estimator}, seed ${run.seed}`;
     document.querySelector("h1").textContent = run.title;
     begunDial(); begunControls(); begunMenus(); begunQuantities(); driven(""); paused(run.paused); tell("");
@@ -417,7 +420,10 @@ function took(event) {
     heard = performance.now();
     if (waiting) { waiting = false; tell(""); }
     if (frame.bound.some(b => b !== null)) bounds.push([frame.t, frame.bound]);
-    moved = {from: before ? before.angle : frame.angle, to: frame.angle, at: performance.now()};
+    const now = performance.now(), own = 1000 * run.step / Number($("speed").value || run.speed);
+    // An engine that is slower than was asked for is followed at its own pace, from where the picture stands.
+    const span = Math.min(Math.max(own, now - moved.at), 1500);
+    moved = {from: before ? standing(now) : frame.angle, to: frame.angle, at: now, span};
     if (drives) run.controls.forEach((c, k) => { if (c.held) set(k, frame.values[k] / c.scale, false); });
     if (frame.over) ended(frame);
   } else if (event.saved) saved(event.saved);
@@ -426,6 +432,10 @@ function took(event) {
   else if ("paused" in event) paused(event.paused);
   dirty = true;
 }
+
+// The angle at which the picture stands: between two steps it is carried on evenly.
+const share = now => Math.min(Math.max((now - moved.at) / moved.span, 0), 1);
+const standing = now => (moved.from ?? 0) + ((moved.to ?? 0) - (moved.from ?? 0)) * share(now);
 
 let charted = 0;
 function paint(now) {
@@ -436,11 +446,9 @@ function paint(now) {
     waiting = true;
     tell("Computing. The first time on this machine the estimator is compiled, which takes up to half a minute.", false);
   }
-  // Between two steps the picture is carried on evenly.
-  const span = 1000 * run.step / Number($("speed").value || run.speed);
-  const share = Math.min((now - moved.at) / span, 1), moving = share < 1 && moved.from !== moved.to;
+  const moving = share(now) < 1 && moved.from !== moved.to;
   if (!dirty && !moving) return;
-  drawnDial(frame, (moved.from ?? 0) + ((moved.to ?? 0) - (moved.from ?? 0)) * Math.max(share, 0));
+  drawnDial(frame, standing(now));
   if (dirty) {
     drawnWords(frame);
     if (now - charted > 80 || frame.over) { drawnCharts(); closeUp(frame); charted = now; dirty = false; }
@@ -459,7 +467,7 @@ function listen() {
 $("pause").addEventListener("click", () => ask("pause", !run.paused));
 $("speed").addEventListener("change", () => ask("speed", Number($("speed").value)));
 $("driver").addEventListener("change", () => ask("drive", $("driver").value));
-$("truth").addEventListener("change", () => { dirty = true; charted = 0; });
+$("truth").addEventListener("change", () => { dirty = true; charted = tabled = 0; });
 $("save").addEventListener("click", () => ask("save", false));
 $("close").addEventListener("click", () => ask("save", true));
 $("new").addEventListener("click", () => ask("seed", Number($("seed").value)));
