@@ -232,13 +232,16 @@ def _held_out(recordings: Sequence[Recording], found: Positions, part: Part) -> 
 
 
 def _noise(recordings: Sequence[Recording], found: Positions, target: str, unit: str) -> tuple[Estimate, ...]:
-    """White noise within the rests, from differences of neighbouring samples."""
+    """White noise within the rests, from differences of neighbouring samples; none where each is one row, a mean."""
     values, rows = [], 0
     for rest in found.rests:
         recording = recordings[rest.run]
         steps = np.diff(recording.channels[target].values[rest.rows])
-        values.append(float(np.mean(steps**2)) / 2 * recording.dt)
+        if len(steps):
+            values.append(float(np.mean(steps**2)) / 2 * recording.dt)
         rows += len(steps)
+    if not values:
+        return ()
     white = float(np.sqrt(np.median(values)))
     key = WHITE
     return (Estimate(key, "N", white, white / np.sqrt(2 * max(rows, 1)), NOISE_UNITS[unit][key]),)

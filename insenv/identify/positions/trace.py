@@ -64,6 +64,8 @@ WALK = RateRandomWalk.id
 CALIBRATION = (AccelBias.id, AccelScaleFactor.id, NonOrthogonality.id)
 #: May be declared of the rotations, and is not tried: non-orthogonality and misalignment are its parts.
 WHOLE = CrossAxis.id
+#: Below this p-value beside biases that walk, what is significant without them is said.
+NEARLY = 0.1
 #: Error of the magnitude of gravity that no unit at rest has, beside all that was found [m/s^2].
 NO_REST = 0.5
 #: Least freedom of a fit that is asked for outliers.
@@ -280,7 +282,7 @@ def _walks(
     runs = np.array([rest.run for rest in found.rests])
     anew, worst = _set_down_anew(manifest, found)
     most = with_bias_walk(problem, terms, runs, anew)
-    doubts = [Doubt(most, (), "beside biases that walk as far as these rests allow")]
+    doubts = [Doubt(most, (), _WALKING)]
     if worst is not None:
         # What walks is a part of what does not repeat: beside the worst of the one the likeliest of the other.
         least = with_bias_walk(problem, terms, runs, worst, 0.0)
@@ -288,6 +290,7 @@ def _walks(
     return (None if most is problem else with_bias_walk(problem, terms, runs, anew, 0.0)), doubts
 
 
+_WALKING = "beside biases that walk as far as these rests allow"
 _REPEATED = "beside biases that repeat from rest to rest no better than an accelerometer does at worst"
 
 
@@ -334,6 +337,11 @@ def _unconfirmed(outcome: Outcome, alpha: float) -> tuple[str, ...]:
         f"{one.effect} would explain these rests (p = {one.p_value:.1g}), and {why[one.reason]}"
         for one in outcome.rejected
         if one.reason in why and one.p_value < alpha and not (one.reason == INCREDIBLE and one.effect in SLOW)
+    ) + tuple(
+        f"{one.effect} would explain these rests, and biases that walk from rest to rest nearly as well (p = "
+        f"{one.p_value:.1g} beside them): not decided; the same attitudes again, in another order, would tell"
+        for one in outcome.rejected
+        if one.reason == f"not significant {_WALKING}" and one.p_value < NEARLY and one.effect not in SLOW
     )
 
 
