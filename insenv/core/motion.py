@@ -136,10 +136,10 @@ class Motion:
 def interval_product(a: Floats, b: Floats) -> Floats:
     """Mean over each interval of the product of two states that are straight between their edges, shape (..., n)."""
     if a.ndim == 2 and a.shape[0] > 1 and a.shape == b.shape:
-        from insenv.core import rows_kernel
+        from insenv.core.rows import kernel
 
         out = np.empty((a.shape[0], a.shape[1] - 1))
-        rows_kernel.product_means(a, b, out)
+        kernel.product_means(a, b, out)
         return out
     a0, a1, b0, b1 = a[..., :-1], a[..., 1:], b[..., :-1], b[..., 1:]
     # In place: temporaries of a batch cost more than the sums.

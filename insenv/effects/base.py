@@ -466,10 +466,10 @@ def combine(basis: Floats, theta: Floats) -> Floats:
     """
     theta = np.asarray(theta, float)
     if basis.ndim == 3 and basis.shape[0] > 1 and theta.shape == (basis.shape[0], basis.shape[2]):
-        from insenv.core import rows_kernel
+        from insenv.core.rows import kernel
 
         out = np.empty(basis.shape[:-1])
-        rows_kernel.combined(basis, theta, out)
+        kernel.combined(basis, theta, out)
         return out
     total: Floats = basis[..., 0] * theta[..., 0, None]
     for j in range(1, basis.shape[-1]):

@@ -20,7 +20,7 @@ from insenv.core.errors import InputError
 from insenv.sweep import Cluster, Folder, Memory, Table, stacked, sweep
 
 pytestmark = pytest.mark.slow
-HERE = Path(__file__).parents[1] / "cases"
+HERE = Path(__file__).parents[1] / "cases" / "sweep"
 
 
 @dataclass
