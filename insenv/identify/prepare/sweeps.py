@@ -63,11 +63,15 @@ def sweeps_p(runs: tuple[Floats, ...]) -> float:
 def _tails(power: list[NDArray[np.float32]], whole: bool) -> list[float]:
     """Tails of the largest wave of any part, of the sum of all at one frequency and sweep, and of the best of each."""
     cells = DISTINCT * power[0].size
-    single = np.minimum(np.exp(-0.5 * np.array([float(p.max()) for p in power])) * cells, 1.0)
+    if whole and len(power) > 1:
+        power = [_beside_noise(p) for p in power]
+        together = [float(chdtrc(2 * len(power), np.sum(power, axis=0).max()) * cells)]
+    else:
+        power, together = [_beside_noise(_loud(p, cells)) for p in power], []
+    single = np.minimum(np.exp(-0.5 * np.array([float(p.max(initial=0.0)) for p in power])) * cells, 1.0)
     if len(power) == 1:
         return [float(single[0])]
     joined = float(chdtrc(2 * len(single), -2 * np.log(np.maximum(single, 1e-300)).sum()))
-    together = [float(chdtrc(2 * len(power), np.sum(power, axis=0).max()) * cells)] if whole else []
     return [float(single.min() * len(power)), joined, *together]
 
 
@@ -79,7 +83,7 @@ def _chirps(n: int) -> NDArray[np.complex64]:
 
 
 def _power(part: Floats, chirps: NDArray[np.complex64]) -> NDArray[np.float32]:
-    """Power at each change and frequency, shape (changes, frequencies), over that of the noise about it.
+    """Power at each change and frequency, shape (changes, frequencies).
 
     The series is real: its fall at f is the conjugate of its rise at -f.
     """
@@ -92,6 +96,11 @@ def _power(part: Floats, chirps: NDArray[np.complex64]) -> NDArray[np.float32]:
         np.square(found.real, out=rows)
         rows += np.square(found.imag)
     np.multiply(power, 2 / have.sum(), out=power, casting="same_kind")
+    return power
+
+
+def _beside_noise(power: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Power over that of the noise about it, where that is less, by rows."""
     broad = power.shape[1] // BROAD + OWN + 1
     around = uniform_filter1d(power, broad)
     around *= broad
@@ -103,4 +112,9 @@ def _power(part: Floats, chirps: NDArray[np.complex64]) -> NDArray[np.float32]:
     beside = np.divide(np.multiply(power, 2, out=near), np.maximum(around, 1e-6, out=around), out=near)
     beside = np.log1p(beside, out=beside)
     beside *= known
-    return np.minimum(power, beside, out=power)
+    return np.minimum(power, beside, out=beside)
+
+
+def _loud(power: NDArray[np.float32], cells: float) -> NDArray[np.float32]:
+    """Changes of which some raw power is a surprise among all: the others need no comparison with their noise."""
+    return power[power.max(axis=1) > 2 * np.log(cells)]
