@@ -145,18 +145,23 @@ def _noise(seed: int, modes: int) -> Floats:
 
 def _score_one(block: Floats, weight: Floats, q: Floats, residual: Floats, noise: Floats) -> Scores:
     """Scores of regressors of shape (k, shapes, modes); what the model spans of the noise, no basis sees."""
-    k, shapes, n = block.shape
-    rows = block.reshape(-1, n) * weight
-    norm = np.sqrt(np.einsum("rn,rn->r", rows, rows))
-    rows /= np.where(norm > 0, norm, 1)[:, None]
-    rows -= (rows @ q) @ q.T
-    rank, _ = orthonormal(rows.reshape(block.shape), n)
+    k, shapes, _ = block.shape
+    rows, rank = _beside_model(block, weight, q)
     if not rank.any():
         return Scores(np.full(shapes, -1.0), 0.0, 0)
     values = np.sum((rows @ residual).reshape(k, shapes) ** 2, axis=0)
     usable = rank > 0
     null = np.sum((rows @ noise).reshape(k, shapes, -1) ** 2, axis=0)[usable].max(axis=0)
     return Scores(np.where(usable, values, -1.0), float(np.median(null)), int(np.median(rank[usable])))
+
+
+def _beside_model(block: Floats, weight: Floats, q: Floats) -> tuple[Floats, NDArray[np.int64]]:
+    """Whitened regressors beside the model, orthonormal for each shape, shape (k shapes, modes), and their ranks."""
+    rows = block.reshape(-1, block.shape[2]) * weight
+    norm = np.sqrt(np.einsum("rn,rn->r", rows, rows))
+    rows /= np.where(norm > 0, norm, 1)[:, None]
+    rows -= (rows @ q) @ q.T
+    return rows, orthonormal(rows.reshape(block.shape), block.shape[2])[0]
 
 
 def orthonormal(rows: Floats, modes: int) -> tuple[NDArray[np.int64], Floats]:
@@ -205,6 +210,18 @@ def reference(problem: Problem, model: Model, start: Floats | None = None) -> Re
     noise = fit_noise(*pooled(problem, model), restricted=False, start=start, most=problem.most)
     root = np.sqrt(spectrum(problem, noise.power))
     return Reference(model, noise, len(columns.scale), root, np.linalg.qr(columns.transformed / root[:, None])[0])
+
+
+def largest_statistic(problem: Problem, base: Reference, found: tuple[Candidate, ...]) -> float:
+    """Largest score statistic of any shape of any candidate beside the noise of the reference."""
+    residual = problem.data() / base.root
+    residual -= base.basis @ (base.basis.T @ residual)
+    largest = 0.0
+    for block in stacked(problem, found):
+        rows, _ = _beside_model(block, 1 / base.root, base.basis)
+        values = np.sum((rows @ residual).reshape(block.shape[:2]) ** 2, axis=0)
+        largest = max(largest, float(values.max(initial=0.0)))
+    return largest
 
 
 def likelihood_ratio(problem: Problem, base: Reference, model: Model) -> tuple[float, int]:
