@@ -49,7 +49,7 @@ WARM_ACCEL = {"bias_warm_up": {"targets": "accel_y", "c": "20 ug", "tau": "200 s
 SCALE = {"scale_factor": {"targets": "gyro_z", "c": "100 ppm"}}
 SWAY = {"vehicle.sway": {"arm": ["0 m", "0 m", "1 m"], "lines": [{"frequency": "1.5 Hz", "rms": "0.5 arcmin"}]}}
 #: Rate of sampling [Hz]; published are 100.
-RATE = 25
+RATE = 10
 
 
 @dataclass(frozen=True)

@@ -124,7 +124,7 @@ def _terms(problem: Problem, effect: Effect) -> tuple[Term, ...]:
             # A step at either end is a transient, or an outlier: the level beside it is not the instrument's.
             margin = END_SHARE * (stop - start)
             grid = grid[(grid[:, j] > start + margin) & (grid[:, j] < stop - margin)]
-    shapes = [shape for row in grid if not unseen(problem, effect, shape := tuple(map(float, row)))]
+    shapes = [shape for row in grid.tolist() if not unseen(problem, effect, shape := tuple(row))]
     return tuple(Term(form, shape) for form in effect.variants(longest.motion) for shape in shapes)
 
 

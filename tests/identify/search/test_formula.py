@@ -15,6 +15,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from sequential import Shares
 
 from insenv.close import close
 from insenv.core.errors import InputError
@@ -201,10 +202,20 @@ def study() -> Iterator[ModuleType]:
     sys.path.remove(str(STUDY))
 
 
+#: Laws, drawn in turn, that are not found as such, where seven of ten are asked; nulls with a formula.
+NOT_FOUND, OF_NOTHING = Shares(0.1, 0.5, alarm=1e-3, miss=0.01), Shares(0.01, 0.25, alarm=1e-3, miss=0.04)
+
+
 @pytest.mark.slow
 def test_seven_of_ten_laws_of_strangers_are_found_and_none_where_there_is_none(study: ModuleType) -> None:
-    words = [study.right(study.of_law(law, 11, 20.0)) for law in study.LAWS]
-    assert sum(word in ("right", "equivalent") for word in words) >= 14
+    words: list[str] = []
+
+    def spoiled() -> Iterator[bool]:
+        for k in np.random.default_rng(11).permutation(len(study.LAWS)):
+            words.append(study.right(study.of_law(study.LAWS[k], 11, 20.0)))
+            yield words[-1] not in ("right", "equivalent")
+
+    assert NOT_FOUND.accept(spoiled())
     assert words.count("wrong") <= 1
-    # At 1 % two of 18 would be found in one run of a hundred.
-    assert sum("found" in t for n in range(18) for t in study.of_null(n, 11).get("targets", [])) <= 1
+    nulls = (study.of_null(n, 11).get("targets", []) for n in range(40))
+    assert OF_NOTHING.accept(any("found" in target for target in targets) for targets in nulls)
