@@ -113,9 +113,14 @@ def _longer_means(tracks: tuple[Track, ...]) -> tuple[str, ...]:
     if not finer:
         return ()
     width = max(track.problem.bins.width for track in tracks)
+    loud: dict[str, list[str]] = {}
+    for track in tracks:
+        if track.loudest:
+            loud.setdefault(f"{track.loudest:.2g}", []).append(track.problem.target)
+    where = ", ".join(f"about {hertz} Hz on {', '.join(loud[hertz])}" for hertz in sorted(loud, key=float))
     return (
         f"means over {width:.3g} s are judged: those over {finer:.3g} s hold vibration, or what a filter leaves, "
-        "beyond all lines, which no noise term follows",
+        "beyond all lines, which no noise term follows" + (f"; loudest {where}" if where else ""),
     )
 
 

@@ -41,6 +41,7 @@ from insenv.identify.prepare.vibration import (
     averaged,
     doublings,
     is_folded,
+    loudest,
     stands_out,
     unnamed,
     unresolved,
@@ -215,6 +216,7 @@ def _averaged(track: Track, times: int) -> Track:
         rivalries=(),
         finer=problem.bins.width,
         folded=tuple(refusal.hit.term.shape[0] for refusal in _gone(track, width)),
+        loudest=loudest(problem, track.fit, width),
     )
 
 

@@ -20,7 +20,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.special import chdtrc
+from scipy.fft import rfft, rfftfreq
+from scipy.ndimage import median_filter
+from scipy.special import chdtrc, chdtri
 
 from insenv.effects.base import Effect
 from insenv.identify.fit.bins import FULL, merged
@@ -45,6 +47,9 @@ MOVES = 0.02
 LEAST_SHARE = 0.01
 #: Share of the data that whole means must leave.
 LEFT = 0.5
+#: Stretches over which a spectrum is averaged, fewest means in each, and how far above what is beside it vibration is
+#: told; chance that noise is.
+STRETCHES, IN_EACH, LOUD, CHANCE = 16, 32, 4.0, 1e-3
 #: What only a unit that moves is exposed to.
 MOTION = ("force", "cross_rate")
 
@@ -163,6 +168,25 @@ def as_lines(problem: Problem, fit: Fit, term: Term, frequency_sd: float, p_valu
         share = min(1.0, 0.5 * amplitude**2 / max(float(np.var(exposure.y[exposure.count > 0])), 1e-300))
         lines.append(Line(run, frequency, frequency_sd, amplitude, sd, phase, True, share, p_value))
     return tuple(lines)
+
+
+def loudest(problem: Problem, fit: Fit, width: float) -> float:
+    """Frequency of the loudest vibration that means over ``width`` no longer resolve [Hz]; 0 where none stands out.
+
+    No line need hold: the spectrum of what the fit leaves is averaged over stretches of the longest fitted block.
+    """
+    block = max(problem.fitted, key=lambda b: b.n)
+    n = block.n // STRETCHES
+    if n < IN_EACH:
+        return 0.0
+    left = residual(problem, fit)[block.start : block.start + STRETCHES * n].reshape(STRETCHES, n)
+    window = np.sin(np.pi * (np.arange(n) + 0.5) / n) ** 2
+    power = np.mean(np.abs(rfft((left - left.mean(axis=1, keepdims=True)) * window)) ** 2, axis=0)
+    f = rfftfreq(n, problem.bins.width)
+    above = np.where(f * width > RESOLVED, power / median_filter(power, max(n // 8, 9), mode="nearest"), 0.0)
+    peak = int(np.argmax(above))
+    chance = chdtri(2 * STRETCHES, CHANCE / len(f)) / (2 * STRETCHES)
+    return float(f[peak]) if above[peak] > max(LOUD, chance) else 0.0
 
 
 def went_away(problem: Problem, fit: Fit) -> tuple[str, ...]:

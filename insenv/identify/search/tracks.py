@@ -71,6 +71,7 @@ class Track:
     noise terms that would explain as well what was added, where the noise is held to what was declared. ``finer`` is
     the length of means that held vibration, and were merged (`insenv.identify.prepare.vibration`) [s]; else 0.
     ``folded`` are frequencies that these held and that do not keep their phase: longer means see them folded [Hz].
+    ``loudest`` is the frequency of the loudest vibration that the longer means no longer resolve [Hz]; else 0.
     ``one_mounting`` says that no run was mounted otherwise than the others.
     """
 
@@ -89,6 +90,7 @@ class Track:
     instead: tuple[str, ...] = ()
     finer: float = 0.0
     folded: tuple[float, ...] = ()
+    loudest: float = 0.0
     one_mounting: bool = True
 
     @property

@@ -15,7 +15,7 @@ from simulated_runs import gyro_run, manifest, use
 from insenv.close import close
 from insenv.core.recording import Channel, Floats, Recording, Site
 from insenv.effects.catalogue import by_key
-from insenv.identify.findings import TargetFindings
+from insenv.identify.findings import Findings, TargetFindings
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Term
 from insenv.identify.prepare.problems import prepare
@@ -34,13 +34,17 @@ def hummed(seed: int) -> Floats:
 
 
 def closed(values: Floats, folder: Path, noise: str = "") -> TargetFindings:
+    return whole(values, folder, noise).targets[0]
+
+
+def whole(values: Floats, folder: Path, noise: str = "") -> Findings:
     np.savez(folder / "rest.npz", gyro=values)
     (folder / "rest.toml").write_text(
         f'data = "rest.npz"\n[channels]\ntime = {{ rate = "{RATE} Hz" }}\n'
         'gyro = { column = "gyro", unit = "rad/s" }\n'
         f'[model]\ntarget = "gyro"\ndeclared = ["bias"]\n{noise}'
     )
-    return close(folder / "rest.toml").targets[0]
+    return close(folder / "rest.toml")
 
 
 @pytest.mark.parametrize("seed", [1, 2])
@@ -57,6 +61,15 @@ def test_a_drift_beneath_vibration_is_named(tmp_path: Path, seed: int) -> None:
 def test_vibration_alone_is_nothing(tmp_path: Path, seed: int) -> None:
     found = closed(hummed(seed), tmp_path)
     assert found.added == () and found.verdict == "nothing-significant"
+
+
+@pytest.mark.parametrize(("low", "high", "said"), [(8.0, 10.0, True), (4.0, 25.0, False)])
+def test_where_vibration_is_loudest_is_said(tmp_path: Path, low: float, high: float, *, said: bool) -> None:
+    rng = np.random.default_rng(9)
+    band = butter(2, [low, high], "bandpass", fs=RATE, output="sos")
+    values = WHITE * (rng.standard_normal(T.size) + 5.0 * sosfilt(band, rng.standard_normal(T.size)))
+    (word,) = (r for r in whole(values, tmp_path).remarks if "hold vibration" in r)
+    assert ("loudest about" in word and 7.5 < float(word.split("about ")[1].split()[0]) < 10.5) == said
 
 
 def test_a_line_beneath_vibration_keeps_its_name(tmp_path: Path) -> None:
