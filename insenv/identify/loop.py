@@ -13,14 +13,13 @@ from functools import partial
 
 import numpy as np
 
-from insenv.core.recording import Floats, Recording
+from insenv.core.recording import Recording
 from insenv.core.series.allan import WALK
 from insenv.data.manifest.spec import Manifest
 from insenv.data.reference import with_reference
 from insenv.data.split import RowUse
 from insenv.effects.base import Effect
 from insenv.effects.catalogue import CATALOGUE
-from insenv.effects.own import ALL
 from insenv.effects.timing import SampleHold
 from insenv.effects.tone import Tone
 from insenv.identify.clean.holds import Hold, Look
@@ -29,10 +28,9 @@ from insenv.identify.findings import NotTestable
 from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.heldout import MOST_GROWTH, confirms, held_out_score, rescored
-from insenv.identify.fit.problem import NOISE_TERMS, Term
+from insenv.identify.fit.problem import NOISE_TERMS
 from insenv.identify.fit.uncertainty import estimates
 from insenv.identify.prepare.excess import most_power, structure
-from insenv.identify.prepare.line_effects import IN_BINS
 from insenv.identify.prepare.lines import Line
 from insenv.identify.prepare.problems import prepare
 from insenv.identify.prepare.vibration import (
@@ -47,7 +45,7 @@ from insenv.identify.prepare.vibration import (
     unresolved,
     without,
 )
-from insenv.identify.prepare.wandering import lost, of_encoder, stands_in_reference, wanders, without_line
+from insenv.identify.prepare.wandering import lost, stands_in_reference, without_line
 from insenv.identify.search.candidates import candidates
 from insenv.identify.search.earth_rate import due_level
 from insenv.identify.search.jumps import is_step, one_of_many
@@ -55,34 +53,32 @@ from insenv.identify.search.round import at_shape, search, with_term
 from insenv.identify.search.scan import Hit, likelihood_ratio, reference
 from insenv.identify.search.settle import parted, settled, sized
 from insenv.identify.search.size import unsized, unsized_together
-from insenv.identify.search.tracks import MOST_ADDED, Progress, Refusal, Step, Track
+from insenv.identify.search.tracks import Progress, Refusal, Step, Track
 from insenv.identify.search.undecided import with_sets
 from insenv.identify.search.unit.one_box import (
     DOUBT,
-    DRIFTS,
     LEAST,
     STEPS,
-    in_common,
-    is_thermal,
-    log_p_by_itself,
-    looks_of,
     may_drift,
-    surest,
-    warmed,
 )
-from insenv.identify.search.unit.one_line import rings_too
-
-#: Effects of one physical cause on several targets: judged on all of them together.
-SHARED = tuple(sorted(effect.id for effect in ALL if effect.of_base))
+from insenv.identify.search.unit.proposals import (
+    SHARED,
+    Proposal,
+    common,
+    drifts_of_one_box,
+    has,
+    hit_of,
+    joint_log_p,
+    may_damp,
+    proposals,
+    wandering,
+)
 
 #: Least normal deviate of a target's own evidence for a cause that was found on several targets together.
 LEAST_SUPPORT = 1.0
 
 #: Fits at most in which an effect that is linear only for small parameters comes to those that it has.
 MOST_PASSES = 6
-
-#: Lines that are damped in the bins of one target at most; beyond them what is left has a cause that is no line.
-MOST_DAMPED = 4
 
 #: Share by which bins of two targets may differ in length and be as good as one.
 SAME = 1e-6
@@ -323,10 +319,10 @@ def _searched(track: Track, generic: bool, seed: int, progress: Progress) -> Tra
 def _grow(tracks: list[Track], alpha: float, progress: Progress) -> tuple[list[Track], bool]:
     """Add the most telling of the significant effects that nothing refuses, and whether there was one."""
     while True:
-        proposals = _proposals(tracks, alpha)
-        if not proposals:
+        found = proposals(tracks, alpha)
+        if not found:
             return _jumped_together(_failed_together(tracks, alpha), alpha), False
-        best = max(proposals, key=lambda p: p.rank)
+        best = max(found, key=lambda p: p.rank)
         names = tuple(tracks[i].problem.target for i in best.where)
         changed = list(tracks)
         refused = False
@@ -345,7 +341,7 @@ def _grow(tracks: list[Track], alpha: float, progress: Progress) -> tuple[list[T
         tracks = [new if new.refusals != old.refusals else old for new, old in zip(changed, tracks, strict=True)]
 
 
-def _unsized_box(tracks: list[Track], proposal: _Proposal) -> str:
+def _unsized_box(tracks: list[Track], proposal: Proposal) -> str:
     """Why the amounts by which the axes of a box drift, just added, are not told; empty if they are."""
     key = proposal.hits[0].candidate.effect.key
     grown = [tracks[i] for i in proposal.where]
@@ -365,8 +361,8 @@ def _failed_together(tracks: list[Track], alpha: float) -> list[Track]:
         against = [t.problem.target for t in tracks for r in t.refusals if r.fails_together and _is_of(r.hit, key)]
         if len(have) < 2 or not against or any(_is_of(step.hit, key) for t in tracks for step in t.steps):
             continue
-        hits = _common([tracks[i] for i in have], key)
-        log_p = _joint_log_p(tuple(hits))
+        hits = common([tracks[i] for i in have], key)
+        log_p = joint_log_p(tuple(hits))
         if log_p >= math.log(alpha):
             continue
         reason = (
@@ -383,7 +379,7 @@ def _failed_together(tracks: list[Track], alpha: float) -> list[Track]:
 def _jumped_together(tracks: list[Track], alpha: float) -> list[Track]:
     """The tracks with a doubt on each axis that changes its level at one instant with others: a knock, or a jump."""
     out = list(tracks)
-    for one in _drifts_of_one_box(tracks, alpha, STEPS):
+    for one in drifts_of_one_box(tracks, alpha, STEPS):
         names = ", ".join(tracks[i].problem.target for i in one.where)
         for i, hit in zip(one.where, one.hits, strict=True):
             reason = (
@@ -398,15 +394,15 @@ def _is_of(hit: Hit, key: str) -> bool:
     return hit.candidate.effect.key == key
 
 
-def _doubted(tracks: list[Track], proposal: _Proposal) -> list[Track]:
+def _doubted(tracks: list[Track], proposal: Proposal) -> list[Track]:
     """The tracks after a drift of the box was added to some: others that may have it are not said to be still."""
     if not proposal.looks:
         return tracks
     key, out = proposal.hits[0].candidate.effect.key, list(tracks)
     for index, track in enumerate(tracks):
-        if index in proposal.where or not may_drift(track) or not _has(track, key):
+        if index in proposal.where or not may_drift(track) or not has(track, key):
             continue
-        hit = _hit(track, key)
+        hit = hit_of(track, key)
         if hit.deviate >= DOUBT:
             out[index] = replace(
                 track, refusals=(*track.refusals, Refusal(hit, "too weak on this axis to be told", of_box=True))
@@ -414,162 +410,11 @@ def _doubted(tracks: list[Track], proposal: _Proposal) -> list[Track]:
     return out
 
 
-@dataclass(frozen=True)
-class _Proposal:
-    """An effect, significant on the targets ``where`` taken together; ``looks`` were taken for all of them at once."""
-
-    where: tuple[int, ...]
-    hits: tuple[Hit, ...]
-    p_value: float
-    looks: float = 0.0
-
-    @property
-    def rank(self) -> float:
-        """What orders proposals: as that of a hit."""
-        if not self.looks:
-            return sum(hit.rank for hit in self.hits)
-        return sum(hit.likelihood_ratio - 2 * hit.size for hit in self.hits) - 2 * math.log(self.looks)
-
-
-def _proposals(tracks: list[Track], alpha: float) -> list[_Proposal]:
-    """Significant effects: the best one of each target, and those of one cause on several targets."""
-    found: list[_Proposal] = []
-    for index, track in enumerate(tracks):
-        able = () if _full(track) else track.hits or ()
-        good = [h for h in able if h.log_p < math.log(alpha) and not _is_shared(h) and not _refused(track, h)]
-        # A line whose phase does not hold comes last: what shakes with the base may have a cause.
-        good.sort(key=lambda hit: _wander(track, hit) is not None)
-        found += [_Proposal((index,), (hit,), hit.p_value) for hit in good[:1]]
-    found += _drifts_of_one_box(tracks, alpha)
-    found += [one for index in range(len(tracks)) if (one := _warmed_too(tracks, index, alpha))]
-    if not found:
-        found += [one for index in range(len(tracks)) if (one := _rung_too(tracks, index, alpha))]
-    for key in SHARED:
-        where = tuple(i for i, t in enumerate(tracks) if _has(t, key) and not _full(t))
-        if where:
-            hits = tuple(_common([tracks[i] for i in where], key))
-            log_p = _joint_log_p(hits)
-            if log_p < math.log(alpha):
-                found.append(_Proposal(where, hits, math.exp(log_p)))
-    return found
-
-
-def _warmed_too(tracks: list[Track], index: int, alpha: float) -> _Proposal | None:
-    """What the temperature does to other axes, where it is significant on this one by itself."""
-    track = tracks[index]
-    if _full(track) or any(is_thermal(term.effect) for term in track.added) or not warmed(tracks, index):
-        return None
-    able = [hit for hit in track.hits or () if is_thermal(hit.candidate.effect) and not _refused(track, hit)]
-    best = min(able, key=lambda hit: log_p_by_itself(track, hit), default=None)
-    if best is None or (log_p := log_p_by_itself(track, best)) >= math.log(alpha):
-        return None
-    return _Proposal((index,), (best,), math.exp(log_p))
-
-
-def _rung_too(tracks: list[Track], index: int, alpha: float) -> _Proposal | None:
-    """A line that other channels of a unit at rest have, where it is significant on this one at that frequency."""
-    if _full(tracks[index]):
-        return None
-    hit = rings_too(tracks, index)
-    if hit is None or hit.log_p >= math.log(alpha) or _refused(tracks[index], hit):
-        return None
-    return _Proposal((index,), (hit,), hit.p_value)
-
-
-def _drifts_of_one_box(tracks: list[Track], alpha: float, keys: tuple[str, ...] = DRIFTS) -> list[_Proposal]:
-    """Drifts that are significant on several axes of a unit at rest together, at one shape."""
-    found: list[_Proposal] = []
-    for key in keys:
-        able = [i for i, t in enumerate(tracks) if may_drift(t) and _has(t, key) and not _full(t)]
-        where = [i for i in able if _hit(tracks[i], key).deviate >= LEAST]
-        if len(where) < 2:
-            continue
-        hits = dict(zip(where, _common([tracks[i] for i in where], key), strict=True))
-        looks = max(looks_of(tracks[i], hit) for i, hit in hits.items())
-        deviates = [(hits[i] if i in hits else _hit(tracks[i], key)).deviate for i in able]
-        log_p = surest(deviates, looks)
-        if log_p < math.log(alpha):
-            log_p = surest(deviates, looks, _in_common(tracks, able, hits))
-        where = [i for i, hit in hits.items() if hit.deviate >= LEAST]
-        if log_p < math.log(alpha):
-            found.append(_Proposal(tuple(where), tuple(hits[i] for i in where), math.exp(log_p), looks))
-    return found
-
-
-def _in_common(tracks: list[Track], able: list[int], hits: dict[int, Hit]) -> Floats:
-    """Covariance of the deviates of the channels ``able``, by slow noise that those with ``hits`` have in common."""
-    fits = {i: solve(tracks[i].problem, with_term(tracks[i].fit.model, hit.term)) for i, hit in hits.items()}
-    out, own = np.eye(len(able)), [able.index(i) for i in hits]
-    out[np.ix_(own, own)] = in_common([(tracks[i].problem, fit) for i, fit in fits.items()])
-    return out
-
-
-def _wander(track: Track, hit: Hit) -> Line | None:
-    """The line of a tone that is none, because its phase does not hold, or it is the pattern of an encoder."""
-    if not hit.candidate.effect.line or _damped_so_far(track) >= MOST_DAMPED:
-        return None
-    found: Line | None = track.problem.remember(
-        ("wanders", hit.term, track.fit.model),
-        lambda: (
-            of_encoder(track.problem, track.fit, hit.term.shape[0])
-            or wanders(track.problem, track.fit, hit.term.shape[0])
-        ),
-    )
-    return found
-
-
-def _damped_so_far(track: Track) -> int:
-    return sum(line.frequency < IN_BINS / track.problem.bins.width for line in track.prepared.lines)
-
-
-def _full(track: Track) -> bool:
-    return len(track.added) >= MOST_ADDED
-
-
-def _is_shared(hit: Hit) -> bool:
-    return hit.candidate.effect.of_base
-
-
-def _refused(track: Track, hit: Hit) -> bool:
-    return any(r.hit.candidate.effect.key == hit.candidate.effect.key for r in track.refusals)
-
-
-def _has(track: Track, key: str) -> bool:
-    return any(h.candidate.effect.key == key and not _refused(track, h) for h in track.hits or ())
-
-
-def _hit(track: Track, key: str) -> Hit:
-    return next(h for h in track.hits or () if h.candidate.effect.key == key)
-
-
-def _joint_log_p(hits: tuple[Hit, ...]) -> float:
-    """Significance of one cause on several targets: their deviates added (Stouffer)."""
-    total = sum(hit.deviate for hit in hits) / math.sqrt(len(hits))
-    return min(0.0, log_tail(total) + math.log(max(hit.looks for hit in hits)))
-
-
-def _common(tracks: list[Track], key: str) -> list[Hit]:
-    """The hits of one cause on several targets, at the one shape that explains them best together."""
-    hits = [_hit(track, key) for track in tracks]
-    if len(hits) == 1 or not hits[0].candidate.effect.shapes:
-        return hits
-    bases = [reference(t.problem, t.fit.model, t.fit.noise.power) for t in tracks]
-
-    def total(term: Term) -> float:
-        ratios = [
-            likelihood_ratio(t.problem, b, with_term(b.model, term))[0] for t, b in zip(tracks, bases, strict=True)
-        ]
-        return sum(ratios)
-
-    term = max(hits[0].candidate.terms, key=total)
-    return [at_shape(t.problem, t.fit, b, h, term) for t, b, h in zip(tracks, bases, hits, strict=True)]
-
-
-def _tried(track: Track, hit: Hit, proposal: _Proposal, names: tuple[str, ...], alpha: float) -> tuple[Track, bool]:
+def _tried(track: Track, hit: Hit, proposal: Proposal, names: tuple[str, ...], alpha: float) -> tuple[Track, bool]:
     """The track with ``hit`` added, or with its refusal noted."""
     joined = names if len(names) > 1 else ()
     problem = track.problem
-    wander = _wander(track, hit)
+    wander = wandering(track, hit)
     if wander is not None:
         return _damped(track, wander, hit), True
     if nothing := _nothing(track, hit, joined):
@@ -584,7 +429,7 @@ def _tried(track: Track, hit: Hit, proposal: _Proposal, names: tuple[str, ...], 
     confirmed = confirms(track.score, score, rescored(problem, track.fit, fit.noise.power))
     # Each of several effects may cost a little; together no more than one may.
     confirmed &= score.rms <= (1 + MOST_GROWTH) * min(s.rms for s in (track.score, *(s.before for s in track.steps)))
-    if not confirmed and hit.candidate.effect.line and _damped_so_far(track) < MOST_DAMPED:
+    if not confirmed and hit.candidate.effect.line and may_damp(track):
         wander = lost(problem, track.fit, hit.term.shape[0])
         if wander is not None:
             return _damped(track, wander, hit), True
@@ -606,7 +451,7 @@ def _tried(track: Track, hit: Hit, proposal: _Proposal, names: tuple[str, ...], 
     return _kept(track, grown, hit, alpha)
 
 
-def _as_judged(hit: Hit, proposal: _Proposal) -> Hit:
+def _as_judged(hit: Hit, proposal: Proposal) -> Hit:
     """The hit with no more looks than its proposal was judged by, if that is of this target alone."""
     if len(proposal.where) > 1 or not 0 < proposal.p_value < hit.p_value:
         return hit
