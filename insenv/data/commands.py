@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from insenv.core.console.progress import check_folder, verbosity, verbosity_options
 from insenv.core.console.terminal import examples, is_terminal, paint, shortened, width, wrapped
 from insenv.core.errors import InputError
 
@@ -30,6 +31,7 @@ _COLOURS = {"stated": "green", "answered": "green", "numbers": "green", "assumed
 @click.option("--columns", metavar="NAMES", help="Headings of a file without: 't [s],gx [deg/s],-'.")
 @click.option("--force", is_flag=True, help="Replace a manifest that is there.")
 @click.option("--no-input", is_flag=True, help="Ask nothing, also on a terminal.")
+@verbosity_options
 def init(data: tuple[Path, ...], out: Path | None, answers: tuple[str, ...], columns: str | None, **how: bool) -> None:
     """Write the manifest of data files: what each column is, in which unit.
 
@@ -37,7 +39,6 @@ def init(data: tuple[Path, ...], out: Path | None, answers: tuple[str, ...], col
     Headings and numbers tell what they can; what would change a result and is not told is asked, or marked in the
     manifest.
     """
-    from insenv.core.console.progress import check_folder
     from insenv.core.names import is_standard_output
     from insenv.data.init import init as write
 
@@ -48,12 +49,13 @@ def init(data: tuple[Path, ...], out: Path | None, answers: tuple[str, ...], col
     aside = is_standard_output(out)
     ask = None if how["no_input"] or aside or not is_terminal() else asking()
     made = write(data, out, given, ask, how["force"])
-    if ask is None or not made.draft.questions:
+    if verbosity() >= 0 and (ask is None or not made.draft.questions):
         click.echo(table(made.draft), err=aside)
     if made.draft.questions:
         raise InputError(waiting(made.path, made.draft))
     if not aside:
-        click.echo(f"\n{made.path}: written. Next: insenv close-loop {made.path}")
+        start = "\n" if verbosity() >= 0 else ""
+        click.echo(f"{start}{made.path}: written. Next: insenv close-loop {made.path}")
 
 
 def of_data(path: Path) -> Path:

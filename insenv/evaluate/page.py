@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
@@ -85,14 +86,10 @@ def figure(found: Evaluation, quantity: str, unit: str) -> Figure:
         left.invert_yaxis()
         rms = [s.rms[0] for _, s in shown if s.rms[0] > 0]
         if rms and max(rms) > 8 * min(rms):
-            left.set_xscale("log")
-            left.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
-            left.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-            left.xaxis.set_minor_formatter(NullFormatter())
+            _plain_log(left)
         else:
             left.set_xlim(left=0.0)
-        left.set_xlabel(f"rms of {quantity} [{name}]\n(dotted: as told; black: bound)")
-        right.set_xscale("log")
+        left.set_xlabel(f"rms of {quantity} [{name}]\n(dotted: as claimed; black: bound)")
         right.set_ylim(0.0, 1.0)
         right.set_xlabel(f"|error| of {quantity} [{name}]\n(colours as on the left)")
         right.set_ylabel("share of the runs below")
@@ -101,4 +98,16 @@ def figure(found: Evaluation, quantity: str, unit: str) -> Figure:
             ax.set_axisbelow(True)
         every = (found.errors[one.estimator, one.policy][quantity] for one, _ in shown)
         right.set_xlim(left=max(min(float(np.quantile(np.abs(e), 0.02)) / scale for e in every), _LEAST))
+        _plain_log(right)
     return picture
+
+
+def _plain_log(ax: Axes) -> None:
+    """A logarithmic axis from left to right, its numbers written out, as many as there is room for."""
+    ax.set_xscale("log")
+    low, high = ax.get_xlim()
+    decades = np.log10(high / low)
+    subs = (1.0, 2.0, 5.0) if decades < 1.5 else (1.0, 3.0) if decades < 3 else (1.0,)  # noqa: PLR2004 -- decades
+    ax.xaxis.set_major_locator(LogLocator(subs=subs))
+    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    ax.xaxis.set_minor_formatter(NullFormatter())

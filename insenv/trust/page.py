@@ -39,7 +39,7 @@ def to_html(found: Trust) -> str:
     return rendered(
         "trust.html.j2",
         found.findings.filing,
-        title=found.findings.title,
+        title=f"Trust: {found.findings.title}",
         verdict=words.verdict(found)[0].upper() + words.verdict(found)[1:],
         head=words.head(found),
         wrong=[row for one in found.reliability for row in words.reliability(one)],
@@ -53,7 +53,7 @@ def to_html(found: Trust) -> str:
 def figure(found: Trust) -> Figure:
     """How many injected effects were found and named, by their size."""
     with draw.style():
-        picture = Figure(figsize=(6.4, 3.2), layout="constrained")
+        picture = Figure(figsize=(9.0, 3.4), layout="constrained")
         ax = picture.subplots()
         sizes = [size for size in found.whole.sizes if size.found.of]
         for shift, word, color in ((0.96, "found", draw.AFTER), (1.04, "named", draw.BEFORE)):
@@ -81,7 +81,7 @@ def figure(found: Trust) -> Figure:
         ax.set_xlabel("size [smallest detectable amplitudes]")
         ax.set_ylabel("copies [%]")
         if sizes:
-            ax.legend(loc="lower right")
+            ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, frameon=False, borderaxespad=0.2)
         ax.grid(True, color=draw.GRID, lw=0.5)
         ax.set_axisbelow(True)
     return picture

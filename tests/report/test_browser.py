@@ -128,6 +128,15 @@ class Visit:
         found = axe.Axe().run(self.page)
         assert found.violations_count == 0, found.generate_report()
 
+    def fits_paper(self) -> None:
+        """Nothing is cut off at the right of a sheet of A4, which is 182 mm wide between its margins."""
+        size = self.page.viewport_size
+        self.page.set_viewport_size({"width": 688, "height": 970})
+        self.page.emulate_media(media="print")
+        assert self.page.evaluate("document.documentElement.scrollWidth") <= 688  # noqa: PLR2004 -- 182 mm
+        self.page.emulate_media(media="screen")
+        self.page.set_viewport_size(size)
+
     def rms(self, ident: str) -> float:
         return float(self.page.get_attribute(f"#{ident}-explore", "data-rms"))
 
@@ -346,6 +355,8 @@ def test_a_telephone_the_dark_and_paper(browser: Any, path: Path, tmp_path: Path
             assert visit.page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(20, 24, 29)"
             visit.page.emulate_media(media="print", color_scheme="dark")
             assert visit.page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+            visit.fits_paper()
+            visit.page.emulate_media(media="print", color_scheme="dark")
             for section in visit.page.query_selector_all("section[data-target]"):
                 assert section.is_visible() and section.query_selector("figure svg").is_visible()
             for explorer in visit.page.query_selector_all(".explorer"):
@@ -361,6 +372,7 @@ def test_other_pages_fit_a_telephone_and_have_nothing_to_complain_of(browser: An
         with Visit(browser, tmp_path / "page.html", viewport={"width": 390, "height": 800}) as visit:
             assert visit.page.evaluate("document.documentElement.scrollWidth") <= 390, name
             visit.axe_finds_nothing()
+            visit.fits_paper()
 
 
 @pytest.mark.slow  # a design is searched for
@@ -376,6 +388,7 @@ def test_pages_of_evaluation_design_and_story_in_both_themes(
         ) as visit:
             assert visit.page.evaluate("document.documentElement.scrollWidth") <= width
             visit.axe_finds_nothing()
+            visit.fits_paper()
             drawings = visit.page.query_selector_all(".drawing svg")
             assert drawings and all(one.bounding_box()["width"] >= 500 for one in drawings)  # legible, moved by finger
 
