@@ -253,11 +253,11 @@ def _scored(pooled: Pooled, prior: Floats, restricted: bool, power: Floats, pass
     at = _profile(pooled, power, prior)
     value = at.loglik(pooled, prior, restricted)
     for _ in range(passes):
-        energy, freedom = _group_power(pooled, at, prior, restricted)
+        freedom = _freedom(pooled, at, restricted)
         root = np.sqrt(freedom) / at.s
         rows = pooled.shapes * root[:, None]
         column = np.sqrt(np.add.reduce(rows * rows, axis=0))
-        target = nnls(rows / column, energy / freedom * root)[0] / column
+        target = nnls(rows / column, at.energy / freedom * root)[0] / column
         for _ in range(6):
             tried = np.maximum(target, 1e-12 * power)
             new = _profile(pooled, tried, prior)
@@ -273,15 +273,11 @@ def _scored(pooled: Pooled, prior: Floats, restricted: bool, power: Floats, pass
     return power
 
 
-def _group_power(pooled: Pooled, at: _Profile, prior: Floats, restricted: bool) -> tuple[Floats, Floats]:
-    """Energy of the residual in each group and its degrees of freedom, at the noise of a profile."""
-    a = at.weighted
-    axx = _with_diagonal(a[1:, 1:], prior)
-    inverse = np.asarray(np.linalg.inv(axx) if len(axx) else axx, dtype=np.float64)
-    r = np.concatenate([[1.0], -inverse @ a[1:, 0]])
-    energy = pooled.energy(r)
-    taken = pooled.traces(inverse) / at.s if restricted and len(axx) else 0.0
-    return energy, np.maximum(pooled.count - taken, 0.05 * pooled.count)
+def _freedom(pooled: Pooled, at: _Profile, restricted: bool) -> Floats:
+    """Degrees of freedom of the residual of a profile in each group."""
+    if not restricted or not len(at.beta):
+        return pooled.count
+    return np.maximum(pooled.count - pooled.traces(at.inverse()) / at.s, 0.05 * pooled.count)
 
 
 def _scale(pooled: Pooled) -> Floats:
@@ -297,14 +293,17 @@ def _scale(pooled: Pooled) -> Floats:
 class _Profile:
     """Coefficients at their best for a noise.
 
-    Variances of the groups, cross-products weighted by them, energy left in each, factor of the weights.
+    Variances of the groups, energy left in each, coefficients, Cholesky factor of their information.
     """
 
     s: Floats
-    weighted: Floats
     energy: Floats
     beta: Floats
     factor: Floats
+
+    def inverse(self) -> Floats:
+        """Covariance of the coefficients, shape (c - 1, c - 1)."""
+        return np.asarray(dpotrs(self.factor, np.eye(len(self.beta)), lower=0)[0])
 
     def loglik(self, pooled: Pooled, prior: Floats, restricted: bool) -> float:
         """Log-likelihood."""
@@ -325,7 +324,7 @@ def _profile(pooled: Pooled, power: Floats, prior: Floats) -> _Profile:
         if indefinite:
             raise np.linalg.LinAlgError("the regressors' information is not positive definite")
         beta = dpotrs(factor, a[1:, 0], lower=0)[0]
-    return _Profile(s, a, pooled.energy(np.concatenate([[1.0], -beta])), beta, factor)
+    return _Profile(s, pooled.energy(np.concatenate([[1.0], -beta])), beta, factor)
 
 
 def _with_diagonal(square: Floats, added: Floats, times: float = 1.0) -> Floats:
@@ -342,6 +341,5 @@ def loglik(pooled: Pooled, power: Floats, prior: Floats, restricted: bool) -> tu
     at = _profile(pooled, power, prior)
     slope = -0.5 * (pooled.count / at.s - at.energy / at.s**2)
     if restricted and len(at.beta):
-        inverse = dpotrs(at.factor, np.eye(len(at.beta)), lower=0)[0]
-        slope += 0.5 * pooled.traces(inverse) / at.s**2
+        slope += 0.5 * pooled.traces(at.inverse()) / at.s**2
     return at.loglik(pooled, prior, restricted), slope @ pooled.shapes
