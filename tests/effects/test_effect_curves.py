@@ -132,6 +132,14 @@ def test_an_anomaly_is_looked_for_at_the_rates_that_were_run() -> None:
     assert ScaleFactorAnomaly().grid(still).shape == (0, 2)
 
 
+@pytest.mark.parametrize("key", FORMULAS)
+def test_a_rate_next_to_nothing_gives_a_number_without_a_warning(key: str) -> None:
+    """A servo that settles leaves rates of any smallness; warnings are errors here."""
+    rate = np.concatenate([np.zeros(2), np.geomspace(5e-324, 1e-3, 96), -np.geomspace(5e-324, 1e-3, 2)])
+    motion = replace(rich_motion(100), rate=rate)
+    assert np.isfinite(addition(by_key(key), motion, np.array(FORMULAS[key][0]))).all()
+
+
 def test_lock_in_has_nothing_to_show_without_a_rate() -> None:
     motion = rich_motion(10)
     assert LockIn().grid(motion).shape == (1, 0)

@@ -151,7 +151,6 @@ def _pulled(u: Floats, c: Floats) -> Floats:
     """Adler's mean rate less the input, shape (..., n), for the square ``c`` of the threshold."""
     square = u * u - c
     root = np.sqrt(np.maximum(square, 0.0))
-    magnitude = np.abs(u)
-    total = root + magnitude
-    pulled = -np.sign(u) * c / np.where(total > 0.0, total, 1.0)
-    return np.where(square > 0.0, pulled, -u)
+    out = square > 0.0
+    pulled = -np.sign(u) * c / np.where(out, root + np.abs(u), 1.0)
+    return np.where(out, pulled, -u)
