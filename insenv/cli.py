@@ -447,7 +447,7 @@ def list_kind(kind: str) -> None:
 
 
 class _Name(click.ParamType):
-    """A text that the shell may complete with the names of a kind, separated by commas, or with files."""
+    """A text that the shell may complete with the names of a kind, or several, between commas, or with files."""
 
     name = "text"
 
@@ -463,7 +463,8 @@ class _Name(click.ParamType):
         from insenv.shelf import names
 
         before, comma, last = incomplete.rpartition(",")
-        found = [CompletionItem(f"{before}{comma}{name}") for name in names(self.kind) if name.startswith(last)]
+        known = [name for kind in self.kind.split() for name in names(kind)]
+        found = [CompletionItem(f"{before}{comma}{name}") for name in known if name.startswith(last)]
         return [*found, CompletionItem(incomplete, type="file")] if self.files else found
 
 
@@ -483,6 +484,8 @@ _NAMED: Mapping[tuple[str, str], tuple[str, bool]] = {
     ("evaluate", "estimator"): ("estimators", False),
     ("evaluate", "policy"): ("policies", False),
     ("evaluate", "scenario"): ("scenarios", True),
+    ("simulate", "scenario"): ("scenarios", True),
+    ("check-plugin", "name"): ("estimators policies effects", False),
     ("check-plugin", "env"): ("environments", False),
     ("play", "env"): ("environments", False),
     ("play", "scenario"): ("scenarios", True),

@@ -104,6 +104,8 @@ def test_a_wrong_name_is_answered_with_the_nearest(args: tuple[str, ...], meant:
         (["evaluate", "--env", "NorthFinder", "--estimator"], "north_", "north_gls"),
         (["rate-test", "a.toml", "--zeros"], "inter", "interleaved"),
         (["list"], "pol", "policies"),
+        (["check-plugin"], "north_", "north_gls"),
+        (["simulate"], "rate_table/b215_l", "rate_table/b215_lock"),
     ],
 )
 def test_the_shell_completes_commands_options_and_names(words: list[str], incomplete: str, found: str) -> None:
@@ -147,6 +149,13 @@ def test_the_verdict_is_last_and_quiet_says_it_alone(insenv: Command, tmp_path: 
     assert (quiet.out, quiet.err) == ("effects-found: scale_factor_asymmetry\n", "")
     loud = insenv("close-loop", manifest, "-v", "--effects", "scale_factor_asymmetry")
     assert "[  0." in loud.err and "declared model" in loud.err
+
+
+def test_a_file_that_is_not_there_is_answered_with_the_nearest_beside(insenv: Command, tmp_path: Path) -> None:
+    write(tmp_path)
+    (there,) = tmp_path.glob("*.toml")
+    ended = insenv("close-loop", there.with_suffix(".tml"))
+    assert ended.status == 2 and f"did you mean {str(there)!r}?" in ended.err
 
 
 def test_colour_is_for_terminals_that_want_it(monkeypatch: pytest.MonkeyPatch) -> None:

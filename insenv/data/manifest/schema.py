@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import re
 import tomllib
+from difflib import get_close_matches
+from itertools import islice
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
@@ -250,6 +252,16 @@ def shown(value: object) -> str:
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
+def _nearest_file(path: Path) -> str:
+    """Hint at the file beside that was probably meant by a name that is none; "" where there is none."""
+    try:
+        beside = [one.name for one in islice(path.parent.iterdir(), 1000) if one.is_file()]
+    except (OSError, ValueError):
+        return ""
+    near = get_close_matches(path.name, beside, 1)
+    return f"did you mean {str(path.with_name(near[0]))!r}?" if near and near[0] != path.name else ""
+
+
 def tree(path: Path, noun: str) -> dict[str, Any]:
     """Parsed TOML of the file at ``path``, which messages call a ``noun``: "manifest", "scenario".
 
@@ -268,7 +280,8 @@ def tree(path: Path, noun: str) -> dict[str, Any]:
         content = path.read_bytes()
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         reason = getattr(error, "strerror", None) or error
-        raise InputError(f"{path}: the {noun} cannot be read ({reason}); wanted a TOML file") from None
+        wanted = _nearest_file(path) or "wanted a TOML file"
+        raise InputError(f"{path}: the {noun} cannot be read ({reason}); {wanted}") from None
     try:
         return tomllib.loads(content.decode("utf-8-sig"))
     except UnicodeDecodeError as error:
