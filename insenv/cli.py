@@ -32,7 +32,7 @@ from insenv.core.console.progress import (
     verbosity,
     verbosity_options,
 )
-from insenv.core.console.terminal import OneOf, examples, width
+from insenv.core.console.terminal import OneOf, examples, forced, width
 from insenv.core.errors import InputError
 from insenv.core.filing import run_as
 from insenv.core.names import KINDS
@@ -70,6 +70,8 @@ class _Commands(click.Group):
 @click.pass_context
 def insenv(context: click.Context) -> None:
     """Simulate inertial instruments, and trace measured errors to the effects that a model lacks."""
+    # What is painted for a pipe, because FORCE_COLOR asks for it, stays so: click would take the colours out.
+    context.color = forced() or None
     if context.invoked_subcommand is None:
         click.echo(context.get_help())
 

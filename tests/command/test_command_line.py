@@ -168,6 +168,14 @@ def test_colour_is_for_terminals_that_want_it(monkeypatch: pytest.MonkeyPatch) -
     assert terminal.paint("a", "red") == "a"
 
 
+@pytest.mark.parametrize(("asked", "painted"), [({}, False), ({"FORCE_COLOR": "1"}, True), ({"NO_COLOR": "1"}, False)])
+def test_colour_reaches_a_pipe_where_it_is_forced(asked: dict[str, str], painted: bool, tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("time [s],gyro [deg/s]\n" + "".join(f"{k},{k % 7}\n" for k in range(50)))
+    env = {"NO_COLOR": None, "FORCE_COLOR": None, **asked}
+    shown = CliRunner().invoke(cli.insenv, ["init", str(tmp_path / "a.csv")], env=env)
+    assert shown.exit_code == 0 and ("\x1b[" in shown.output) == painted
+
+
 def test_progress_tells_what_is_left(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     now = [100.0]
     monkeypatch.setattr(time, "monotonic", lambda: now[0])

@@ -30,11 +30,16 @@ def is_terminal() -> bool:
     return sys.stdin is not None and sys.stdin.isatty() and sys.stderr.isatty()
 
 
+def forced() -> bool:
+    """Whether colours are wanted wherever the text goes."""
+    return bool(os.environ.get("FORCE_COLOR")) and not os.environ.get("NO_COLOR")
+
+
 def coloured(err: bool = False) -> bool:
     """Whether standard output (or, with ``err``, standard error) is to be coloured."""
     if os.environ.get("NO_COLOR"):
         return False
-    if os.environ.get("FORCE_COLOR"):
+    if forced():
         return True
     stream = sys.stderr if err else sys.stdout
     return stream.isatty() and os.environ.get("TERM") != "dumb"
