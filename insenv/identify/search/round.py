@@ -12,6 +12,8 @@ from scipy.special import ndtri_exp
 
 from insenv.core.recording import Floats
 from insenv.effects.base import CurveEffect, Effect
+from insenv.effects.rate.scale import ScaleFactor
+from insenv.effects.timing import SampleHold
 from insenv.effects.tone import Tone
 from insenv.identify.clean.settling import only_time
 from insenv.identify.fit.evidence import held_out_deviate, joint_deviate, log_tail
@@ -102,7 +104,7 @@ def confronted(problem: Problem, fit: Fit, base: Reference, hit: Hit) -> Hit:
 
 def _confronted(problem: Problem, fit: Fit, base: Reference, hit: Hit) -> Hit:
     larger = solve(problem, with_term(fit.model, hit.term), start=fit.noise.power)
-    beyond = _beyond_bounds(problem, larger) or unseen(problem, hit.term.effect, hit.term.shape)
+    beyond = _beyond_bounds(problem, larger) or _leads(larger) or unseen(problem, hit.term.effect, hit.term.shape)
     if beyond:
         return replace(hit, deviate=-np.inf, remark=beyond)
     differs = (
@@ -141,6 +143,16 @@ def _beyond_bounds(problem: Problem, fit: Fit) -> str:
         return ""
     theta = fit.theta[fit.design.term == len(fit.model) - 1]
     return term.effect.contradiction(np.concatenate([theta, term.shape])) if len(theta) == len(params) else ""
+
+
+def _leads(fit: Fit) -> str:
+    """Why a hold that was fitted last is none: it adds what a held output would take away; empty if it does not."""
+    if not isinstance(fit.model[-1].effect, SampleHold):
+        return ""
+    theta, term = fit.theta, fit.design.term
+    gain = 1 + sum(theta[term == j].sum() for j, one in enumerate(fit.model) if isinstance(one.effect, ScaleFactor))
+    share = float(theta[term == len(fit.model) - 1][0])
+    return f"its share would be {share:.2g} of a gain of {gain:.2g}: what leads is not held" if share * gain < 0 else ""
 
 
 def at_shape(problem: Problem, fit: Fit, base: Reference, hit: Hit, term: Term) -> Hit:

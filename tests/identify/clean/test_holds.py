@@ -14,8 +14,11 @@ from simulated_runs import DEG_PER_HOUR, Simulated, closed, gyro_run, manifest, 
 from insenv.core.recording import Recording
 from insenv.effects.catalogue import CATALOGUE, by_key
 from insenv.identify.clean.holds import Hold, Look, agrees, held_addition
+from insenv.identify.fit.gls import solve
+from insenv.identify.fit.problem import Term
 from insenv.identify.prepare.problems import Prepared, prepare
 from insenv.identify.search.candidates import candidates
+from insenv.identify.search.round import search
 
 MOVING = ("staircase", "reversal", "sine")
 NOISE = {"angle_random_walk": 0.5 * DEG_PER_HOUR}
@@ -103,6 +106,17 @@ def test_a_held_output_is_all_that_is_named(kind: str, hold: float) -> None:
     assert target.verdict == "effects-found"
     assert [added.effect for added in target.added] == ["sample_hold"]
     assert target.held_out.after < 1.1 * target.held_out.noise_floor < target.held_out.before
+
+
+@pytest.mark.parametrize("share", [0.7, -0.7])
+def test_what_leads_is_not_held(share: float) -> None:
+    problem = prepared(run("staircase", 12).recording).problem
+    (hold,), _ = candidates(problem, (by_key("sample_hold"),))
+    added = share * problem.columns(hold.terms[0])[:, 0]
+    problem = replace(problem, y=problem.y + added, cache={})
+    fit = solve(problem, (Term(by_key("bias")), Term(by_key("scale_factor"))))
+    (hit,) = search(problem, fit, (hold,), 0, 1, tones=False)
+    assert ("what leads is not held" in hit.remark) == (share < 0)
 
 
 def part_held(seed: int) -> Recording:
