@@ -12,8 +12,8 @@ the temperature) is told beside a constant one, declared or not, for it would ha
 a command held-out data tell the size of an effect without a shape too, and z grows by their deviate: a table that goes
 up in the fitted rows and down in the others shows an asymmetry to both together. Nor is a curve of the rate beside a
 reference that is late (a lag, or a skew in the model) named, if it has two shapes and more and the data tell none: then
-it is any curve. Beside a reference that was measured, a curve of its rate must have a size that is no chance of as many
-curves as were tried: its deviation holds what errors of the reference do, the likelihood ratio does not.
+it is any curve. Beside a reference that was measured, a curve of its rate and a step must have a size that is no chance
+of as many curves as were tried: its deviation holds what errors of the reference do, the likelihood ratio does not.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import Model, Problem, Term
 from insenv.identify.fit.uncertainty import coefficients_of, estimates
+from insenv.identify.search.jumps import is_step
 
 #: Deviations by which an effect must differ from zero; a curve of the rate beside a reference that is late, whose
 #: filter nobody knows exactly: what its skew leaves follows the rate too.
@@ -132,10 +133,11 @@ def _curve_of_rate(term: Term) -> bool:
 
 
 def _follows_reference(problem: Problem, term: Term) -> bool:
-    """Whether a term is a curve of a rate that was measured with errors, which it follows as it does the motion."""
+    """Whether a term is a curve of a rate that was measured with errors, or one jump, as these errors have them too."""
     effect = term.effect
     own = effect.of_rate and effect.belongs == "instrument" and not isinstance(effect, TimingSkew)
-    return own and problem.turns and problem.smoothed and not problem.commanded
+    measured = problem.turns and not problem.commanded
+    return measured and (is_step(effect) or (own and problem.smoothed))
 
 
 def _too_small(problem: Problem, term: Term, z: float, late: bool, looks: float) -> str:

@@ -211,3 +211,13 @@ def test_beside_a_noisy_reference_a_size_is_no_chance_of_all_curves(problem: Pro
         own = replace(with_size(problem, term, size), commanded=reference == "command", cache={})
         own = replace(own, exposures=read) if reference == "noisy" else own
         assert bool(unsized(own, solve(own, model), term, looks=1000.0)) is not told
+
+
+@pytest.mark.parametrize("commanded", [True, False])
+def test_a_step_beside_a_measured_reference_is_no_chance_of_all_instants(problem: Problem, commanded: bool) -> None:
+    """A reference jumps as well: beside a command 3.5 deviations are a size, beside an encoder they are one of 1000."""
+    term = Term(by_key("bias_step"), (400.0,))
+    model = (Term(by_key("bias")), Term(by_key("scale_factor")), term)
+    for size, told in ((3.5, commanded), (8.0, True)):
+        own = replace(with_size(problem, term, size), commanded=commanded, cache={})
+        assert bool(unsized(own, solve(own, model), term, looks=1000.0)) is not told
