@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+import json
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from matplotlib.figure import Figure
-from pages import written
+from pages import engine, written
 from tqdm import tqdm
 
 
@@ -28,6 +29,22 @@ def table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> tuple[str,
         "|" + " --- |" * len(header),
         *("| " + " | ".join(str(cell) for cell in row) + " |" for row in rows),
     )
+
+
+def kept(folder: Path | None, script: Path, made: Mapping[str, Callable[[], Section]]) -> Iterator[Section]:
+    """Sections without pictures, each kept in the folder: what today's engine made already is not made again."""
+    mark = "" if folder is None else engine(script)
+    for name, make in made.items():
+        place = None if folder is None else folder / f"{name}_{mark}.json"
+        if place is not None and place.exists():
+            told = json.loads(place.read_text(encoding="utf-8"))
+            yield Section(told["title"], tuple(told["lines"]), told["verdict"])
+            continue
+        section = make()
+        if place is not None:
+            place.parent.mkdir(parents=True, exist_ok=True)
+            place.write_text(json.dumps(asdict(section)), encoding="utf-8")
+        yield section
 
 
 def write(path: Path, head: str, sections: Iterator[Section], count: int) -> None:
