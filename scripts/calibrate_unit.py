@@ -59,7 +59,8 @@ Six instruments with 48 parameters, and 11 errors of the table beside them, by t
 it) and by sequences that were searched for ([designing](../design.md)). Written by `python scripts/calibrate_unit.py
 --kept FILE.npz --loop FOLDER`; what makes the file and the folder stands in their sections.
 The published sources print accuracies of instruments without their noise; what is reproduced is the
-procedure, and its figures for the declared ones. +- are 95 % intervals.
+procedure, and its figures for the declared ones. +- are 95 % intervals. Samples a minute are of CPU
+time, on a machine that was busy with other work.
 """
 
 
