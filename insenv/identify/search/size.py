@@ -12,8 +12,9 @@ the temperature) is told beside a constant one, declared or not, for it would ha
 a command held-out data tell the size of an effect without a shape too, and z grows by their deviate: a table that goes
 up in the fitted rows and down in the others shows an asymmetry to both together. Nor is a curve of the rate beside a
 reference that is late (a lag, or a skew in the model) named, if it has two shapes and more and the data tell none: then
-it is any curve. Beside a reference that was measured, a curve of its rate and a step must have a size that is no chance
-of as many curves as were tried: its deviation holds what errors of the reference do, the likelihood ratio does not.
+it is any curve. Beside a reference that was measured, a curve of its rate, a step and a line must have a size that is
+no chance of as many curves as were tried: its deviation holds what errors of the reference do, the likelihood ratio
+does not.
 """
 
 from __future__ import annotations
@@ -133,11 +134,11 @@ def _curve_of_rate(term: Term) -> bool:
 
 
 def _follows_reference(problem: Problem, term: Term) -> bool:
-    """Whether a term is a curve of a rate that was measured with errors, or one jump, as these errors have them too."""
+    """Whether a term is a curve of a rate that was measured with errors, or a jump or line, which these errors have."""
     effect = term.effect
     own = effect.of_rate and effect.belongs == "instrument" and not isinstance(effect, TimingSkew)
     measured = problem.turns and not problem.commanded
-    return measured and (is_step(effect) or (own and problem.smoothed))
+    return measured and (is_step(effect) or effect.line or (own and problem.smoothed))
 
 
 def _too_small(problem: Problem, term: Term, z: float, late: bool, looks: float) -> str:

@@ -214,10 +214,15 @@ def test_beside_a_noisy_reference_a_size_is_no_chance_of_all_curves(problem: Pro
 
 
 @pytest.mark.parametrize("commanded", [True, False])
-def test_a_step_beside_a_measured_reference_is_no_chance_of_all_instants(problem: Problem, commanded: bool) -> None:
-    """A reference jumps as well: beside a command 3.5 deviations are a size, beside an encoder they are one of 1000."""
-    term = Term(by_key("bias_step"), (400.0,))
+@pytest.mark.parametrize(("term", "small"), [(Term(by_key("bias_step"), (400.0,)), 3.5), (Term(Tone(), (0.03,)), 2.4)])
+def test_what_a_measured_reference_may_have_itself_is_no_chance_of_all_looks(
+    problem: Problem, term: Term, small: float, commanded: bool
+) -> None:
+    """It jumps and has lines as well: beside a command 3.5 deviations are a size, beside an encoder one of 1000.
+
+    The amplitude of a line whose frequency was fitted is 1.4 times as certain as that of any.
+    """
     model = (Term(by_key("bias")), Term(by_key("scale_factor")), term)
-    for size, told in ((3.5, commanded), (8.0, True)):
+    for size, told in ((small, commanded), (8.0, True)):
         own = replace(with_size(problem, term, size), commanded=commanded, cache={})
         assert bool(unsized(own, solve(own, model), term, looks=1000.0)) is not told
