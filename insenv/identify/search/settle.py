@@ -48,11 +48,7 @@ def sized(track: Track) -> Track:
         if weak is None:
             return track
         step, why = weak
-        fit = _without(track, step)
-        refusals = (*track.refusals, Refusal(step.hit, why, unsized=True))
-        steps = tuple(s for s in track.steps if s is not step)
-        score = held_out_score(track.problem, fit)
-        track = replace(track, fit=fit, score=score, steps=steps, refusals=refusals, hits=None)
+        track = _dropped(track, step, why)
 
 
 def parted(tracks: list[Track]) -> list[Track]:
@@ -93,9 +89,14 @@ def _without_joint(track: Track, joint: Step, why: str) -> Track:
     part = next((s for s in track.steps if s.together == joint.together and s.hit.candidate.effect.key == key), None)
     if part is None:
         return track
-    fit = _without(track, part)
-    refusals = (*track.refusals, Refusal(part.hit, why, unsized=True)) if why else track.refusals
-    steps = tuple(s for s in track.steps if s is not part)
+    return _dropped(track, part, why)
+
+
+def _dropped(track: Track, step: Step, why: str) -> Track:
+    """The track without what a step added, its size refused if there is a reason ``why``."""
+    fit = _without(track, step)
+    refusals = (*track.refusals, Refusal(step.hit, why, unsized=True)) if why else track.refusals
+    steps = tuple(s for s in track.steps if s is not step)
     score = held_out_score(track.problem, fit)
     return replace(track, fit=fit, score=score, steps=steps, refusals=refusals, hits=None)
 
