@@ -133,6 +133,8 @@ class Recording:
         The motion of the table behind a noisy reading of it.
     responses : mapping of str to Response
         How instruments follow the table, where their gain is not one.
+    made_of : ndarray of int, shape (n, 2), optional
+        First row of the file that a mean holds, and the one behind its last, where rows are means.
     """
 
     t: Floats
@@ -146,6 +148,7 @@ class Recording:
     period: float | None = None
     table: Trajectory | None = None
     responses: Mapping[str, Response] = field(default_factory=dict)
+    made_of: NDArray[np.int_] | None = None
 
     def __len__(self) -> int:
         return len(self.t)
@@ -197,4 +200,5 @@ def rows_between(recording: Recording, start: int, stop: int) -> Recording:
     cut = (Segment(s.label, max(s.start, start) - start, min(s.stop, stop) - start) for s in recording.segments)
     segments = tuple(segment for segment in cut if segment.start < segment.stop)
     left_out = {name: mask[start:stop] for name, mask in recording.left_out.items()}
-    return replace(recording, t=recording.t[start:stop], channels=channels, segments=segments, left_out=left_out)
+    found = replace(recording, t=recording.t[start:stop], channels=channels, segments=segments, left_out=left_out)
+    return replace(found, made_of=None if recording.made_of is None else recording.made_of[start:stop])

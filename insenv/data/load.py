@@ -84,7 +84,8 @@ def read_recordings(manifest: Manifest) -> tuple[Recording, ...]:
     if uneven:
         # One rate for all of them, even ones too.
         rate = min([e.rate for e in uneven] + [0.5 / r.dt for r in read])
-        if not _nothing_turns(manifest) or manifest.fit_rows or manifest.held_out.rows:
+        counted = bool(manifest.fit_rows or manifest.held_out.rows) and len(runs) > 1
+        if not _nothing_turns(manifest) or counted:
             raise InputError(uneven[0].proposing(rate))
         anew = replace(manifest, resample=round_rate(rate))
         return tuple(_read_run(anew, run, table) for run, table in runs)

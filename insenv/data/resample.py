@@ -68,9 +68,9 @@ def resampled(recording: Recording, rate: float, where: str) -> Recording:
     lost = "" if kept.all() else f"; {int(np.sum(~kept))} are left out for gaps"
     low, high = np.quantile(steps, (0.05, 0.95))
     text = f"{len(t)} rows in steps of {low:.3g} to {high:.3g} s resampled to {len(kept)} means over {width:g} s{lost}"
-    return replace(
-        recording, t=ends, channels=channels, segments=segments, notes=(*recording.notes, text), period=width
-    )
+    found = replace(recording, t=ends, channels=channels, segments=segments, notes=(*recording.notes, text))
+    own = np.searchsorted(t, edges, side="right")
+    return replace(found, period=width, made_of=np.column_stack([own[:-1], own[1:]])[kept])
 
 
 def spread(t: Floats) -> tuple[Floats, tuple[str, ...]]:

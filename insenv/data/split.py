@@ -36,12 +36,12 @@ def split(manifest: Manifest, recordings: Sequence[Recording]) -> tuple[RowUse, 
     """
     lengths = [len(recording) for recording in recordings]
     if manifest.fit_rows and manifest.held_out.names_nothing:
-        fit, held_out = _parted(manifest, lengths)
+        fit, held_out = _parted(manifest, recordings)
     else:
         held_out = _held_out(manifest, recordings)
         fit = ~held_out
         if manifest.fit_rows:
-            fit = _rows(manifest.fit_rows, sum(lengths), f"{manifest.path}: fit.rows")
+            fit = _rows(manifest.fit_rows, recordings, f"{manifest.path}: fit.rows")
     if both := int(np.sum(fit & held_out)):
         first = int(np.argmax(fit & held_out))
         raise InputError(
@@ -71,13 +71,14 @@ def without_tails(
     return runs, tuple(kept)
 
 
-def _parted(manifest: Manifest, lengths: Sequence[int]) -> tuple[Mask, Mask]:
+def _parted(manifest: Manifest, recordings: Sequence[Recording]) -> tuple[Mask, Mask]:
     """Of the rows that fit.rows names the first ones of each run, and the last `HELD_OUT_SHARE` of them.
 
     Who names rows and nothing to hold out names those that are good: what is between or behind them is neither.
     """
-    named = _rows(manifest.fit_rows, sum(lengths), f"{manifest.path}: fit.rows")
+    named = _rows(manifest.fit_rows, recordings, f"{manifest.path}: fit.rows")
     held_out = np.zeros(len(named), dtype=bool)
+    lengths = [len(recording) for recording in recordings]
     for start, length in zip(np.cumsum([0, *lengths[:-1]]), lengths, strict=True):
         rows = start + np.flatnonzero(named[start : start + length])
         held_out[rows[int(np.ceil((1 - HELD_OUT_SHARE) * len(rows))) :]] = True
@@ -92,7 +93,7 @@ def _held_out(manifest: Manifest, recordings: Sequence[Recording]) -> Mask:
             raise InputError(f"{manifest.path}: held_out.positions needs model.procedure = 'multi-position'")
         raise InputError(f"{manifest.path}: held_out.positions names rests, not rows; wanted rows or runs")
     if named.rows:
-        return _rows(named.rows, sum(map(len, recordings)), f"{manifest.path}: held_out.rows")
+        return _rows(named.rows, recordings, f"{manifest.path}: held_out.rows")
     if named.runs:
         if (last := max(named.runs)) > len(recordings):
             found = f"held_out.runs has {last}; there are {len(recordings)} runs"
@@ -105,7 +106,19 @@ def _held_out(manifest: Manifest, recordings: Sequence[Recording]) -> Mask:
     return np.concatenate([r.t - r.t[0] > kept * (r.t[-1] - r.t[0]) for r in recordings])
 
 
-def _rows(ranges: RowRanges, n: int, where: str) -> Mask:
+def _rows(ranges: RowRanges, recordings: Sequence[Recording], where: str) -> Mask:
+    """Mask of all rows that is true in the half-open ``ranges``: of means, where all rows that they hold are."""
+    made_of = [r.made_of for r in recordings if r.made_of is not None]
+    if len(made_of) == len(recordings):
+        whole = np.concatenate(made_of)
+        # Behind the last whole mean a file goes on by less than one.
+        of_file = _mask(ranges, int(whole.max(initial=0) + np.diff(whole).max(initial=0)), where)
+        within = np.append(0, np.cumsum(of_file))[whole]
+        return np.diff(within)[:, 0] == np.diff(whole)[:, 0]
+    return _mask(ranges, sum(map(len, recordings)), where)
+
+
+def _mask(ranges: RowRanges, n: int, where: str) -> Mask:
     """Mask of ``n`` rows that is true in the half-open ``ranges``."""
     mask = np.zeros(n, dtype=bool)
     for start, stop in ranges:

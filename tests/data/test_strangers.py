@@ -21,6 +21,7 @@ from insenv.data.exposure import expose
 from insenv.data.load import read_recordings
 from insenv.data.manifest import load_manifest
 from insenv.data.resample import spread
+from insenv.data.split import split
 from insenv.identify.findings import Findings
 from insenv.identify.fit.bins import gather
 from insenv.report.words import key_of
@@ -157,8 +158,22 @@ def test_steps_of_any_length_are_refused_with_their_spread(tmp_path: Path) -> No
 def test_means_finer_than_the_rows_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"fit.resample = 10 Hz; the median step .* wanted at most 5 Hz"):
         read(tmp_path, sound(), '[fit]\nresample = "10 Hz"\n')
-    with pytest.raises(InputError, match=r"fit.rows beside fit.resample"):
-        read(tmp_path, sound(), '[fit]\nresample = "2 Hz"\nrows = [[0, 100]]\n')
+    tail = '[fit]\nresample = "2 Hz"\nrows = [[0, 100]]\n'
+    with pytest.raises(InputError, match=r"fit.rows beside fit.resample.* of 2 runs"):
+        load_manifest(write(tmp_path, [sound(), sound()], {"": tail}, ("bias",)))
+
+
+def test_rows_are_counted_in_the_file_beside_means(tmp_path: Path) -> None:
+    """Who resamples for uneven steps still names the rows of the file that are good: a mean is one if all of it is."""
+    manifest = load_manifest(write(tmp_path, [sound()], {"": '[fit]\nresample = "2 Hz"\nrows = [[1001, 2000]]\n'}, ("bias",)))
+    recordings = read_recordings(manifest)
+    (use,) = split(manifest, recordings)
+    fitted = np.flatnonzero(use.fit | use.held_out)
+    made_of = recordings[0].made_of
+    assert made_of is not None
+    assert made_of[fitted[0], 0] in range(1001, 1007)
+    assert made_of[fitted[-1], 1] in range(1995, 2001)
+    assert len(fitted) == fitted[-1] - fitted[0] + 1
 
 
 def test_means_over_uneven_rows_keep_the_turned_angle(tmp_path: Path) -> None:

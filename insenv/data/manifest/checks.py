@@ -428,13 +428,14 @@ def _direction(given: str | list[float], where: str) -> tuple[float, float, floa
     return (given[0] / size, given[1] / size, given[2] / size)
 
 
-def resample(table: schema.ManifestTable, path: Path) -> float | None:
+def resample(table: schema.ManifestTable, n_runs: int, path: Path) -> float | None:
     """Rate of the means that stand for uneven rows [Hz]."""
     if table.fit.resample is None:
         return None
     for key, rows in (("held_out", table.held_out.rows), ("fit", table.fit.rows)):
-        if rows is not None:
-            raise InputError(f"{path}: {key}.rows beside fit.resample, which makes other rows; wanted held_out.start")
+        if rows is not None and n_runs > 1:
+            found = f"{key}.rows beside fit.resample, which makes other rows of {n_runs} runs"
+            raise InputError(f"{path}: {found}; wanted held_out.start, or one run")
     return _positive(table.fit.resample, "frequency", f"{path}: fit.resample")
 
 
