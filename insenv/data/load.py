@@ -155,8 +155,12 @@ def _read_run(manifest: Manifest, run: RunSpec, words: Mended) -> Recording:
     read = without_leaps(replace(recording(manifest, run, table, taken.t, taken.covered), notes=notes))
     read = with_renewals(read, stamps - stamps[0] + read.t[0] if len(stamps) == len(read.t) else None)
     instruments = [name for name in read.channels if name in (*GYROS, *ACCELEROMETERS)]
-    left_out = dict.fromkeys(instruments, taken.doubtful) if taken.doubtful.any() else {}
-    return replace(read, notes=(*read.notes, *taken.notes), left_out=left_out)
+    # At rest a row may be of one tick or the next; what they read is as good as any.
+    if not taken.doubtful.any() or _nothing_turns(manifest):
+        return replace(read, notes=(*read.notes, *taken.notes))
+    found = f"of {int(taken.doubtful.sum())} rows nobody can tell which tick of the clock is theirs"
+    notes = (*read.notes, *taken.notes, f"{found}, first in row {int(np.argmax(taken.doubtful))}: left out")
+    return replace(read, notes=notes, left_out=dict.fromkeys(instruments, taken.doubtful))
 
 
 def _taken(manifest: Manifest, run: RunSpec, table: Table, t: Floats) -> tuple[Table, Sampling, tuple[str, ...]]:

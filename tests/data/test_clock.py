@@ -325,3 +325,22 @@ def test_a_counter_that_begins_anew_goes_on_and_a_clock_that_was_set_is_left_alo
         was_set = np.asarray(np.where(t < 100, t, t + jump), np.float64)
         left, notes = after_rollovers(was_set, 1e-3, str)
         assert left is was_set and notes == ()
+
+
+def test_rows_of_an_unsure_tick_count_at_rest_and_are_said_beside_a_table(tmp_path: Path) -> None:
+    """A phone that was taken up in its last seconds: a lost row beside a late stamp took all of them, without a word."""
+    c, draw = bench(), rng()
+    kept = np.flatnonzero(draw.random(len(c["time"])) > 0.3)
+    lost = {name: values[kept] for name, values in c.items()}
+    lost["time"] = lost["time"] + np.where(draw.random(len(kept)) < 0.02, DT * draw.uniform(0.1, 0.9, len(kept)), 0.0)
+    turned: Recording = read_recordings(load_manifest(write(tmp_path, [lost], {}, ("bias",))))[0]
+    assert turned.left_out["gyro"].any()
+    assert any("nobody can tell which tick" in note for note in turned.notes)
+    np.savetxt(
+        tmp_path / "rest.csv", np.column_stack([lost["time"], lost["gyro"]]), header="t,g", delimiter=",", comments=""
+    )
+    rest = (
+        'data = "rest.csv"\n[channels]\ntime = { column = "t", unit = "s" }\ngyro = { column = "g", unit = "rad/s" }\n'
+    )
+    (tmp_path / "rest.toml").write_text(rest + '[model]\ntarget = "gyro"\ndeclared = ["bias"]\n')
+    assert not read_recordings(load_manifest(tmp_path / "rest.toml"))[0].left_out

@@ -165,7 +165,9 @@ def test_means_finer_than_the_rows_are_refused(tmp_path: Path) -> None:
 
 def test_rows_are_counted_in_the_file_beside_means(tmp_path: Path) -> None:
     """Who resamples for uneven steps still names the rows of the file that are good: a mean is one if all of it is."""
-    manifest = load_manifest(write(tmp_path, [sound()], {"": '[fit]\nresample = "2 Hz"\nrows = [[1001, 2000]]\n'}, ("bias",)))
+    manifest = load_manifest(
+        write(tmp_path, [sound()], {"": '[fit]\nresample = "2 Hz"\nrows = [[1001, 2000]]\n'}, ("bias",))
+    )
     recordings = read_recordings(manifest)
     (use,) = split(manifest, recordings)
     fitted = np.flatnonzero(use.fit | use.held_out)
