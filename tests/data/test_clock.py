@@ -328,7 +328,7 @@ def test_a_counter_that_begins_anew_goes_on_and_a_clock_that_was_set_is_left_alo
 
 
 def test_rows_of_an_unsure_tick_count_at_rest_and_are_said_beside_a_table(tmp_path: Path) -> None:
-    """A phone that was taken up in its last seconds: a lost row beside a late stamp took all of them, without a word."""
+    """A phone that was taken up in its last seconds: a lost row beside a late stamp took them all without a word."""
     c, draw = bench(), rng()
     kept = np.flatnonzero(draw.random(len(c["time"])) > 0.3)
     lost = {name: values[kept] for name, values in c.items()}
