@@ -175,8 +175,9 @@ def _target(
     went = went_away(problem, track.fit) if track.finer and not declared_noise else ()
     own, differs = _by_parts(track, _own_estimates(track))
     own, skewed = _by_skews(track, own)
-    apart = _follows_nothing(problem, own)
     scores = held_out_score(plain, before), held_out_score(problem, track.fit)
+    own = _by_held_out(problem, own, scores[1])
+    apart = _follows_nothing(problem, own)
     held = untold(track, own)
     apart = (*apart, *differs, *skewed)
     doubts = (*apart, *unfinished(track, alpha), *held, *lost, *went, *_unforetold(problem, scores[1]))
@@ -313,8 +314,18 @@ def _unforetold(problem: Problem, score: Score) -> tuple[str, ...]:
         return ()
     return (
         f"held-out data are off by {score.scatter / score.floor:.2g} times the scatter of the fitted noise, their "
-        "level left out: the model does not hold for all motion",
+        "level left out: the model does not hold for all motion, and standard deviations are taken so much larger",
     )
+
+
+def _by_held_out(
+    problem: Problem, own: dict[Term, tuple[Estimate, ...]], score: Score
+) -> dict[Term, tuple[Estimate, ...]]:
+    """The estimates no surer than held-out data bear the model out: R. T. Birge's factor, Phys. Rev. 40 (1932) 207."""
+    if not _unforetold(problem, score):
+        return own
+    factor = score.scatter / score.floor
+    return {term: tuple(replace(row, sd=row.sd * factor) for row in rows) for term, rows in own.items()}
 
 
 def _own_estimates(track: Track) -> dict[Term, tuple[Estimate, ...]]:

@@ -45,6 +45,18 @@ def test_held_out_data_that_hold_more_than_the_fitted_ones_are_a_doubt(tmp_path:
     assert not any("scatter" in caution for caution in found.cautions)
 
 
+def test_what_is_fitted_is_no_surer_than_held_out_data_bear_out(tmp_path: Path) -> None:
+    """The fitted rows, and so the fit, are the same with the other axis and without: the deviation is not."""
+    rows = [closed(tmp_path, other, 0) for other in (0.1, 0.0)]
+    beside, alone = ({e.effect: e for e in found.estimates_after} for found in rows)
+    (reason,) = [r for r in rows[0].reasons if "their level left out" in r]
+    factor = float(reason.split(" by ")[1].split(" times")[0])
+    assert factor > 2
+    for effect in ("bias", "scale_factor"):
+        assert beside[effect].value == pytest.approx(alone[effect].value, rel=1e-6)
+        assert beside[effect].sd == pytest.approx(factor * alone[effect].sd, rel=0.05)
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_faster_turns_alone_are_none(tmp_path: Path, seed: int) -> None:
     found = closed(tmp_path, 0.0, seed)

@@ -5,15 +5,16 @@
 ANSWERS is a folder with the JSON of `insenv close-loop` for each manifest, `source__name.json`, and what it wrote to
 standard error, `source__name.err`. An answer is *right* where it names what must be named, nothing that the data
 exclude, and its values are in tolerance; *honest* where it falls short and says so: a verdict of something left,
-confounded or unexplained with the truth within it, or a fair refusal; *wrong* where it names what is not there or a
-value is off (stated, where its verdict holds no doubt); *missed* where it stays silent on what must be named and sees
-nothing left; *refused* where an ordinary test is not taken; *crashed* where there is a traceback.
+confounded or unexplained with the truth within it, a remark on its vibration, or a fair refusal; *wrong* where it names
+what is not there or a value is off (stated, where its verdict holds no doubt); *missed* where it stays silent on what
+must be named and sees nothing left; *refused* where an ordinary test is not taken; *crashed* where there is a traceback.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import re
 import tomllib
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -32,6 +33,8 @@ WORDS = {
     "rests": ("rest",),
     "wraps": ("no rest", "never at rest", "not at rest", "with a sign, read without"),
 }
+#: Frequencies and channels of vibration that longer means have left out, as a remark of the report says them.
+LOUDEST = re.compile(r"about [\d.e+]+ Hz on ((?:gyro|accel)[a-z_]*(?:(?:, | and )(?:gyro|accel)[a-z_]*)*)")
 GENERIC = ("spline_time", "spline_rate", "spline_angle", "spline_temperature")
 
 
@@ -140,9 +143,18 @@ def _faults(
             yield "false", verdict in SURE, f"{target}: {name}{f' x {many}' if many > 1 else ''} is not there"
     here = {n for n, _ in names} | {r for _, each in names for r in each}
     here |= {str(r.get("cause")) for r in report.get("rows_rejected", ()) if r.get("target", target) == target}
+    if any(target in each["channels"] for each in report.get("common_mode", ())):
+        here.add("common_mode")
     for group in must:
         if not here & set(group):
-            yield "missing", verdict in SURE, f"{target}: {' or '.join(group[:2])} is there and not named"
+            told = "common_mode" in group and _vibrates(target, report)
+            yield "missing", verdict in SURE and not told, f"{target}: {' or '.join(group[:2])} is there and not named"
+
+
+def _vibrates(target: str, report: Mapping[str, Any]) -> bool:
+    """Whether a remark says where the vibration of a channel is loudest, that means were made longer for."""
+    said = [text for remark in report.get("remarks", ()) for text in LOUDEST.findall(str(remark))]
+    return any(target in re.split(r", | and ", channels) for channels in said)
 
 
 def _off(row: list[Any], report: Mapping[str, Any], verdicts: Mapping[str, str]) -> Iterator[tuple[str, bool, str]]:
