@@ -7,7 +7,8 @@ standard error, `source__name.err`. An answer is *right* where it names what mus
 exclude, and its values are in tolerance; *honest* where it falls short and says so: a verdict of something left,
 confounded or unexplained with the truth within it, a remark on its vibration, or a fair refusal; *wrong* where it names
 what is not there or a value is off (stated, where its verdict holds no doubt); *missed* where it stays silent on what
-must be named and sees nothing left; *refused* where an ordinary test is not taken; *crashed* where there is a traceback.
+must be named and sees nothing left; *refused* where an ordinary test is not taken; *crashed* where there is a
+traceback.
 """
 
 from __future__ import annotations
