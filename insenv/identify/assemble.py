@@ -177,9 +177,8 @@ def _target(
     own, skewed = _by_skews(track, own)
     scores = held_out_score(plain, before), held_out_score(problem, track.fit)
     own = _by_held_out(problem, own, scores[1])
-    apart = _follows_nothing(problem, own)
     held = untold(track, own)
-    apart = (*apart, *differs, *skewed)
+    apart = (*_follows_nothing(problem, own), *differs, *skewed)
     doubts = (*apart, *unfinished(track, alpha), *held, *lost, *went, *_unforetold(problem, scores[1]))
     left = replace(left, reasons=(*left.reasons, *doubts))
     lines, hold = tuple(x for x in track.prepared.lines if not x.of_encoder), track.prepared.held.hold
