@@ -1,4 +1,4 @@
-"""A unit moved by hand, as its maker's tool writes it: decimal commas, times of the chip; what its attitude has turned."""
+"""A unit moved by hand, as its maker's tool writes it: decimal commas, times of the chip; what it has turned."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""A body on a corner swung about it: the angle that its gyro was summed to, made a rate again, beside a potentiometer."""
+"""A body on a corner that falls: the angle that its gyro was summed to, made a rate, beside a potentiometer."""
 
 import numpy as np
 import openpyxl
