@@ -54,9 +54,9 @@ answers. `twentieth`, of sixteen owners, was opened once (21 of 29; four of its 
 mended: 25 then) and is shown as it was when it was opened. So is `twentyfirst`, of fifteen owners, half of it beside a
 reference (28 of 36, nothing wrong stated; a sign and a walk taken for a drift were mended in its facts: 30 then; the
 judge had not read which channels share their noise: 31 then). `twentysecond`, of fourteen owners, eleven of it beside a
-reference, is shown as it was when it was opened: 25 of 27, nothing wrong. It is the easier part: something must be named
-in six of its recordings alone (five right), seven are no test of the kind that they are declared (six said so or were
-refused), and three beside a poor reference ask for nothing; without those three 22 of 24.
+reference, is shown as it was when it was opened: 25 of 27, nothing wrong. It is the easier part: something must be
+named in six of its recordings alone (five right), seven are no test of the kind that they are declared (six said so or
+were refused), and three beside a poor reference ask for nothing; without those three 22 of 24.
 
 Judgements: **right** names what is there, nothing that the data exclude, values within tolerance or three standard
 deviations; **honest** falls short and says so; **missed** is silent; **wrong, flagged** names what is not there under
