@@ -20,6 +20,7 @@ import numpy as np
 from estimators.at_rest import static_bias_kernel as kernel
 from estimators.at_rest import static_bias_result
 from estimators.common.allan_terms import TERMS, Fit, fitted, plain
+from insenv.core.compiled import of_one_type
 from insenv.core.earth import EARTH_RATE
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Estimate
@@ -181,7 +182,7 @@ class StaticBias:
 
     def _walked(self, state: Record, chunk: Recording, at: slice) -> Record:
         """After some rows of a chunk."""
-        t = np.asarray(chunk.t, float)[at]
+        t = of_one_type(chunk.t)[at]
         y = chunk.values("gyro", "rad/s")[..., at]
         front, n = state.now.shape[:-1], len(t)
         rows = int(np.prod(front, dtype=int))
@@ -191,10 +192,7 @@ class StaticBias:
         temperature = chunk.values("temperature", "K")[..., at] if "temperature" in there else np.full(n, np.nan)
         power = chunk.values("power", "1")[..., at] if "power" in there else np.ones(n)
         angle = np.zeros(n) if moving is None or labelled else moving[..., at]
-        wide = tuple(
-            np.ascontiguousarray(np.broadcast_to(c, (*front, n)).reshape(rows, n), float)
-            for c in (y, angle, temperature, power)
-        )
+        wide = tuple(of_one_type(c, (*front, n)).reshape(rows, n) for c in (y, angle, temperature, power))
         settings = (self.datasheet.dt, 0.0 if moving is None or labelled else 1.0, limit)
         now, buffer, held, moments, cascade = _copies(state, rows)
         made, count = np.full((rows, n // self.size + 3, 4), np.nan), np.zeros(rows, np.int64)

@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from insenv.core.compiled import jit, patient
+from insenv.core.compiled import jit, of_one_type, patient
 from insenv.core.earth import EARTH_RATE
 from insenv.core.estimate import Datasheet
 from insenv.core.recording import GAP, Floats, Recording
@@ -140,7 +140,7 @@ def follow(state: Revolutions, axis: Axis, chunk: Recording, target: str, unit: 
     n = len(chunk.t)
     rows = int(np.prod(front))
     y, angle = (
-        np.ascontiguousarray(np.broadcast_to(values, (*front, n)), dtype=float).reshape(rows, n)
+        of_one_type(values, (*front, n)).reshape(rows, n)
         for values in (chunk.values(target, unit), chunk.values("table_angle", "rad"))
     )
     if not n:
@@ -150,7 +150,7 @@ def follow(state: Revolutions, axis: Axis, chunk: Recording, target: str, unit: 
     there = state.closed.shape[-2]
     closed = np.zeros((rows, there + _most(angle, now), WIDTH))
     closed[:, :there] = state.closed.reshape(rows, there, WIDTH)
-    _walk(np.asarray(chunk.t, float), y, angle, _settings(axis), (now, part, closed, count))
+    _walk(of_one_type(chunk.t), y, angle, _settings(axis), (now, part, closed, count))
     closed = closed[:, : count.max(initial=0)]
     return Revolutions(
         now.reshape(*front, -1), part.reshape(*front, -1), closed.reshape(*front, -1, WIDTH), count.reshape(front)

@@ -42,6 +42,7 @@ import numpy as np
 
 from estimators.north_finder import kernel
 from estimators.north_finder.levelling import Levelling, north_error
+from insenv.core.compiled import of_one_type
 from insenv.core.earth import EARTH_RATE
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Estimate
@@ -146,8 +147,8 @@ class NorthGls:
         gyro = self._unlocked(state, chunk.t, _spread(chunk.values("gyro", "rad/s"), shape), angle)
         flat = (gyro.reshape(-1, len(chunk.t)), angle.reshape(-1, len(chunk.t)))
         kernel.compiled()(
-            *(np.ascontiguousarray(a) for a in flat),
-            np.ascontiguousarray(chunk.t),
+            *(of_one_type(a) for a in flat),
+            of_one_type(chunk.t),
             rows.reshape(-1, rows.shape[-1]),
             normal.reshape(-1, *normal.shape[-2:]),
             self._numbers,

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimators.common.turns import compiled, patiently
+from insenv.core.compiled import of_one_type
 from insenv.core.recording import Floats
 
 #: Length of a block, shortest dwell [s].
@@ -89,11 +90,11 @@ def follow(
     """
     front, n = found.count.shape, len(t)
     rows, d = found.count.size, found.dwells.shape[-2]
-    wide = [np.ascontiguousarray(np.broadcast_to(c, (*front, n)).reshape(rows, n), float) for c in channels]
+    wide = [of_one_type(c, (*front, n)).reshape(rows, n) for c in channels]
     now, count = found.now.reshape(rows, STATE).copy(), found.count.reshape(rows).copy()
     most = int(n * settings[0] / LEAST) + 2
     dwells = np.concatenate([found.dwells.reshape(rows, d, WIDTH), np.zeros((rows, most, WIDTH))], axis=1)
-    _follow((np.asarray(t, float), segment), tuple(wide), settings, (now, dwells, count))
+    _follow((of_one_type(t), segment), tuple(wide), settings, (now, dwells, count))
     kept = int(count.max(initial=0))
     return DwellSums(now.reshape(*front, STATE), dwells[:, :kept].reshape(*front, kept, WIDTH), count.reshape(front))
 

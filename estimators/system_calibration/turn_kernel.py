@@ -28,6 +28,7 @@ def turn(rates, columns, dt, c, b):
         for i in range(3):
             for j in range(3):
                 middle[i, j] = 0.5 * (c[i, j] + after[i, j])
+                c[i, j] = after[i, j]
         for i in range(3):
             k = 0
             for g in range(3):
@@ -35,4 +36,3 @@ def turn(rates, columns, dt, c, b):
                 for j in range(own.shape[1]):
                     b[i, k] += middle[i, g] * own[n, j] * dt
                     k += 1
-        c[:, :] = after

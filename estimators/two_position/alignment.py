@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from estimators.two_position.alignment_told import ACCELS, GYROS, PARAMETERS, Sighting, Told
 from insenv.core.attitude import angles_from_dcm, dcm_from_angles, dcm_from_quaternion, dcm_from_rotation_vector
+from insenv.core.compiled import of_one_type
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Estimate
 from insenv.core.recording import Floats, Recording
@@ -144,7 +145,7 @@ class Alignment:
         navigation = initial(dcm_from_angles(heading, level[0][..., first], level[1][..., first]), position)
         k, rows = kernel(), state.rows.copy()
         flat = navigation.quaternion.reshape(-1, 4)
-        k.begin(np.ascontiguousarray(flat), self.told.rate, rows.reshape(-1, k.WIDTH), np.empty((3, 3)), np.empty(9))
+        k.begin(of_one_type(flat), self.told.rate, rows.reshape(-1, k.WIDTH), np.empty((3, 3)), np.empty(9))
         sights = np.zeros((*state.batch, 12))
         sights[..., 0], sights[..., 1], sights[..., 5] = heading, 1.0, 1.0
         return replace(state, navigation=navigation, start=navigation.quaternion, rows=rows, sights=sights), first
@@ -167,13 +168,13 @@ class Alignment:
         cells = np.empty((*state.batch, done, k.CELL))
         settle = round(self.settle * self.datasheet.sampling)
         velocity = path.velocity.reshape(-1, n, 3)
-        flat_sums, flat_turning = sums.reshape(-1, k.RESTS, k.SUMS), np.ascontiguousarray(turning).reshape(-1, n)
+        flat_sums, flat_turning = sums.reshape(-1, k.RESTS, k.SUMS), of_one_type(turning).reshape(-1, n)
         where = np.empty((len(velocity), n if self.recursive else 0), np.int64)
         k.gather(
             velocity,
             path.quaternion.reshape(-1, n, 4),
             flat_turning,
-            np.ascontiguousarray(gyro[..., 2]).reshape(-1, n),
+            of_one_type(gyro[..., 2]).reshape(-1, n),
             np.array([told.dt, before, self.size, settle, *told.rate]),
             rows.reshape(-1, k.WIDTH),
             flat_sums,

@@ -13,6 +13,7 @@ from types import FunctionType
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 #: Numbers in arrays that a patient loop takes in plain Python, over all its calls: some tenths of a second.
 PATIENCE = 50_000
@@ -66,6 +67,11 @@ class Loop:
     def _numba_type_(self) -> Any:
         """What it is to the compiled loops that call it: Numba asks every value of a module for that."""
         return self.machine._numba_type_
+
+
+def of_one_type(values: NDArray[np.float64], shape: tuple[int, ...] | None = None) -> NDArray[np.float64]:
+    """Contiguous numbers that may be written, broadcast to a shape: for any others a loop is compiled once more."""
+    return np.require(values if shape is None else np.broadcast_to(values, shape), np.float64, ["C", "W"])
 
 
 def hurry() -> None:

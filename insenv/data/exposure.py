@@ -17,8 +17,10 @@ so that of a vehicle's triad, right-forward-up, the z gyro sees all of a turn an
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +57,8 @@ STEADY = 1e-7
 USUAL, FAR_OFF, SAME_RATE, OTHER_RATE, FOLLOWED = 0.3, 12.0, 1e-3, 0.02, 0.6
 #: Time about whose mean a specific force vibrates [s], and fewest rows of it.
 SHAKES, FEWEST = 1.0, 5
+#: Exposures that are kept, as long as what they were made of: those who clean a recording ask for the same one.
+KEPT = 3
 #: Direction of "up" in the axis letters of `Mounting.axes`.
 _UP = {"U": 1.0, "D": -1.0}
 
@@ -112,6 +116,41 @@ def expose(
     InputError
         If the recording has no such channel.
     """
+    recording.channel(target)
+    asked = (target, rows_per_cell, reference_temperature, with_earth, *_described(recording, target))
+    parts = _parts(recording)
+    for before, of, made in tuple(_kept):
+        if before == asked and len(of) == len(parts) and all(a() is b for a, b in zip(of, parts, strict=True)):
+            return made
+    made = _exposed(recording, target, rows_per_cell, reference_temperature, with_earth)
+    _kept[:] = [*_kept[1 - KEPT :], (asked, tuple(weakref.ref(part, _forget) for part in parts), made)]
+    return made
+
+
+_kept: list[tuple[tuple[Any, ...], tuple[weakref.ref[Any], ...], Exposure]] = []
+
+
+def _forget(gone: weakref.ref[Any]) -> None:
+    """Drop the exposures of a recording that is no more."""
+    _kept[:] = [one for one in _kept if all(part is not gone for part in one[1])]
+
+
+def _parts(recording: Recording) -> tuple[Any, ...]:
+    """Arrays and objects of a recording that copies of it share."""
+    table = () if recording.table is None else (recording.table,)
+    values = (channel.values for channel in recording.channels.values())
+    return (recording.t, recording.site, recording.mounting, *table, *values, *recording.left_out.values())
+
+
+def _described(recording: Recording, target: str) -> tuple[Any, ...]:
+    """The rest of what an exposure depends on."""
+    channels = ((name, c.unit, c.covers, c.delay, c.source, c.every) for name, c in recording.channels.items())
+    return (*channels, *recording.left_out, recording.period, recording.responses.get(target))
+
+
+def _exposed(
+    recording: Recording, target: str, rows_per_cell: int, reference_temperature: float, with_earth: bool
+) -> Exposure:
     channel = recording.channel(target)
     response = recording.responses.get(target, Response())
     cell_of_row, start, n = _cells(recording, channel, rows_per_cell, response.ahead)

@@ -49,15 +49,18 @@ def _smoothed(x: Floats) -> Floats:
     coefficients = dct(x - trend, type=2, norm="ortho")
     lam = 4 * np.sin(0.5 * np.pi * np.arange(n) / n) ** 2
     weights = np.geomspace(1e-3, 1e-3 * n**4, 60)
-    alpha = min(weights, key=lambda a: _cross_validation(coefficients, 1 / (1 + a * lam**2)))
+    alpha = weights[np.argmin(_cross_validation(coefficients, 1 / (1 + weights[:, None] * lam**2)))]
     return trend + idct(coefficients / (1 + alpha * lam**2), type=2, norm="ortho")
 
 
-def _cross_validation(coefficients: Floats, kept: Floats) -> float:
-    """Generalised cross-validation: n times the squared residual over the squared freedom that is left."""
-    n = len(kept)
-    left = max(n - kept.sum(), 1e-9)
-    return float(n * np.sum((coefficients * (1 - kept)) ** 2) / left**2)
+def _cross_validation(coefficients: Floats, kept: Floats) -> Floats:
+    """Generalised cross-validation: n times the squared residual over the squared freedom that is left, shape (w,).
+
+    ``kept`` are shares of each coefficient, shape (w, n).
+    """
+    n = len(coefficients)
+    left = np.maximum(n - kept.sum(axis=1), 1e-9)
+    return np.asarray(n * np.sum((coefficients * (1 - kept)) ** 2, axis=1) / left**2)
 
 
 def _end_slopes(x: Floats) -> Floats:

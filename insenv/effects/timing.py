@@ -196,13 +196,21 @@ class SampleHold(MemoryEffect):
         # Rows of a batch that differ in their hold are renewed at times of their own.
         each = np.broadcast_to(ratio, batch) if ratio.ndim else ratio
         for row in np.ndindex(each.shape):
-            first, count = _renewals(float(each[row]), start, motion.n)
-            held[row] = np.repeat(source[row][..., first], count, axis=-1)
+            held[row] = held_values(source[row], float(each[row]), start)
         return theta[..., 0, None] * (held - u), held[..., -1].copy()
 
     def grid(self, motion: Motion) -> Floats:
         """Hold times of a few intervals, shape (g, 1)."""
         return np.array([[hold * motion.dt] for hold in HOLDS if 2 * hold <= motion.n]).reshape(-1, 1)
+
+
+def held_values(source: Floats, ratio: float, start: int) -> Floats:
+    """What is held for ``ratio`` intervals each, shape (..., n), of values of which the first was held before them.
+
+    ``source`` has the shape (..., n + 1); the intervals are those from ``start`` on.
+    """
+    first, count = _renewals(ratio, start, source.shape[-1] - 1)
+    return np.repeat(source[..., first], count, axis=-1)
 
 
 def _renewals(ratio: float, start: int, n: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

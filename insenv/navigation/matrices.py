@@ -73,4 +73,4 @@ def turn(rates, dt, c, t):
             for j in range(3):
                 for m in range(3):
                     t[i, j, m] += middle[i, j] * rates[k, m] * dt[k]
-        c[:, :] = after
+                c[i, j] = after[i, j]

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from insenv.core.attitude import dcm_from_quaternion, quaternion_from_dcm
+from insenv.core.compiled import of_one_type
 from insenv.core.errors import InputError
 
 Floats = NDArray[np.float64]
@@ -224,9 +225,8 @@ class _Run:
 def _flat(increments: Floats, batch: tuple[int, ...]) -> Floats:
     """Shape (R, n, 3); (1, n, 3) where all rows share one run, which is then not copied."""
     if increments.size == increments.shape[-2] * 3:
-        return np.ascontiguousarray(increments).reshape(1, -1, 3)
-    whole = np.broadcast_to(increments, (*batch, *increments.shape[-2:]))
-    return np.ascontiguousarray(whole).reshape(-1, *increments.shape[-2:])
+        return of_one_type(increments).reshape(1, -1, 3)
+    return of_one_type(increments, (*batch, *increments.shape[-2:])).reshape(-1, *increments.shape[-2:])
 
 
 def _refuse_pole(state: Navigation) -> None:

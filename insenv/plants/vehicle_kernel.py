@@ -33,12 +33,6 @@ def compiled(function: Callable[..., Any]) -> Any:
 
 
 @compiled
-def three(row, k):
-    """Return the vector that stands in a row from k on."""
-    return row[k], row[k + 1], row[k + 2]
-
-
-@compiled
 def _sum(a, x, b, y):
     return a * x[0] + b * y[0], a * x[1] + b * y[1], a * x[2] + b * y[2]
 
@@ -132,8 +126,12 @@ def _settled(t, turn, settle, left):
 @compiled
 def facing(phi, fixed):
     """What stays while the vehicle does not turn: cosine and sine of the turn angle, Earth rate, gravity and up."""
-    a, c, sn = three(fixed, 6), math.cos(phi), math.sin(phi)
-    earth, gravity, up = three(fixed, 0), three(fixed, 3), three(fixed, 18)
+    a, c, sn = (fixed[6], fixed[7], fixed[8]), math.cos(phi), math.sin(phi)
+    earth, gravity, up = (
+        (fixed[0], fixed[1], fixed[2]),
+        (fixed[3], fixed[4], fixed[5]),
+        (fixed[18], fixed[19], fixed[20]),
+    )
     return c, sn, _about(a, c, -sn, earth), _about(a, c, -sn, gravity), _about(a, c, -sn, up)
 
 
@@ -141,8 +139,8 @@ def facing(phi, fixed):
 def _attitude(ct, st, faced, fixed):
     """Heading, pitch and roll; ``ct`` and ``st`` are of the sway."""
     c, sn, _, _, up = faced
-    s = three(fixed, 9)
-    forward = _times(fixed, 21, _about(three(fixed, 6), c, sn, _about(s, ct, st, (0.0, 1.0, 0.0))))
+    s = (fixed[9], fixed[10], fixed[11])
+    forward = _times(fixed, 21, _about((fixed[6], fixed[7], fixed[8]), c, sn, _about(s, ct, st, (0.0, 1.0, 0.0))))
     up = _about(s, ct, -st, up)
     level = math.sqrt(forward[0] * forward[0] + forward[1] * forward[1])
     return math.atan2(forward[0], forward[1]), math.atan2(forward[2], level), math.atan2(-up[0], up[2])
@@ -157,11 +155,11 @@ def instant(t, course, faced, sway, row):
     fixed, turn, settle, left, _ = row
     _, speed, change = course
     theta, rolling, jerk = sway
-    a, s = three(fixed, 6), three(fixed, 9)
+    a, s = (fixed[6], fixed[7], fixed[8]), (fixed[9], fixed[10], fixed[11])
     c, sn, earth, gravity, _ = faced
     ct, st = math.cos(theta), math.sin(theta)
-    arm = _about(s, ct, st, three(fixed, 15))
-    swung, place = _cross(s, arm), _sum(1.0, three(fixed, 12), 1.0, arm)
+    arm = _about(s, ct, st, (fixed[15], fixed[16], fixed[17]))
+    swung, place = _cross(s, arm), _sum(1.0, (fixed[12], fixed[13], fixed[14]), 1.0, arm)
     carried = _cross(a, place)
     v, acceleration = _settled(t, turn, settle, left)
     v, acceleration = _about(a, c, -sn, v), _about(a, c, -sn, acceleration)
@@ -187,4 +185,4 @@ def jump(row):
     for k in range(settle.shape[0]):
         speed += settle[k, 0]
     theta = swayed(turn[0] + turn[5], waves)[0]
-    return _about(three(fixed, 9), math.cos(theta), -math.sin(theta), (0.0, speed, 0.0))
+    return _about((fixed[9], fixed[10], fixed[11]), math.cos(theta), -math.sin(theta), (0.0, speed, 0.0))

@@ -23,7 +23,7 @@ import math
 import numpy as np
 
 from insenv.core.compiled import patient
-from insenv.plants.vehicle_kernel import compiled, facing, instant, jump, settling, swayed, three, turned
+from insenv.plants.vehicle_kernel import compiled, facing, instant, jump, settling, swayed, turned
 from insenv.plants.vehicle_turn import SAME, SETTLED
 
 #: After so long nothing settles any more [s].
@@ -317,7 +317,7 @@ def _expose(t, span, rows, rule, means, edges):
     )
     for i in range(means.shape[0]):
         own, moved = fixed[i % fixed.shape[0]], turn[i % turn.shape[0]]
-        left = settling(three(own, 6), moved, tails[i % tails.shape[0]], settle)
+        left = settling((own[6], own[7], own[8]), moved, tails[i % tails.shape[0]], settle)
         row = (own, moved, settle, left, waves[i % waves.shape[0]])
         _row(t, span, row, (length, nodes, transform), work, means[i], edges[i])
 

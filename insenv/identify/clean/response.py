@@ -24,7 +24,7 @@ from insenv.core.recording import Floats, Recording, Response
 from insenv.data.exposure import Exposure, expose
 from insenv.data.follow import correlation
 from insenv.data.reference import order
-from insenv.effects.timing import SampleHold, before_mean, earlier
+from insenv.effects.timing import before_mean, earlier, held_values
 from insenv.identify.fit.problem import Model
 
 #: Departure of a gain from one up to which it is a small error, as any other.
@@ -134,11 +134,13 @@ def held_part(motion: Motion, u: Floats, hold: float, phase: float) -> Floats:
 
     The value that is held at first is older than the data: it is read off the line through the first two.
     """
-    later = replace(motion, t=motion.t + phase)
+    begin, end = float(motion.t[0]) + phase, float(motion.t[-1]) + phase
+    dt = (end - begin) / motion.n if motion.step is None else motion.step
     hold = max(hold, motion.dt)
-    age = np.floor((float(later.t[0]) % hold) / motion.dt + 0.5 - 1e-6)
-    first = u[0] - age * (u[1] - u[0])
-    return SampleHold().apply(u, later, np.array([1.0, hold]), first)[0]
+    age = np.floor((begin % hold) / motion.dt + 0.5 - 1e-6)
+    # As `SampleHold` adds: thousands are tried, and what an effect asks first costs more than to hold.
+    source = np.concatenate([[u[0] - age * (u[1] - u[0])], u])
+    return held_values(source, max(hold / dt, 1.0), round(begin / dt)) - u
 
 
 def stretch(exposure: Exposure, run: int, span: slice) -> Stretch | None:

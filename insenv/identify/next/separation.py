@@ -58,9 +58,16 @@ class RecordedRuns:
     further: Problem | None
     power: Floats
     known: Floats
+    _columns: dict[Term, Floats] = field(default_factory=dict, repr=False)
+    _bases: dict[Model, Floats] = field(default_factory=dict, repr=False)
 
     def columns(self, term: Term) -> Floats:
         """Whitened regressors of a term, shape (modes + 1, k)."""
+        if term not in self._columns:
+            self._columns[term] = self._of(term)
+        return self._columns[term]
+
+    def _of(self, term: Term) -> Floats:
         before = self._white(self.recorded, term)
         if self.further is not None:
             after = self._white(self.further, replace(term, per_run=False))
@@ -70,6 +77,11 @@ class RecordedRuns:
 
     def model(self, model: Model) -> Floats:
         """Orthonormal basis of the whitened model, with a level of the further run, shape (modes + 1, p)."""
+        if model not in self._bases:
+            self._bases[model] = self._basis(model)
+        return self._bases[model]
+
+    def _basis(self, model: Model) -> Floats:
         parts = [self.columns(term) for term in model]
         if self.further is not None:
             ones = transform(self.further.fitted, np.ones((self.further.bins.n, 1)))
@@ -82,6 +94,7 @@ class RecordedRuns:
 
     def forget(self, term: Term) -> None:
         """Drop what was computed for a shape that will not be asked for again."""
+        self._columns.pop(term, None)
         for problem in (self.recorded, self.further):
             if problem is not None:
                 problem.forget(term)
@@ -130,8 +143,12 @@ class Known:
     earth: Floats = field(default_factory=lambda: np.zeros(2))
 
     def stage(self, further: Problem | None) -> RecordedRuns:
-        """With a further run."""
-        return RecordedRuns(self.recorded, further, self.power, self.earth)
+        """With a further run: the same for all that ask of it one after the other."""
+        key = ("stage", self.power.tobytes(), self.earth.tobytes())
+        made: RecordedRuns = self.recorded.remember_last(
+            key, further, lambda: RecordedRuns(self.recorded, further, self.power, self.earth)
+        )
+        return made
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,7 +226,7 @@ def _distance(stage: RecordedRuns, q: Floats, signal: Floats, b: Rival) -> float
     rest -= q @ (q.T @ rest)
     if not b.terms:
         return float(np.linalg.norm(rest))
-    return min(_residue(stage, q, rest, term) for term in _shapes(stage, q, rest, b))
+    return min(residue for _, residue in _shapes(stage, q, rest, b))
 
 
 def _residue(stage: RecordedRuns, q: Floats, rest: Floats, term: Term) -> float:
@@ -217,8 +234,10 @@ def _residue(stage: RecordedRuns, q: Floats, rest: Floats, term: Term) -> float:
     fresh = fresh[:, share > TOLD_APART]
     if not fresh.shape[1]:
         return float(np.linalg.norm(rest))
-    inside = np.linalg.lstsq(fresh / np.linalg.norm(fresh, axis=0), rest, rcond=1e-6)[0]
-    return float(np.linalg.norm(rest - (fresh / np.linalg.norm(fresh, axis=0)) @ inside))
+    unit = fresh / np.linalg.norm(fresh, axis=0)
+    # One column needs no decomposition, and most rivals have one.
+    inside = unit.T @ rest if unit.shape[1] == 1 else np.linalg.lstsq(unit, rest, rcond=1e-6)[0]
+    return float(np.linalg.norm(rest - unit @ inside))
 
 
 def _instead(stage: RecordedRuns, q: Floats, signal: Floats, b: Rival) -> tuple[Term, Floats]:
@@ -227,17 +246,17 @@ def _instead(stage: RecordedRuns, q: Floats, signal: Floats, b: Rival) -> tuple[
     hidden = float(np.linalg.norm(rest)) < TOLD_APART * float(np.linalg.norm(signal))
     # What hides in the model leaves nothing to fit: then the rival is one that adds as much to the readings.
     q, rest = (np.zeros((len(signal), 0)), signal) if hidden else (q, rest)
-    term = min(_shapes(stage, q, rest, b), key=lambda t: _residue(stage, q, rest, t))
+    term, _ = min(_shapes(stage, q, rest, b), key=lambda one: one[1])
     fresh, _ = _free(q, stage.columns(term))
     size = np.maximum(np.linalg.norm(fresh, axis=0), 1e-300)
     return term, np.linalg.lstsq(fresh / size, rest, rcond=1e-6)[0] / size
 
 
-def _shapes(stage: RecordedRuns, q: Floats, rest: Floats, b: Rival) -> Iterator[Term]:
-    """The best shape of a grid, and a better one beside it."""
+def _shapes(stage: RecordedRuns, q: Floats, rest: Floats, b: Rival) -> Iterator[tuple[Term, float]]:
+    """The best shape of a grid and what it leaves, and a better one beside it."""
     values = [_residue(stage, q, rest, term) for term in b.terms]
     best = b.terms[int(np.argmin(values))]
-    yield best
+    yield best, min(values)
     if not best.shape or len(b.terms) < 2:
         return
     effect, shape = best.effect, np.array(best.shape)
@@ -263,7 +282,7 @@ def _shapes(stage: RecordedRuns, q: Floats, rest: Floats, b: Rival) -> Iterator[
         simplex = 0.2 * np.vstack([np.zeros(len(shape)), np.eye(len(shape))])
         options = {"maxfev": 3 * _STEPS, "initial_simplex": simplex}
         minimize(cost, simplex[0], method="Nelder-Mead", options=options)
-    yield tried[int(np.argmin(costs))]
+    yield tried[int(np.argmin(costs))], min(costs)
 
 
 def _unscaled(effect: Effect, scaled: Floats, shape: Floats) -> Floats:
