@@ -6,10 +6,13 @@ import re
 from html import escape
 from io import StringIO
 
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 from insenv.report.drawing import PALETTE, style
 
+#: Points in an inch, which are the dots of a vector picture.
+POINTS = 72
 #: Decimals of a coordinate [pt].
 _DECIMALS = 1
 _POINT = re.compile(r"([ML])(-?[\d.]+) (-?[\d.]+)(h0)?")
@@ -32,9 +35,10 @@ def inline(figure: Figure, prefix: str, description: str) -> str:
     nothing should hold no address. Styles become attributes, which no Content-Security-Policy forbids, colours of
     the palette variables of the stylesheet, so that the picture is dark where the page is, and text stays text.
     """
-    buffer = StringIO()
+    buffer, dpi = StringIO(), figure.dpi
     with style():
-        figure.savefig(buffer, format="svg", metadata={"Date": None}, facecolor="none")
+        _lay_out(figure)
+        figure.savefig(buffer, format="svg", metadata={"Date": None}, facecolor="none", dpi=dpi)
     text = buffer.getvalue()
     text = text[text.index("<svg") :].rstrip()
     text = re.sub(r"<metadata>.*?</metadata>|<!--.*?-->|<style.*?</style>", "", text, flags=re.DOTALL)
@@ -45,6 +49,16 @@ def inline(figure: Figure, prefix: str, description: str) -> str:
     size = re.search(r'viewBox="0 0 ([\d.]+) ([\d.]+)"', text)
     box = size.group(0) if size else ""
     return re.sub(r"<svg[^>]*>", f'<svg role="img" aria-label="{escape(description)}" {_WHOLE} {box}>', text, count=1)
+
+
+def _lay_out(figure: Figure) -> None:
+    """Give everything its place, as saving does, which draws all of it once more for that."""
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        FigureCanvasSVG(figure)
+        figure.set_dpi(POINTS)
+        engine.execute(figure)
+        figure.set_layout_engine(None)
 
 
 def _attributes(found: re.Match[str]) -> str:
