@@ -59,6 +59,7 @@ from insenv.identify.prepare.gain import as_declared, undeclared_gain
 from insenv.identify.prepare.line_effects import hold_effect, line_effects, rounding_effect, saturation_effect
 from insenv.identify.prepare.vibration import went_away
 from insenv.identify.search.detectable import Sensitivity
+from insenv.identify.search.followers import followers
 from insenv.identify.search.rivals import Rivalry
 from insenv.identify.search.rounded import log_p_unrounded
 from insenv.identify.search.tracks import Step, Track
@@ -180,6 +181,7 @@ def _target(
     held = untold(track, own)
     apart = (*_follows_nothing(problem, own), *differs, *skewed)
     doubts = (*apart, *unfinished(track, alpha), *held, *lost, *went, *_unforetold(problem, scores[1]))
+    doubts = (*doubts, *followers(track, alpha, bool(left.reasons or doubts)))
     left = replace(left, reasons=(*left.reasons, *doubts))
     lines, hold = tuple(x for x in track.prepared.lines if not x.of_encoder), track.prepared.held.hold
     earth = earth_findings(track, alpha)

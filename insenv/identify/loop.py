@@ -46,7 +46,7 @@ from insenv.identify.prepare.vibration import (
     without,
 )
 from insenv.identify.prepare.wandering import lost, stands_in_reference, without_line
-from insenv.identify.search.candidates import candidates
+from insenv.identify.search.candidates import candidates, of_few_waves
 from insenv.identify.search.earth_rate import due_level
 from insenv.identify.search.jumps import is_step, one_of_many
 from insenv.identify.search.round import at_shape, search, with_term
@@ -299,7 +299,8 @@ def _begin(
     score = held_out_score(prepared.problem, fit)
     level = due_level(recordings) if any(t.effect.of_earth for t in prepared.model) else None
     once = len({recording.mounting for recording in recordings}) == 1
-    return Track(prepared, found, blind, fit, score, tones, level=level, one_mounting=once)
+    few = of_few_waves(prepared.problem, catalogue)
+    return Track(prepared, found, blind, fit, score, tones, level=level, one_mounting=once, few_waves=few)
 
 
 def _searched(track: Track, generic: bool, seed: int, progress: Progress) -> Track:

@@ -35,6 +35,8 @@ WRONG = 0.3
 TRIED, BETTER = np.geomspace(0.1, 10.0, 121), 3.0
 #: Share by which errors may differ where two ways to call the axes do equally well: one is hardly turned about.
 NEARLY = 1.2
+#: Median error of the turns from which on the gyros do not tell them [rad]: by chance it is a quarter turn and more.
+UNTOLD = 0.5
 #: Bias from which an accelerometer is taken to be broken [m/s^2].
 BROKEN = 0.3 * STANDARD_GRAVITY
 
@@ -68,24 +70,65 @@ def other_axes(problem: Rotations) -> str:
     By the median turn or by all of them: of a table that turns about one axis at a time few turns show a reversed one.
     Empty where none does; of those that do nearly as well as the best, the one that changes the least.
     """
-    ways = sorted(
-        ((order, signs) for order in permutations(range(3)) for signs in product((1, -1), repeat=3)),
-        key=lambda way: sum(k != i or sign < 0 for i, (k, sign) in enumerate(zip(*way, strict=True))),
-    )
-    each = np.array(
-        [_lefts(problem, np.array(signs)[:, None] * np.eye(3)[list(order)] / problem.gain) for order, signs in ways]
-    )
+    ways = _ways()
+    each = np.array([_lefts(problem, _taken(way) / problem.gain) for way in ways])
     for left in each.T:
         best = int(np.argmax(left < NEARLY * left.min()))
         if left[best] * BETTER <= left[0]:
             break
     else:
         return ""
-    axes = ", ".join(("-" if sign < 0 else "") + "xyz"[k] for k, sign in zip(*ways[best], strict=True))
     return (
         f"rotations from rest to rest come out {left[0] / left[best]:.2g} times as well with the gyros' axes taken as "
-        f"{axes} beside the accelerometers' x, y, z: check signs and order of the columns"
+        f"{_called(ways[best])} beside the accelerometers' x, y, z: check signs and order of the columns"
     )
+
+
+def unaccounted(problem: Rotations, errors: Floats) -> str:
+    """A word where gyros do not tell the turns at all, though no factor and no order of the axes alone mends it.
+
+    Parameters
+    ----------
+    problem : Rotations
+    errors : ndarray, shape (m, 2)
+        What is left of each turn by all that was found [rad].
+    """
+    off = float(np.sqrt(np.median(np.sum(errors**2, axis=1)))) if len(errors) else 0.0
+    if off < UNTOLD:
+        return ""
+    said = f"the gyros do not tell the turns from rest to rest: half of them are missed by more than {off:.2g} rad"
+    both = [(k, way) for factor in KNOWN for k in (factor, 1 / factor) for way in _ways()]
+    lefts = [_left(problem, _taken(way) / k) for k, way in both]
+    best = int(np.argmin(lefts))
+    if lefts[best] * BETTER > off:
+        return f"{said}: check columns, units and clock"
+    k, way = both[best]
+    return (
+        f"{said}, and come out {off / lefts[best]:.2g} times as well with readings that are {k:.3g} of what they "
+        f"should be and the gyros' axes taken as {_called(way)}: check the unit or the range setting, signs and order "
+        "of the columns"
+    )
+
+
+Way = tuple[tuple[int, ...], tuple[int, ...]]
+
+
+def _ways() -> list[Way]:
+    """All orders and signs of three axes, those that change the least first."""
+    return sorted(
+        ((order, signs) for order in permutations(range(3)) for signs in product((1, -1), repeat=3)),
+        key=lambda way: sum(k != i or sign < 0 for i, (k, sign) in enumerate(zip(*way, strict=True))),
+    )
+
+
+def _taken(way: Way) -> Floats:
+    """Axes in another order, with other signs, shape (3, 3)."""
+    order, signs = way
+    return np.asarray(np.array(signs)[:, None] * np.eye(3)[list(order)])
+
+
+def _called(way: Way) -> str:
+    return ", ".join(("-" if sign < 0 else "") + "xyz"[k] for k, sign in zip(*way, strict=True))
 
 
 def _left(problem: Rotations, matrix: Floats) -> float:

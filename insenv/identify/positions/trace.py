@@ -33,7 +33,7 @@ from insenv.identify.positions.accel import Magnitudes, directions, gravities, u
 from insenv.identify.positions.accel import with_walk as with_bias_walk
 from insenv.identify.positions.bent import bent
 from insenv.identify.positions.evidence import MOST_OUTLIERS, OUTLIER, evidence, held_out_errors, held_out_scatter
-from insenv.identify.positions.factor import common_factor, factor_of, other_axes
+from insenv.identify.positions.factor import common_factor, factor_of, other_axes, unaccounted
 from insenv.identify.positions.gyro import Rotations, rotations, with_noise
 from insenv.identify.positions.known import KnownAttitudes, as_level_as_read, noise_of_means, stated_up
 from insenv.identify.positions.least_squares import Fit, in_turn, solve
@@ -421,9 +421,10 @@ def _gyros_between(
     outcome = search(problem, declared, tried, alpha)
     untold = problem.gain != 1 and not any(problem.begin((term,)).any() for term in outcome.after.terms)
     wrong = (f"rotations from rest to rest: the gyros' {factor_of([problem.gain])}",) if untold else ()
-    axes = other_axes(problem)
+    after = outcome.after
+    axes = other_axes(problem) or unaccounted(problem, problem.errors(after.terms, after.theta)[0])
     wrong = (*wrong, axes) if axes else wrong
-    return Part(problem, outcome, (*wrong, *_structure(problem, outcome.after, alpha, "turns")))
+    return Part(problem, outcome, (*wrong, *_structure(problem, after, alpha, "turns")))
 
 
 def _gyros_at_rest(

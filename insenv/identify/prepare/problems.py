@@ -79,6 +79,8 @@ class Prepared:
         Spectrum of the samples, when it is asked for.
     fast : callable
         Lines of the samples that means over so many seconds do not follow, and that held-out data have too.
+    gains : tuple of (float, float, float)
+        Length of means [s], gain of the reading on a reference with errors by them, and its deviation, shortest first.
     """
 
     plain: Problem
@@ -90,6 +92,7 @@ class Prepared:
     rails: tuple[Rail, ...] = ()
     samples: Callable[[], SampleSpectrum | None] = field(default=lambda: None, repr=False, compare=False)
     fast: Callable[[float], tuple[Line, ...]] = field(default=unanswered, repr=False, compare=False)
+    gains: tuple[tuple[float, float, float], ...] = ()
 
 
 def prepare(
@@ -121,14 +124,17 @@ def prepare(
     plain = _clipping(manifest, ready.clean, ready.uses, target, rows, plain)
     samples = partial(_samples, ready.recordings, ready.uses, plain, model, lines)
     fast = partial(_confirmed, *own) if tones else unanswered
-    return Prepared(plain, problem, model, lines, ready.held, ready.rejected, ready.clean.rails, samples, fast)
+    factor, dt = ready.plain.gain, recordings[0].dt
+    gains = tuple((n * dt, factor * (1 + gain), abs(factor) * sd) for n, gain, sd in ready.gains)
+    return Prepared(plain, problem, model, lines, ready.held, ready.rejected, ready.clean.rails, samples, fast, gains)
 
 
 @dataclass(frozen=True)
 class _Ready:
     """Recordings with their responses, without rows that are no measurements and without a hold, and their bins.
 
-    ``measured`` ones have the hold still, and ``plain`` is of these.
+    ``measured`` ones have the hold still, and ``plain`` is of these. ``gains`` are by means over ever more rows, each
+    with its rows and its deviation, where the reference has errors of its own.
     """
 
     recordings: tuple[Recording, ...]
@@ -139,6 +145,7 @@ class _Ready:
     held: Look
     rows: int
     plain: Problem
+    gains: tuple[tuple[int, float, float], ...]
 
 
 def _ready(
@@ -161,7 +168,8 @@ def _ready(
     followed = told or settled(measured_parts(recordings, _spans(recordings, uses), target, fit))
     clean = _clean(recordings, target, rows, (*moving, *jumps), followed)
     recordings, rejected = clean.recordings, clean.rejected
-    rows = _agreeing(manifest, recordings, uses, target, rows, model) if told else rows
+    gains = _gains(manifest, recordings, uses, target, rows, model) if told else ()
+    rows = agreeing(list(gains)) if gains else rows
     plain = binned(manifest, recordings, uses, target, rows)
     kept = without_turns(recordings, uses, plain, model)
     if kept is not uses:
@@ -173,7 +181,7 @@ def _ready(
     rows = whole_holds(manifest, measured, uses, held.hold, rows)
     if measured is not before[0] or rows != before[1]:
         plain = binned(manifest, measured, uses, target, rows)
-    return _Ready(recordings, measured, uses, clean, rejected, held, rows, plain)
+    return _Ready(recordings, measured, uses, clean, rejected, held, rows, plain, gains)
 
 
 def _rejecting_rows(manifest: Manifest, ready: _Ready, lines: tuple[Line, ...]) -> int:
@@ -365,15 +373,15 @@ def _unheld(
     return responding(bare, _spans(recordings, uses), target, model, tuple(use.fit for use in uses))
 
 
-def _agreeing(
+def _gains(
     manifest: Manifest,
     recordings: tuple[Recording, ...],
     uses: tuple[RowUse, ...],
     target: str,
     rows: int,
     model: Model,
-) -> int:
-    """Rows of the shortest bins from which on the gain is that of longer ones, by the noise and the weights of the fit.
+) -> tuple[tuple[int, float, float], ...]:
+    """Gain beyond one and its deviation by means over rows, ever twice as many: by the noise and weights of the fit.
 
     Noise that the fit takes for slow gives fast motion weight, of which a reference with errors tells the least. Where
     gains do not agree bins may be few: of a yaw in steps of 0.1 deg means of 0.4 s read 0.13 of a slow turn, and means
@@ -394,7 +402,7 @@ def _agreeing(
             break
         found.append((wide, float(fit.theta[own[0]]), float(fit.sd[own[0]])))
         wide *= 2
-    return agreeing(found) if found else rows
+    return tuple(found)
 
 
 def _spans(recordings: tuple[Recording, ...], uses: tuple[RowUse, ...]) -> tuple[slice, ...]:

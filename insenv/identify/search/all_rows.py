@@ -106,14 +106,14 @@ def _unseen(track: Track, tried: tuple[Candidate, ...]) -> bool:
 
     Nothing else is asked then: most recordings are spared two fits of noise for each cause.
     """
-    whole = _whole(track)
+    whole = whole_of(track)
     most = np.where([term.id in WANDERING for term in NOISE_TERMS], 0.0, np.inf)
     most = most if whole.most is None else np.minimum(most, whole.most)
     base = reference(replace(whole, most=most), track.fit.model, track.fit.noise.power)
     return largest_statistic(whole, base, tried) < SEEN
 
 
-def _whole(track: Track) -> Problem:
+def whole_of(track: Track) -> Problem:
     """The problem of a track with all its rows fitted."""
 
     def rows() -> Problem:
@@ -127,7 +127,7 @@ def _asked(track: Track, model: Model, tried: tuple[Candidate, ...], seed: int) 
     """Causes by all rows beside a model."""
 
     def asked() -> AllRows:
-        whole = _whole(track)
+        whole = whole_of(track)
         fit = solve(whole, model, start=track.fit.noise.power)
         base = reference(whole, fit.model, fit.noise.power)
         hits = by_fit_alone(whole, fit, base, tried, seed, track.family, tones=False)

@@ -94,15 +94,41 @@ def _without_motion(problem: Problem, effect: Effect) -> str:
     The noise of an encoder is no arc: of a table that stands the exposure has one angle.
     """
     angles = [e.motion.angle for e in problem.exposures if e.motion.angle is not None]
-    arc = max(float(a.max()) for a in angles) - min(float(a.min()) for a in angles)
+    arc = _arc(problem)
     if not any(np.ptp(a) for a in angles):
         return "the table does not turn, beyond the noise of its angle"
     order = getattr(effect, "order", None)
     if arc < LEAST_ARC or (order is not None and arc * order < QUARTER_WAVE):
         return f"the table turns by {np.rad2deg(arc):.2g} deg only"
-    if order is not None and arc * order < TWO_WAVES and any(e.motion.lag for e in problem.exposures):
+    if _of_few_waves(problem, effect):
         return f"beside a reference that comes late: turns of {np.rad2deg(arc):.3g} deg are less than two waves of it"
     return ""
+
+
+def _arc(problem: Problem) -> float:
+    """From the least to the largest angle of the table [rad]."""
+    angles = [e.motion.angle for e in problem.exposures if e.motion.angle is not None]
+    return max(float(a.max()) for a in angles) - min(float(a.min()) for a in angles)
+
+
+def _of_few_waves(problem: Problem, effect: Effect) -> bool:
+    """Whether the table turns by less than two waves of an effect beside a reference that comes late."""
+    order = getattr(effect, "order", None)
+    return order is not None and _arc(problem) * order < TWO_WAVES and any(e.motion.lag for e in problem.exposures)
+
+
+def of_few_waves(problem: Problem, catalogue: tuple[Effect, ...]) -> tuple[Candidate, ...]:
+    """Effects of the table's angle that are not tried beside a reference that comes late, and would be beside another.
+
+    Nobody has seen their wave come again, so none is named; that what is left follows one may be said.
+    """
+    if not problem.turns or any(e.motion.angle is None for e in problem.exposures):
+        return ()
+    tried = (e for e in catalogue if "angle" in e.needs and _fits_instrument(problem, e) and not e.generic)
+    tried = (e for e in tried if not _missing(problem, e) and _of_few_waves(problem, e))
+    tried = (e for e in tried if _arc(problem) * getattr(e, "order", 0) >= QUARTER_WAVE)
+    found = (Candidate(e, _terms(problem, e)) for e in tried if not unmoved(problem, e))
+    return tuple(one for one in found if one.terms)
 
 
 def _terms(problem: Problem, effect: Effect) -> tuple[Term, ...]:

@@ -104,23 +104,31 @@ def confronted(problem: Problem, fit: Fit, base: Reference, hit: Hit) -> Hit:
 
 def _confronted(problem: Problem, fit: Fit, base: Reference, hit: Hit) -> Hit:
     larger = solve(problem, with_term(fit.model, hit.term), start=fit.noise.power)
-    beyond = _beyond_bounds(problem, larger) or _leads(larger) or unseen(problem, hit.term.effect, hit.term.shape)
-    if beyond:
-        return replace(hit, deviate=-np.inf, remark=beyond)
-    differs = (
-        not_in_all_runs(problem, fit, hit.term)
-        or not_both_ways(problem, fit, base, hit.term)
-        or of_a_rest(problem, fit, hit.term)
-        or comes_and_goes(problem, fit, hit.term)
-    )
-    if differs:
-        return replace(hit, deviate=-np.inf, remark=differs)
+    if why := no_law(problem, fit, base, larger):
+        return replace(hit, deviate=-np.inf, remark=why)
     freedom = term_freedom(problem, base, hit.term)
     z, information = held_out_deviate(problem, fit, larger, freedom)
     joint = joint_deviate(log_tail(hit.deviate), hit.likelihood_ratio, z, information)
     hit = beside_rounding(problem, larger, replace(hit, deviate=joint, held_out=z, alone=0.0, unrounded=0.0))
     hit = hit if damped_as_steps(problem, hit.term) else beside_steps(problem, larger, hit)
     return beside_reference_errors(problem, fit, base, beside_shaking(problem, base, hit))
+
+
+def no_law(problem: Problem, fit: Fit, base: Reference, larger: Fit) -> str:
+    """Why the last term of a ``larger`` model than that of ``fit`` is no effect of the instrument; empty if it may be.
+
+    Its coefficients are not credible, or what it explains is not the same in all of the recording.
+    """
+    term = larger.model[-1]
+    return (
+        _beyond_bounds(problem, larger)
+        or _leads(larger)
+        or unseen(problem, term.effect, term.shape)
+        or not_in_all_runs(problem, fit, term)
+        or not_both_ways(problem, fit, base, term)
+        or of_a_rest(problem, fit, term)
+        or comes_and_goes(problem, fit, term)
+    )
 
 
 def _beyond_bounds(problem: Problem, fit: Fit) -> str:

@@ -72,7 +72,8 @@ class Track:
     the length of means that held vibration, and were merged (`insenv.identify.prepare.vibration`) [s]; else 0.
     ``folded`` are frequencies that these held and that do not keep their phase: longer means see them folded [Hz].
     ``loudest`` is the frequency of the loudest vibration that the longer means no longer resolve [Hz]; else 0.
-    ``one_mounting`` says that no run was mounted otherwise than the others.
+    ``one_mounting`` says that no run was mounted otherwise than the others. ``few_waves`` are effects of the table's
+    angle that are never named, for it turns by too little beside a reference that comes late.
     """
 
     prepared: Prepared
@@ -92,6 +93,7 @@ class Track:
     folded: tuple[float, ...] = ()
     loudest: float = 0.0
     one_mounting: bool = True
+    few_waves: tuple[Candidate, ...] = ()
 
     @property
     def problem(self) -> Problem:

@@ -6,6 +6,7 @@
 * An effect of which the stated deviation, errors of the reference and of its form in it, holds nothing as well.
 * An effect of the motion that errors of the reference explain as well: something goes with the motion.
 * An effect that rounding of the readings, which no noise blurs, explains as well.
+* A gain that is not the same by short means and by the long ones that are judged, beside a reference with errors.
 * A drift that axes of the unit have together, and that is not told on this one, or whose size here is not.
 * A drift of a unit at rest that would be significant if nothing else had been tried, or a slow cause that is so by all
   rows, the held-out ones too. Beside a reference: one of the bias that all rows tell.
@@ -24,6 +25,7 @@ import numpy as np
 
 from insenv.core.recording import Floats
 from insenv.effects.base import MemoryEffect
+from insenv.identify.clean.doubtful import agreeing
 from insenv.identify.findings import Estimate
 from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.problem import Problem, Term
@@ -45,6 +47,8 @@ _BY_ITS_DEVIATION = "by a deviation that holds what the form of its curve and er
 
 #: What is far beyond the level: so many times less likely; and a probability that leaves no doubt.
 FAR, CERTAIN = 10.0, 1e-6
+#: How many times as long as was chosen means are that tell a gain of their own.
+LONGER = 4.0
 #: Tones at multiples of one frequency that are no chance.
 MOST_BY_CHANCE = 2
 #: Waves in the fitted time of a frequency whose multiples are not just any frequencies, and how far off a multiple may
@@ -59,6 +63,7 @@ def unfinished(track: Track, alpha: float) -> tuple[str, ...]:
         *_without_a_size(track, alpha),
         *_with_the_motion(track, alpha),
         *_rounded(track, alpha),
+        *gain_of_means(track.prepared.gains),
         *_of_the_box(track),
         *leaning(track, alpha),
         *turned_on_anew(track, alpha),
@@ -164,6 +169,30 @@ def made_by_rounding(track: Track, alpha: float) -> list[Hit]:
     hits = [h for h in (*track.last_physical, *(track.hits or ())) if h.unrounded and not h.candidate.generic]
     hits = [h for h in hits if h.log_p >= np.log(alpha) > log_p_unrounded(h)]
     return sorted(hits, key=log_p_unrounded)
+
+
+def gain_of_means(gains: tuple[tuple[float, float, float], ...]) -> tuple[str, ...]:
+    """A gain that settles by means many times as long as were chosen, which are judged then, in words.
+
+    Errors of the reference do that. So does what goes with the motion and is over in a mean: a play, a ripple of the
+    angle, a bend at small rates; and nothing is known of these by the long ones.
+
+    Parameters
+    ----------
+    gains : tuple of (float, float, float)
+        Length of means [s], gain by them and its deviation, shortest first.
+    """
+    if not gains:
+        return ()
+    least = agreeing([(k, gain, sd) for k, (_, gain, sd) in enumerate(gains)])
+    (short, first, of_first), (long, last, of_last) = gains[0], gains[least]
+    if long < LONGER * short:
+        return ()
+    return (
+        f"the gain is not the same by means over {short:.2g} s ({first:.4g} ± {of_first:.1g}) and over {long:.2g} s "
+        f"({last:.4g} ± {of_last:.1g}), which are judged: errors of the reference, or what goes with the motion and "
+        "cancels in long means, of which they tell nothing",
+    )
 
 
 def _of_the_box(track: Track) -> tuple[str, ...]:

@@ -239,8 +239,8 @@ def _said_of(truth: Mapping[str, Any], was: Mapping[str, Any], now: Mapping[str,
     for r in now.get("rows_rejected", ()):
         if str(r.get("cause")) in truth["names"] and r.get("target", truth["target"]) == truth["target"]:
             return "named"
-    old = set(_texts(was))
-    new = [t for t in _texts(now) if t not in old and _told(truth, t)]
+    before = any(_told(truth, t) for t in _texts(was))  # the same doubt with another p-value says nothing new
+    new = [] if before else [t for t in _texts(now) if _told(truth, t)]
     if new and truth["law"] in ("flipped", "exchanged"):
         return "named"
     return new[0][:150] if new else ""

@@ -1,10 +1,12 @@
 """Signs and order of the gyros' axes, where a table turns a unit about one axis at a time."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from insenv.core.recording import Floats
-from insenv.identify.positions.factor import other_axes
+from insenv.identify.positions.factor import other_axes, unaccounted
 from insenv.identify.positions.gyro import Rotations, Turn
 
 DT = 0.05
@@ -53,3 +55,14 @@ def test_a_reversed_axis_about_which_few_turns_are_is_told(signs: tuple[int, int
     """
     said = other_axes(one_axis_at_a_time("xxyxxzyzx", signs, seed=3))
     assert (f"taken as {words} beside" in said) if words else not said
+
+
+def test_readings_of_half_the_rate_with_an_axis_reversed_are_told() -> None:
+    """No factor and no sign alone tells these turns, and the loop said that nothing was wrong with them."""
+    problem = one_axis_at_a_time("xyzxyzzz", (1, 1, -1), seed=4)
+    turns = tuple(replace(turn, rates=0.5 * turn.rates) for turn in problem.turns)
+    halved = replace(problem, turns=turns)
+    said = unaccounted(halved, halved.errors((), np.zeros(0))[0])
+    assert "0.5 of what they should be" in said and "taken as x, y, -z" in said
+    right = one_axis_at_a_time("xyzxyzzz", (1, 1, 1), seed=4)
+    assert unaccounted(right, right.errors((), np.zeros(0))[0]) == ""
