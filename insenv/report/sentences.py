@@ -95,7 +95,10 @@ def bursts(findings: Findings) -> list[str]:
     for event in events[:_BURSTS]:
         rows = f"rows {min(r.start for r in event)} to {max(r.stop for r in event) - 1}"
         run = f" of run {event[0].run + 1}" if len(findings.runs) > 1 else ""
-        sizes = [f"{unit_for(units[r.target], r.size or 0.0).show(r.size or 0.0, 2)} on {r.target}" for r in event]
+        sizes = [
+            f"{unit_for(units[r.target], r.size).show(r.size, 2)} on {r.target}" if r.size else f"on {r.target}"
+            for r in event
+        ]
         said.append(f"{event[0].reason} in {rows}{run} ({', '.join(dict.fromkeys(sizes))})")
     if not said:
         return []

@@ -8,7 +8,9 @@ and `ROWS` rows at least, one is a knock where the scatter s about its mean is b
     s^2 > LOUDER^2 max(median s^2, q^2 / 4),      q the step to which readings are rounded,
 
 and so are those beside it that ring on, beyond `RINGS` times. White noise is so loud never, and a step only in the
-window in which it happens. Where more than `MOST` of the rows were so, or one lasts, that is how the unit is.
+in which it happens. What lasts longer than `LONGEST` of a run and no longer than `LASTING` is an event that is left out
+as the bursts of means are (`insenv.identify.clean.bursts`): something shook the bench for seconds. Where knocks
+are more than `MOST` of the rows, and these with them more than `EVENTS`, or one lasts longer, that is how the unit is.
 """
 
 from __future__ import annotations
@@ -26,8 +28,9 @@ from insenv.identify.findings import RejectedRows
 WINDOW, ROWS, FEWEST = 0.5, 12, 40
 #: Times the median scatter from which on a window is a knock, and from which on its neighbours ring.
 LOUDER, RINGS = 4.0, 2.0
-#: Largest share of the rows that knocks are, and that one of them is.
+#: Largest share of the rows that knocks are, and that one of them is; that one which lasts is, and all together.
 MOST, LONGEST = 0.05, 0.04
+LASTING, EVENTS = 0.1, 0.15
 
 
 def knocks(recording: Recording, target: str, run: int = 0) -> tuple[RejectedRows, ...]:
@@ -41,13 +44,23 @@ def knocks(recording: Recording, target: str, run: int = 0) -> tuple[RejectedRow
         return ()
     mask, scatter = _loud(values[: count * rows].reshape(count, rows), rounding(values))
     ends = [(start * rows, stop * rows if stop < count else len(values)) for start, stop in stretches(mask)]
-    ends = [(start, stop) for start, stop in ends if stop - start <= max(LONGEST * len(values), 2 * rows)]
-    if sum(stop - start for start, stop in ends) > MOST * len(values):
-        return ()
-    return tuple(
-        RejectedRows(target, run, start, stop, f"a knock: {_most(scatter, start, stop, rows):.2g} times as loud")
-        for start, stop in ends
-    )
+    n, brief = len(values), max(LONGEST * len(values), 2 * rows)
+    lasting = [(start, stop) for start, stop in ends if brief < stop - start <= max(LASTING * n, 3 * rows)]
+    ends = [(start, stop) for start, stop in ends if stop - start <= brief]
+    if sum(stop - start for start, stop in ends) > MOST * n:
+        ends = []
+    if sum(stop - start for start, stop in (*ends, *lasting)) > EVENTS * n:
+        lasting = []
+
+    def loud(start: int, stop: int) -> str:
+        return f"{_most(scatter, start, stop, rows):.2g} times as loud"
+
+    found = [RejectedRows(target, run, start, stop, f"a knock: {loud(start, stop)}") for start, stop in ends]
+    found += [
+        RejectedRows(target, run, start, stop, f"burst of noise, {loud(start, stop)}", "burst")
+        for start, stop in lasting
+    ]
+    return tuple(sorted(found, key=lambda row: row.start))
 
 
 def _loud(windows: NDArray[np.float64], step: float) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:

@@ -52,6 +52,17 @@ def test_what_lasts_or_comes_all_the_time_is_how_the_unit_is() -> None:
     assert knocks(rest(1, tuple(np.arange(0.0, 60.0, 4.0)), 30.0), "gyro_x") == ()
 
 
+@pytest.mark.parametrize("rate", [50.0, 16.0])
+def test_a_burst_of_noise_of_a_twentieth_of_the_run_is_an_event(rate: float) -> None:
+    """Eight times as loud for 3 s of a minute: too long for a knock, and no mean leaves its level. It was not told."""
+    t: Floats = np.arange(1.0, SECONDS * rate + 1) / rate
+    noise = np.random.default_rng(2).standard_normal(len(t))
+    (found,) = knocks(recorded(t, noise * np.where((t > 40) & (t < 43), 8.0, 1.0)), "gyro_x")
+    assert found.cause == "burst"
+    assert found.start <= 40 * rate + 1 and 43 * rate - 2 <= found.stop
+    assert found.stop - found.start < 5 * rate
+
+
 @pytest.mark.parametrize("touched", [(0.0,), (0.0, 3.0)])
 def test_the_noise_is_that_of_the_rest(touched: tuple[float, ...]) -> None:
     """With what outliers leave of one touch there is no white noise any more, and flicker as large as its deviation."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from simulated_runs import closed, manifest
 
-from insenv.core.recording import Channel, Recording
+from insenv.core.recording import Channel, Floats, Recording
 from insenv.effects.catalogue import by_key
 from insenv.identify.findings import TargetFindings
 from insenv.identify.search.unfinished import gain_of_means
@@ -19,7 +19,7 @@ def said(rng: np.random.Generator, asymmetry: float = 0.0, wave: float = 0.0, ar
 
     It reads ``asymmetry`` of the size of its rate more, and a ``wave`` of the angle [rad/s] that it turns by.
     """
-    t = DT * np.arange(ROWS + 4)
+    t: Floats = DT * np.arange(ROWS + 4.0)
     fast = np.where(t > 0.6 * t[-1], 1.0, 0.15)
     rate = fast * (np.sin(2 * np.pi * t / 3.1) + 0.6 * np.sin(2 * np.pi * t / 1.7))
     angle = arc * np.cumsum(rate) * DT
