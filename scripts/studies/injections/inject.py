@@ -56,6 +56,7 @@ def main() -> None:
     take_.add_argument("store", type=Path)
     take_.add_argument("label")
     take_.add_argument("--recordings", type=int, default=40)
+    take_.add_argument("--sides", type=Path, default=HERE / "sides.toml")
     take_.set_defaults(run=take)
     draw_ = commands.add_parser("draw")
     draw_.add_argument("folder", type=Path)
@@ -81,7 +82,7 @@ def main() -> None:
 
 def take(given: argparse.Namespace) -> None:
     """The first recordings of the split that are laid out, can show an effect and are answered untouched."""
-    split = tomllib.loads((HERE / "sides.toml").read_text(encoding="utf-8"))[given.side]
+    split = tomllib.loads(given.sides.read_text(encoding="utf-8"))[given.side]
     answers = given.store / given.label
     answers.mkdir(parents=True, exist_ok=True)
     path = given.store / "taken.json"
