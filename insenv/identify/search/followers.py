@@ -61,10 +61,11 @@ def followers(track: Track, alpha: float, doubted: bool) -> tuple[str, ...]:
     if not told:
         return ()
     best = max(told, key=lambda hit: hit.rank)
-    near = [h for h in hits if h is not best and h.likelihood_ratio > best.likelihood_ratio - NEAR]
+    near = [h for h in hits if h not in told and h.likelihood_ratio > best.likelihood_ratio - NEAR]
     near = sorted((h for h in near if log_p_alone(h) < math.log(alpha)), key=lambda h: -h.likelihood_ratio)
-    names = [h.candidate.effect.key for h in near[: MOST - 1]]
-    also = f", by likelihood alone {' and '.join(names)} as well" if names else ""
+    others = sorted((h for h in told if h is not best), key=lambda h: -h.rank)
+    names = [h.candidate.effect.key for h in (*others, *near)[: MOST - 1]]
+    also = f", each by itself {' and '.join(names)} as well" if names else ""
     return (
         f"{best.candidate.effect.key} explains all rows, the held-out ones too, better than noise does (p = "
         f"{best.p_value:.1g} among all that was tried){also}: not named, for no rows are left that could refuse it",
