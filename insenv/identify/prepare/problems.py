@@ -41,7 +41,16 @@ from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Model, Problem, Term, regressors
 from insenv.identify.prepare.binned import binned, enough
 from insenv.identify.prepare.declared import declared_model
-from insenv.identify.prepare.lines import SAME_LINE, Line, again, find_lines, of_motion, quantum, steps_of_encoder
+from insenv.identify.prepare.lines import (
+    FASTEST,
+    SAME_LINE,
+    Line,
+    again,
+    find_lines,
+    of_motion,
+    quantum,
+    steps_of_encoder,
+)
 from insenv.identify.prepare.samples import sample_spectrum
 from insenv.identify.prepare.widths import FEWEST_AGREEING, rows_of_motion, rows_per_bin, whole_holds, whole_rows
 
@@ -443,7 +452,7 @@ def _lines(
         step = quantum(recording.channels[problem.target].values[span]) * recording.dt
         values = _sample_residual(recording, span, problem, model)
         reference = recording.channels[problem.target].values[span] - values
-        for line in find_lines(t, recording.dt, values, step, run, 0.6 / width):
+        for line in find_lines(t, recording.dt, values, step, run, FASTEST / width):
             steps = steps_of_encoder(line, recording.dt, values, reference, problem.encoder)
             moved = problem.turns and not steps and of_motion(line.frequency, recording.dt, values, reference)
             found += [] if moved else [replace(line, of_encoder=steps)]

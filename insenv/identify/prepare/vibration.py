@@ -32,7 +32,7 @@ from insenv.identify.fit.noise import fit_noise, loglik
 from insenv.identify.fit.problem import NOISE_TERMS, Model, Problem, Term, pooled
 from insenv.identify.prepare.binned import SPARE
 from insenv.identify.prepare.excess import broad_p
-from insenv.identify.prepare.lines import FALSE_ALARM, SAME_LINE, WIDEST, Line, periodogram
+from insenv.identify.prepare.lines import BETWEEN, FALSE_ALARM, SAME_LINE, WIDEST, Line, heights, periodogram
 from insenv.identify.prepare.wandering import FEWEST_CYCLES
 
 #: P-value of a hump from which on means are merged; fitted means that must be left, and the longest ones [s].
@@ -136,9 +136,10 @@ def stands_out(problem: Problem, fit: Fit, term: Term) -> bool:
     mine = fit.design.term == fit.model.index(term)
     block = max(problem.fitted, key=lambda b: b.n)
     left = residual(problem, fit) + fit.design.matrix[:, mine] @ fit.beta[mine]
-    found = periodogram(left[block.start : block.stop], problem.bins.width)
+    values = left[block.start : block.stop]
+    found = periodogram(values, problem.bins.width)
     near = np.abs(found.f - term.shape[0]) <= 1.5 / (block.n * problem.bins.width)
-    return float((found.power / found.background)[near].max(initial=0.0)) > np.log(block.n / 2 / FALSE_ALARM)
+    return float(heights(values, found)[near].max(initial=0.0)) > np.log(BETWEEN * block.n / 2 / FALSE_ALARM)
 
 
 def without(problem: Problem, fit: Fit, lines: Model) -> Problem:
