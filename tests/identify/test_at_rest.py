@@ -59,6 +59,15 @@ def reasons(run: Recording) -> dict[str, str]:
     return {one.effect: one.reason for one in blind}
 
 
+def test_a_change_of_gravity_s_magnitude_is_no_tilt() -> None:
+    """Accelerometers that warm up, or that motors shake, moved a gyro by a g-sensitivity in three recordings."""
+    run = unit(1)
+    warmed = run.channels["accel_z"]
+    rise = 0.4 * np.arange(len(run)) / len(run)
+    run = replace(run, channels={**run.channels, "accel_z": replace(warmed, values=warmed.values + rise)})
+    assert "which no tilt changes" in reasons(run)["g_sensitivity"]
+
+
 def test_an_accelerometers_own_noise_and_drift_are_no_specific_force() -> None:
     said = reasons(unit(1, common=0.4))
     assert "instruments at rest do by themselves" in said["g_sensitivity"]

@@ -60,6 +60,8 @@ CYCLES_PER_BIN = 8
 LEFT = 0.5
 #: Share of the samples' variance from which a line is worth a word though the bins do not feel it.
 LEAST_LINE = 0.01
+#: Frequency in bins from which on a line that wanders, for which all bins become longer, is not left to them.
+WANDERS = 0.6
 #: Share of the square sum of the acceleration below the frequency that the motion reaches.
 MOTION = 0.95
 
@@ -444,7 +446,7 @@ def _lines(
 
     They are of the longest contiguous stretch of each run that may be fitted.
     """
-    width = width or problem.bins.width
+    width, least = width or problem.bins.width, 0.0 if width else WANDERS / problem.bins.width
     found: list[Line] = []
     for run, (recording, use) in enumerate(zip(recordings, uses, strict=True)):
         span = _longest_fitted(recording, use)
@@ -455,7 +457,8 @@ def _lines(
         for line in find_lines(t, recording.dt, values, step, run, FASTEST / width):
             steps = steps_of_encoder(line, recording.dt, values, reference, problem.encoder)
             moved = problem.turns and not steps and of_motion(line.frequency, recording.dt, values, reference)
-            found += [] if moved else [replace(line, of_encoder=steps)]
+            binned_too = not line.steady and line.frequency < least
+            found += [] if moved or binned_too else [replace(line, of_encoder=steps)]
     noise = _bin_noise(problem)
     return tuple(x for x in found if _matters(x, width, noise))
 

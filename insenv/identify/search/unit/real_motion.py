@@ -3,8 +3,9 @@
 At rest an accelerometer shows its own noise, lines and drift beside gravity, and a gyro its own: none of that is a
 specific force, and what two channels have in common by their electronics, or by a floor that shakes, is no
 sensitivity of the one to the other. Without a table such a regressor counts if its means over a second cover more than
-instruments at rest do by themselves: 0.1 m/s^2, as a tilt of 0.6 deg does. Single knocks do not count. A vibration
-counts if its mean square over a second covers the square of that. Rates of the other gyros never do, however large: a
+instruments at rest do by themselves: 0.1 m/s^2, as a tilt of 0.6 deg does. Single knocks do not count. A tilt turns
+gravity from axis to axis and leaves its magnitude: where a whole triad changes that by a good part of what an axis
+covers, it is the accelerometers that warm up, or motors that shake them. A vibration counts if its mean square over a second covers the square of that. Rates of the other gyros never do, however large: a
 unit that sways about an axis between two of them is read by both, and only a table tells which of it the one should
 have read.
 """
@@ -29,6 +30,8 @@ LEAST = {
     "force": (0.1, "specific force", "m/s^2"),
     "vibration": (0.01, "mean square of the vibration", "(m/s^2)^2"),
 }
+#: Share of what an axis covers from which on a change of the magnitude is no tilt's.
+OF_MAGNITUDE = 0.3
 #: Deviations of a mean by the white noise of its bins that real motion covers: the quantiles of white noise cover 4.7,
 #: those of noise of which half is left a row later 6.6.
 BEYOND = 10.0
@@ -49,6 +52,14 @@ def unmoved(problem: Problem, effect: Effect) -> str:
     fields: list[Mapping[str, Floats]] = [getattr(e.motion, needs[0]) for e in problem.exposures]
     axes = set.intersection(*(set(one) for one in fields))
     covered = max((_covered(problem, tuple(one[axis] for one in fields)) for axis in axes), default=0.0)
+    if covered >= least and needs[0] == "force" and len(axes) == 3:
+        sizes = tuple(np.sqrt(sum(np.square(one[axis]) for axis in axes)) for one in fields)
+        magnitude = _covered(problem, sizes)
+        if magnitude > OF_MAGNITUDE * covered:
+            return (
+                f"the {what} covers {covered:.2g} {unit} and its magnitude {magnitude:.2g}, which no tilt changes: "
+                "accelerometers that warm up or are shaken do"
+            )
     if covered >= least:
         return ""
     return f"the {what} covers {covered:.2g} {unit}, which instruments at rest do by themselves; nothing moved"
