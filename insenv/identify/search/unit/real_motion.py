@@ -1,13 +1,13 @@
 """Whether an instrument that nothing turned has moved at all, for effects of force and of the rates of other axes.
 
 At rest an accelerometer shows its own noise, lines and drift beside gravity, and a gyro its own: none of that is a
-specific force, and what two channels have in common by their electronics, or by a floor that shakes, is no
-sensitivity of the one to the other. Without a table such a regressor counts if its means over a second cover more than
-instruments at rest do by themselves: 0.1 m/s^2, as a tilt of 0.6 deg does. Single knocks do not count. A tilt turns
-gravity from axis to axis and leaves its magnitude: where a whole triad changes that by a good part of what an axis
-covers, it is the accelerometers that warm up, or motors that shake them. A vibration counts if its mean square over a second covers the square of that. Rates of the other gyros never do, however large: a
-unit that sways about an axis between two of them is read by both, and only a table tells which of it the one should
-have read.
+specific force, and what two channels have in common by their electronics, or by a floor that shakes, is no sensitivity
+of the one to the other. Without a table such a regressor counts if its means over a second cover more than instruments
+at rest do by themselves: 0.1 m/s^2, as a tilt of 0.6 deg does. Single knocks do not count. A tilt turns gravity from
+axis to axis and leaves its magnitude: where a whole triad changes that by a good part of what an axis covers, it is the
+accelerometers that warm up, or motors that shake them. A vibration counts if its mean square over a second covers the
+square of that. Rates of the other gyros never do, however large: a unit that sways about an axis between two of them is
+read by both, and only a table tells which of it the one should have read.
 """
 
 from __future__ import annotations
