@@ -73,10 +73,15 @@ def closure(script: Path, root: Path = ROOT) -> set[Path]:
 
 def _imported(text: str, path: Path, root: Path) -> Iterator[Path]:
     for name in _read(text)[0]:
-        bases = (root,) if name.partition(".")[0] in _PACKAGES else (path.parent, root / "scripts")
-        for place in (base.joinpath(*name.split(".")) for base in bases):
-            yield place.with_suffix(".py")
-            yield place / "__init__.py"
+        own = name.partition(".")[0] in _PACKAGES
+        yield from _places(name, (root,) if own else (path.parent, root / "scripts"))
+
+
+@cache
+def _places(name: str, bases: tuple[Path, ...]) -> tuple[Path, ...]:
+    """Where a module may stand."""
+    places = [base.joinpath(*name.split(".")) for base in bases]
+    return tuple(file for place in places for file in (place.with_suffix(".py"), place / "__init__.py"))
 
 
 @cache

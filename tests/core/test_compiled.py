@@ -68,20 +68,20 @@ def test_who_is_in_a_hurry_has_no_patience(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def test_a_first_step_compiles_nothing_and_loads_no_numba() -> None:
+    lines = ["import gymnasium, numpy, sys, insenv"]
     for name, action in (
         ("NorthFinder", (0.2, 0.0)),
         ("TwoPosition", (1.0, 0.0)),
         ("RateTable", (0.5, 0.0)),
         ("SystemCalibration", (0.25, -0.25, 1.0, 0.03, 0.0)),
     ):
-        lines = (
-            "import gymnasium, numpy, sys, insenv",
+        lines += [
             f"env = gymnasium.make('insenv/{name}-v0')",
             "env.reset(seed=1)",
             f"env.step(numpy.array({action})[:env.action_space.shape[0]])",
-            "assert 'numba' not in sys.modules",
-        )
-        subprocess.run([sys.executable, "-c", "\n".join(lines)], check=True)
+            f"assert 'numba' not in sys.modules, '{name}'",
+        ]
+    subprocess.run([sys.executable, "-c", "\n".join(lines)], check=True)
 
 
 # ------------------------------------------------------------------------------------------------------ what

@@ -29,8 +29,6 @@ from insenv.effects.catalogue import by_key
 from insenv.envs.recorder import Recorder
 from insenv.envs.rollout import RollOut, roll_out
 from insenv.evaluate.bounds import bounds
-from insenv.evaluate.check.estimator import check_estimator
-from insenv.evaluate.trials import trial
 from insenv.information.positions import Angles, attitude, from_level, nineteen, right_angles, six, twenty_four, up
 from insenv.information.unit.calibration import UnitModel, gathered, joined, nothing, sought
 from insenv.information.unit.directions import sentence, weak_directions
@@ -246,15 +244,6 @@ def test_the_linear_model_leaves_of_a_run_without_noise_the_products_of_its_erro
             # The square of 0.3 mrad of gravity are 0.9 um/s^2; of a turn at 30 deg/s 0.05 urad/s.
             assert np.abs(rest).max() < (3e-9 if c < 3 else 4e-6)
             assert np.sqrt(np.mean(turn**2)) < (2e-7 if c < 3 else 2e-5)
-
-
-def test_batch_gls_keeps_the_contract_of_estimators() -> None:
-    assert check_estimator(BatchGls, trial("SystemCalibration")) == []
-
-
-@pytest.mark.parametrize("estimator", ["system_kalman", "multi_position"])
-def test_the_other_estimators_keep_the_contract(estimator: str) -> None:
-    assert check_estimator(find(ESTIMATORS, estimator), trial("SystemCalibration")) == []
 
 
 def test_a_unit_of_biases_scales_misalignments_and_second_order_has_thirty_states() -> None:

@@ -31,12 +31,12 @@ from insenv.information.alignment import bound, procedure, unknowing
 
 SCRIPTS = str(Path(__file__).parents[2] / "scripts")
 KINDS = {
-    "greedy_north": (GreedyNorth, "NorthFinder"),
-    "horizon_north": (HorizonNorth, "NorthFinder"),
-    "greedy_two_position": (GreedyTwoPosition, "TwoPosition"),
-    "horizon_two_position": (HorizonTwoPosition, "TwoPosition"),
-    "greedy_rate_table": (GreedyRateTable, "RateTable"),
-    "horizon_rate_table": (HorizonRateTable, "RateTable"),
+    "greedy_north": GreedyNorth,
+    "horizon_north": HorizonNorth,
+    "greedy_two_position": GreedyTwoPosition,
+    "horizon_two_position": HorizonTwoPosition,
+    "greedy_rate_table": GreedyRateTable,
+    "horizon_rate_table": HorizonRateTable,
 }
 
 
@@ -55,10 +55,9 @@ def scripts(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 @pytest.mark.parametrize("name", KINDS)
-def test_each_is_found_by_name_and_keeps_the_contract(name: str) -> None:
-    kind, environment = KINDS[name]
-    assert find(POLICIES, name) is kind
-    assert check_policy(kind, tried(environment)) == []
+def test_each_is_found_by_name(name: str) -> None:
+    # That it keeps the contract is asked of all that there are in tests/evaluate/test_check_plugin.py.
+    assert find(POLICIES, name) is KINDS[name]
 
 
 def test_sequences_are_all_that_there_are_and_the_simple_ones_come_first() -> None:
