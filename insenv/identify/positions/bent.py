@@ -7,6 +7,8 @@ They are tested, not fitted, beside all that rests tell of a triad, added or not
 many looks as there are curves): axes that are not square, which few tilted attitudes show, hide a bend and look like
 one. The verdict then says that something is left, and what it follows. Source: IEEE Std 1293-2018, model equation: K2
 and K3.
+
+And whether rests miss gravity by more than any sound accelerometer does that repeats itself.
 """
 
 from __future__ import annotations
@@ -15,14 +17,22 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import fdtrc
 
 from insenv.core.recording import Floats
+from insenv.core.units import STANDARD_GRAVITY
+from insenv.effects.triad import AccelScaleFactor
 from insenv.identify.positions.accel import Magnitudes
 from insenv.identify.positions.least_squares import Fit, normal, solve
 
 #: What a bent response follows.
 CURVES: dict[str, Callable[[Floats], Floats]] = {"square": np.square, "magnitude": np.abs, "cube": lambda u: u**3}
+#: What an accelerometer repeats from rest to rest within minutes [m/s^2]: an ordinary one, as a standard deviation, and
+#: the worst that is sound. The noise of the means of rests counts so many times.
+REPEATS, WORST, NOISY = 1e-3, 3e-3, 5.0
+#: What rests leave that no accelerometer at rest does, nor a hand that holds it: a hundredth of gravity [m/s^2].
+UNLIKE = 0.01 * STANDARD_GRAVITY
 #: Fewest degrees of freedom beside the coefficients with which a bend is told.
 LEAST_FREEDOM = 4
 
@@ -73,3 +83,35 @@ def _p_value(r: Floats, slopes: Floats, columns: Floats) -> float:
     explained = float(np.sum((basis.T @ left) ** 2))
     rest = max(float(left @ left) - explained, 1e-300)
     return float(fdtrc(gained, freedom, explained / gained / (rest / freedom)))
+
+
+def not_repeated(
+    problem: Magnitudes, fit: Fit, number: NDArray[np.int64], noise: float, few: bool, doubted: bool
+) -> tuple[str, ...]:
+    """What an instrument that repeats itself does not leave, in words; empty where it may.
+
+    Six faces have six magnitudes: biases and scale factors fit them whatever they are, and nothing would confirm it.
+    Where rests miss gravity by a hundredth of it and nothing else is doubted, nothing that was found explains them.
+
+    Parameters
+    ----------
+    problem : Magnitudes
+    fit : Fit
+        With all that was found.
+    number : ndarray, shape (rests,)
+        Of each rest or part of one.
+    noise : float
+        Of the mean of a rest [m/s^2].
+    few : bool
+        Whether rests are too few, or their attitudes, to tell scale factors.
+    doubted : bool
+        Whether something speaks against the fit already.
+    """
+    each, used = problem.plain(fit.residual)[:, 0], problem.fitted | problem.held_out
+    left = np.array([each[used & (number == k)].mean() for k in np.unique(number[used])])
+    scatter = float(np.sqrt(np.sum(left**2) / max(len(left) - sum(term.size for term in fit.terms), 1)))
+    sound = max(WORST, NOISY * noise)
+    if scatter < sound or not (few or (scatter > UNLIKE and not doubted)):
+        return ()
+    said = f"rests leave {1e3 * scatter:.2g} mm/s^2, where an accelerometer repeats itself to about {1e3 * WORST:g}"
+    return (f"{said}: {AccelScaleFactor.id} would explain it, and more attitudes would tell" if few else said,)

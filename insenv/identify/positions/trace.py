@@ -31,7 +31,7 @@ from insenv.effects.triad import AccelBias, AccelScaleFactor, Misalignment, NonO
 from insenv.identify.findings import NotTestable
 from insenv.identify.positions.accel import Magnitudes, directions, gravities, uncertain_directions
 from insenv.identify.positions.accel import with_walk as with_bias_walk
-from insenv.identify.positions.bent import bent
+from insenv.identify.positions.bent import REPEATS, WORST, bent, not_repeated
 from insenv.identify.positions.evidence import MOST_OUTLIERS, OUTLIER, evidence, held_out_errors, held_out_scatter
 from insenv.identify.positions.factor import common_factor, factor_of, other_axes, unaccounted
 from insenv.identify.positions.gyro import Rotations, rotations, with_noise
@@ -70,9 +70,6 @@ NEARLY = 0.1
 NO_REST = 0.5
 #: Least freedom of a fit that is asked for outliers.
 OUTLIER_FREEDOM = 6
-#: What an accelerometer repeats from rest to rest within minutes [m/s^2]: an ordinary one, as a standard deviation, and
-#: the worst that is sound. The noise of the means of rests counts so many times.
-REPEATS, WORST, NOISY = 1e-3, 3e-3, 5.0
 #: What is wanted where rests do not tell an effect: there are too few, or an axis points one way in all of them.
 UNTOLD = (("more positions",), ("other attitudes",))
 
@@ -249,8 +246,10 @@ def _accelerometers(
         steady = [term for term in more if term.effect.id not in SLOW]
         # Parts are no attitudes, and of a unit that moved no rest tells a bend.
         untold = found.in_parts or held_out_errors(problem, outcome.after)[0] > NO_REST
-        curved = () if untold else bent(problem, outcome.after, alpha, steady)
-        reasons = (*reasons, *curved, *_too_few(problem, outcome, recordings, rests))
+        said = reasons if untold else (*reasons, *bent(problem, outcome.after, alpha, steady))
+        scarce = any(n.effect == AccelScaleFactor.id and n.needs in UNTOLD for n in outcome.not_testable)
+        means_of = np.array([rest.number for rest in rests]), noise_of_means(recordings, rests)
+        reasons = (*said, *not_repeated(problem, outcome.after, *means_of, scarce, bool(said)))
     return Part(problem, outcome, reasons, parted), left_out, known
 
 
@@ -343,31 +342,6 @@ def _unconfirmed(outcome: Outcome, alpha: float) -> tuple[str, ...]:
         for one in outcome.rejected
         if one.reason == f"not significant {_WALKING}" and one.p_value < NEARLY and one.effect not in SLOW
     )
-
-
-def _too_few(
-    problem: Magnitudes, outcome: Outcome, recordings: Sequence[Recording], rests: Sequence[Rest]
-) -> tuple[str, ...]:
-    """What an instrument that repeats itself does not leave, where too few rests tell whether scale factors explain it.
-
-    Six faces have six magnitudes: biases and scale factors fit them whatever they are, and nothing would confirm it.
-    """
-    key, left = AccelScaleFactor.id, _scatter(problem, outcome.after, rests)
-    blind = any(n.effect == key and n.needs in UNTOLD for n in outcome.not_testable)
-    if not blind or left < max(WORST, NOISY * noise_of_means(recordings, rests)):
-        return ()
-    return (
-        f"rests leave {1e3 * left:.2g} mm/s^2, where an accelerometer repeats itself to about {1e3 * WORST:g}: "
-        f"{key} would explain it, and more attitudes would tell",
-    )
-
-
-def _scatter(problem: Magnitudes, fit: Fit, rests: Sequence[Rest]) -> float:
-    """Scatter of what a fit leaves of the rests, however many parts each was cut into [m/s^2]."""
-    number, each = np.array([rest.number for rest in rests]), problem.plain(fit.residual)[:, 0]
-    used = problem.fitted | problem.held_out
-    left = np.array([each[used & (number == k)].mean() for k in np.unique(number[used])])
-    return float(np.sqrt(np.sum(left**2) / max(len(left) - sum(term.size for term in fit.terms), 1)))
 
 
 def _uncertain(accel: Part, measured: Floats, around: Surroundings) -> Floats:
