@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from made_findings import nothing_significant, one_target
+from made_findings import nothing_significant, one_target, shown
 
 from insenv.core.errors import InputError
 from insenv.core.filing import Filing, command, hashed, run_as
@@ -75,7 +75,7 @@ def test_pictures_and_pages_have_one_palette() -> None:
 
 
 def test_a_page_may_run_and_load_nothing_but_its_own() -> None:
-    text = to_html(nothing_significant())
+    text = shown(nothing_significant)[1]
     (allowed,) = re.findall(r'http-equiv="Content-Security-Policy" content="([^"]*)"', text)
     assert "default-src &#39;none&#39;" in allowed and "unsafe" not in allowed
     (style,) = re.findall(r"<style>(.*?)</style>", text, re.DOTALL)
@@ -98,8 +98,8 @@ def test_the_head_of_a_page_is_what_a_laboratory_files(tmp_path: Path) -> None:
     assert document["report"]["serial_number"] == "SN 42"
     assert document["data"] == [{"file": "a.csv", "sha256": sha}]
     assert document["command"] == "insenv close-loop 'my run.toml'" and document["version"]
-    for shown in ("&lt;b&gt;Operator", "SN 42", "laboratory", "2026-11-22", sha, "close-loop"):
-        assert shown in text
+    for said in ("&lt;b&gt;Operator", "SN 42", "laboratory", "2026-11-22", sha, "close-loop"):
+        assert said in text
     json.dumps(document)
 
 
@@ -118,11 +118,11 @@ def test_the_pages_own_script_is_small_and_makes_no_markup_of_texts() -> None:
 
 
 def test_one_measurement_of_several_axes_is_drawn_once() -> None:
-    made = nothing_significant()
+    made, once = shown(nothing_significant)
     twice = replace(made, targets=(made.targets[0], replace(made.targets[0], target="gyro_b")))
     text = to_html(twice)
     assert text.count("As for gyro: one measurement of all axes together") == 1
-    assert text.count('<svg role="img"') == to_html(made).count('<svg role="img"')
+    assert text.count('<svg role="img"') == once.count('<svg role="img"')
 
 
 def test_the_spectrum_of_samples_keeps_its_level_and_shows_a_line() -> None:

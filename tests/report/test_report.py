@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from html_text import Page
+from html_text import Page, as_read
 from made_findings import (
     EVERY,
     confounded,
@@ -38,7 +38,6 @@ from insenv.report import (
     found,
     sentences,
     summary,
-    to_html,
     to_json,
     words,
 )
@@ -189,7 +188,7 @@ def test_the_error_of_the_whole_search_stands_beside_the_p_value() -> None:
     least = replace(tone(6.0), whole=lambda: WholeError(0.001, 999, True))
     differs = replace(tone(7.0, p=1e-9), whole=lambda: WholeError(0.041, 999, False))
     made = with_added(agrees, least, differs)
-    for text in (summary(made), Page(to_html(made)).text):
+    for text in (summary(made), as_read(made)):
         said = " ".join(text.split())
         assert "p = 0.004 (by signs 0.006)" in said and "(by signs ≤ 0.001)" in said
         assert said.count("with signs by chance the search finds as much") == 1
@@ -200,14 +199,14 @@ def test_the_error_of_the_whole_search_stands_beside_the_p_value() -> None:
 
 def test_several_tones_share_one_heading_and_one_meaning() -> None:
     made = with_added(tone(5.0), tone(7.0))
-    for said in (summary(made), Page(to_html(made)).text):
+    for said in (summary(made), as_read(made)):
         assert "lacked tones at 5.000 and 7.000 Hz." in said
         assert said.count(words.meaning("tone")) == 1
         assert said.count("(both together)") == 2
 
 
 def test_a_candidate_whose_like_was_added_is_called_another() -> None:
-    said = Page(to_html(with_added(tone(5.0)))).text
+    said = as_read(with_added(tone(5.0)))
     assert "tone (another) tone 0.3" in said
     assert said.count("(another)") == 1
 
@@ -215,7 +214,7 @@ def test_a_candidate_whose_like_was_added_is_called_another() -> None:
 def test_a_curve_without_a_cause_is_shown_by_its_range() -> None:
     coefficients: dict[str, Any] = {f"c{i}": (i * 1e-7, 1e-8, "rad/s") for i in range(1, 9)}
     curve = effect("spline_time", generic=True, **coefficients)
-    for said in (summary(with_added(curve)), Page(to_html(with_added(curve))).text):
+    for said in (summary(with_added(curve)), as_read(with_added(curve))):
         assert "8 coefficients from 0.0206 to 0.165 deg/h" in said
         assert "c3 =" not in said
 
@@ -234,7 +233,7 @@ def test_an_estimate_that_only_one_model_has_shows_a_dash() -> None:
     ]
     made = with_added(tone(5.0), estimates_before=(both, dropped), estimates_after=(both, fresh))
     whole = with_added(tone(5.0), estimates_before=(both,), estimates_after=(both,))
-    for show in (summary, lambda one: Page(to_html(one)).text):
+    for show in (summary, as_read):
         assert "that model has no estimate of its own" in " ".join(show(made).split())
         assert "that model has no estimate of its own" not in " ".join(show(whole).split())
 
