@@ -17,6 +17,7 @@ Source: Huber and Ronchetti, Robust Statistics, 2nd ed. (2009), chapters 7 and 1
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,8 +97,11 @@ def setting_spread(residual: Floats, white: Floats, there: NDArray[np.bool_]) ->
     top = np.nanmax(np.where(there, square, 0.0), axis=-1, initial=0.0) / wanted**2 + _LEAST
     low, high = np.log(top) - 25.0, np.log(top)
 
+    below, above = _middle(m, square.shape)
+
     def too_small(variance: Floats) -> NDArray[np.bool_]:
-        return _median(np.sqrt(square / (white + variance[..., None] + _LEAST)), m) > wanted
+        ordered = np.sort(np.sqrt(square / (white + variance[..., None] + _LEAST)), axis=-1).ravel()
+        return np.asarray(0.5 * (ordered[below] + ordered[above])).reshape(square.shape[:-1]) > wanted
 
     enough = ~too_small(np.zeros(m.shape)) | (m < 3)
     for _ in range(16):
@@ -107,13 +111,11 @@ def setting_spread(residual: Floats, white: Floats, there: NDArray[np.bool_]) ->
     return np.where(enough, 0.0, np.exp(high))
 
 
-def _median(values: Floats, m: NDArray[np.int64]) -> Floats:
-    """Median of the ``m`` values that are no NaN."""
-    ordered = np.sort(values, axis=-1)  # NaN last
-    low, high = (np.maximum(k, 0)[..., None] for k in ((m - 1) // 2, m // 2))
-    middle = np.take_along_axis(ordered, low, -1) + np.take_along_axis(ordered, np.minimum(high, low + 1), -1)
-    median: Floats = 0.5 * middle[..., 0]
-    return median
+def _middle(m: NDArray[np.int64], shape: tuple[int, ...]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Where the two in the middle of ``m`` values stand among all that are sorted by rows, flat; NaN stand last."""
+    low, high = (np.broadcast_to(np.maximum(k, 0), shape[:-1]).ravel() for k in ((m - 1) // 2, m // 2))
+    begin = np.arange(len(low)) * shape[-1]
+    return begin + low, begin + np.minimum(high, low + 1)
 
 
 def robust(
@@ -160,10 +162,14 @@ def largest(values: Floats, sd: Floats, there: NDArray[np.bool_]) -> tuple[Float
 
 def mean_of_largest(sd: Floats) -> float:
     """Mean of the largest modulus of independent Gaussian values with standard deviations ``sd``, shape (m,)."""
+    return _mean_of_largest(tuple(sd.tolist())) if len(sd) and sd.max() > 0 else 0.0
+
+
+@lru_cache(maxsize=256)  # lines by all methods, of all power-ups, have the same noise
+def _mean_of_largest(deviations: tuple[float, ...]) -> float:
     from scipy.special import erf  # slow to import
 
-    if not len(sd) or not sd.max() > 0:
-        return 0.0
+    sd = np.array(deviations)
     x = np.linspace(0.0, 8.0 * sd.max(), 2001)
     below = np.prod(erf(x[:, None] / (np.sqrt(2) * np.maximum(sd, 1e-3 * sd.max()))), axis=1)
     return float(np.trapezoid(1 - below, x))

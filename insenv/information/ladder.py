@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -81,6 +82,13 @@ def optimal(model: str, criterion: str, top: float) -> LadderDesign:
         raise InputError(f"rate ladder: criterion {criterion!r} given, wanted {' or '.join(CRITERIA)}")
     if not 0 < top < np.inf:
         raise InputError(f"rate ladder: largest rate of {top:g} rad/s given, wanted a positive one")
+    x, share = _of_unit_range(model, criterion)
+    return LadderDesign(top * x, share.copy())
+
+
+@cache  # a policy asks at each of its beginnings, and it takes a quarter of a second
+def _of_unit_range(model: str, criterion: str) -> tuple[Floats, Floats]:
+    """Rates from -1 to 1 and their shares."""
     solve = _c_optimal if criterion == "c" else _d_optimal
     x = np.linspace(-1.0, 1.0, _GRID)
     spacing = x[1] - x[0]
@@ -93,7 +101,7 @@ def optimal(model: str, criterion: str, top: float) -> LadderDesign:
             near = x[:, None] + spacing * np.arange(-_AROUND, _AROUND + 1) / _AROUND
             x, spacing = np.unique(np.clip(np.round(near, 9), -1.0, 1.0)), spacing / _AROUND
     share = solve(basis(model, x))
-    return LadderDesign(top * x, 0.5 * (share + share[::-1]))
+    return x, 0.5 * (share + share[::-1])
 
 
 def covariance(model: str, x: Floats, variance: Floats, weighted: bool = True) -> Floats:
