@@ -47,6 +47,8 @@ class Channel:
         Of a table's angle or rate: whether it was measured or asked for; None where nobody said.
     every : float
         Time from reading to reading [s], where it was not read at every row; 0 where it was.
+    step : float
+        Of increments: what one count of their counter is, as a rate over the usual row; 0 where nobody counted.
     """
 
     values: Floats
@@ -55,6 +57,7 @@ class Channel:
     delay: float = 0.0
     source: Origin | None = None
     every: float = 0.0
+    step: float = 0.0
 
 
 @dataclass(frozen=True)

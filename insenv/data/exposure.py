@@ -247,9 +247,16 @@ class _Cells:
             rate, at_edges = self._followed(names, reference, share, reading)
         if told is not None:
             rate, at_edges = self._by_programme(told, rate, at_edges)
-        # The integral of a noisy rate wanders away from the angle.
-        measured = names[0] == "table_rate" and behind is not None
-        return _Table(reference, rate, at_edges, None if measured else self._angle(names).at_edges)
+        return _Table(reference, rate, at_edges, self._turned(names, behind))
+
+    def _turned(self, names: tuple[str, ...], behind: Trajectory | None) -> Floats | None:
+        """The angle of curves at the edges: of an encoder that goes by counts the motion behind it, which stops once.
+
+        The integral of a noisy rate wanders away from the angle.
+        """
+        if behind is None:
+            return self._angle(names).at_edges
+        return behind.angle_at(self.edges) if behind.of == "angle" else None
 
     def _smoothed(self, behind: Trajectory) -> tuple[Floats, Floats]:
         """The rate behind a noisy reading, over the cells and at the edges; zero where the table stops."""

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from insenv.core.errors import InputError
 from insenv.core.recording import GAP, Channel, Covers, Floats, Recording, Segment, Site
+from insenv.core.series.rounding import rounding
 from insenv.core.units import DIMENSIONS, scale_to_si
 from insenv.data.leaps import without_leaps
 from insenv.data.manifest import ChannelSpec, Manifest, RunSpec
@@ -362,11 +363,12 @@ def _channel(manifest: Manifest, run: RunSpec, table: Table, name: str, dt: floa
         return Channel(table.values[name], SI_UNITS[dimension])
     quantity: Quantity = spec.quantity or (table.quantity if dimension in INCREMENTS else "rate")
     covers: Covers = spec.covers or ("interval" if quantity == "increment" else "instant")
-    if quantity == "increment":
-        values = _scaled(manifest, run, table, name, INCREMENTS[dimension]) / dt
-    else:
+    if quantity != "increment":
         values = _scaled(manifest, run, table, name, dimension)
-    return Channel(values, SI_UNITS[dimension], covers, spec.delay, spec.source)
+        return Channel(values, SI_UNITS[dimension], covers, spec.delay, spec.source)
+    counts = _scaled(manifest, run, table, name, INCREMENTS[dimension])
+    step = rounding(counts) / float(np.median(dt))
+    return Channel(counts / dt, SI_UNITS[dimension], covers, spec.delay, spec.source, step=step)
 
 
 def check_power(path: Path, numbers: Floats, place: Callable[[int], str], before: float = 1.0) -> None:

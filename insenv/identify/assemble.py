@@ -102,7 +102,7 @@ def findings(
         *remarks,
         *_longer_means(outcome.tracks),
         *(text for track in outcome.tracks if (text := _outliers(track, recordings))),
-        *(text for track in outcome.tracks if (text := _steps_of_encoder(track))),
+        *(text for track in outcome.tracks if (text := _patterns_of_counts(track))),
     )
     found = findings_of(manifest, recordings, targets, said, outcome.alpha, outcome.seed)
     return replace(found, rows_rejected=tuple(r for track in outcome.tracks for r in _rejected_rows(track)))
@@ -125,14 +125,19 @@ def _longer_means(tracks: tuple[Track, ...]) -> tuple[str, ...]:
     )
 
 
-def _steps_of_encoder(track: Track) -> str:
-    """Which lines were taken out as the pattern of an encoder's steps; empty if none."""
-    found = sorted({f"{line.frequency:.4g}" for line in track.prepared.lines if line.of_encoder}, key=float)
+def _patterns_of_counts(track: Track) -> str:
+    """Which lines were taken out as the pattern of counts, of an encoder or of the readings; empty if none."""
+    found = sorted({f"{line.frequency:.4g}" for line in track.prepared.lines if line.of_counts}, key=float)
     if not found:
         return ""
     what = f"{track.problem.target}: lines at {', '.join(found)} Hz"
-    if not track.problem.encoder:
+    if not track.problem.encoder and not track.problem.counter:
         return f"{what} stand in the reference and not in the readings: taken out, and no error of the instrument"
+    if not track.problem.encoder:
+        count = math.degrees(track.problem.counter) * 3600
+        return (
+            f"{what} are less than half a count of the readings, {count:.3g} arcsec: taken out, as a counter's pattern"
+        )
     return (
         f"{what} are what the steps of the table's angle, "
         f"{math.degrees(track.problem.encoder):.3g} deg, make of its rate: taken out, and no error of the instrument"
@@ -181,7 +186,7 @@ def _target(
     apart = (*_follows_nothing(problem, own), *differs, *skewed, *untold(track, own), *lost, *went)
     doubts = (*left.reasons, *apart, *unfinished(track, alpha), *_unforetold(problem, scores[1]))
     left = replace(left, reasons=(*doubts, *followers(track, alpha, bool(doubts))))
-    lines, hold = tuple(x for x in track.prepared.lines if not x.of_encoder), track.prepared.held.hold
+    lines, hold = tuple(x for x in track.prepared.lines if not x.of_counts), track.prepared.held.hold
     earth = earth_findings(track, alpha)
     coarse = _rounding(track, alpha, scores)
     gain = undeclared_gain(problem, track.fit, track.prepared.model, scores)

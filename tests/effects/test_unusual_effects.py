@@ -101,6 +101,8 @@ def test_driving_heats_exponentially_and_cools_so(power: int, heat: float) -> No
 def test_heat_of_one_rate_is_a_warm_up_and_not_looked_for() -> None:
     one, two = table(np.full(100, 0.3), 1.0), table(np.repeat([0.3, 0.0, -0.3, 0.1], 50), 1.0)
     assert "warm-up" in SelfHeating().blind(one) and not SelfHeating().blind(two)
+    stairs = table(np.repeat([0.0, 0.1, 0.0, -0.1, 0.0, 0.2, 0.0, -0.2, 0.0, 0.3, 0.0, -0.3], 8), 1.0)
+    assert not SelfHeating().blind(stairs)
     assert SettlingAfterTurn().blind(one) and not SettlingAfterTurn().blind(
         table(np.tile(np.repeat([0.3, 0.0], 20), 4), 1.0)
     )

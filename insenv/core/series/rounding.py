@@ -6,16 +6,24 @@ however small the noise is: nothing within that is an outlier.
 
 from __future__ import annotations
 
-import numpy as np
+import math
 
-from insenv.core.recording import Floats
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
 
 #: How far from a multiple of the step a difference may be, as a share of it.
 OFF = 0.02
-#: Times the digits of a file from which on steps are a counter's, and the share of rows that keep to them.
+#: Times what the digits of a file leave from which on steps are a counter's, and the share of rows that keep to them.
 DIGITS, KEPT = 10.0, 0.99
 #: Share of the readings at which a change of a counter's counts by one takes back the last one.
 TURNS = 0.02
+#: Median of the size of a standard normal.
+MEDIAN = 0.6745
+#: Differences in which no smooth motion is left, what they scatter by where counts are rounded (0.29 of one), and how
+#: many of them tell it.
+ORDER, ROUNDED, FEWEST = 6, (0.15, 0.6), 50
 #: Share of a range below which a step is that of a computer's numbers.
 LEAST_STEP = 1e-12
 #: Steps of floating-point numbers below which a difference is nothing.
@@ -44,9 +52,15 @@ def counted(values: Floats) -> float:
     """
     fine, moves = rounding(values), np.diff(values)
     between = np.diff(np.sort(moves))
+    between = np.sort(between[between > fine])
+    if len(between) > 1:
+        # Digits that are few of large numbers and many of small ones: what they leave is far below the step.
+        gap = int(np.argmax(between[1:] / between[:-1]))
+        if between[gap + 1] > DIGITS * between[gap]:
+            fine = max(fine, float(between[gap]))
     between = between[between > DIGITS * fine]
     if not len(between):
-        return fine
+        return rounding(values)
     step = float(between.min())
     for _ in range(2):
         step = float(np.median(between / np.rint(between / step)))
@@ -55,7 +69,7 @@ def counted(values: Floats) -> float:
         return fine
     step = float(moves @ times / (times @ times))
     off = np.abs(moves - step * np.rint(moves / step)) / step
-    return step if float(np.mean(off < OFF + 2 * fine / step)) > KEPT else fine
+    return step if float(np.mean(off < OFF + 2 * fine / step)) > KEPT else rounding(values)
 
 
 def counter_step(values: Floats) -> float:
@@ -71,3 +85,22 @@ def counter_step(values: Floats) -> float:
     changes = np.diff(np.rint(np.diff(values) / step))
     changes = changes[np.abs(changes) == 1]
     return step if np.sum(changes[1:] * changes[:-1] < 0) > TURNS * len(values) else 0.0
+
+
+def swung_step(values: Floats) -> float:
+    """The step of the counter behind readings of a swing, shape (n,); 0 where they show none.
+
+    Their counts hardly ever turn back at once, but go up and down by a part of one wherever they change at all; those
+    of a programme go in whole steps.
+    """
+    step = counted(values)
+    if step < LEAST_STEP * float(np.ptp(values)):
+        return 0.0
+    counts = np.rint(np.diff(values) / step)
+    change = np.abs(np.diff(counts, ORDER - 1)) / math.sqrt(math.comb(2 * ORDER, ORDER))
+    if len(change) < FEWEST:
+        return 0.0
+    windows = np.lib.stride_tricks.sliding_window_view(np.diff(counts) != 0, ORDER - 1)
+    change = change[np.any(windows, axis=-1)[: len(change)]]
+    rounded = len(change) >= FEWEST and ROUNDED[0] < float(np.median(change)) / MEDIAN < ROUNDED[1]
+    return step if rounded else 0.0

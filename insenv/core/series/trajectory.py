@@ -28,6 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.compiled import jit
+from insenv.core.series.rounding import counter_step
 from insenv.core.series.stretches import stretches
 
 Floats = NDArray[np.float64]
@@ -44,6 +45,8 @@ UNEVEN = 0.5
 MATTERS = 1e-3
 #: A spread of the reading in that of its noise, up to which the table stands.
 STILL = 1.5
+#: Root mean square of a rate's means, in that of means of its noise, from which on the table swings; fewest means.
+SWINGS, FEWEST_MEANS = 3.0, 8
 #: Deviations of a rate within which it may be zero, fewest means of a stop, and their root mean square of deviations.
 SLIGHT, STOP, NOISE_ALONE = 4.0, 12, 1.6
 #: Differences from which the noise of a reading is told: no smooth motion is left in them.
@@ -149,6 +152,8 @@ def trajectory(t: Floats, dt: float, values: Floats, of: Of, over_interval: bool
     if uneven:
         change = _changes_at(t, values)
         noise = _usual(values, change)
+    if of == "angle":  # of a table that stands half of the time the counts do not change in most rows
+        noise = max(noise, counter_step(values) / np.sqrt(12))
     if noise == 0 or len(t) < 4 * ORDER:
         return None
     if _stands(values, noise, of):
@@ -262,11 +267,25 @@ def _step(values: Floats) -> float:
 def _stands(values: Floats, noise: float, of: Of) -> bool:
     """Whether the reading of a table that stands would scatter like this."""
     level = float(np.mean(values))
-    if of == "rate" and abs(level) > 5 * noise / np.sqrt(len(values)):
+    if of == "rate" and (abs(level) > 5 * noise / np.sqrt(len(values)) or _swings(values, noise)):
         return False
     half = len(values) // 2
     apart = abs(float(np.mean(values[:half]) - np.mean(values[half:]))) if of == "angle" else 0.0
     return float(np.std(values)) <= STILL * noise and apart <= max(noise, 5 * noise * np.sqrt(4 / len(values)))
+
+
+def _swings(values: Floats, noise: float) -> bool:
+    """Whether means of a rate are far larger than its noise leaves them, as those of a table that goes to and fro.
+
+    Counts of a coarse encoder from row to row are mostly none or one, however the table turns.
+    """
+    m = 4
+    while len(values) >= FEWEST_MEANS * m:
+        means = values[: len(values) // m * m].reshape(-1, m).mean(axis=1)
+        if float(np.sqrt(np.mean(means**2))) > SWINGS * noise / np.sqrt(m):
+            return True
+        m *= 2
+    return False
 
 
 def _smoothed(

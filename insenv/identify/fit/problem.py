@@ -93,6 +93,8 @@ class Problem:
     encoder : float
         Step to which the table's angle is read, times the share of its rate that the target sees [rad]; 0 where the
         reference is no angle that was read.
+    counter : float
+        Angle of one count of the target, where it reads increments [rad]; 0 where they are not counted.
     steps : callable
         Errors of the bins that these steps would make if the encoder began elsewhere, shape (draws, bins); None where
         nothing is known of them.
@@ -108,6 +110,7 @@ class Problem:
     commanded: bool = False
     coarse: Coarse | None = None
     encoder: float = 0.0
+    counter: float = 0.0
     steps: Callable[[], Floats | None] = field(default=nothing, repr=False, compare=False)
     cache: dict[Hashable, Any] = field(default_factory=dict, repr=False)
 

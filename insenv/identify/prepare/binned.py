@@ -10,7 +10,7 @@ import numpy as np
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats, Recording
 from insenv.core.series.coarse import Coarse, coarse
-from insenv.core.series.rounding import counter_step
+from insenv.core.series.counts import Counts, counts_of_angle, counts_of_rate
 from insenv.data.exposure import Exposure, expose, rates_of_angles
 from insenv.data.manifest.spec import Manifest
 from insenv.data.reference import order
@@ -67,7 +67,8 @@ def binned(
     exact = turning and all(_commanded(recording) for recording in recordings)
     unit = recordings[0].channels[target].unit
     step = max((_encoder_step(r, e) for r, e in zip(recordings, exposures, strict=True)), default=0.0)
-    made = Problem(target, unit, exposures, bins, y, out, commanded=exact, coarse=rounded, encoder=step)
+    count = max(r.channels[target].step * r.dt for r in recordings)
+    made = Problem(target, unit, exposures, bins, y, out, commanded=exact, coarse=rounded, encoder=step, counter=count)
     return replace(made, steps=partial(_errors_of_steps, recordings, target, per_cell, bins)) if step else made
 
 
@@ -81,25 +82,40 @@ def _errors_of_steps(recordings: tuple[Recording, ...], target: str, per_cell: i
         table, name = recording.table, order(recording)[0]
         if table is None or table.still:
             return None
-        step = counter_step(recording.channels[name].values)
-        if not step:
+        counts = _counts(recording)
+        if counts is None:
             runs.append(rates_of_angles(recording, target, per_cell, np.zeros((DRAWS, len(recording)))))
             continue
-        angle = table.angle_at(recording.t - recording.channels[name].delay)
-        blurred = np.sqrt(table.noise**2 - step**2 / 12) if table.noise > BLURRED * step else 0.0
+        angle, step = table.angle_at(recording.t - recording.channels[name].delay), counts.step
+        blurred = 0.0
+        if table.of == "angle" and table.noise > BLURRED * step:
+            blurred = np.sqrt(table.noise**2 - step**2 / 12)
         noise = blurred * np.random.default_rng(0).standard_normal(len(angle))
         zeros = step * (np.arange(DRAWS)[:, None] + 0.5) / DRAWS
         errors = np.floor((angle + noise + zeros) / step) * step - zeros - angle
-        runs.append(rates_of_angles(recording, target, per_cell, errors))
+        runs.append(rates_of_angles(recording, target, per_cell, counts.of_rows(errors)))
     return np.array([bins.mean(tuple(run[k] for run in runs)) for k in range(DRAWS)])
 
 
 def _encoder_step(recording: Recording, exposure: Exposure) -> float:
     """Step to which the angle of a table is read, as the target sees it [rad]; 0 where that is not the reference."""
+    counts = _counts(recording)
+    return abs(exposure.motion.projection) * counts.step if counts else 0.0
+
+
+def _counts(recording: Recording) -> Counts | None:
+    """The counts of the encoder that is the reference; None where another one is, or none are seen."""
     names = order(recording)
-    if not names or names[0] != "table_angle" or recording.channels[names[0]].source != "encoder":
-        return 0.0
-    return abs(exposure.motion.projection) * counter_step(recording.channels[names[0]].values)
+    if not names or (channel := recording.channels[names[0]]).source != "encoder":
+        return None
+    if channel.every:
+        return None
+    if names[0] == "table_angle":
+        return counts_of_angle(channel.values)
+    table = recording.table
+    if table is None or table.still:
+        return None
+    return counts_of_rate(channel.values, table.rate_at(recording.t - channel.delay), recording.dt)
 
 
 def _commanded(recording: Recording) -> bool:

@@ -46,6 +46,8 @@ IN_READING = 0.1
 MOTION_LINE, MOTION_ANY = 0.1, 0.5
 #: A line is steady if one sinusoid takes out more than this share of its power, and is so many deviations tall.
 STEADY, LEAST_STEADY = 0.9, 4.0
+#: Counts up to which the angle of a line may be the pattern of the counter itself.
+HALF_A_COUNT = 0.5
 
 
 def strongest_tone(problem: Problem, fit: Fit) -> tuple[float, float]:
@@ -114,8 +116,8 @@ class Line:
         Share of the line in the variance of the samples.
     p_value : float
         Probability that noise alone has such a peak.
-    of_encoder : bool
-        Whether it is the pattern of an encoder's steps, and no line of the instrument.
+    of_counts : bool
+        Whether it is the pattern of counts, of the table's encoder or of the reading's counter, and no line.
     averaged : bool
         Whether it was left to means that are long beside it: nothing was subtracted.
     """
@@ -129,7 +131,7 @@ class Line:
     steady: bool
     share: float
     p_value: float
-    of_encoder: bool = False
+    of_counts: bool = False
     averaged: bool = False
 
     def at(self, t: Floats) -> Floats:
@@ -174,9 +176,17 @@ def find_lines(t: Floats, dt: float, values: Floats, quantum: float, run: int, l
         p = min(1.0, float(np.exp(-min(height[peak], 700.0)) * BETWEEN * n / 2))
         line = replace(line_at(t, dt, left, found, peak, run, SAME_LINE / 2), p_value=p)
         ratio[(f > low - SAME_LINE / 2) & (f < high + SAME_LINE / 2)] = 0
-        if line.amplitude / (2 * np.pi * line.frequency) > 0.5 * quantum:
+        if not within_half_a_count(line, quantum):
             lines.append(line)
     return tuple(sorted(lines, key=lambda line: -line.amplitude))
+
+
+def within_half_a_count(line: Line, count: float) -> bool:
+    """Whether the angle of a line stays within half a ``count`` of the readings [rad]: their counter's own pattern.
+
+    At a steady rate what a counter carries over from row to row is a saw tooth of one count.
+    """
+    return line.amplitude / (2 * np.pi * line.frequency) <= HALF_A_COUNT * count
 
 
 def steps_of_encoder(line: Line, dt: float, left: Floats, reference: Floats, step: float) -> bool:

@@ -450,15 +450,15 @@ def _lines(
     found: list[Line] = []
     for run, (recording, use) in enumerate(zip(recordings, uses, strict=True)):
         span = _longest_fitted(recording, use)
-        t = (recording.t - recording.t[0])[span]
-        step = quantum(recording.channels[problem.target].values[span]) * recording.dt
+        t, channel = (recording.t - recording.t[0])[span], recording.channels[problem.target]
+        step = (channel.step or quantum(channel.values[span])) * recording.dt
         values = _sample_residual(recording, span, problem, model)
-        reference = recording.channels[problem.target].values[span] - values
+        reference = channel.values[span] - values
         for line in find_lines(t, recording.dt, values, step, run, FASTEST / width):
             steps = steps_of_encoder(line, recording.dt, values, reference, problem.encoder)
             moved = problem.turns and not steps and of_motion(line.frequency, recording.dt, values, reference)
             binned_too = not line.steady and line.frequency < least
-            found += [] if moved or binned_too else [replace(line, of_encoder=steps)]
+            found += [] if moved or binned_too else [replace(line, of_counts=steps)]
     noise = _bin_noise(problem)
     return tuple(x for x in found if _matters(x, width, noise))
 

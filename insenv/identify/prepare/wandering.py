@@ -23,7 +23,15 @@ from insenv.identify.fit.bins import Block
 from insenv.identify.fit.gls import Fit
 from insenv.identify.fit.heldout import residual
 from insenv.identify.fit.problem import Problem
-from insenv.identify.prepare.lines import LEAST_STEADY, Line, line_at, of_reference, periodogram, steps_of_encoder
+from insenv.identify.prepare.lines import (
+    LEAST_STEADY,
+    Line,
+    line_at,
+    of_reference,
+    periodogram,
+    steps_of_encoder,
+    within_half_a_count,
+)
 
 #: Fewest cycles in the fitted time: of a slower one nobody knows whether it is a line or the wander of the noise.
 FEWEST_CYCLES = 40.0
@@ -52,18 +60,24 @@ def wanders(problem: Problem, fit: Fit, frequency: float, runs: tuple[int, ...] 
     return max(found, key=lambda w: w.amplitude)
 
 
-def of_encoder(problem: Problem, fit: Fit, frequency: float) -> Line | None:
-    """The line at ``frequency`` [Hz] in the residual of ``fit``, if it is the pattern of an encoder's steps.
+def of_counts(problem: Problem, fit: Fit, frequency: float) -> Line | None:
+    """The line at ``frequency`` [Hz] in the residual of ``fit``, if it is the pattern of an encoder's or own counts.
 
     It is one of the reference as well where that has it and what the target reads has not.
     """
-    if problem.commanded or not problem.turns:
+    if not problem.turns:
+        return None
+    for block in _stretches(problem, True) if problem.counter else ():
+        line = _of_block(problem, fit, block, frequency)
+        if line and within_half_a_count(line, problem.counter):
+            return replace(line, steady=False, phase=0.0, of_counts=True)
+    if problem.commanded:
         return None
     for block, left, reference in _beside_reference(problem, fit):
         line, width = _of_block(problem, fit, block, frequency), problem.bins.width
         steps = line and problem.encoder and steps_of_encoder(line, width, left, reference, problem.encoder)
         if line and (steps or of_reference(frequency, width, left, reference)):
-            return replace(line, steady=False, phase=0.0, of_encoder=True)
+            return replace(line, steady=False, phase=0.0, of_counts=True)
     return None
 
 

@@ -19,7 +19,7 @@ from insenv.identify.clean.settling import only_time
 from insenv.identify.fit.evidence import held_out_deviate, joint_deviate, log_tail
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import Model, Problem, Term
-from insenv.identify.prepare.lines import coherent_power, strongest_tone
+from insenv.identify.prepare.lines import HALF_A_COUNT, coherent_power, strongest_tone
 from insenv.identify.search.candidates import Candidate, unseen
 from insenv.identify.search.recurrence import comes_and_goes, not_both_ways, not_in_all_runs, of_a_rest
 from insenv.identify.search.reference_errors import beside_reference_errors
@@ -123,6 +123,7 @@ def no_law(problem: Problem, fit: Fit, base: Reference, larger: Fit) -> str:
     return (
         _beyond_bounds(problem, larger)
         or _leads(larger)
+        or _counts(problem, larger)
         or unseen(problem, term.effect, term.shape)
         or not_in_all_runs(problem, fit, term)
         or not_both_ways(problem, fit, base, term)
@@ -151,6 +152,16 @@ def _beyond_bounds(problem: Problem, fit: Fit) -> str:
         return ""
     theta = fit.theta[fit.design.term == len(fit.model) - 1]
     return term.effect.contradiction(np.concatenate([theta, term.shape])) if len(theta) == len(params) else ""
+
+
+def _counts(problem: Problem, fit: Fit) -> str:
+    """Why a line that was fitted last is none: its angle is less than half a count of the readings; empty if more."""
+    term = fit.model[-1]
+    if not term.effect.line or not problem.counter:
+        return ""
+    amplitude = float(np.linalg.norm(fit.theta[fit.design.term == len(fit.model) - 1]))
+    share = amplitude / (2 * np.pi * term.shape[0]) / problem.counter
+    return f"its angle is {share:.2g} of a count of the readings: a counter's pattern" if share <= HALF_A_COUNT else ""
 
 
 def _leads(fit: Fit) -> str:

@@ -9,8 +9,9 @@ covariance, shapes fitted beside them, and what shapes that are right only nearl
 and an effect of which z is below `LEAST`, or a coefficient of which is less certain than the largest credible one is
 large, is not named. The same holds for every effect of the catalogue. A gain that changes (it drifts, settles, follows
 the temperature) is told beside a constant one, declared or not, for it would have the evidence of that one too. Beside
-a command held-out data tell the size of an effect without a shape too, and z grows by their deviate: a table that goes
-up in the fitted rows and down in the others shows an asymmetry to both together. Nor is a curve of the rate beside a
+a command held-out data tell the size of an effect without a shape too, and z grows by their deviate where the fitted
+ones tell at least half of one: a table that goes up in the fitted rows and down in the others shows an asymmetry to
+both together. Nor is a curve of the rate beside a
 reference that is late (a lag, or a skew in the model) named, if it has two shapes and more and the data tell none: then
 it is any curve. Beside a reference that was measured, a curve of its rate, a step and a line must have a size that is
 no chance of as many curves as were tried: its deviation holds what errors of the reference do, the likelihood ratio
@@ -27,6 +28,7 @@ from scipy.linalg import block_diag
 from scipy.special import chdtrc, ndtri_exp
 
 from insenv.core.recording import Floats
+from insenv.effects.rate.lag import SelfHeating
 from insenv.effects.rate.scale import ScaleFactor, ScaleFactorDrift, ScaleFactorTemperature, ScaleFactorWarmUp
 from insenv.effects.timing import TimingSkew
 from insenv.identify.fit.evidence import log_tail
@@ -38,6 +40,8 @@ from insenv.identify.search.jumps import is_step
 #: Deviations by which an effect must differ from zero; a curve of the rate beside a reference that is late, whose
 #: filter nobody knows exactly: what its skew leaves follows the rate too.
 LEAST, BESIDE_LAG = 2.5, 3.0
+#: Deviations of the fitted data by themselves from which on held-out data help to tell a size.
+OWN = 0.5
 #: Deviations from which on a shape is told, and how many shapes make any curve.
 TOLD, SEVERAL = 2.0, 2
 #: Chance of a size by noise alone, of all looks together, below which it is told beside a measured reference;
@@ -80,7 +84,7 @@ def unsized(
     if not len(theta) or not np.all(sd > 0):
         return ""
     z = deviate(theta, cov)
-    if problem.commanded and not (late or term.shape):
+    if problem.commanded and z >= OWN and not (late or term.shape):
         z = math.hypot(z, max(held_out, 0.0))
     if why := _too_small(problem, term, z, late, looks):
         where = " beside a constant gain" if constant else " beside a reference that is late" if late else ""
@@ -129,8 +133,10 @@ def deviate(theta: Floats, cov: Floats) -> float:
 
 
 def _curve_of_rate(term: Term) -> bool:
+    """Whether a term is a curve of the rate of the moment, as what is left of a lag is; heat goes on for minutes."""
     effect = term.effect
-    return effect.of_rate and effect.belongs == "instrument" and not effect.of_time
+    lasting = effect.of_time or isinstance(effect, SelfHeating)
+    return effect.of_rate and effect.belongs == "instrument" and not lasting
 
 
 def _follows_reference(problem: Problem, term: Term) -> bool:

@@ -75,7 +75,8 @@ def test_held_out_data_confirm_what_is_there_and_refute_what_has_gone() -> None:
     n = len(gone)
     effect = by_key("scale_factor_cubic").apply(run.motion.rate, run.motion, size)[0]
     gone[use(n).held_out] -= 2 * effect[use(n).held_out]  # it has changed its sign
-    run.recording.channels["gyro"].values[:] = gone
+    gyro = replace(run.recording.channels["gyro"], values=gone)
+    run = replace(run, recording=replace(run.recording, channels={**run.recording.channels, "gyro": gyro}))
     assert deviate(*declared(run), "scale_factor_cubic")[0] < -4
 
 

@@ -24,18 +24,21 @@ def driven(kind: str) -> tuple[Floats, Floats]:
     return rate, np.append(0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]))) * 1e-3
 
 
-def said(kind: str, seed: int, line: float = 0.0, frequency: float = 23.7) -> Findings:
-    """The loop on a gyro of 2 mrad/s a row, and a line of its own."""
+def said(
+    kind: str, seed: int, line: float = 0.0, frequency: float = 23.7, declared: float = 0.0, walk: float = 0.0
+) -> Findings:
+    """The loop on a gyro of 2 mrad/s a row, and a line of its own; an angle random walk that is ``declared`` of it."""
     rng = np.random.default_rng(seed)
     rate, angle = driven(kind)
     t = np.arange(1, int(RATE * SECONDS)) / RATE
     fine = 1e-3 * np.arange(len(angle))
     gyro = np.interp(t, fine, rate) + 2e-3 * rng.standard_normal(len(t)) + line * np.sin(2 * np.pi * frequency * t)
+    gyro = gyro + walk * np.cumsum(rng.standard_normal(len(t)))
     read = np.floor(np.interp(t, fine, angle) / STEP) * STEP
     channels = {"gyro": Channel(gyro, "rad/s"), "table_angle": Channel(read, "rad")}
-    return closed(
-        Recording(t, channels, site=Site(gravity=9.8), label="run"), manifest(("gyro",), ("bias", "scale_factor"))
-    )
+    noise = {"angle_random_walk": declared} if declared else None
+    asked = manifest(("gyro",), ("bias", "scale_factor"), noise=noise)
+    return closed(Recording(t, channels, site=Site(gravity=9.8), label="run"), asked)
 
 
 @pytest.mark.parametrize("kind", ["reversals", "stairs"])
@@ -46,6 +49,17 @@ def test_the_steps_of_an_angle_make_no_line_of_the_gyro(kind: str) -> None:
         (target,) = found.targets
         assert [a.effect for a in target.added] == []
         assert any("steps of the table's angle" in remark for remark in found.remarks)
+
+
+def test_noise_of_the_steps_is_none_beyond_what_was_declared_of_the_gyro() -> None:
+    """Its 0.2 mrad/sqrt(s) were declared, and its angle wanders by sixty times that beside them."""
+    (target,) = said("stairs", 0, declared=2e-4).targets
+    assert target.verdict == "nothing-significant"
+
+
+def test_noise_of_the_gyro_beyond_what_was_declared_is_said() -> None:
+    (target,) = said("stairs", 0, declared=2e-4, walk=3e-5).targets
+    assert target.verdict != "nothing-significant"
 
 
 def test_a_line_that_the_gyro_has_is_named() -> None:

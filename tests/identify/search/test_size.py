@@ -155,6 +155,9 @@ def test_held_out_data_tell_the_size_of_what_has_no_shape(problem: Problem) -> N
         assert unsized(replace(small, commanded=False), fit, term, held_out=4.0)
         assert (unsized(small, fit, term, held_out=4.0) == "") is told
         assert unsized(small, fit, term, held_out=-4.0)
+        nothing = replace(with_size(problem, term, 0.25), commanded=True)
+        fit = solve(nothing, (Term(by_key("bias")), Term(by_key("scale_factor")), term))
+        assert unsized(nothing, fit, term, held_out=9.0)
 
 
 @pytest.mark.parametrize("key", ["scale_factor_warm_up", "scale_factor_drift"])

@@ -21,7 +21,7 @@ from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Term
 from insenv.identify.prepare.line_effects import IN_BINS
 from insenv.identify.prepare.lines import Line
-from insenv.identify.prepare.wandering import of_encoder, wanders
+from insenv.identify.prepare.wandering import of_counts, wanders
 from insenv.identify.search.round import at_shape, with_term
 from insenv.identify.search.scan import Hit, likelihood_ratio, reference
 from insenv.identify.search.tracks import MOST_ADDED, Track
@@ -142,7 +142,7 @@ def wandering(track: Track, hit: Hit) -> Line | None:
     found: Line | None = track.problem.remember(
         ("wanders", hit.term, track.fit.model),
         lambda: (
-            of_encoder(track.problem, track.fit, hit.term.shape[0])
+            of_counts(track.problem, track.fit, hit.term.shape[0])
             or wanders(track.problem, track.fit, hit.term.shape[0])
         ),
     )
