@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from insenv.core.compiled import PATIENCE, Loop, jit, patient
+from insenv.core.compiled import PATIENCE, Loop, jit, of_one_type, patient
 from insenv.core.recording import Floats
 from insenv.envs.rollout import RollOut, roll_out
 from insenv.envs.task import Task
@@ -58,6 +58,19 @@ def test_arrays_in_tuples_count() -> None:
     loop = patient(lambda pair: pair[0][0] + pair[1][0])
     loop((np.ones(PATIENCE), np.ones(1)))
     assert "machine" in vars(loop)
+
+
+def test_all_kinds_of_arrays_are_one_type_for_which_a_loop_is_compiled_once() -> None:
+    kept, written = np.arange(6.0), np.arange(6.0)
+    kept.flags.writeable = False
+    kinds = (written, kept, np.arange(12.0)[::2], np.arange(6))
+    for made in (of_one_type(kind, (2, 6)) for kind in kinds):
+        assert made.flags.c_contiguous and made.flags.writeable and made.dtype == np.float64 and made.shape == (2, 6)
+    assert of_one_type(written) is written
+    loop = Loop(_summed.function, {})
+    for kind in kinds:
+        loop(of_one_type(kind), np.zeros(1))
+    assert len(loop.machine.signatures) == 1
 
 
 def test_who_is_in_a_hurry_has_no_patience(monkeypatch: pytest.MonkeyPatch) -> None:

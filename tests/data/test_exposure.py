@@ -1,5 +1,7 @@
 """What a target was exposed to, from the reference channels: times of rows, gaps, delays, signs."""
 
+import gc
+import weakref
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +13,7 @@ from simulated_runs import GRAVITY, gyro_run, rocking_base, without_rows
 from insenv.core.earth import EARTH_RATE
 from insenv.core.errors import InputError
 from insenv.core.motion import interval_mean
-from insenv.core.recording import Channel, Covers, Floats, Mounting, Recording, Site
+from insenv.core.recording import Channel, Covers, Floats, Mounting, Recording, Response, Site
 from insenv.data.exposure import expose, up_direction
 
 DT = 0.1
@@ -305,3 +307,32 @@ def test_a_measured_angle_without_noise_is_a_curve_between_its_readings() -> Non
     inside = slice(5, -5)
     gain = float(e.y[inside] @ e.motion.rate[inside] / (e.motion.rate[inside] @ e.motion.rate[inside]))
     assert abs(gain - 1) < 0.6 * (omega * 0.01) ** 2 / 8  # readings at instants are a third of that larger than means
+
+
+def test_an_exposure_is_gathered_once_for_all_copies_that_share_its_data() -> None:
+    recording = swing("interval")
+    first = expose(recording, "gyro")
+    channels = {name: replace(channel) for name, channel in recording.channels.items()}
+    assert expose(replace(recording, channels=channels, label="a copy", notes=("read anew",)), "gyro") is first
+    # Whatever it depends on makes another one.
+    gyro = recording.channels["gyro"]
+    out = np.zeros(N, bool)
+    out[7] = True
+    others = (
+        replace(recording, channels={**recording.channels, "gyro": replace(gyro, values=gyro.values.copy())}),
+        replace(recording, channels={**recording.channels, "gyro": replace(gyro, delay=0.01)}),
+        replace(recording, mounting=Mounting(0.3)),
+        replace(recording, responses={"gyro": Response(gain=-1.0)}),
+        replace(recording, left_out={"gyro": out}),
+    )
+    assert all(expose(other, "gyro") is not first for other in others)
+    assert expose(recording, "gyro", 2).count.max() == 2
+
+
+def test_no_exposure_outlives_its_recording() -> None:
+    recording = swing("interval")
+    gone = weakref.ref(expose(recording, "gyro"))
+    assert gone() is not None
+    del recording
+    gc.collect()
+    assert gone() is None
