@@ -69,7 +69,7 @@ class Loop:
         return self.machine._numba_type_
 
 
-def of_one_type(values: NDArray[np.float64], shape: tuple[int, ...] | None = None) -> NDArray[np.float64]:
+def of_one_type(values: NDArray[Any], shape: tuple[int, ...] | None = None) -> NDArray[np.float64]:
     """Contiguous numbers that may be written, broadcast to a shape: for any others a loop is compiled once more."""
     return np.require(values if shape is None else np.broadcast_to(values, shape), np.float64, ["C", "W"])
 
