@@ -8,9 +8,10 @@ reference in its evidence (`insenv.identify.search.reference_errors`), its coeff
 time. Waves of the table's angle of which it turns by less than two beside a late reference are asked too.
 
 Nothing is named by this, for no row is left that could refuse it. What is certain is a doubt; where there is a doubt
-anyway, what would follow the rest best is said with it, and what would do so nearly as well. An effect that is rare
-(`Effect.unusual`) makes no doubt: of one null of 24 whose encoder's steps lie about standstill a lock-in followed all
-rows with 5e-6.
+anyway, what would follow the rest best is said with it, and what would do so nearly as well. A doubt needs six
+deviations, as a curve of a measured rate of any number of looks does (`insenv.identify.search.size`), and an effect
+that is not rare (`Effect.unusual`): of 24 tables without a fault one had a lock-in by 5.6 of all rows, 5e-6 by chance,
+made by its encoder's steps about standstill.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ from insenv.identify.search.size import unsized
 from insenv.identify.search.tracks import Track
 
 #: Probability, all that was tried paid for, and deviations of a coefficient from which on an effect is a doubt.
-CERTAIN, MANY = 1e-3, 5.0
+CERTAIN, MANY = 1e-3, 6.0
 #: Score statistic from which on an effect is worth fits of noise.
 SEEN = 9.0
 #: Likelihood ratio by which another effect may fall behind the best and follow the rest nearly as well.
