@@ -11,6 +11,7 @@ from insenv.core.errors import InputError
 from insenv.core.recording import Recording
 from insenv.data.load import read_recordings
 from insenv.data.manifest import load_manifest
+from insenv.data.split import split
 
 
 def read(folder: Path, t: np.ndarray, more: str = "", table: str = "") -> Recording:
@@ -66,12 +67,17 @@ def test_a_rate_that_changes_is_resampled(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("rows", ["[held_out]\nrows = [[4000, 5000]]\n", "[fit]\nrows = [[0, 4000]]\n"])
-def test_where_a_manifest_counts_rows_none_is_made_anew(tmp_path: Path, rows: str) -> None:
+def test_where_a_manifest_counts_rows_they_are_those_of_the_file(tmp_path: Path, rows: str) -> None:
+    """Means that are made anew hold the rows that were named, and no others."""
     steps = np.concatenate([np.full(3000, 0.01), np.full(3000, 0.03)]) * np.random.default_rng(2).uniform(
         0.5, 1.5, 6000
     )
-    with pytest.raises(InputError, match="not evenly sampled"):
-        read(tmp_path, np.cumsum(steps), rows)
+    run = read(tmp_path, np.cumsum(steps), rows)
+    (use,) = split(load_manifest(tmp_path / "run.toml"), (run,))
+    assert run.made_of is not None
+    first, last = (0, 4000) if "fit" in rows else (4000, 5000)
+    of_named = run.made_of[use.held_out if "held_out" in rows else use.fit | use.held_out]
+    assert first <= of_named[0, 0] < first + 20 and last - 20 < of_named[-1, 1] <= last
 
 
 def test_a_table_wants_its_times(tmp_path: Path) -> None:
