@@ -122,11 +122,11 @@ def stated_up(manifest: Manifest, rests: Sequence[Rest], measured: Floats) -> Fl
 
 
 def noise_of_means(recordings: Sequence[Recording], rests: Sequence[Rest]) -> float:
-    """Standard deviation of the mean of a rest, from the means of its parts [m/s^2]."""
+    """Standard deviation of the mean of a rest, from the means of its parts [m/s^2]; the least where it has one row."""
     squares = []
     for rest in rests:
         for axis in AXES:
             values = recordings[rest.run].channels[f"accel_{axis}"].values[rest.rows]
             parts = [part.mean() for part in np.array_split(values, PARTS) if len(part)]
-            squares.append(float(np.var(parts, ddof=1)) / len(parts))
+            squares.append(float(np.var(parts, ddof=1)) / len(parts) if len(parts) > 1 else 0.0)
     return max(float(np.sqrt(np.mean(squares))), LEAST_NOISE)
