@@ -17,6 +17,7 @@ from studies.hand_turned import Law, case
 
 from insenv.core.recording import Channel, Floats, Recording
 from insenv.data.reference import with_reference
+from insenv.data.split import RowUse
 from insenv.effects.catalogue import CATALOGUE
 from insenv.effects.timing import TimingSkew
 from insenv.identify.fit.bands import in_bands, response
@@ -160,3 +161,17 @@ def test_of_two_laws_the_one_that_errors_of_the_reference_follow_comes_second() 
     band = replace(hit, likelihood_ratio=553.0, deviate=13.0, alone=23.4)
     assert gain.rank > band.rank
     assert band.rank < replace(band, alone=0.0).rank
+
+
+def test_at_one_rate_no_readings_crowd_at_others() -> None:
+    """A table that holds one rate in all bins, and turned up before: a step of its bias was an error of NumPy."""
+    rng = np.random.default_rng(2)
+    t: Floats = 0.02 * np.arange(6000.0)
+    rate = np.where(t < 8.0, 0.0, 0.5)
+    gyro = rate + 2e-4 * rng.standard_normal(len(t)) + np.where(t > 50.0, 1e-3, 0.0)
+    rows = RowUse((t > 10.0) & (t < 80.0), t >= 80.0)
+    channels = {"gyro": Channel(gyro, "rad/s"), "table_rate": Channel(rate, "rad/s", source="encoder")}
+    recording = Recording(t, channels)
+    prepared = prepare(manifest(declared=("bias",)), (recording,), (rows,), "gyro", tones=False, holds=False)
+    found = hits(Read(prepared.problem, solve(prepared.problem, prepared.model), 1.0))
+    assert "bias_step" in named(found)
