@@ -50,7 +50,8 @@ def counted(values: Floats) -> float:
 
     An encoder of 12 bits is written as 0.0879, 0.1758, 0.2637 deg: multiples of its step but for the last digit.
     """
-    fine, moves = rounding(values), np.diff(values)
+    printed, moves = rounding(values), np.diff(values)
+    fine = printed
     between = np.diff(np.sort(moves))
     between = np.sort(between[between > fine])
     if len(between) > 1:
@@ -60,7 +61,7 @@ def counted(values: Floats) -> float:
             fine = max(fine, float(between[gap]))
     between = between[between > DIGITS * fine]
     if not len(between):
-        return rounding(values)
+        return printed
     step = float(between.min())
     for _ in range(2):
         step = float(np.median(between / np.rint(between / step)))
@@ -69,7 +70,7 @@ def counted(values: Floats) -> float:
         return fine
     step = float(moves @ times / (times @ times))
     off = np.abs(moves - step * np.rint(moves / step)) / step
-    return step if float(np.mean(off < OFF + 2 * fine / step)) > KEPT else rounding(values)
+    return step if float(np.mean(off < OFF + 2 * fine / step)) > KEPT else printed
 
 
 def counter_step(values: Floats) -> float:
@@ -79,12 +80,17 @@ def counter_step(values: Floats) -> float:
     rates and accelerations are whole numbers too, and do so at the ends of ramps alone; and numbers that a computer
     made have steps that are none.
     """
-    step = counted(values)
-    if step < LEAST_STEP * float(np.ptp(values)):
+    if not (step := _counted_step(values)):
         return 0.0
     changes = np.diff(np.rint(np.diff(values) / step))
     changes = changes[np.abs(changes) == 1]
     return step if np.sum(changes[1:] * changes[:-1] < 0) > TURNS * len(values) else 0.0
+
+
+def _counted_step(values: Floats) -> float:
+    """The step that ``values``, shape (n,), are multiples of; 0 where it is that of a computer's numbers."""
+    step = counted(values)
+    return 0.0 if step < LEAST_STEP * float(np.ptp(values)) else step
 
 
 def swung_step(values: Floats) -> float:
@@ -93,8 +99,7 @@ def swung_step(values: Floats) -> float:
     Their counts hardly ever turn back at once, but go up and down by a part of one wherever they change at all; those
     of a programme go in whole steps.
     """
-    step = counted(values)
-    if step < LEAST_STEP * float(np.ptp(values)):
+    if not (step := _counted_step(values)):
         return 0.0
     counts = np.rint(np.diff(values) / step)
     change = np.abs(np.diff(counts, ORDER - 1)) / math.sqrt(math.comb(2 * ORDER, ORDER))

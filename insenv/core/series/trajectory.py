@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.compiled import jit
-from insenv.core.series.rounding import counter_step
+from insenv.core.series.rounding import MEDIAN, ORDER, counter_step
 from insenv.core.series.stretches import stretches
 
 Floats = NDArray[np.float64]
@@ -49,13 +49,10 @@ STILL = 1.5
 SWINGS, FEWEST_MEANS = 3.0, 8
 #: Deviations of a rate within which it may be zero, fewest means of a stop, and their root mean square of deviations.
 SLIGHT, STOP, NOISE_ALONE = 4.0, 12, 1.6
-#: Differences from which the noise of a reading is told: no smooth motion is left in them.
-ORDER = 6
 #: Rows around one whose noise is told apart, and how much louder than usual it is then.
 LOCAL, LOUDER = 65, 1.5
 #: Noise below this share of the largest value is rounding.
 ROUNDING = 1e-9
-_MEDIAN = 0.6745
 
 Of = Literal["angle", "rate"]
 
@@ -205,7 +202,7 @@ def _usual(values: Floats, change: Floats) -> float:
     change = change[np.isfinite(change)]
     if not len(change):
         return 0.0
-    noise = max(float(np.median(np.abs(change))) / _MEDIAN, _step(values) / np.sqrt(12))
+    noise = max(float(np.median(np.abs(change))) / MEDIAN, _step(values) / np.sqrt(12))
     return noise if noise > ROUNDING * float(np.abs(values).max()) else 0.0
 
 
@@ -238,8 +235,8 @@ def _of_each(change: Floats, noise: float, n: int) -> Floats:
     """
     from scipy.ndimage import median_filter  # slow to import
 
-    size = np.where(np.isfinite(change), np.abs(change), _MEDIAN * noise)
-    local = np.asarray(median_filter(size, min(LOCAL, len(size)), mode="nearest")) / _MEDIAN
+    size = np.where(np.isfinite(change), np.abs(change), MEDIAN * noise)
+    local = np.asarray(median_filter(size, min(LOCAL, len(size)), mode="nearest")) / MEDIAN
     ahead = ORDER // 2
     whole = np.concatenate([np.full(ahead, local[0]), local, np.full(n - len(local) - ahead, local[-1])])
     return np.where(whole > LOUDER * noise, whole, noise)

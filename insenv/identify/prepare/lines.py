@@ -176,17 +176,19 @@ def find_lines(t: Floats, dt: float, values: Floats, quantum: float, run: int, l
         p = min(1.0, float(np.exp(-min(height[peak], 700.0)) * BETWEEN * n / 2))
         line = replace(line_at(t, dt, left, found, peak, run, SAME_LINE / 2), p_value=p)
         ratio[(f > low - SAME_LINE / 2) & (f < high + SAME_LINE / 2)] = 0
-        if not within_half_a_count(line, quantum):
+        if not within_half_a_count(line.amplitude, line.frequency, quantum):
             lines.append(line)
     return tuple(sorted(lines, key=lambda line: -line.amplitude))
 
 
-def within_half_a_count(line: Line, count: float) -> bool:
+def within_half_a_count(amplitude: float, frequency: float, count: float) -> bool:
     """Whether the angle of a line stays within half a ``count`` of the readings [rad]: their counter's own pattern.
+
+    Of a line's amplitude [rad/s] and frequency [Hz].
 
     At a steady rate what a counter carries over from row to row is a saw tooth of one count.
     """
-    return line.amplitude / (2 * np.pi * line.frequency) <= HALF_A_COUNT * count
+    return amplitude / (2 * np.pi * frequency) <= HALF_A_COUNT * count
 
 
 def steps_of_encoder(line: Line, dt: float, left: Floats, reference: Floats, step: float) -> bool:

@@ -69,7 +69,7 @@ def of_counts(problem: Problem, fit: Fit, frequency: float) -> Line | None:
         return None
     for block in _stretches(problem, True) if problem.counter else ():
         line = _of_block(problem, fit, block, frequency)
-        if line and within_half_a_count(line, problem.counter):
+        if line and within_half_a_count(line.amplitude, line.frequency, problem.counter):
             return replace(line, steady=False, phase=0.0, of_counts=True)
     if problem.commanded:
         return None

@@ -19,7 +19,7 @@ from insenv.identify.clean.settling import only_time
 from insenv.identify.fit.evidence import held_out_deviate, joint_deviate, log_tail
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import Model, Problem, Term
-from insenv.identify.prepare.lines import HALF_A_COUNT, coherent_power, strongest_tone
+from insenv.identify.prepare.lines import coherent_power, strongest_tone, within_half_a_count
 from insenv.identify.search.candidates import Candidate, unseen
 from insenv.identify.search.recurrence import comes_and_goes, not_both_ways, not_in_all_runs, of_a_rest
 from insenv.identify.search.reference_errors import beside_reference_errors
@@ -160,8 +160,10 @@ def _counts(problem: Problem, fit: Fit) -> str:
     if not term.effect.line or not problem.counter:
         return ""
     amplitude = float(np.linalg.norm(fit.theta[fit.design.term == len(fit.model) - 1]))
+    if not within_half_a_count(amplitude, term.shape[0], problem.counter):
+        return ""
     share = amplitude / (2 * np.pi * term.shape[0]) / problem.counter
-    return f"its angle is {share:.2g} of a count of the readings: a counter's pattern" if share <= HALF_A_COUNT else ""
+    return f"its angle is {share:.2g} of a count of the readings: a counter's pattern"
 
 
 def _leads(fit: Fit) -> str:
