@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from insenv.core.recording import Channel, Floats, Recording
-from insenv.core.series.rounding import counted, rounding
+from insenv.core.series.rounding import counted, counter_step, rounding
 from insenv.identify.clean.outliers import without_outliers
 from insenv.identify.findings import RejectedRows
 
@@ -63,3 +63,13 @@ def test_noise_and_a_walk_of_few_digits_are_no_counter() -> None:
     walk: Floats = np.asarray(np.cumsum(noise), np.float64)
     for values in (np.round(noise, 3), np.round(walk, 4), noise):
         assert counted(values) == pytest.approx(rounding(values))
+
+
+@pytest.mark.parametrize("counts", [65.19, 12.07])
+def test_the_motion_of_a_row_at_one_rate_is_no_step(counts: float) -> None:
+    """An encoder without noise on a table that rests, and then turns at exactly one rate: 65 and 66 counts a row."""
+    step = 2 * np.pi / 2**13
+    rate = np.where(np.arange(3000) < 200, 0.0, counts * step)
+    read = step * np.floor(np.cumsum(rate) / step)
+    assert counted(read) == pytest.approx(step, rel=1e-6)
+    assert counter_step(read) == pytest.approx(step, rel=1e-6)

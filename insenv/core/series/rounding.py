@@ -70,7 +70,17 @@ def counted(values: Floats) -> float:
         return fine
     step = float(moves @ times / (times @ times))
     off = np.abs(moves - step * np.rint(moves / step)) / step
-    return step if float(np.mean(off < OFF + 2 * fine / step)) > KEPT else printed
+    kept = float(np.mean(off < OFF + 2 * fine / step)) > KEPT
+    return step if kept and not _goes_evenly(times) else printed
+
+
+def _goes_evenly(times: Floats) -> bool:
+    """Whether counts from row to row, shape (n,), hardly change in motion: they are a rate's, and no counter's.
+
+    A counter's are the same only of a table that turns by whole counts in each row.
+    """
+    on = int(np.sum((times[1:] != 0) & (times[:-1] != 0)))
+    return on >= FEWEST and int(np.sum(np.diff(times) != 0)) < TURNS * on
 
 
 def counter_step(values: Floats) -> float:

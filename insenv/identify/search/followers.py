@@ -27,6 +27,7 @@ from insenv.identify.search.all_rows import whole_of
 from insenv.identify.search.candidates import Candidate
 from insenv.identify.search.reference_errors import beside_reference_errors, log_p_alone
 from insenv.identify.search.round import by_fit_alone, no_law, with_term
+from insenv.identify.search.rounded import beside_rounding, beside_steps
 from insenv.identify.search.scan import Hit, Reference, largest_statistic, reference
 from insenv.identify.search.size import unsized
 from insenv.identify.search.tracks import Track
@@ -94,10 +95,13 @@ def _by_all_rows(track: Track) -> tuple[Hit, ...]:
 
 
 def _judged(whole: Problem, fit: Fit, base: Reference, hit: Hit) -> Hit | None:
-    """The hit beside errors of the reference; None where it is no effect, or nothing by itself."""
-    if hit.log_p >= 0 or no_law(whole, fit, base, solve(whole, with_term(fit.model, hit.term), start=fit.noise.power)):
+    """The hit beside steps and errors of the reference; None where it is no effect, or nothing by itself."""
+    if hit.log_p >= 0:
         return None
-    return beside_reference_errors(whole, fit, base, hit)
+    larger = solve(whole, with_term(fit.model, hit.term), start=fit.noise.power)
+    if no_law(whole, fit, base, larger):
+        return None
+    return beside_reference_errors(whole, fit, base, beside_steps(whole, larger, beside_rounding(whole, larger, hit)))
 
 
 def _open(track: Track) -> Sequence[Candidate]:
