@@ -51,6 +51,8 @@ TELLS, HALF, PART = 3.0, 0.5, 48
 LEAST_MOTION = 0.5
 #: Share of what a hold of that time makes at other phases that it must make at its own.
 SHOWN = 0.1
+#: Share of what is left beyond noise where it stands that it must take.
+ALL = 0.9
 #: Delays beside which a hold must be told by so many standard deviations.
 DELAYS, BESIDE = 16, 6.0
 #: Share of the hold times of which that may not hold.
@@ -119,6 +121,7 @@ def find_hold(recordings: tuple[Recording, ...], spans: tuple[slice, ...], probl
             hold = _of_all_runs(look.hold, run, recordings, spans, problem, model)
             if (
                 _shows(view, look.hold)
+                and _takes_all(view, look.hold)
                 and _beside_delays(view, look.hold)
                 and _recurs(hold, recordings, spans, problem, model)
             ):
@@ -196,6 +199,23 @@ def _shows(view: _View, hold: Hold) -> bool:
     search, ratio = _Search(view.exposure, view.cells, view.q, view.left), hold.hold / dt
     usual = np.median([search.gain(ratio, ratio * k / PHASES).size for k in range(PHASES)])
     return search.gain(ratio, hold.phases[0] / dt).size > SHOWN * float(usual)
+
+
+def _takes_all(view: _View, hold: Hold) -> bool:
+    """Whether the hold takes nearly all of what is left beyond noise where its sawtooth stands.
+
+    What smoothing of a noisy reference leaves of ramps follows a sawtooth in part. By the squares of its differences,
+    the mean square is B before and A after it, and P after it in all rows: (B - A) / (B - P).
+    """
+    dt = view.exposure.motion.dt
+    search = _Search(view.exposure, view.cells, view.q, view.left)
+    change = _outside(view.q, search.change(hold.hold / dt, hold.phases[0] / dt))
+    power = float(change @ change)
+    if not power:
+        return False
+    after, weight = view.left - float(change @ view.left) / power * change, change**2 / power
+    taken = float(weight @ view.left**2 - weight @ after**2)
+    return taken > ALL * (float(weight @ view.left**2) - float(np.mean(after**2)))
 
 
 def _beside_delays(view: _View, hold: Hold) -> bool:
@@ -399,13 +419,17 @@ class _Search:
             self.seen[key] = self._gain(*key)
         return self.seen[key]
 
-    def _gain(self, ratio: float, phase: float) -> _Gain:
-        whole, cells, total = self.exposure.motion, self.cells, float(self.left @ self.left)
+    def change(self, ratio: float, phase: float) -> Floats:
+        """Differences of what a whole hold adds, shape (cells - 1,)."""
+        whole, cells = self.exposure.motion, self.cells
         start, stop = max(0, int(cells[0]) - int(ratio) - 1), int(cells[-1]) + 1  # from a whole cell of the hold on
         u = self.exposure.u[start:stop]
         motion = Motion(whole.t[start : stop + 1], u, step=whole.step)  # a hold needs no more of it
         column = held_addition(u, motion, np.array([1.0, ratio * whole.dt]), phase * whole.dt)
-        change = np.diff(column[cells - start])
+        return np.diff(column[cells - start])
+
+    def _gain(self, ratio: float, phase: float) -> _Gain:
+        change, total = self.change(ratio, phase), float(self.left @ self.left)
         along = self.q.T @ change  # what is left has no part there
         power = float(change @ change)
         size = power - float(along @ along)

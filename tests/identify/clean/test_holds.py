@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from simulated_runs import DEG_PER_HOUR, Simulated, closed, gyro_run, manifest, use
 
-from insenv.core.recording import Recording
+from insenv.core.recording import Channel, Floats, Recording
+from insenv.data.reference import with_reference
 from insenv.effects.catalogue import CATALOGUE, by_key
 from insenv.identify.clean.holds import Hold, Look, agrees, held_addition
 from insenv.identify.fit.gls import solve
@@ -159,3 +160,21 @@ def test_a_hold_is_one_in_slow_motion_as_in_fast() -> None:
     assert not agrees(found, 1.0, 0.08)
     assert not agrees(found, 0.5, 0.15)  # the readings tell none
     assert agrees(replace(found, whole=True), 1.0, 0.15)  # rows that repeat show it by themselves
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_what_smoothing_of_an_angle_leaves_of_jumps_is_no_hold(seed: int) -> None:
+    """Steps of 15 bits, read at instants that wander by 1 % of a row: a hold of 0.1 s was seen with 1e-43."""
+    rng, n, dt, step = np.random.default_rng(seed), 5000, 0.04, 1.9e-4
+    fine: Floats = 0.1 * dt * np.arange(10.0 * n + 200)
+    levels = np.repeat(0.022 * np.array([0, 1, 2, 3, 4, 3, 2, 1, 0, -1, -2, -3, -4, -3, -2, -1, 0]), len(fine) // 17 + 1)
+    smooth = np.convolve(np.pad(levels[: len(fine)], 10, mode="edge"), np.full(10, 0.1), "same")[10:-10]
+    at = 0.1 + dt * (np.arange(n + 1) + 0.01 * rng.standard_normal(n + 1))
+    angle = np.interp(at, fine, 0.1 * dt * np.cumsum(smooth))
+    gyro = (np.diff(np.floor(angle / 5e-6)) * 5e-6 + 5e-6 * rng.standard_normal(n)) / dt
+    channels = {
+        "gyro": Channel(gyro, "rad/s", "interval"),
+        "table_angle": Channel(step * np.floor(angle[1:] / step), "rad", source="encoder"),
+    }
+    found = prepared(with_reference(Recording(dt * np.arange(1.0, n + 1), channels, label="run")))
+    assert found.held.hold is None
