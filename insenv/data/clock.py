@@ -21,7 +21,7 @@ times stamped (the sampler is uneven, a little). A turning table tells: its angl
 from __future__ import annotations
 
 from bisect import bisect_right
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -136,7 +136,7 @@ def clock_of(t: Floats) -> Clock:
         return counted
     other = other or _jittering(t, steps)
     if unclear.mean() <= FEW:
-        return other if other.steady and other.straight else counted
+        return _with_off(other, t) if other.steady and other.straight else counted
     return counted if kept and not other.steady and counted.jitter < LITTLE * period else other
 
 
@@ -177,16 +177,28 @@ def _counted(t: Floats, period: float) -> Clock:
         even[a:b], leaps[a:b], own = _levelled(t[a:b], ticks[a:b], period, quantum)
         periods.append((b - a, own))
     left = t - even
-    sd = _spread(left)
-    off = np.abs(left) > max(OFF * sd, LEAST_OFF * period, 1.5 * quantum)
-    if off.mean() > MOST_OFF:
-        off[:] = False
+    off = _off(left, period, quantum)
     jitter = float(np.std(left[~off]))
     fewer = np.diff(lost) > 0
     unsure |= off & (np.append(False, fewer) | np.append(fewer, False))
     if jitter < ROUNDING * period:
         even = np.where(off, even, t)
     return Clock(max(periods)[1], even, jitter, off=off, leaps=leaps & ~off, unsure=unsure, quantum=quantum)
+
+
+def _off(left: Floats, period: float, quantum: float) -> NDArray[np.bool_]:
+    """Which stamps, ``left`` [s] from their clock, shape (n,), are wrong by themselves; none where many would be."""
+    off = np.abs(left) > max(OFF * _spread(left), LEAST_OFF * period, 1.5 * quantum)
+    return off if off.mean() <= MOST_OFF else np.zeros(len(left), dtype=bool)
+
+
+def _with_off(clock: Clock, t: Floats) -> Clock:
+    """A clock about which stamps ``t`` scatter a little, with those that are wrong by themselves."""
+    off = _off(t - clock.even, clock.period, clock.quantum)
+    jitter = float(np.std((t - clock.even)[~off]))
+    if not off.any() or jitter > LITTLE * clock.period:
+        return clock
+    return replace(clock, off=off, jitter=jitter)
 
 
 def _phase(t: Floats, period: float) -> Floats:

@@ -235,9 +235,13 @@ def _mended(  # noqa: PLR0913 -- what the file has, and its clock
     # Rows at one instant are the recorder's: its stamps need not be much smoother to be the angle's own.
     if angle is not None and not rounded and _confirmed(stamps, even, angle, 1.0 if pressed.any() else SMOOTHER):
         text = f"sampled unevenly, by {_share(clock)} of the period (one sigma) as the table's angle confirms"
-        note = f"{text}: each row is taken for the mean over its own step"
-        more = f"{int(pressed.sum())} rows stand at one instant with others, or beside them: left out"
-        return Sampling(t, own_steps(t, clock.period), (note, more) if pressed.any() else (note,), pressed)
+        said = [f"{text}: each row is taken for the mean over its own step"]
+        if pressed.any():
+            said.append(f"{int(pressed.sum())} rows stand at one instant with others, or beside them: left out")
+        if off.any() and (np.diff(stamps) > 0).all() and not _taken_late(t, stamps, off, angle)[0].any():
+            # A stamp that came late is none of its row, whose own instant is known to the jitter alone.
+            return Sampling(stamps, own_steps(stamps, clock.period), (*said, *notes), pressed | _and_next(off))
+        return Sampling(t, own_steps(t, clock.period), tuple(said), pressed)
     return Sampling(even, clock.period, (_jitters(clock), *notes), doubtful)
 
 
@@ -318,11 +322,14 @@ def _taken_late(t: Floats, chosen: Floats, off: Mask, angle: Floats | None) -> t
     by_stamp = np.abs(angle[rows] - np.interp(t[rows], chosen[sound], angle[sound]))
     if not np.median(by_stamp) < 0.5 * np.median(by_clock):
         return late, None
-    late[rows] = True
-    late[np.minimum(rows + 1, len(t) - 1)] = True
     read = angle.copy()
     read[rows] = np.interp(chosen[rows], chosen[sound], angle[sound])
-    return late, read
+    return _and_next(off), read
+
+
+def _and_next(rows: Mask) -> Mask:
+    """Those rows and the ones after them, shape (n,)."""
+    return rows | np.append(False, rows[:-1])
 
 
 def check_forwards(path: Path, t: Floats, place: Callable[[int], str]) -> None:
