@@ -133,10 +133,21 @@ class Problem:
         self.cache.pop(("transformed", term), None)
 
     def all_fitted(self) -> Problem:
-        """The problem with its held-out blocks fitted as well; columns that are the same then are kept."""
-        blocks = tuple(replace(block, fitted=True) for block in self.bins.blocks)
-        kept = [key for key in self.cache if isinstance(key, tuple) and key[0] == "columns" and not key[1].per_run]
-        return replace(self, bins=replace(self.bins, blocks=blocks), cache={key: self.cache[key] for key in kept})
+        """The problem with its held-out blocks fitted as well."""
+        return self.used_as(tuple(replace(block, fitted=True) for block in self.bins.blocks))
+
+    def used_as(self, blocks: tuple[Block, ...]) -> Problem:
+        """The same bins in other blocks; columns that are the same then are kept: what is per run goes by the fit."""
+        kept = {key: found for key, found in self._remembered("columns").items() if not key[1].per_run}
+        return replace(self, bins=replace(self.bins, blocks=blocks), cache=kept)
+
+    def measured_as(self, y: Floats) -> Problem:
+        """The problem with other measured means; what no reading is in is kept."""
+        return replace(self, y=y, cache=self._remembered("columns", "transformed"))
+
+    def _remembered(self, *kinds: str) -> dict[Any, Any]:
+        """What is remembered of terms, of some kinds."""
+        return {key: found for key, found in self.cache.items() if isinstance(key, tuple) and key[0] in kinds}
 
     @property
     def turns(self) -> bool:

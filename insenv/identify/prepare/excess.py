@@ -91,7 +91,7 @@ def _of_steps(problem: Problem, fit: Fit) -> dict[str, float]:
         for block in problem.bins.blocks:
             spread = np.sqrt(modes((block,), NOISE_TERMS, problem.bins.width).shapes @ power)
             y[block.start : block.stop] += idct(spread * rng.standard_normal(block.n), type=2, norm="ortho")
-        made = replace(problem, y=y, cache={})
+        made = problem.measured_as(y)
         for text, p in _tests(made, solve(made, fit.model, start=fit.noise.power), {}).items():
             least[text] = min(p, least.get(text, 1.0))
     return least

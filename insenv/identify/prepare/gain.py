@@ -34,7 +34,7 @@ def as_declared(problem: Problem, declared: Model) -> Problem:
     if not is_undeclared(problem, declared):
         return problem
     seen = problem.bins.mean(tuple(e.motion.rate for e in problem.exposures))
-    return replace(problem, y=problem.y + (1 - 1 / problem.gain) * seen, cache={})
+    return problem.measured_as(problem.y + (1 - 1 / problem.gain) * seen)
 
 
 def undeclared_gain(problem: Problem, fit: Fit, declared: Model, scores: tuple[Score, Score]) -> tuple[Added, ...]:

@@ -148,7 +148,7 @@ def without(problem: Problem, fit: Fit, lines: Model) -> Problem:
     if not gone:
         return problem
     mine = np.isin(fit.design.term, gone)
-    return replace(problem, y=problem.y - fit.design.matrix[:, mine] @ fit.beta[mine], cache={})
+    return problem.measured_as(problem.y - fit.design.matrix[:, mine] @ fit.beta[mine])
 
 
 def as_lines(problem: Problem, fit: Fit, term: Term, frequency_sd: float, p_value: float) -> tuple[Line, ...]:

@@ -122,7 +122,7 @@ def without_line(problem: Problem, fit: Fit, line: Line) -> Problem:
         series = np.where(free[rows], 0.0, left[rows])
         damped = idct(dct(series, type=2, norm="ortho") * gain(_frequencies(block.n, width)), type=2, norm="ortho")
         y[rows] += np.where(free[rows], 0.0, damped - series)
-    return replace(problem, y=y, cache={})
+    return problem.measured_as(y)
 
 
 def reach(problem: Problem, frequency: float) -> float:

@@ -117,7 +117,7 @@ def whole_of(track: Track) -> Problem:
     """The problem of a track with all its rows fitted."""
 
     def rows() -> Problem:
-        return replace(track.problem, bins=of_one_use(track.problem.bins), cache={})
+        return track.problem.used_as(of_one_use(track.problem.bins).blocks)
 
     whole: Problem = track.problem.remember("whole", rows)
     return whole

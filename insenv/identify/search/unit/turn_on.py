@@ -9,8 +9,6 @@ that wanders from run to run does so within the runs.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from insenv.effects.bias import Bias
@@ -32,7 +30,7 @@ def each_its_own(track: Track) -> Hit | None:
     common = any(term.effect == ANEW.effect and not term.per_run for term in model)
     if len(problem.exposures) < 2 or problem.turns or not common or not track.one_mounting:
         return None
-    problem = replace(problem, bins=of_one_use(problem.bins), cache={})
+    problem = problem.used_as(of_one_use(problem.bins).blocks)
     base = reference(problem, model, track.fit.noise.power)
     ratio, gained = likelihood_ratio(problem, base, with_term(model, ANEW))
     found = deviate(problem, base, ANEW, ratio, gained)
