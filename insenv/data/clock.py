@@ -69,8 +69,8 @@ ON_TICK = 0.25
 PHASES = 5
 #: A phase that changes by more than this share of a period, and deviations of a stamp, from one row to the next leaps.
 LEAP, LEAP_SD = 0.05, 6.0
-#: Share of rows at which a clock may be set.
-MOST_LEAPS = 0.01
+#: Share of rows at which a clock may be set, and of rows of an unsure tick.
+MOST_LEAPS, MOST_UNSURE = 0.01, 0.1
 
 
 def _none() -> NDArray[np.bool_]:
@@ -131,11 +131,12 @@ def clock_of(t: Floats) -> Clock:
         if other.steady:
             return other
     counted = _counted(t, _plain(t, steps, ticks, unclear))
-    kept = counted.leaps.mean() <= MOST_LEAPS and bool((np.diff(counted.even) > 0).all())
+    told = counted.leaps.mean() <= MOST_LEAPS and counted.unsure.mean() <= MOST_UNSURE
+    kept = told and bool((np.diff(counted.even) > 0).all())
     if counted.jitter < NEGLIGIBLE * period and kept:
         return counted
     other = other or _jittering(t, steps)
-    if unclear.mean() <= FEW:
+    if unclear.mean() <= FEW and told:
         return _with_off(other, t) if other.steady and other.straight else counted
     return counted if kept and not other.steady and counted.jitter < LITTLE * period else other
 

@@ -18,7 +18,7 @@ so that of a vehicle's triad, right-forward-up, the z gyro sees all of a turn an
 from __future__ import annotations
 
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -88,6 +88,11 @@ class Exposure:
     cell_of_row: NDArray[np.int64]
     motion: Motion
     u: Floats
+
+
+def turns(exposures: Sequence[Exposure]) -> bool:
+    """Whether the rate that an instrument was exposed to changes, within a run or from one run to another."""
+    return max(float(e.u.max()) for e in exposures) > min(float(e.u.min()) for e in exposures)
 
 
 def expose(

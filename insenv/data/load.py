@@ -68,7 +68,7 @@ def read_recordings(manifest: Manifest) -> tuple[Recording, ...]:
     ------
     InputError
         If a file cannot be read, a column or unit is missing or wrong, a sample is not finite, the time does not run
-        forwards in even steps (gaps apart; of a unit at rest means over uneven ones are made), or the number of the
+        forwards, its steps follow no clock where the manifest counts rows of several runs, or the number of the
         power-up is none.
     """
     read: list[Recording] = []
@@ -85,8 +85,7 @@ def read_recordings(manifest: Manifest) -> tuple[Recording, ...]:
     if uneven:
         # One rate for all of them, even ones too.
         rate = min([e.rate for e in uneven] + [0.5 / r.dt for r in read])
-        counted = bool(manifest.fit_rows or manifest.held_out.rows) and len(runs) > 1
-        if not _nothing_turns(manifest) or counted:
+        if len(runs) > 1 and (manifest.fit_rows or manifest.held_out.rows):
             raise InputError(uneven[0].proposing(rate))
         anew = replace(manifest, resample=round_rate(rate))
         return tuple(_read_run(anew, run, table) for run, table in runs)

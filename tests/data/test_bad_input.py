@@ -243,12 +243,6 @@ def test_a_missing_value_in_parquet_is_named(tmp_path: Path) -> None:
     assert message_of(tmp_path).startswith(f"{path}: row 7: column 'gyro' (channels.gyro) is missing")
 
 
-def test_time_without_an_even_step_is_refused(tmp_path: Path) -> None:
-    path = written(tmp_path, "npz")
-    np.savez(path, **{**ARRAYS, "time": np.cumsum(1.0 + np.arange(ROWS))})
-    assert "not evenly sampled" in message_of(tmp_path)
-
-
 @pytest.mark.parametrize(("old", "new", "words"), [
     ('"deg/s"', '"deg/sec2"', ["channels.gyro.unit", "deg/sec2"]),
     ('"deg/s"', '"m"', ["channels.gyro.unit", '"m"', "rate"]),

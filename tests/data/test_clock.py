@@ -361,3 +361,12 @@ def test_rows_of_an_unsure_tick_count_at_rest_and_are_said_beside_a_table(tmp_pa
     )
     (tmp_path / "rest.toml").write_text(rest + '[model]\ntarget = "gyro"\ndeclared = ["bias"]\n')
     assert not read_recordings(load_manifest(tmp_path / "rest.toml"))[0].left_out
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_loop_whose_steps_change_with_its_load_keeps_no_clock(seed: int) -> None:
+    """Steps of 24 and of 34 ms, fifty of a kind: no tick can be counted, however clear each step seems."""
+    rng = np.random.default_rng(seed)
+    busy = np.cumsum(rng.random(2200) < 0.02) % 2
+    steps = np.where(busy == 1, 0.034, 0.024) * (1 + 0.04 * rng.standard_normal(2200))
+    assert not clock_of(np.cumsum(steps)).steady

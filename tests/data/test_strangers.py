@@ -149,10 +149,19 @@ def sound(duration: float = 300.0) -> Columns:
     return columns(gyro_run("reversal", 5, duration=duration))
 
 
-def test_steps_of_any_length_are_refused_with_their_spread(tmp_path: Path) -> None:
+def test_steps_of_any_length_are_made_means_and_it_is_said(tmp_path: Path) -> None:
     c = uneven(columns(gyro_run("reversal", 5, duration=600.0, dt=0.02)), np.random.default_rng(0))
+    means = read(tmp_path, c)
+    assert any("resampled to" in note and "over 0.5 s" in note for note in means.notes)
+    asked = read(tmp_path, c, '[fit]\nresample = "2 Hz"\n')
+    np.testing.assert_array_equal(means.channels["gyro"].values, asked.channels["gyro"].values)
+
+
+def test_steps_of_any_length_are_refused_where_rows_of_several_runs_are_counted(tmp_path: Path) -> None:
+    c = uneven(columns(gyro_run("reversal", 5, duration=600.0, dt=0.02)), np.random.default_rng(0))
+    path = write(tmp_path, [c, c], {"": "[fit]\nrows = [[0, 100]]\n"}, ("bias",))
     with pytest.raises(InputError, match=r'not evenly sampled \(steps of .* to .* s, .*fit.resample = "2 Hz"'):
-        read(tmp_path, c)
+        read_recordings(load_manifest(path))
 
 
 def test_means_finer_than_the_rows_are_refused(tmp_path: Path) -> None:

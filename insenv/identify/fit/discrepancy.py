@@ -40,8 +40,11 @@ def added_variance(problem: Problem, fit: Fit, terms: Iterable[Term]) -> Floats:
 
 
 def _curve(effect: Effect) -> tuple[type[Spline], bool] | None:
-    """What a discrepancy of the effect depends on, and whether it is a share of the input rate."""
-    if effect.generic or effect.exact or not (isinstance(effect, CurveEffect) or effect.of_rate):
+    """What a discrepancy of the effect depends on, and whether it is a share of the input rate.
+
+    A part of the linear model has none: it is the straight line through whatever curve an instrument follows.
+    """
+    if effect.generic or effect.exact or effect.part or not (isinstance(effect, CurveEffect) or effect.of_rate):
         return None
     if effect.of_time:
         return SplineTime, effect.of_rate

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from insenv.core.lazy import nothing
 from insenv.core.recording import Floats
 from insenv.core.series.coarse import Coarse
-from insenv.data.exposure import Exposure
+from insenv.data.exposure import Exposure, turns
 from insenv.effects.base import OUTPUT, CurveEffect, Effect, LinearEffect, NoiseEffect, Param
 from insenv.effects.noise import AngleRandomWalk, BiasInstability, Quantization, RateRandomWalk
 from insenv.identify.fit.bins import Bins, Block
@@ -151,8 +151,8 @@ class Problem:
 
     @property
     def turns(self) -> bool:
-        """Whether the rate that the instrument was exposed to changes in some run."""
-        return any(np.ptp(e.u) for e in self.exposures)
+        """Whether the rate that the instrument was exposed to changes, in some run or between runs."""
+        return turns(self.exposures)
 
     @property
     def smoothed(self) -> bool:

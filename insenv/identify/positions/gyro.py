@@ -25,8 +25,8 @@ from insenv.core.recording import GAP, Channel, Floats, Recording
 from insenv.identify.fit.evidence import HELD_OUT_SPREAD
 from insenv.identify.positions.model import AXES, Linear, Surroundings, TriadTerm
 from insenv.identify.positions.rests import Rest, means, middle_times
-from insenv.identify.positions.turn import turned
 from insenv.identify.positions.walk import restricted_likelihood
+from insenv.navigation.turned import turned
 
 #: White parts of the noise of a turn that are tried, as shares of the variance that is left.
 WHITE = (1e-3, *np.geomspace(0.03, 3.0, 13).tolist())

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,6 +53,8 @@ CALM = (2.0, 4.0, 8.0, 16.0)
 MANY = 100
 #: Parts of a rest where rests are too few to be held out themselves, and the least length of a part in windows.
 PARTS, SHORTEST_PART = 8, 1
+#: Share of rests too short to be cut from which on none is; below it they are fitted as they are.
+MOST_WHOLE = 0.5
 
 
 @dataclass(frozen=True)
@@ -126,10 +129,13 @@ def find_rests(manifest: Manifest, recordings: Sequence[Recording], channels: Se
         in_turn = Rests(rests, (_counted(recordings, rests, "each held out in its turn"), *remarks), calm, True)
         if len(rests) >= least:
             return in_turn
-        parts = tuple(part for rest in rests for part in _parts(recordings[rest.run], rest))
-        if len(parts) == PARTS * len(rests) and manifest.held_out.positions is None:
-            how = f"each cut into {PARTS} parts, every second one held out"
-            return replace(in_turn, rests=parts, remarks=(_counted(recordings, rests, how), *remarks))
+        parts = [_parts(recordings[rest.run], rest) for rest in rests]
+        whole = sum(len(each) == 1 for each in parts)
+        if whole < MOST_WHOLE * len(rests) and manifest.held_out.positions is None:
+            short = f", but for {whole} too short for that" if whole else ""
+            how = f"each cut into {PARTS} parts, every second one held out{short}"
+            cut = tuple(chain.from_iterable(parts))
+            return replace(in_turn, rests=cut, remarks=(_counted(recordings, rests, how), *remarks))
         return in_turn
     held_out = _held_out(manifest, recordings, rests)
     if held_out.all() or not held_out.any():

@@ -34,6 +34,8 @@ INCREDIBLE = "larger than is credible"
 LEAST_FREEDOM = 2
 #: Most effects that are tried at once where none alone helps.
 AT_ONCE = 3
+#: Scatter that an effect leaves, in that of what was added in its place, beyond which it explains too little.
+WORSE = 3.0
 #: Probability among instruments of a size below which an effect is no explanation of what a usual one explains.
 UNUSUAL = 0.05
 
@@ -118,6 +120,11 @@ def search(  # noqa: PLR0913 -- of three callers each names what it has
         reason = "with it the held-out error is larger than that of the declared model"
         refused[key] = Rejected(key, last.p_value, last.likelihood_ratio, reason)
         now = solve(problem, [term for term in now.terms if term is not last.term])
+    beside = [step.term for step in steps]
+    for term in testable if steps else ():
+        if term not in now.terms and term.effect.key in refused and not told([*beside, term]):
+            del refused[term.effect.key]  # it was asked before what is there now
+            blind += (NotTestable(term.effect.key, ("more positions",), "too few to tell it beside what was added"),)
     rivals = {s.term.effect.key: _rivals(problem, now, s.term, [*testable, *untold], looks, alpha, told) for s in steps}
     for key in refused.keys() & {step.term.effect.key for step in steps}:
         del refused[key]
@@ -339,7 +346,7 @@ def _rivals(
         both = solve(problem, [*others, rival, term])
         if evidence(problem, base, without).p_value(looks) >= alpha:
             continue
-        if _unusual(without, rival):
+        if _unusual(without, rival) or without.variance > WORSE**2 * now.variance:
             continue
         blind = both.freedom < 1 or not told([term, rival])
         if blind or evidence(problem, without, both).p_value(looks) >= alpha:

@@ -32,12 +32,13 @@ from insenv.identify.findings import NotTestable
 from insenv.identify.positions.accel import Magnitudes, directions, gravities, uncertain_directions
 from insenv.identify.positions.accel import with_walk as with_bias_walk
 from insenv.identify.positions.bent import REPEATS, WORST, bent, not_repeated
-from insenv.identify.positions.evidence import MOST_OUTLIERS, OUTLIER, evidence, held_out_errors, held_out_scatter
+from insenv.identify.positions.evidence import evidence, held_out_errors, held_out_scatter
 from insenv.identify.positions.factor import common_factor, factor_of, other_axes, unaccounted
 from insenv.identify.positions.gyro import Rotations, rotations, with_noise
 from insenv.identify.positions.known import KnownAttitudes, as_level_as_read, noise_of_means, stated_up
 from insenv.identify.positions.least_squares import Fit, in_turn, solve
 from insenv.identify.positions.model import AXES, Surroundings, TriadTerm, triad_term
+from insenv.identify.positions.outliers import outliers
 from insenv.identify.positions.rest import RestMeans, RestTerm, over_walks, with_walk
 from insenv.identify.positions.rests import Rest, Rests, find_rests, means, middle_times
 from insenv.identify.positions.search import (
@@ -68,8 +69,6 @@ WHOLE = CrossAxis.id
 NEARLY = 0.1
 #: Error of the magnitude of gravity that no unit at rest has, beside all that was found [m/s^2].
 NO_REST = 0.5
-#: Least freedom of a fit that is asked for outliers.
-OUTLIER_FREEDOM = 6
 #: What is wanted where rests do not tell an effect: there are too few, or an axis points one way in all of them.
 UNTOLD = (("more positions",), ("other attitudes",))
 
@@ -214,21 +213,22 @@ def _accelerometers(
     _enough(manifest, problem, declared_size, "rests", len({rest.number for rest in rests}))
     tried, blind = _candidates(OF_ACCELEROMETERS, declared, problem.around, keys if targets else None)
     more = [triad_term(effect) for effect in tried]
-    left_out, parted = np.zeros(len(rests), dtype=bool), tuple[TriadTerm, ...]()
-    room = len(rests) * problem.rank
+    steady, walks = _by_pace(more)
+    left_out, room = np.zeros(len(rests), dtype=bool), len(rests) * problem.rank
     if isinstance(problem, KnownAttitudes):
-        whole = [*terms, *(term for term in more if term.effect.id not in SLOW)]
-        problem = as_level_as_read(problem, solve(problem, whole).residual, len(problem.nuisance) + 3)
-        walks = [term for term in more if term.effect.id in SLOW]
-        more = [*as_told(problem, terms, [term for term in more if term not in walks]), *walks]
-        parted = tuple(term for term in more if term.size < triad_term(term.effect).size)
-    elif found.in_parts:
+        left = solve(problem, [*terms, *steady]).residual
+        problem = as_level_as_read(problem, left, len(problem.nuisance) + 3)
+    elif not found.in_parts:
+        left_out = outliers(problem, [*terms, *more])
+        problem = replace(problem, fitted=problem.fitted & ~left_out, held_out=problem.held_out & ~left_out)
+    if isinstance(problem, KnownAttitudes) or found.in_parts:
+        steady = as_told(problem, terms, steady)
+    parted = tuple(term for term in steady if term.size < triad_term(term.effect).size)
+    more = [*steady, *walks]
+    if found.in_parts and not isinstance(problem, KnownAttitudes):
         room = len({rest.number for rest in rests}) - declared_size
         more, few = _determined(more, room)
         blind += few
-    else:
-        left_out = _outliers(problem, [*terms, *more])
-        problem = replace(problem, fitted=problem.fitted & ~left_out, held_out=problem.held_out & ~left_out)
     noisy, doubts = _walks(manifest, problem, [*terms, *more], found)
     # Where the rests tell a walk, they tell a drift.
     slow = [] if noisy is not None else [term for term in more if term.effect.id in SLOW]
@@ -243,14 +243,33 @@ def _accelerometers(
     freedom = int(problem.fitted.sum()) - sum(t.size for t in [*terms, *more]) if found.in_parts else None
     reasons = (*_structure(problem, outcome.after, alpha, "rests", freedom), *_unconfirmed(outcome, alpha))
     if not isinstance(problem, KnownAttitudes):
-        steady = [term for term in more if term.effect.id not in SLOW]
-        # Parts are no attitudes, and of a unit that moved no rest tells a bend.
-        untold = found.in_parts or held_out_errors(problem, outcome.after)[0] > NO_REST
-        said = reasons if untold else (*reasons, *bent(problem, outcome.after, alpha, steady))
-        scarce = any(n.effect == AccelScaleFactor.id and n.needs in UNTOLD for n in outcome.not_testable)
-        means_of = np.array([rest.number for rest in rests]), noise_of_means(recordings, rests)
-        reasons = (*said, *not_repeated(problem, outcome.after, *means_of, scarce, bool(said)))
+        reasons = _with_what_is_left(problem, outcome, recordings, found, more, alpha, reasons)
     return Part(problem, outcome, reasons, parted), left_out, known
+
+
+def _by_pace(terms: Sequence[TriadTerm]) -> tuple[list[TriadTerm], list[TriadTerm]]:
+    """Terms that hold whenever a rest was, and those that are slow."""
+    slow = [term for term in terms if term.effect.id in SLOW]
+    return [term for term in terms if term not in slow], slow
+
+
+def _with_what_is_left(
+    problem: Magnitudes,
+    outcome: Outcome,
+    recordings: Sequence[Recording],
+    found: Rests,
+    more: Sequence[TriadTerm],
+    alpha: float,
+    reasons: tuple[str, ...],
+) -> tuple[str, ...]:
+    """The reasons, with what an instrument that is straight and repeats itself does not leave in the magnitudes."""
+    # Parts are no attitudes, and of a unit that moved no rest tells a bend.
+    untold = found.in_parts or held_out_errors(problem, outcome.after)[0] > NO_REST
+    said = reasons if untold else (*reasons, *bent(problem, outcome.after, alpha, _by_pace(more)[0]))
+    scarce = any(n.effect == AccelScaleFactor.id and n.needs in UNTOLD for n in outcome.not_testable)
+    number = np.array([rest.number for rest in found.rests])
+    noise = noise_of_means(recordings, found.rests)
+    return (*said, *not_repeated(problem, outcome.after, number, noise, scarce, bool(said)))
 
 
 def _magnitudes(
@@ -530,25 +549,6 @@ def _enough(
     if count < least:
         found = f"{count} {units} to fit for {size} declared parameters"
         raise InputError(f"{manifest.path}: {found}; wanted at least {least} that are not held out{silent}")
-
-
-def _outliers(problem: Magnitudes, terms: Sequence[object]) -> NDArray[np.bool_]:
-    """Fitted rests that nothing explains, shape (rests,), by their residual without them (Student's t, Bonferroni)."""
-    left = np.zeros(len(problem.fitted), dtype=bool)
-    for _ in range(int(MOST_OUTLIERS * problem.fitted.sum())):
-        now = replace(problem, fitted=problem.fitted & ~left)
-        fit = solve(now, terms)
-        if fit.freedom < OUTLIER_FREEDOM:
-            break
-        rows = fit.slopes[:, 0]
-        leverage = np.minimum(np.einsum("np,pq,nq->n", rows, fit.inverse, rows), 1 - 1e-9)
-        own = fit.residual[:, 0] ** 2 / (1 - leverage)
-        ratio = own / (np.maximum(fit.rss - own, 1e-300) / (fit.freedom - 1))
-        worst = int(np.argmax(np.where(now.fitted, ratio, -1.0)))
-        if float(fdtrc(1, fit.freedom - 1, ratio[worst])) * now.fitted.sum() > OUTLIER:
-            break
-        left[worst] = True
-    return left
 
 
 def _named(rests: Sequence[Rest], recordings: Sequence[Recording], left_out: NDArray[np.bool_]) -> tuple[str, ...]:

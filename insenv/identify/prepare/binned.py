@@ -11,7 +11,7 @@ from insenv.core.errors import InputError
 from insenv.core.recording import Floats, Recording
 from insenv.core.series.coarse import Coarse, coarse
 from insenv.core.series.counts import Counts, counts_of_angle, counts_of_rate
-from insenv.data.exposure import Exposure, expose, rates_of_angles
+from insenv.data.exposure import Exposure, expose, rates_of_angles, turns
 from insenv.data.manifest.spec import Manifest
 from insenv.data.reference import order
 from insenv.data.split import RowUse
@@ -61,7 +61,7 @@ def binned(
             "wanted longer stretches or a shorter held_out.averaging"
         )
     y = bins.mean(tuple(e.y - e.motion.rate for e in exposures))
-    turning = any(np.ptp(e.u) for e in exposures)
+    turning = turns(exposures)
     out = () if turning else outliers(y, bins.blocks)
     rounded = _coarse(recordings, target) if turning else None
     exact = turning and all(_commanded(recording) for recording in recordings)

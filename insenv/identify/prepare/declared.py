@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
 from insenv.core.errors import InputError
 from insenv.core.motion import Motion
-from insenv.core.recording import Recording
+from insenv.core.recording import Floats, Recording
 from insenv.data.exposure import CHANNEL_OF, expose
 from insenv.data.manifest.spec import Manifest
 from insenv.effects.base import CurveEffect, DrivenEffect, NoiseEffect
@@ -18,6 +19,9 @@ from insenv.identify.fit.problem import Model, Term
 
 #: Share of the table's rate from which an axis lies along the table's: within half a degree.
 ALONG = float(np.cos(np.deg2rad(0.5)))
+#: Parts of a run, of which the first and the last may be a ramp, and the share of the rates' range within which the
+#: others have one rate.
+PARTS, ONE_RATE = 10, 0.02
 
 
 def declared_model(manifest: Manifest, recordings: tuple[Recording, ...], target: str) -> Model:
@@ -78,7 +82,31 @@ def _wants_latitude(recordings: tuple[Recording, ...], where: str) -> None:
 
 
 def _bias_per_run(manifest: Manifest, recordings: tuple[Recording, ...]) -> bool:
-    """A bias belongs to its power-up, unless it is said to be common or the runs are positions of one set-up."""
+    """A bias belongs to its power-up, unless it is said to be common or the runs are parts of one test.
+
+    Such parts are positions of one set-up, and the rates of a table: with a bias of its own each would tell no gain.
+    """
     if manifest.model.bias is not None:
         return manifest.model.bias == "per-run"
-    return len({replace(recording.mounting, base_turned=0.0) for recording in recordings}) == 1
+    one_mounting = len({replace(recording.mounting, base_turned=0.0) for recording in recordings}) == 1
+    return one_mounting and not _each_at_one_rate(recordings)
+
+
+def _each_at_one_rate(recordings: tuple[Recording, ...]) -> bool:
+    """Whether a table turns at one rate in each run, and not at the same one in all of them."""
+    rates = [_rates(recording) for recording in recordings]
+    if any(len(each) == 0 for each in rates):
+        return False
+    within = max(float(np.ptp(each)) for each in rates)
+    return within < ONE_RATE * float(np.ptp([np.median(each) for each in rates]))
+
+
+def _rates(recording: Recording) -> Floats:
+    """Mean rates of a table in parts of a run but for its ends, shape (k,); none where nothing says how it turns."""
+    ends = np.linspace(0, len(recording) - 1, PARTS + 1).astype(int)
+    if len(recording) > PARTS and "table_rate" in recording.channels:
+        values = recording.channels["table_rate"].values
+        return np.array([values[a:b].mean() for a, b in pairwise(ends[1:-1])])
+    if len(recording) > PARTS and "table_angle" in recording.channels:
+        return (np.diff(recording.channels["table_angle"].values[ends]) / np.diff(recording.t[ends]))[1:-1]
+    return np.empty(0)

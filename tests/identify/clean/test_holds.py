@@ -167,7 +167,9 @@ def test_what_smoothing_of_an_angle_leaves_of_jumps_is_no_hold(seed: int) -> Non
     """Steps of 15 bits, read at instants that wander by 1 % of a row: a hold of 0.1 s was seen with 1e-43."""
     rng, n, dt, step = np.random.default_rng(seed), 5000, 0.04, 1.9e-4
     fine: Floats = 0.1 * dt * np.arange(10.0 * n + 200)
-    levels = np.repeat(0.022 * np.array([0, 1, 2, 3, 4, 3, 2, 1, 0, -1, -2, -3, -4, -3, -2, -1, 0]), len(fine) // 17 + 1)
+    levels = np.repeat(
+        0.022 * np.array([0, 1, 2, 3, 4, 3, 2, 1, 0, -1, -2, -3, -4, -3, -2, -1, 0]), len(fine) // 17 + 1
+    )
     smooth = np.convolve(np.pad(levels[: len(fine)], 10, mode="edge"), np.full(10, 0.1), "same")[10:-10]
     at = 0.1 + dt * (np.arange(n + 1) + 0.01 * rng.standard_normal(n + 1))
     angle = np.interp(at, fine, 0.1 * dt * np.cumsum(smooth))

@@ -27,7 +27,7 @@ from insenv.data.manifest import HeldOut
 from insenv.effects.catalogue import by_key
 from insenv.identify.positions.model import Linear, Surroundings, triad_term
 from insenv.identify.positions.trace import trace_positions
-from insenv.identify.positions.turn import turned
+from insenv.navigation.turned import turned
 
 # ---------------------------------------------------------------------------------------------------------- the model
 

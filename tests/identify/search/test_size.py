@@ -135,6 +135,21 @@ def test_a_curve_of_the_rate_is_as_uncertain_as_the_report_says(problem: Problem
     assert "its size is not told" in unsized(bent, fit, cubic, (cubic,))
 
 
+def test_a_gain_is_the_line_through_any_curve_beside_a_late_reference_too(problem: Problem) -> None:
+    """A curve of the rate that nobody foretells does not make the line through it any less certain."""
+    gain, bias = Term(by_key("scale_factor")), Term(by_key("bias"))
+    late = tuple(replace(e, motion=replace(e.motion, lag=0.05)) for e in problem.exposures)
+    rates = tuple(e.u / np.abs(e.u).max() for e in late)
+    y = problem.bins.mean(tuple(1e-2 * e.u + 60 * WHITE * np.sin(9 * x) for e, x in zip(late, rates, strict=True)))
+    noise = WHITE * np.random.default_rng(5).standard_normal(problem.bins.n) / np.sqrt(problem.bins.width)
+    bent = replace(problem, y=y + noise, exposures=late, cache={})
+    fit = solve(bent, (bias, gain))
+    theta, cov = coefficients_of(bent, fit, gain, (gain,))
+    assert abs(theta[0] - 1e-2) < 1e-3
+    assert cov == pytest.approx(coefficients_of(bent, fit, gain)[1])
+    assert unsized(bent, fit, gain, (gain,)) == ""
+
+
 def test_beside_a_late_reference_less_than_a_wave_of_the_angle_is_no_wave(problem: Problem) -> None:
     """A table that swings over 72 deg has half of a wave of order 2, and a whole one of order 5 alone."""
     (run,) = problem.exposures

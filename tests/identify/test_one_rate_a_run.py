@@ -1,0 +1,38 @@
+"""Rate tables of which each file holds one rate: the gain stands between the runs, and in none of them.
+
+Generated with NumPy; the seed is fixed. The scale factor has 11 standard deviations and more.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from simulated_runs import closed, manifest
+
+from insenv.core.recording import Channel, Recording
+
+SCALE, BIAS, WHITE = 2e-3, 5e-3, 1e-3
+
+
+def run(rate: float, seed: int) -> Recording:
+    """A gyro on a table that turns at one commanded rate [rad/s], a minute at 10 Hz."""
+    rng, t = np.random.default_rng(seed), 0.1 * np.arange(1.0, 601.0)
+    y = (1 + SCALE) * rate + BIAS + WHITE * rng.standard_normal(len(t)) / np.sqrt(0.1)
+    command = Channel(np.full(len(t), rate), "rad/s", "interval", source="command")
+    return Recording(t, {"gyro": Channel(y, "rad/s", "interval"), "table_rate": command}, label=f"{rate:g}")
+
+
+def test_a_gain_between_runs_of_one_rate_each_is_named() -> None:
+    runs = tuple(run(rate, seed) for seed, rate in enumerate((0.5, -0.5, 1.0, -1.0)))
+    found = closed(runs, manifest(declared=("bias",), averaging=1.0)).targets[0]
+    (added,) = found.added
+    assert (added.effect, found.verdict) == ("scale_factor", "effects-found")
+    (size,) = added.parameters
+    assert abs(size.value - SCALE) < 4 * size.sd < 0.5 * SCALE
+    assert found.held_out.after < 0.7 * found.held_out.before
+
+
+def test_runs_of_one_and_the_same_rate_tell_no_gain() -> None:
+    runs = tuple(run(0.5, seed) for seed in range(3))
+    found = closed(runs, manifest(declared=("bias",), averaging=1.0)).targets[0]
+    assert not found.added
+    assert "scale_factor" in {one.effect for one in found.not_testable}
