@@ -27,7 +27,7 @@ from insenv.identify.clean.settling import settled_by, without_start
 from insenv.identify.findings import NotTestable
 from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.gls import Fit, solve
-from insenv.identify.fit.heldout import MOST_GROWTH, confirms, held_out_score, rescored
+from insenv.identify.fit.heldout import CHANCE, MOST_GROWTH, confirms, held_out_score, rescored
 from insenv.identify.fit.problem import NOISE_TERMS
 from insenv.identify.fit.uncertainty import estimates
 from insenv.identify.prepare.excess import most_power, structure
@@ -52,7 +52,7 @@ from insenv.identify.search.jumps import is_step, one_of_many
 from insenv.identify.search.round import at_shape, search, with_term
 from insenv.identify.search.scan import Hit, likelihood_ratio, reference
 from insenv.identify.search.settle import parted, settled, sized
-from insenv.identify.search.size import unsized, unsized_together
+from insenv.identify.search.size import follows_measured_rate, unsized, unsized_together
 from insenv.identify.search.tracks import Progress, Refusal, Step, Track
 from insenv.identify.search.undecided import with_sets
 from insenv.identify.search.unit.one_box import (
@@ -430,6 +430,8 @@ def _tried(track: Track, hit: Hit, proposal: Proposal, names: tuple[str, ...], a
     confirmed = confirms(track.score, score, rescored(problem, track.fit, fit.noise.power))
     # Each of several effects may cost a little; together no more than one may.
     confirmed &= score.rms <= (1 + MOST_GROWTH) * min(s.rms for s in (track.score, *(s.before for s in track.steps)))
+    if follows_measured_rate(problem, hit.term):  # its errors go with the motion; no slow wander excuses a growth
+        confirmed &= score.rms <= (1 + CHANCE) * track.score.rms
     if not confirmed and hit.candidate.effect.line and may_damp(track):
         wander = lost(problem, track.fit, hit.term.shape[0])
         if wander is not None:

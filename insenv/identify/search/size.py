@@ -139,12 +139,17 @@ def _curve_of_rate(term: Term) -> bool:
     return effect.of_rate and effect.belongs == "instrument" and not lasting
 
 
-def _follows_reference(problem: Problem, term: Term) -> bool:
-    """Whether a term is a curve of a rate that was measured with errors, or a jump or line, which these errors have."""
+def follows_measured_rate(problem: Problem, term: Term) -> bool:
+    """Whether a term is a curve of a rate that was measured with errors."""
     effect = term.effect
     own = effect.of_rate and effect.belongs == "instrument" and not isinstance(effect, TimingSkew)
-    measured = problem.turns and not problem.commanded
-    return measured and (is_step(effect) or effect.line or (own and problem.smoothed))
+    return own and problem.turns and problem.smoothed and not problem.commanded
+
+
+def _follows_reference(problem: Problem, term: Term) -> bool:
+    """Whether a term is a curve of a rate that was measured with errors, or a jump or line, which these errors have."""
+    jumps = problem.turns and not problem.commanded and (is_step(term.effect) or term.effect.line)
+    return jumps or follows_measured_rate(problem, term)
 
 
 def _too_small(problem: Problem, term: Term, z: float, late: bool, looks: float) -> str:
