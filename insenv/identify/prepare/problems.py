@@ -206,10 +206,13 @@ def _rejecting_rows(manifest: Manifest, ready: _Ready, lines: tuple[Line, ...]) 
 def _without_lines(
     manifest: Manifest, ready: _Ready, lines: tuple[Line, ...], rows: int, model: Model, target: str
 ) -> Problem:
-    """Bins with steady lines subtracted, and by a window that rejects those that wander if that leaves less."""
+    """Bins with steady lines subtracted, and by a window that rejects those that wander if that leaves less.
+
+    Errors of counts make up for each other from one plain mean to the next, and under a window they do not.
+    """
     freed = tuple(_without_steady(r, target, lines, run) for run, r in enumerate(ready.recordings))
     problem = binned(manifest, freed, ready.uses, target, rows)
-    if all(line.steady for line in lines):
+    if all(line.steady or line.of_counts for line in lines):
         return problem
     rejecting = binned(manifest, freed, ready.uses, target, rows, reject_lines=True)
     return rejecting if _scatter(rejecting, model) < _scatter(problem, model) else problem

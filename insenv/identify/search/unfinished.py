@@ -29,6 +29,7 @@ from insenv.identify.clean.doubtful import agreeing
 from insenv.identify.findings import Estimate
 from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.problem import Problem, Term
+from insenv.identify.prepare.wandering import of_counts
 from insenv.identify.search.jumps import is_step
 from insenv.identify.search.reference_errors import log_p_alone
 from insenv.identify.search.round import against
@@ -137,6 +138,7 @@ def _with_the_motion(track: Track, alpha: float) -> tuple[str, ...]:
     """What would be significant beside a reference without errors, and is not beside one that may have them."""
     hits = [h for h in (*track.last_physical, *(track.hits or ())) if h.alone and not h.candidate.generic]
     hits = [h for h in hits if h.log_p >= np.log(alpha) > log_p_alone(h) and not _of_the_lag(track.problem, h)]
+    hits = [h for h in hits if not h.candidate.effect.line or not of_counts(track.problem, track.fit, h.term.shape[0])]
     names = ", ".join(dict.fromkeys(h.candidate.effect.key for h in sorted(hits, key=log_p_alone)))
     if not names:
         return ()
