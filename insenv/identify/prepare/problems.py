@@ -425,8 +425,8 @@ def _spans(recordings: tuple[Recording, ...], uses: tuple[RowUse, ...]) -> tuple
 
 
 def _without_steady(recording: Recording, target: str, lines: tuple[Line, ...], run: int) -> Recording:
-    """The recording with the steady lines of this run subtracted from the target."""
-    own = [line for line in lines if line.run == run and line.steady]
+    """The recording with the steady lines of this run subtracted from the target, but for those of counts."""
+    own = [line for line in lines if line.run == run and line.steady and not line.of_counts]
     if not own:
         return recording
     channel = recording.channels[target]
