@@ -69,9 +69,18 @@ def _structure(problem: Problem, fit: Fit, declared: dict[str, float], alpha: fl
     level = alpha / len(tests)
     if min(tests.values()) < level:
         least = _of_steps(problem, fit)
-        tests = {text: 1.0 if least.get(text, 1.0) < p else p for text, p in tests.items()}
+        tests = {text: beside_steps(p, least.get(text, 1.0)) for text, p in tests.items()}
     reasons = tuple(f"{text} (p = {p:.1g})" for text, p in tests.items() if p < level)
     return Structure(min(tests.values()), reasons)
+
+
+def beside_steps(p: float, least: float) -> float:
+    """A p-value as it is where steps and noise alone have made one as small as ``least`` in `TRIALS` recordings.
+
+    What is louder than a test presumes makes the logarithm of all its p-values so many times as large.
+    """
+    by_chance = 1 / (TRIALS + 1)
+    return p if least >= by_chance or p >= 1 else float(p ** (np.log(by_chance) / np.log(max(least, 1e-300))))
 
 
 def _of_steps(problem: Problem, fit: Fit) -> dict[str, float]:

@@ -141,14 +141,15 @@ def may(case: Case) -> set[str]:
 
 
 def strength(case: Case, size: float, known: Recording | None = None) -> float:
-    """Norm of what the fault adds beside the declared model, over the noise, on the rows of the fit."""
+    """Norm of what the fault adds beside the declared model, over the noise, on the rows of the fit that are kept."""
     base = known or recorded(case)
     clean, faulty = recorded(case, 0.0, True), recorded(case, size, True)
-    n = int(FITTED * len(base.residual))
-    merge = max(n // 2000, 1)
+    rows = np.flatnonzero(base.kept)
+    rows = rows[: int(FITTED * len(rows))]
+    merge = max(len(rows) // 2000, 1)
 
     def means(x: Floats) -> Floats:
-        return np.asarray(x[: n // merge * merge].reshape(-1, merge).mean(axis=1))
+        return np.asarray(x[rows[: len(rows) // merge * merge]].reshape(-1, merge).mean(axis=1))
 
     u = means(base.u)
     declared = [np.ones_like(u)]
