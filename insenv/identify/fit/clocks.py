@@ -1,29 +1,31 @@
 r"""Whether gyro and reference come apart in time: the skew in the quarters of what tells it.
 
-    tau_k = tau + e t_k             two clocks of which one gains e seconds in a second
-    tau_k = tau + d for k > j       rows that one of them lost, or a clock that was set
-    tau_k otherwise                 a filter of the reference that changes
+    tau(t) = tau + e t              two clocks of which one gains e seconds in a second
+    tau(t) = tau + d for t > t_j    rows that one of them lost, or a clock that was set
+    tau_k of each quarter           a filter of the reference that changes
 
-with t_k the mean times of the quarters, weighted with what tells the skew. One skew for all of them lets the rest of
-the motion into the residual, where the search takes it for another effect.
+each by its likelihood, with the noise fitted beside it: what one skew for all of them leaves of the motion is in the
+noise of the whole, and the search would take it for another effect.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import chdtrc
 
 from insenv.core.recording import Floats
 from insenv.effects.timing import TimingSkew
-from insenv.identify.fit.gls import Fit, solve
+from insenv.identify.fit.gls import Fit, noise_beside, solve, spectrum
+from insenv.identify.fit.noise import transform
 from insenv.identify.fit.parts import PartsApart, apart
 from insenv.identify.fit.problem import Problem, Term
 
-#: Chance of so different a skew below which it is said; and by how much the square sum that a line leaves, in
-#: variances, is less or more than that of a jump where one of them is told from the other.
-COMES_APART, TOLD = 1e-7, 6.0
+#: Chance of so different a skew below which it is said; twice the difference of the log-likelihoods of a line and of a
+#: jump from which on one of them is told from the other, and instants at which a jump is tried.
+COMES_APART, TOLD, INSTANTS = 1e-7, 6.0, 32
 #: Chance of what is left beside the better of the two below which it is neither.
 NEITHER = 1e-4
 #: Fewest parts of which a scatter is a law.
@@ -34,9 +36,9 @@ FEWEST = 3
 class Skews:
     """Skews of the quarters with their deviations [s], the chance of their scatter and the variance ``between`` them.
 
-    ``gains`` is what one clock gains in a second, with its standard deviation, and ``jump`` the largest change from one
-    quarter to the next [s]. ``favours`` is by how much the square sum that a line leaves, in variances, is less than
-    that of a jump, and ``left`` the chance of the lesser.
+    ``gains`` is what one clock gains in a second, with its standard deviation, and ``jump`` the change at one instant
+    [s]. ``favours`` is twice by how much the log-likelihood of a line is more than that of a jump, and ``left`` the
+    chance of what skews of the quarters have beyond the better of the two.
     """
 
     values: Floats
@@ -78,25 +80,59 @@ def skews_apart(problem: Problem, fit: Fit) -> Skews | None:
     found = apart(problem, fit, term)
     if found is None or found.chance >= COMES_APART or len(found.values) < FEWEST:
         return None
-    gains, left = _line(found)
-    jump, after = min((_jump(found, k) for k in range(1, len(found.values))), key=lambda one: one[1])
-    rest = float(chdtrc(len(found.values) - 2, min(left, after)))
-    return Skews(found.values, found.deviations, found.chance, found.between, gains, jump, after - left, rest)
+    time = problem.bins.time[:, None]
+    lines = found.column[:, None] * np.column_stack([np.ones_like(time), time - time.mean()])
+    gains = _Beside.of(problem, fit, term, lines)
+    jump = _jump(problem, fit, term, found)
+    each = _Beside.of(problem, fit, term, found.column[:, None] * _in_parts(found.label))
+    rest = chdtrc(len(found.values) - 2, max(0.0, 2 * (each.loglik - max(gains.loglik, jump.loglik))))
+    return Skews(
+        found.values,
+        found.deviations,
+        found.chance,
+        found.between,
+        (float(gains.values[1]), float(gains.deviations[1])),
+        float(jump.values[1] - jump.values[0]),
+        2 * (gains.loglik - jump.loglik),
+        float(rest),
+    )
 
 
-def _line(found: PartsApart) -> tuple[tuple[float, float], float]:
-    """Slope of the skews over time with its deviation, and the square sum that it leaves in variances."""
-    w = 1 / found.deviations**2
-    t, values = (x - x @ w / w.sum() for x in (found.times, found.values))
-    slope = float(t @ (w * values) / (t @ (w * t)))
-    return (slope, float(1 / np.sqrt(t @ (w * t)))), float((values - slope * t) ** 2 @ w)
+@dataclass(frozen=True)
+class _Beside:
+    """Columns in the place of a term: coefficients with their deviations, and the log-likelihood of the fitted bins."""
+
+    values: Floats
+    deviations: Floats
+    loglik: float
+
+    @classmethod
+    def of(cls, problem: Problem, fit: Fit, term: Term, columns: Floats) -> _Beside:
+        """Of columns over all bins, shape (bins, k), the noise fitted beside them."""
+        others = fit.design.term != fit.model.index(term)
+        own = transform(problem.fitted, columns)
+        size = np.maximum(np.sqrt(np.mean(own**2, axis=0)), 1e-300)
+        matrix = np.column_stack([own / size, fit.design.transformed[:, others]])
+        prior = np.concatenate([1 / (problem.priors(term)[0] * size) ** 2, fit.design.prior[others]])
+        noise = noise_beside(problem, matrix, prior, restricted=False, start=fit.noise.power)
+        white = 1 / np.sqrt(spectrum(problem, noise.power))
+        rows = matrix * white[:, None]
+        inverse = np.linalg.inv(rows.T @ rows + np.diag(prior))
+        values = inverse @ (rows.T @ (problem.data() * white))
+        k = columns.shape[1]
+        return cls(values[:k] / size, np.sqrt(np.diag(inverse)[:k]) / size, noise.loglik)
 
 
-def _jump(found: PartsApart, at: int) -> tuple[float, float]:
-    """Change of the skew after ``at`` parts, and the square sum that the two levels leave in variances."""
-    w, levels, left = 1 / found.deviations**2, [], 0.0
-    for part in (slice(0, at), slice(at, None)):
-        own, values = w[part], found.values[part]
-        levels.append(float(values @ own / own.sum()))
-        left += float((values - levels[-1]) ** 2 @ own)
-    return levels[1] - levels[0], left
+def _in_parts(label: NDArray[np.int64]) -> Floats:
+    """One for the bins of each part, shape (bins, parts)."""
+    return (label[:, None] == np.arange(label.max() + 1)).astype(float)
+
+
+def _jump(problem: Problem, fit: Fit, term: Term, found: PartsApart) -> _Beside:
+    """A skew before and one after the likeliest of some instants, as far apart as what tells it, each exact there."""
+    told = np.cumsum(np.where(problem.bins.held_out, 0.0, found.column**2))
+    halves = [_in_parts((told > share * told[-1]).astype(np.int64)) for share in np.arange(1, INSTANTS) / INSTANTS]
+    tried = [_Beside.of(problem, fit, term, found.column[:, None] * half) for half in halves]
+    half, best = max(zip(halves, tried, strict=True), key=lambda one: one[1].loglik)
+    terms = (replace(term, effect=term.effect.near(value[None])) for value in best.values)
+    return _Beside.of(problem, fit, term, np.column_stack([problem.columns(one) for one in terms]) * half)

@@ -61,6 +61,15 @@ def spectrum(problem: Problem, power: Floats) -> Floats:
     return problem.modes().shapes @ power
 
 
+def noise_beside(problem: Problem, columns: Floats, prior: Floats, restricted: bool, start: Floats) -> NoiseFit:
+    """Noise beside columns that are no model's, such as one curve cut in parts, shapes (modes, c) and (c,).
+
+    What the parts tell apart is in the noise of the whole: there it is a walk, beside which nothing is told apart.
+    """
+    cross = problem.grouping().pool(np.column_stack([problem.data(), columns]))
+    return fit_noise(cross, prior, restricted=restricted, start=start, most=problem.most)
+
+
 def solve(problem: Problem, model: Model, start: Floats | None = None) -> Fit:
     """Fit a model and its noise to the fitted bins."""
     columns = design(problem, model)

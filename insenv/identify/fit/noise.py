@@ -38,6 +38,9 @@ _ROUNDING = 1e-15
 _RIDGE = 1e-11
 #: Slope of the log-likelihood in the logarithm of a power that counts as none.
 _FLAT = 0.02
+#: How many times the power that would explain all that regressors leave by least squares a term may have: where slow
+#: noise is all that there is, they leave little of what they would take by their weights. 1e4 was too little.
+_MOST = 1e8
 
 
 def transform(blocks: tuple[Block, ...], values: Floats) -> Floats:
@@ -227,7 +230,8 @@ def fit_noise(
     """
     scale = _scale(pooled)
     low = np.log(_ABSENT * scale)
-    high = np.log(1e4 * scale) if most is None else np.clip(np.log(np.maximum(most, 1e-300)), low, np.log(1e4 * scale))
+    high = np.log(_MOST * scale)
+    high = high if most is None else np.clip(np.log(np.maximum(most, 1e-300)), low, high)
     powers = 0.25 * scale if start is None else np.maximum(start, 1e-3 * scale)
     powers = _scored(pooled, prior, restricted, powers)
     x = np.clip(np.log(np.maximum(powers, 1e-6 * scale)), low, high)

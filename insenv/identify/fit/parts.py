@@ -11,13 +11,13 @@ Each s_k has what the response of the reference adds, and is larger where what i
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.recording import Floats
-from insenv.identify.fit.gls import Fit, spectrum
+from insenv.identify.fit.gls import Fit, noise_beside, spectrum
 from insenv.identify.fit.noise import transform
 from insenv.identify.fit.problem import Problem, Term
 from insenv.identify.fit.reference_variance import beside_response
@@ -34,14 +34,16 @@ CHANCE, NO_CHANCE = 0.1, 0.025
 class PartsApart:
     """Coefficients of the parts with their deviations, the chance of their scatter, and the variance between them.
 
-    ``times`` are those of the parts [s], weighted with what tells the coefficient.
+    ``label`` is the part of each bin, and ``column`` the regressor over all bins, in each part the one that is exact
+    there.
     """
 
     values: Floats
     deviations: Floats
     chance: float
     between: float
-    times: Floats
+    label: NDArray[np.int64]
+    column: Floats
 
     @property
     def added(self) -> float:
@@ -64,26 +66,46 @@ def apart(problem: Problem, fit: Fit, term: Term) -> PartsApart | None:
     label = _parts(problem, problem.columns(term)[:, 0])
     if len(own) != 1 or label.max() < 1:
         return None
-    white = 1 / np.sqrt(spectrum(problem, fit.noise.power))
-    columns = problem.columns(term) * (label[:, None] == np.arange(label.max() + 1))
+    parts = label[:, None] == np.arange(label.max() + 1)
+    told = _with_own(problem, fit, int(own[0]), (term,) * parts.shape[1], parts)
+    if told is None:
+        return None
+    # Each where it is exact: a skew of its own, not that of all.
+    terms = tuple(replace(term, effect=term.effect.near(value[None])) for value in told[0])
+    if any(one != term for one in terms):
+        told = _with_own(problem, fit, int(own[0]), terms, parts) or told
+    values, deviations = told
+    found = scatter(values, deviations)
+    column = np.sum(np.column_stack([problem.columns(one) for one in terms]) * parts, axis=1)
+    return PartsApart(values, deviations, found.chance, found.between, label, column)
+
+
+def _with_own(
+    problem: Problem, fit: Fit, own: int, terms: tuple[Term, ...], parts: NDArray[np.bool_]
+) -> tuple[Floats, Floats] | None:
+    """Coefficients of each part's term in the place of the fit's column ``own``, with deviations, shapes (K,) each.
+
+    Beside the noise that they leave: what they tell apart is a walk in that of the whole.
+    """
+    columns, k = np.column_stack([problem.columns(term) for term in terms]) * parts, len(terms)
     others = np.delete(fit.design.transformed, own, axis=1)
-    matrix = np.column_stack([transform(problem.fitted, columns), others]) * white[:, None]
-    size = np.linalg.norm(matrix, axis=0)
+    matrix = np.column_stack([transform(problem.fitted, columns), others])
+    size = np.sqrt(np.mean(matrix**2, axis=0))
     if not size.all():
         return None
-    scaled, k = matrix / size, columns.shape[1]
-    prior = np.concatenate([np.full(k, 1 / problem.priors(term)[0] ** 2), np.delete(fit.design.prior, own)])
+    prior = np.concatenate([np.full(k, 1 / problem.priors(terms[0])[0] ** 2), np.delete(fit.design.prior, own)])
+    power = noise_beside(problem, matrix / size, prior / size**2, restricted=True, start=fit.noise.power).power
+    white = 1 / np.sqrt(spectrum(problem, power))
+    matrix = matrix * white[:, None]
+    size = np.linalg.norm(matrix, axis=0)
+    scaled, data = matrix / size, problem.data() * white
     inverse = np.linalg.inv(scaled.T @ scaled + np.diag(prior / size**2))
-    data, weights = problem.data() * white, scaled @ inverse
+    weights = scaled @ inverse
     values, left = weights.T @ data / size, data - scaled @ (weights.T @ data)
     beside = beside_response(problem, fit)
-    added = float(beside.added[own[0]]) / fit.design.scale[own[0]] ** 2 if beside else 0.0
-    variance = np.array([by_swings(problem, w, left)[0] for w in weights.T[:k]]) * np.diag(inverse)[:k] / size[:k] ** 2
-    deviations = np.sqrt(variance + added)
-    found = scatter(values[:k], deviations)
-    weight = np.where(problem.bins.held_out[:, None], 0.0, columns**2)
-    times = problem.bins.time @ weight / np.maximum(weight.sum(axis=0), 1e-300)
-    return PartsApart(values[:k], deviations, found.chance, found.between, times)
+    added = float(beside.added[own]) / fit.design.scale[own] ** 2 if beside else 0.0
+    swings = np.array([by_swings(problem, w, left)[0] for w in weights.T[:k]])
+    return values[:k], np.sqrt(swings * np.diag(inverse)[:k] / size[:k] ** 2 + added)
 
 
 def _parts(problem: Problem, column: Floats) -> NDArray[np.int64]:

@@ -38,9 +38,9 @@ from insenv.effects.rate.hysteresis import ScaleFactorHysteresis
 from insenv.effects.rate.lag import SelfHeating
 from insenv.effects.rate.scale import ScaleFactor
 from insenv.effects.timing import TimingSkew
-from insenv.identify.fit.gls import Fit, solve
+from insenv.identify.fit.gls import Fit, noise_beside, solve, spectrum
 from insenv.identify.fit.noise import transform
-from insenv.identify.fit.problem import Model, Problem, Term
+from insenv.identify.fit.problem import Model, Problem, Term, design
 from insenv.identify.fit.scatter import scatter
 from insenv.identify.fit.swings import by_swings
 from insenv.identify.prepare.lines import whitened_series
@@ -158,11 +158,9 @@ def not_both_ways(problem: Problem, fit: Fit, base: Reference, term: Term) -> st
         if block.n > 1:
             faster[block.start : block.stop] = np.gradient(np.abs(u[block.start : block.stop]))
     steady = np.abs(faster) < STEADY * float(np.sqrt(np.mean(faster**2)))
-    ways = np.column_stack([(faster > 0) & ~steady, (faster < 0) & ~steady, steady])
-    columns = transform(problem.fitted, problem.columns(term) * ways) / base.root[:, None]
-    columns -= base.basis @ (base.basis.T @ columns)
-    data = problem.data() / base.root
-    data = data - base.basis @ (base.basis.T @ data)
+    up = faster > 0  # at the turning points of a swing, too, or a jump there is all that is seen
+    ways = np.column_stack([up & ~steady, ~up & ~steady, up & steady, ~up & steady])
+    columns, data = _beside_own_noise(problem, base, transform(problem.fitted, problem.columns(term) * ways))
     theta = np.asarray(np.linalg.lstsq(columns, data, rcond=1e-10)[0], np.float64)
     left = data - columns @ theta
     cov = np.linalg.pinv(columns.T @ columns, hermitian=True)
@@ -174,6 +172,19 @@ def not_both_ways(problem: Problem, fit: Fit, base: Reference, term: Term) -> st
     size = float(np.max(np.abs(theta[:2])))
     told = " and ".join(f"{c / size:.2g} ± {s / size:.1g}" for c, s in zip(theta[:2], deviations, strict=True))
     return f"not the same where the table speeds up and slows down, as a law of the rate would be: {told} of the larger"
+
+
+def _beside_own_noise(problem: Problem, base: Reference, columns: Floats) -> tuple[Floats, Floats]:
+    """Columns and data, whitened by the noise that is left beside the columns and the model, both beside the model."""
+    own = design(problem, base.model)
+    size = np.sqrt(np.mean(columns**2, axis=0))
+    free, prior = columns[:, size > 0] / size[size > 0], np.concatenate([np.zeros(int((size > 0).sum())), own.prior])
+    noise = noise_beside(problem, np.column_stack([free, own.transformed]), prior, False, base.noise.power)
+    root = np.sqrt(spectrum(problem, noise.power))
+    basis = np.linalg.qr(own.transformed / root[:, None])[0]
+    white = np.column_stack([problem.data(), columns]) / root[:, None]
+    white -= basis @ (basis.T @ white)
+    return white[:, 1:], white[:, 0]
 
 
 def _differ(values: Floats, deviations: Floats) -> bool:

@@ -41,6 +41,13 @@ class Run:
     def __len__(self) -> int:
         return max(map(len, self.values.values()))
 
+    def of_rows(self, start: int, stop: int) -> Run:
+        """Some of its rows."""
+        rows = slice(start, stop)
+        values = {name: column[rows] for name, column in self.values.items()}
+        labels = {name: column[rows] for name, column in self.labels.items()}
+        return replace(self, values=values, labels=labels, t=None if self.t is None else self.t[rows])
+
 
 @dataclass(frozen=True)
 class Kept:
@@ -137,9 +144,22 @@ def renewed(x: Floats) -> NDArray[np.int64]:
 
 
 def read(path: Path) -> Kept:
-    """The recording of a laid-out manifest."""
+    """The recording of a laid-out manifest; of one file the rows alone that it uses, where they are one piece."""
     manifest = load_manifest(path)
-    return Kept(tomllib.loads(path.read_text(encoding="utf-8")), manifest, tuple(_runs(manifest)))
+    text, runs = tomllib.loads(path.read_text(encoding="utf-8")), tuple(_runs(manifest))
+    if len(runs) == 1 and len(manifest.fit_rows) == 1:
+        text["fit"] = {key: value for key, value in text["fit"].items() if key != "rows"}
+        runs = (runs[0].of_rows(*manifest.fit_rows[0]),)
+    return Kept(text, manifest, runs)
+
+
+def alters_what_is_used(case: Path, untouched: Path) -> bool:
+    """Whether a copy is another one in rows that its manifest uses: an effect behind them is nobody's to see."""
+    rows = load_manifest(case / "case.toml").fit_rows
+    if not rows:
+        return True
+    with np.load(case / "run1.npz") as new, np.load(untouched / "run1.npz") as old:
+        return any(np.any(new[name][a:b] != old[name][a:b]) for name in new.files for a, b in rows)
 
 
 def _runs(manifest: Manifest) -> Iterator[Run]:

@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from altered_files import read, written
+from altered_files import alters_what_is_used, read, written
 from injected_cases import UnfitError, drawn
 from injected_laws import IN_ATTITUDES, RESTED, TURNED
 from injected_words import Word, answer, judge
@@ -208,9 +208,10 @@ def _line(number: str, truth: Mapping[str, Any], word: Word) -> str:
 
 
 def judged(store: Path, label: str) -> Iterator[tuple[str, Mapping[str, Any], Word]]:
-    """Number, truth and word of each case that is answered."""
+    """Number, truth and word of each case that is answered, and that could be seen."""
     for number, truth in truths(store):
-        if (store / label / f"{number}.err").exists():
+        case, untouched = store / "cases" / number, store / "untouched" / _stem(truth["recording"])
+        if (store / label / f"{number}.err").exists() and alters_what_is_used(case, untouched):
             yield number, truth, _word(truth, store / label, number)
 
 

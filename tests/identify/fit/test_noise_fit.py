@@ -197,3 +197,15 @@ def test_noise_scales_with_the_data() -> None:
     y = simulated_noise({"angle_random_walk": 1.0, "rate_random_walk": 0.05}, n, WIDTH, rng)
     small, large = (fit_noise(pooled((block(n),), s * y, np.ones((n, 1))), np.zeros(1)) for s in (1e-6, 1e3))
     assert_allclose(small.power[[0, 2]] * 1e18, large.power[[0, 2]], rtol=0.01)
+
+
+@pytest.mark.parametrize("n", [300, 2500])
+@pytest.mark.parametrize("count", [3, 9, 12])
+def test_a_walk_is_found_where_regressors_leave_little_of_it(n: int, count: int) -> None:
+    """The slowest waves take nearly all of a random walk: a bound on its power hid 100 of the log-likelihood."""
+    y = np.random.default_rng(count * n).standard_normal(n).cumsum()
+    x = np.cos(np.pi * np.outer(np.arange(n) + 0.5, np.arange(count)) / n)
+    data, prior = pooled((block(n),), y, x), np.full(count, 1e-6)
+    found = fit_noise(data, prior, restricted=False)
+    true = np.array([0.0, 0.0, 1 / WIDTH, 0.0]) + 1e-9
+    assert found.loglik > loglik(data, true, prior, restricted=False)[0] - 0.1
