@@ -111,10 +111,15 @@ def _arc(problem: Problem) -> float:
     return max(float(a.max()) for a in angles) - min(float(a.min()) for a in angles)
 
 
-def _of_few_waves(problem: Problem, effect: Effect) -> bool:
-    """Whether the table turns by less than two waves of an effect beside a reference that comes late."""
+def turns_few_waves(problem: Problem, effect: Effect) -> bool:
+    """Whether the table turns by less than two waves of an effect."""
     order = getattr(effect, "order", None)
-    return order is not None and _arc(problem) * order < TWO_WAVES and any(e.motion.lag for e in problem.exposures)
+    return order is not None and _arc(problem) * order < TWO_WAVES
+
+
+def _of_few_waves(problem: Problem, effect: Effect) -> bool:
+    """The same beside a reference that comes late."""
+    return turns_few_waves(problem, effect) and any(e.motion.lag for e in problem.exposures)
 
 
 def of_few_waves(problem: Problem, catalogue: tuple[Effect, ...]) -> tuple[Candidate, ...]:

@@ -14,6 +14,7 @@
 * A step of a unit at rest that noise which does not jump would make less than once in a thousand times.
 * Tones at multiples of one frequency: one wave that is no sine, and has a cause that no tone names.
 * A curve without a cause beside effects that have one.
+* An effect of the angle, of few waves, of a table that swings at one frequency: there its angle is its acceleration.
 * As many effects as are added at most.
 """
 
@@ -30,6 +31,7 @@ from insenv.identify.findings import Estimate
 from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.problem import Problem, Term
 from insenv.identify.prepare.wandering import of_counts
+from insenv.identify.search.candidates import turns_few_waves
 from insenv.identify.search.jumps import is_step
 from insenv.identify.search.reference_errors import log_p_alone
 from insenv.identify.search.round import against
@@ -50,6 +52,8 @@ _BY_ITS_DEVIATION = "by a deviation that holds what the form of its curve and er
 FAR, CERTAIN = 10.0, 1e-6
 #: How many times as long as was chosen means are that tell a gain of their own.
 LONGER = 4.0
+#: Correlation from which on angle and acceleration are one curve, and fewest bins of a block that are asked.
+ONE_CURVE, LEAST_BINS = 0.95, 32
 #: Tones at multiples of one frequency that are no chance.
 MOST_BY_CHANCE = 2
 #: Waves in the fitted time of a frequency whose multiples are not just any frequencies, and how far off a multiple may
@@ -71,6 +75,7 @@ def unfinished(track: Track, alpha: float) -> tuple[str, ...]:
         *_jumping(track, alpha),
         *_waves(track),
         *_curves(track),
+        *_swung(track),
         *_as_many_as_may_be(track),
     )
 
@@ -265,6 +270,33 @@ def _curves(track: Track) -> tuple[str, ...]:
     if all(generic for _, generic in added):
         return ()
     return tuple(f"{key} stands for something that no effect names" for key, generic in added if generic)
+
+
+def _swung(track: Track) -> tuple[str, ...]:
+    """Effects of the angle, of few waves, beside which no cause that goes with the acceleration could be told."""
+    named = [s.hit.candidate.effect for s in track.steps]
+    names = ", ".join(dict.fromkeys(e.key for e in named if turns_few_waves(track.problem, e)))
+    if not names or not swings_at_one_frequency(track.problem):
+        return ()
+    return (
+        f"the table swings at one frequency, where its angle and its acceleration are one curve: {names} may as well "
+        "be a cause that goes with the acceleration",
+    )
+
+
+def swings_at_one_frequency(problem: Problem) -> bool:
+    """Whether the angle of a table is its acceleration but for a factor, the same in all fitted bins."""
+    u = problem.bins.mean(tuple(e.u for e in problem.exposures))
+    parts = [u[b.start : b.stop] for b in problem.fitted if b.n >= LEAST_BINS]
+    angles, changes = [], []
+    for part in parts:
+        line = np.vander(np.arange(len(part)), 2)
+        angle = np.cumsum(part - part.mean())
+        angles.append(angle - line @ np.linalg.lstsq(line, angle, rcond=None)[0])
+        changes.append(np.gradient(part))
+    angle, change = np.concatenate([[0.0], *angles]), np.concatenate([[0.0], *changes])
+    size = float(np.linalg.norm(angle) * np.linalg.norm(change))
+    return size > 0 and -float(angle @ change) > ONE_CURVE * size
 
 
 def _as_many_as_may_be(track: Track) -> tuple[str, ...]:

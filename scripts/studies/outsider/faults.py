@@ -205,7 +205,8 @@ UNKNOWN: dict[str, Fault] = {
     "telegraph": Fault((), _telegraph),
     "sector": Fault(("angle_locked_rate",), _sector, needs="turns"),
     "order 6": Fault((), _wave(6), on="angle", needs="turns"),
-    "breathing line": Fault((), _breathing),
+    # Two lines to the last digit: of the sum and of the difference of its frequencies.
+    "breathing line": Fault(("tone",), _breathing),
     "noise with rate": Fault((), _noise_with_rate),
     "heated twice": Fault((), lambda e, c, s, r: c * np.abs(e.u) * (e.temperature - 25), needs=WARM),
     "kink": Fault((), lambda e, c, s, r: c * np.sign(e.u) * np.maximum(np.abs(e.u) - 0.5 * e.top, 0), needs="rates"),

@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from simulated_runs import FITTED, gyro_run, manifest, use
+from simulated_runs import FITTED, closed, gyro_run, manifest, use
 
+from insenv.core.recording import Channel, Floats, Recording
 from insenv.effects.catalogue import by_key
 from insenv.identify.loop import trace
 from insenv.identify.search.round import search
@@ -49,3 +50,20 @@ def test_a_refusal_has_the_p_value_by_which_it_was_asked() -> None:
     (hit,) = (h for h in asked if h.candidate.effect.key == "timing_skew")
     assert np.log(refusal.hit.p_value) == pytest.approx(hit.log_p, rel=1e-6) and hit.log_p < np.log(0.01)
     assert any("timing_skew follows the fitted data" in reason for reason in unfinished(track, 0.01))
+
+
+@pytest.mark.parametrize(("second", "told"), [(1.0, False), (2.7, True)])
+def test_of_a_swing_at_one_frequency_a_wave_of_the_angle_may_be_one_of_the_acceleration(
+    second: float, told: bool
+) -> None:
+    """A cause that goes with the size of the acceleration was stated to be locked to the angle with 8e-20."""
+    t: Floats = 0.05 * np.arange(4000.0)
+    w = np.where(t < 60.0, 1.6, 1.6 * second)
+    angle = 3.2 * np.sin(0.05 * np.cumsum(w))
+    noise = 2e-3 * np.random.default_rng(0).standard_normal(len(t))
+    gyro = np.diff(angle, prepend=0.0) / 0.05 + noise + 1e-3 * np.cos(angle)
+    channels = {"gyro": Channel(gyro, "rad/s", "interval"), "table_angle": Channel(angle, "rad", source="encoder")}
+    tried = (by_key("angle_locked_rate:1"),)
+    (target,) = closed(Recording(t, channels, label="run"), manifest(), catalogue=tried).targets
+    assert [a.effect for a in target.added] == ["angle_locked_rate"]
+    assert any("swings at one frequency" in reason for reason in target.reasons) is not told
