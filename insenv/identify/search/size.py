@@ -135,7 +135,7 @@ def deviate(theta: Floats, cov: Floats) -> float:
 def _curve_of_rate(term: Term) -> bool:
     """Whether a term is a curve of the rate of the moment, as what is left of a lag is; heat goes on for minutes."""
     effect = term.effect
-    lasting = effect.of_time or isinstance(effect, SelfHeating)
+    lasting = effect.of_time or "temperature" in effect.needs or isinstance(effect, SelfHeating)
     return effect.of_rate and effect.belongs == "instrument" and not lasting
 
 

@@ -81,6 +81,20 @@ def test_a_drift_of_the_scale_factor_has_a_size_though_its_shape_is_right_only_n
     assert unsized(bent, solve(bent, model), drift, (drift,)) == ""
 
 
+def test_a_gain_that_follows_the_temperature_has_a_size_though_it_bends(problem: Problem) -> None:
+    """Beside a late reference too: what the temperature does to a gain is told, whichever curve of it that is."""
+    thermal = Term(by_key("scale_factor_temperature"))
+    late = tuple(replace(e, motion=replace(e.motion, lag=0.05)) for e in problem.exposures)
+    strong = replace(with_size(problem, thermal, 25.0), exposures=late, cache={})
+    kelvins = [np.convolve(k, [0.5, 0.5], "valid") for e in late if (k := e.motion.temperature) is not None]
+    waves = tuple(2e-4 * e.u * np.sin(2 * np.pi * k / np.ptp(k)) for e, k in zip(late, kelvins, strict=True))
+    bent = replace(strong, y=strong.y + problem.bins.mean(waves), cache={})
+    fit = solve(bent, (Term(by_key("bias")), Term(by_key("scale_factor")), thermal))
+    (row,) = estimates(bent, fit, (thermal,))[thermal]
+    assert abs(row.value) < LEAST * row.sd  # the straight line of it is less certain than the name
+    assert unsized(bent, fit, thermal, (thermal,)) == ""
+
+
 def test_an_exponential_slower_than_the_record_is_a_slope_and_no_size(problem: Problem) -> None:
     slow, slope = Term(by_key("bias_warm_up"), (3000.0,)), Term(by_key("bias_drift"))
     drifting = with_size(problem, slope, 30.0)
