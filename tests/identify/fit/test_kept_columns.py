@@ -21,13 +21,10 @@ MODEL = (
 
 def remembering() -> Problem:
     """Two runs of which one stands where it is fitted; all columns of the model are remembered."""
-    moves, late = (gyro_run("reversal", seed, duration=120.0, dt=0.1).recording for seed in (1, 2))
-    stands = int(0.6 * len(late))
-    held = {
-        n: replace(c, values=np.where(np.arange(len(late)) < stands, c.values[0], c.values))
-        for n, c in late.channels.items()
-    }
-    problem, _ = problem_of(moves, replace(late, channels=held), averaging=1.0, samples=False)
+    moves, late = (gyro_run("sine", seed, duration=300.0, dt=0.1).recording for seed in (1, 2))
+    start = int(0.7 * len(late))
+    still = {n: replace(c, values=c.values[np.maximum(np.arange(len(late)), start)]) for n, c in late.channels.items()}
+    problem, _ = problem_of(moves, replace(late, channels=still), averaging=1.0, samples=False)
     problem.transformed_together(MODEL)
     return problem
 
