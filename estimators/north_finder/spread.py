@@ -52,6 +52,7 @@ from estimators.common.turns import (
     compiled,
     patiently,
 )
+from insenv.core.compiled import of_one_type
 from insenv.core.earth import EARTH_RATE
 from insenv.core.estimate import Datasheet
 from insenv.core.recording import Floats
@@ -92,7 +93,7 @@ def solved(turns: Revolutions, errors: Errors, weigh: Callable[..., Any], output
     """
     front, m = turns.count.shape, turns.closed.shape[-2]
     rows = turns.count.size
-    closed, count = turns.closed.reshape(rows, m, WIDTH), turns.count.reshape(rows)
+    closed, count = of_one_type(turns.closed.reshape(rows, m, WIDTH)), turns.count.reshape(rows)
     coefficients = np.zeros((rows, m, outputs, 3))
     known, time = np.zeros(rows, bool), np.zeros(rows)
     x, cov = np.zeros((rows, outputs)), np.zeros((rows, outputs, outputs))

@@ -50,6 +50,7 @@ from estimators.common.turns import (
     patiently,
 )
 from estimators.rate_table.scale_factor import mean_and_repeatability
+from insenv.core.compiled import of_one_type
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Estimate
 from insenv.core.recording import Floats, Recording
@@ -231,7 +232,7 @@ def _added(state: LevelSums, turns: Revolutions) -> LevelSums:
     rows, d = state.count.size, state.sums.shape[-2]
     sums = np.concatenate([state.sums.reshape(rows, d, _KEPT), np.zeros((rows, m, _KEPT))], axis=1)
     count = state.count.reshape(rows).copy()
-    _fold(turns.closed.reshape(rows, m, WIDTH), turns.count.reshape(rows), sums, count)
+    _fold(of_one_type(turns.closed.reshape(rows, m, WIDTH)), turns.count.reshape(rows), sums, count)
     most = count.max(initial=0)
     left = replace(turns, closed=np.zeros((*front, 0, WIDTH)), count=np.zeros_like(turns.count))
     return LevelSums(left, sums[:, :most].reshape(*front, most, _KEPT), count.reshape(front))

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from estimators.common.least_squares import recursion
 from estimators.two_position.alignment_kernel import BEFORE, SPAN
 from insenv.core.compiled import jit, patient
@@ -35,6 +37,8 @@ def fit(velocity, where, dt, rows, counts, starts, P, X):  # noqa: PLR0913 -- a 
                     for j in range(2):
                         z[0, m, j] = velocity[i, m, j] - starts[i, rest, j]
                 fits = slice(rest, rest + 1)
-                _recursion(z[:, k:end], dt / SPAN, int(counts[i, rest]), 1, P[i, fits], X[i, fits])
+                # Of the types that other callers have, for which it is compiled already.
+                part, lowest = np.ascontiguousarray(z[:, k:end]), np.int64(1)
+                _recursion(part, dt / SPAN, int(counts[i, rest]), lowest, P[i, fits], X[i, fits])
                 counts[i, rest] += end - k
             k = end

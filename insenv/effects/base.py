@@ -33,6 +33,7 @@ from typing import Any, ClassVar, Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from insenv.core.compiled import of_one_type
 from insenv.core.errors import InputError
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats
@@ -469,7 +470,7 @@ def combine(basis: Floats, theta: Floats) -> Floats:
         from insenv.core.rows import kernel
 
         out = np.empty(basis.shape[:-1])
-        kernel.combined(basis, theta, out)
+        kernel.combined(basis, of_one_type(theta), out)
         return out
     total: Floats = basis[..., 0] * theta[..., 0, None]
     for j in range(1, basis.shape[-1]):

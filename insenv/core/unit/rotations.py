@@ -13,6 +13,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from insenv.core.compiled import of_one_type
+
 Floats = NDArray[np.float64]
 #: A vector along a time axis: its three components, each of shape (..., n).
 Vector = tuple[Floats, Floats, Floats]
@@ -99,4 +101,4 @@ def as_rows(values: Floats, batch: tuple[int, ...], own: int) -> Floats:
     """Return values with ``own`` last axes, a row of them for each run of a batch, as a kernel takes them."""
     shape = values.shape[values.ndim - own :]
     rows = np.broadcast_to(values, (*batch, *shape)).reshape(int(np.prod(batch)), *shape)
-    return np.require(rows, np.float64, "W")
+    return of_one_type(rows)
