@@ -73,3 +73,12 @@ def test_the_motion_of_a_row_at_one_rate_is_no_step(counts: float) -> None:
     read = step * np.floor(np.cumsum(rate) / step)
     assert counted(read) == pytest.approx(step, rel=1e-6)
     assert counter_step(read) == pytest.approx(step, rel=1e-6)
+
+
+def test_the_step_of_an_encoder_is_found_behind_digits_of_small_and_large_numbers() -> None:
+    """Eight digits of radians up to 50, a swing of up to 137 counts of 16 bits a row."""
+    step = 2 * np.pi / 2**16
+    t = 0.005 * np.arange(8000)
+    read = step * np.floor((22.0 + 29.0 * np.sin(0.09 * t)) / step)
+    printed = np.array([float(f"{x:.8g}") for x in read])
+    assert counted(printed) == pytest.approx(step, rel=1e-6)

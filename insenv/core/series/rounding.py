@@ -17,6 +17,8 @@ Floats = NDArray[np.float64]
 OFF = 0.02
 #: Times what the digits of a file leave from which on steps are a counter's, and the share of rows that keep to them.
 DIGITS, KEPT = 10.0, 0.99
+#: How many times as large moves are counted next, from as many steps on.
+GROWTH = 4.0
 #: Share of the readings at which a change of a counter's counts by one takes back the last one.
 TURNS = 0.02
 #: Median of the size of a standard normal.
@@ -65,13 +67,27 @@ def counted(values: Floats) -> float:
     step = float(between.min())
     for _ in range(2):
         step = float(np.median(between / np.rint(between / step)))
+    step = _by_ever_larger(moves, step)
     times = np.rint(moves / step)
     if not np.any(times):
         return fine
-    step = float(moves @ times / (times @ times))
     off = np.abs(moves - step * np.rint(moves / step)) / step
     kept = float(np.mean(off < OFF + 2 * fine / step)) > KEPT
     return step if kept and not _goes_evenly(times) else printed
+
+
+def _by_ever_larger(moves: Floats, step: float) -> float:
+    """The step by multiples of it, shape (n,), small ones first: those of hundreds are counted by what these tell."""
+    size, most = np.abs(moves), float(np.abs(moves).max(initial=0.0))
+    limit = GROWTH
+    while True:
+        near = moves[size <= limit * step]
+        times = np.rint(near / step)
+        if np.any(times):
+            step = float(near @ times / (times @ times))
+        if limit * step >= most:
+            return step
+        limit *= GROWTH
 
 
 def _goes_evenly(times: Floats) -> bool:
