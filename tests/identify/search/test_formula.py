@@ -9,6 +9,7 @@ import importlib
 import json
 import sys
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 
@@ -159,21 +160,27 @@ def test_a_product_that_is_a_part_of_a_law_is_not_told(tmp_path: Path) -> None:
     assert sought(found).found is None
 
 
-def spanned(text: str) -> bool:
-    """Whether a linear effect of the catalogue, beside a bias, spans a formula on a table that swings in a chamber."""
-    motion = swinging()
-    columns = [c / np.linalg.norm(c) for c in product(text).means(motion.rate, motion, "a formula")]
+@cache
+def spans() -> list[Floats]:
+    """Orthonormal bases of the linear effects of the catalogue, beside a bias, on a table that swings in a chamber."""
+    motion, found = swinging(), []
     for effect in CATALOGUE:
         if not isinstance(effect, LinearEffect) or effect.generic or effect.missing(motion):
             continue
         own = effect.basis(motion.rate, motion).reshape(motion.n, -1)
         size = np.linalg.norm(own, axis=0)
-        q = np.linalg.qr(np.column_stack([own[:, size > 0] / size[size > 0], np.ones(motion.n)]))[0]
-        if all(np.linalg.norm(x - q @ (q.T @ x)) < 1e-2 for x in columns):
-            return True
-    return False
+        found.append(np.linalg.qr(np.column_stack([own[:, size > 0] / size[size > 0], np.ones(motion.n)]))[0])
+    return found
 
 
+def spanned(text: str) -> bool:
+    """Whether one of them spans a formula there."""
+    motion = swinging()
+    columns = [c / np.linalg.norm(c) for c in product(text).means(motion.rate, motion, "a formula")]
+    return any(all(np.linalg.norm(x - q @ (q.T @ x)) < 1e-2 for x in columns) for q in spans())
+
+
+@cache
 def swinging() -> Motion:
     t: Floats = np.arange(1201) * np.float64(0.1)
     angle = 5.0 * np.sin(0.3 * t) + 0.4 * t + 0.5 * np.sin(0.13 * t)
