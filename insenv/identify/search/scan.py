@@ -28,6 +28,8 @@ from insenv.identify.search.candidates import Candidate, stacked
 
 #: Runs of simulated noise that measure the number of independent shapes.
 NULL_RUNS = 200
+#: Modes up to which that noise is drawn for all problems of a seed at once: as many as most have.
+MOST_SHARED = 2048
 
 #: A candidate less of which is left outside the model than this is not told from it: its coefficient would be hundreds
 #: of times less certain than alone, and small errors of the references would decide it.
@@ -137,9 +139,16 @@ def score(problem: Problem, fit: Fit, found: tuple[Candidate, ...], seed: int) -
     return [_score_one(block, weight, q, residual, noise) for block in stacked(problem, found)]
 
 
-@lru_cache(maxsize=1)
 def _noise(seed: int, modes: int) -> Floats:
-    """White noise of the null distribution, shape (modes, runs): the same in every round and of every target alike."""
+    """White noise of the null distribution, shape (modes, runs): the same in every round and of every target alike.
+
+    The first of more modes are those of fewer: most problems of a seed take theirs of what was drawn once.
+    """
+    return _drawn(seed, max(modes, MOST_SHARED))[:modes]
+
+
+@lru_cache(maxsize=2)
+def _drawn(seed: int, modes: int) -> Floats:
     return np.random.Generator(np.random.SFC64(seed)).standard_normal((modes, NULL_RUNS))
 
 

@@ -16,7 +16,7 @@ from insenv.identify.prepare.problems import prepare
 from insenv.identify.search.candidates import Candidate, candidates
 from insenv.identify.search.rivals import rivalry
 from insenv.identify.search.round import search
-from insenv.identify.search.scan import likelihood_ratio, log_significance, reference, score
+from insenv.identify.search.scan import MOST_SHARED, _noise, likelihood_ratio, log_significance, reference, score
 
 DURATION = 1200.0
 
@@ -201,3 +201,11 @@ def test_a_wave_of_the_angle_is_tried_on_a_quarter_of_it(sweep: float, told: tup
     problem = prepare(manifest(), (one,), (use(len(t)),), "gyro", holds=False, tones=False).problem
     found, _ = candidates(problem, tuple(by_key(f"encoder_harmonic:{order}") for order in (1, 2, 3, 4)))
     assert tuple(int(c.effect.key[-1]) for c in found) == told
+
+
+def test_the_noise_of_a_problem_is_what_its_seed_draws_however_many_modes_others_have() -> None:
+    few, many = 300, MOST_SHARED + 5
+    for modes in (few, many, few):
+        drawn = np.random.Generator(np.random.SFC64(3)).standard_normal((modes, 200))
+        np.testing.assert_array_equal(_noise(3, modes), drawn)
+    assert np.shares_memory(_noise(3, few), _noise(3, few + 1))
