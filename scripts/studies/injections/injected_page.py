@@ -75,15 +75,27 @@ minute does not; and, with the recordings of all opened sets drawn anew:
 * Gyros of half the rate with an axis reversed missed the turns by 1.4 rad under "nothing significant".
 * Bursts of noise of a twentieth of a rest were too long for a knock, and no mean left its level: 0 of 4 told, 4 of 4.
 
-After the later parts were opened, so that no figure here has it: a bound on the power of a random walk that hid nearly
-all of it where regressors take the slowest modes (a step was said to follow all rows of an untouched recording with
-2e-84); rests that miss gravity by a hundredth of it under "nothing significant". What is left: slow effects that no
-rows tell from a walk of the noise; bends, thresholds and backlash of 5 to 10 deviations beside a reference that comes
-late, whose form takes them; a cubic beside a late, short reference called a compensation ripple, an anomaly on a path
-that repeats called a tone; a drift of the gain called its warm-up; what is said of the untouched recording already.
+After the later parts were opened, so that no figure of the first time has it: rests that miss gravity by a hundredth of
+it under "nothing significant"; a bound on the power of a random walk that hid nearly all of it where regressors take
+the slowest modes (a step was said to follow all rows of an untouched recording with 2e-84). The wider walk hid what
+tells parts of a recording apart, until parts are judged beside the noise that they leave.
+{later}
 
-With these mends (`cae9e63`) 11 of the 18 cases of the first closed set that were not good, and 4 of 10 of those drawn
-anew, are right or honest; what was good was not closed again.
+Two effects of the later parts, a step of 11 deviations and a burst, had been put behind the rows that the manifest
+uses: nobody could see them, and they are not counted (as first counted: 22 of 40). Copies hold those rows alone now.
+
+What is left, asked of all rows by the engine's own likelihood with the noise fitted anew (21 cases beside a reference
+that are not good): 18 are no more than 4.3 deviations, 11 of them less than 2 or not testable, though they were put in
+at 5 to 21. The size here is by a power that is smooth in frequency; the engine's noise is white, flicker and walk,
+alike all the time. Where a table is louder while it turns, or what is left is a hump at the motion's frequencies, a
+walk stands for it, and is far larger at slow modes than what is there: the means of two rests of a record player differ
+by more than 60 times what the scatter of their rows allows, and all rows together tell no drift. Three stand out by 5
+to 8: a drift of the gain beyond what is credible (0.2), a cubic and a hysteresis that errors of the reference follow as
+well. A cubic on a table that is told one rate and rest is the scale factor, says the engine; it was put in by the rates
+that the readings show.
+
+Of 12 cases of the sets before that were still not good with `cae9e63`, one more is right, a drift of 15 deviations; what
+was good there was not closed again.
 
 The later parts hold few recordings that qualify: 12, of which one is in attitudes (18 rests of a row each), and two of
 the five references are commands. Of the untouched recordings beside a reference 0 of 33 have a new doubt by
@@ -100,10 +112,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--set", nargs=3, action="append", metavar=("NAME", "STORE", "LABEL"), required=True)
     parser.add_argument("--commit", required=True, help="of the engine, in words for each set")
+    parser.add_argument("--later", default="", help="a sentence on what later mends changed")
     parser.add_argument("--out", type=Path, default=FOLDER)
     given = parser.parse_args()
     sets = [(name, list(judged(Path(store), label))) for name, store, label in given.set]
-    lines = [HEAD.format(low=STRENGTH[0], high=STRENGTH[1]), f"Commits of the engine: {given.commit}.", ""]
+    lines = [HEAD.format(low=STRENGTH[0], high=STRENGTH[1], later=given.later), f"Commits of the engine: {given.commit}.", ""]
     lines += [*_words(sets), "", *_kinds(sets), "", *_laws(*sets[-1]), "", *_cases(*sets[-1])]
     written(given.out / "injected.md", "\n".join(lines).rstrip() + "\n")
 

@@ -193,7 +193,8 @@ def summary(said: Said) -> list[str]:
     false = [one for one in rows if one.wrong]
     stated = sum(one.verdict == "effects-found" for one in false)
     later = sum(one.later for one in false)
-    doubtful = sum(all(a.get("noise") for a in one.wrong) for one in false)
+    doubtful = [all(a.get("noise") for a in one.wrong) for one in false]
+    neither = sum(not (one.later or may_be) for one, may_be in zip(false, doubtful, strict=True))
     once = Counter(name for one in false for name in {a["effect"] for a in one.wrong})
     recur = Counter(name for one in rows for name in set(one.names))
     return [
@@ -201,8 +202,9 @@ def summary(said: Said) -> list[str]:
         f"with a name that does not recur: {_share(len(false), len(rows))}; stated without doubt: "
         + _share(stated, len(rows)),
         f"of those the next piece bears out {later}; without them: {_share(len(false) - later, len(rows))}",
-        f"that are in a set with noise by their own account {doubtful}; without them: "
-        + _share(len(false) - doubtful, len(rows)),
+        f"that are in a set with noise by their own account {sum(doubtful)}; without them: "
+        + _share(len(false) - sum(doubtful), len(rows)),
+        "neither borne out nor in such a set: " + _share(neither, len(rows)),
         f"do not recur, or need motion: {dict(once)}",
         f"recur: {dict(recur)}",
     ]
