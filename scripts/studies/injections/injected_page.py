@@ -94,8 +94,8 @@ to 8: a drift of the gain beyond what is credible (0.2), a cubic and a hysteresi
 well. A cubic on a table that is told one rate and rest is the scale factor, says the engine; it was put in by the rates
 that the readings show.
 
-Of 12 cases of the sets before that were still not good with `cae9e63`, one more is right, a drift of 15 deviations; what
-was good there was not closed again.
+Of 12 cases of the sets before that were still not good with `cae9e63`, one more is right, a drift of 15 deviations;
+what was good there was not closed again.
 
 The later parts hold few recordings that qualify: 12, of which one is in attitudes (18 rests of a row each), and two of
 the five references are commands. Of the untouched recordings beside a reference 0 of 33 have a new doubt by
@@ -116,7 +116,11 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=FOLDER)
     given = parser.parse_args()
     sets = [(name, list(judged(Path(store), label))) for name, store, label in given.set]
-    lines = [HEAD.format(low=STRENGTH[0], high=STRENGTH[1], later=given.later), f"Commits of the engine: {given.commit}.", ""]
+    lines = [
+        HEAD.format(low=STRENGTH[0], high=STRENGTH[1], later=given.later),
+        f"Commits of the engine: {given.commit}.",
+        "",
+    ]
     lines += [*_words(sets), "", *_kinds(sets), "", *_laws(*sets[-1]), "", *_cases(*sets[-1])]
     written(given.out / "injected.md", "\n".join(lines).rstrip() + "\n")
 
