@@ -59,8 +59,8 @@ named in six of its recordings alone (five right), seven are no test of the kind
 were refused), and three beside a poor reference ask for nothing; without those three 22 of 24. `twentythird`, of ten
 owners, was looked for to be hard (tables turned to an azimuth, drones with several units, a heated or a drifting gyro):
 something must be named in 20 of its 26 (six right, eight honest). It is shown as it was when it was opened (main
-0d8c98f): 20 of 26, one wrong value stated, five missed, eight no more than honest; `ascend` had called sums rates, which
-its first answer reported and was wrong on (flagged); the mended one stands here.
+0d8c98f): 20 of 26, one wrong value stated, five missed, eight no more than honest; `ascend` had called sums rates (the
+first answer bade check the column, and was wrong under that flag): the mended manifest's answer stands here.
 
 Judgements: **right** names what is there, nothing that the data exclude, values within tolerance or three standard
 deviations; **honest** falls short and says so; **missed** is silent; **wrong, flagged** names what is not there under
