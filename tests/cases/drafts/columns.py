@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -38,6 +39,16 @@ def asked(found: Draft) -> dict[str, str]:
 
 def turned_by_hand(gyro: float = 1.0, accel: float = 1.0, seed: int = 1) -> dict[str, Floats]:
     """A triad that rests in eight attitudes and is turned in between; gyros and forces in units of rad/s and m/s^2."""
+    rate, force = _by_hand(seed)
+    return {
+        **{f"gyro_{a}": rate[:, i] / gyro for i, a in enumerate("xyz")},
+        **{f"accel_{a}": force[:, i] / accel for i, a in enumerate("xyz")},
+    }
+
+
+@cache
+def _by_hand(seed: int) -> tuple[Floats, Floats]:
+    """Rates [rad/s] and forces [m/s^2], shape (rows, 3) each."""
     random = np.random.default_rng(seed)
     rate = np.zeros((8000, 3))
     for start in range(500, 8000, 1000):
@@ -50,11 +61,7 @@ def turned_by_hand(gyro: float = 1.0, accel: float = 1.0, seed: int = 1) -> dict
         now /= np.linalg.norm(now)
         up[i] = now
     rate += 2e-3 * random.standard_normal(rate.shape)
-    force = STANDARD_GRAVITY * up + 0.02 * random.standard_normal(up.shape)
-    return {
-        **{f"gyro_{a}": rate[:, i] / gyro for i, a in enumerate("xyz")},
-        **{f"accel_{a}": force[:, i] / accel for i, a in enumerate("xyz")},
-    }
+    return rate, STANDARD_GRAVITY * up + 0.02 * random.standard_normal(up.shape)
 
 
 def on_table(gain: float = 1.0, unit: float = 1.0, seed: int = 1) -> dict[str, Floats]:

@@ -22,7 +22,7 @@ def ramped(levels: Floats, acceleration: float, first: float | None = None) -> F
     rate, now = np.empty(len(levels)), levels[0] if first is None else first
     for i, wanted in enumerate(levels):
         before = now
-        now += np.clip(wanted - now, -acceleration * DT, acceleration * DT)
+        now += max(-acceleration * DT, min(wanted - now, acceleration * DT))
         rate[i] = 0.5 * (before + now)
     return rate
 
