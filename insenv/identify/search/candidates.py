@@ -112,9 +112,9 @@ def _arc(problem: Problem) -> float:
 
 
 def turns_few_waves(problem: Problem, effect: Effect) -> bool:
-    """Whether the table turns by less than two waves of an effect."""
+    """Whether the table turns by less than two waves of an effect of its angle: a power of heat has an order too."""
     order = getattr(effect, "order", None)
-    return order is not None and _arc(problem) * order < TWO_WAVES
+    return order is not None and "angle" in effect.needs and _arc(problem) * order < TWO_WAVES
 
 
 def _of_few_waves(problem: Problem, effect: Effect) -> bool:

@@ -67,3 +67,15 @@ def test_of_a_swing_at_one_frequency_a_wave_of_the_angle_may_be_one_of_the_accel
     (target,) = closed(Recording(t, channels, label="run"), manifest(), catalogue=tried).targets
     assert [a.effect for a in target.added] == ["angle_locked_rate"]
     assert any("swings at one frequency" in reason for reason in target.reasons) is not told
+
+
+def test_a_power_of_heat_is_named_though_no_angle_is_given() -> None:
+    """It has an order, as waves of the angle do: a traceback was the answer, of a table's arc that nobody gave."""
+    t: Floats = 1.0 * np.arange(600.0)
+    heat = 293.0 + 5.0 * np.sin(t / 60.0)
+    gyro = 1e-3 * (heat - 293.0) + 1e-3 * np.random.default_rng(0).standard_normal(len(t))
+    channels = {"gyro": Channel(gyro, "rad/s"), "temperature": Channel(heat, "K")}
+    (target,) = closed(
+        Recording(t, channels, label="run"), manifest(), catalogue=(by_key("bias_temperature:1"),)
+    ).targets
+    assert [a.effect for a in target.added] == ["bias_temperature"]
