@@ -27,7 +27,7 @@ from insenv.effects.base import Effect
 from insenv.identify.fit.bins import of_one_use
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import NOISE_TERMS, Model, Problem
-from insenv.identify.search.candidates import Candidate
+from insenv.identify.search.candidates import Candidate, candidates
 from insenv.identify.search.jumps import is_step
 from insenv.identify.search.reference_errors import beside_reference_errors
 from insenv.identify.search.round import by_fit_alone
@@ -80,8 +80,10 @@ def of_all_rows_beside_a_reference(track: Track, seed: int = 0) -> AllRows | Non
     seed : int
         Of the simulated noise.
     """
-    tried = tuple(c for c in track.candidates if is_of_bias(c.effect))
-    if not track.problem.turns or not tried or _unseen(track, tried):
+    if not track.problem.turns:
+        return None
+    tried = tuple(at_all_times(track, c) for c in track.candidates if is_of_bias(c.effect))
+    if not tried or _unseen(track, tried):
         return None
     rows = _asked(track, track.fit.model, tried, seed)
 
@@ -99,6 +101,14 @@ def of_all_rows_beside_a_reference(track: Track, seed: int = 0) -> AllRows | Non
 def is_of_bias(effect: Effect) -> bool:
     """Whether an effect is a slow change of the bias, or one step of it."""
     return effect.key in DRIFTS or is_step(effect)
+
+
+def at_all_times(track: Track, one: Candidate) -> Candidate:
+    """A step at any instant of all rows, of which the search tries those of the fitted ones; else as it is."""
+    if not is_step(one.effect):
+        return one
+    found, _ = candidates(whole_of(track), (one.effect,))
+    return found[0] if found else one
 
 
 def _unseen(track: Track, tried: tuple[Candidate, ...]) -> bool:

@@ -23,7 +23,7 @@ import numpy as np
 
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import Problem
-from insenv.identify.search.all_rows import whole_of
+from insenv.identify.search.all_rows import at_all_times, whole_of
 from insenv.identify.search.candidates import Candidate
 from insenv.identify.search.reference_errors import beside_reference_errors, log_p_alone
 from insenv.identify.search.round import by_fit_alone, no_law, with_term
@@ -109,7 +109,8 @@ def _open(track: Track) -> Sequence[Candidate]:
     said = {step.hit.candidate.effect.key for step in track.steps}
     said |= {key for one in track.rivalries for key in (*one.rivals, *one.rarer)}
     said |= {term.effect.key for term in track.fit.model}
-    return [c for c in (*track.candidates, *track.few_waves) if not c.generic and c.effect.key not in said]
+    tried = (*track.candidates, *track.few_waves)
+    return [at_all_times(track, c) for c in tried if not c.generic and c.effect.key not in said]
 
 
 def _is_sized(whole: Problem, fit: Fit, hit: Hit) -> bool:

@@ -10,6 +10,10 @@ and the best of them by Lambda - 2 k that does not make the held-out data worse,
 give it, is named: with the others as its rivals, a step of the bias where that explains more, and the noise. What is
 over soon after the start is an event (`insenv.identify.clean.settling`), and none of them.
 
+So it is for the bias of a unit that turns beside a reference, whatever else was added, where such a law is told from
+noise or is likelier than its walk by `NAMED`: of 120 minutes of noise that walks as far as white noise of the minute's
+mean, and ten times as far, 10 have such a set, with the walk in it; of 60 with white noise none.
+
 Source: H. Akaike, IEEE Trans. Autom. Control 19 (1974) 716 (Lambda - 2 k).
 """
 
@@ -57,6 +61,8 @@ CHANCE = 0.05
 #: Probability with which noise that stays gives the likelihood ratio from which on a law is certain beside it (four
 #: deviations), and the odds for the law over a walk from which on that is said.
 CERTAIN, LIKELIER = 6.3e-5, 50.0
+#: Odds over a walk from which on laws beside a reference are named with it, in a set.
+NAMED = 300.0
 #: Beside a reference: probability after its looks with which noise makes a slow law of the bias, and deviations of its
 #: coefficient, from which on it is said.
 BESIDE, MANY = 1e-3, 5.0
@@ -112,15 +118,33 @@ def _beside_a_reference(track: Track) -> tuple[str, ...]:
     It is certain beside noise that stays, many deviations beside noise that may wander, and either told from such noise
     or likelier than a walk. One of these alone is not enough: errors of a reference wander, and jump.
     """
+    if (found := _told_beside(track)) is not None:
+        return (_better_than_noise(*found),)
+    return _in_place_of_a_walk([one for one in _sure_beside(track) if one.odds >= math.log(LIKELIER)])
+
+
+def _names_beside(track: Track) -> bool:
+    """Whether a set of such laws and noise is named: they are told from noise, or likelier than a walk by `NAMED`."""
+    return _told_beside(track) is not None or any(one.odds >= math.log(NAMED) for one in _sure_beside(track))
+
+
+def _told_beside(track: Track) -> tuple[Hit, float] | None:
+    """The surest of these laws that all rows tell from noise that may wander, and its p-value; None where none is."""
+    sure = [one.hit for one in _sure_beside(track)]
+    found = min(sure, key=lambda hit: log_p_by_itself(track, hit), default=None)
+    rows = of_all_rows_beside_a_reference(track)
+    if found is None or rows is None:
+        return None
+    p = len(rows.laws) * math.exp(log_p_by_itself(track, found))
+    return (found, p) if p < BESIDE else None
+
+
+def _sure_beside(track: Track) -> list[_Likelier]:
+    """Laws of the bias that are certain beside noise that stays, and many deviations beside noise that may wander."""
     rows = None if _may_be_named(track) else of_all_rows_beside_a_reference(track)
     if rows is None:
-        return ()
-    likely = {one.hit.candidate.effect.key: one for one in _beside_staying(rows, track)}
-    sure = [hit for hit in rows.laws if hit.candidate.effect.key in likely and _deviations(rows, hit) >= MANY]
-    found = min(sure, key=lambda hit: log_p_by_itself(track, hit), default=None)
-    if found is not None and (p := len(rows.laws) * math.exp(log_p_by_itself(track, found))) < BESIDE:
-        return (_better_than_noise(found, p),)
-    return _in_place_of_a_walk([one for one in likely.values() if one.hit in sure and one.odds >= math.log(LIKELIER)])
+        return []
+    return [one for one in _beside_staying(rows, track) if _deviations(rows, one.hit) >= MANY]
 
 
 def _may_be_named(track: Track) -> bool:
@@ -215,12 +239,15 @@ def with_sets(tracks: Sequence[Track], alpha: float) -> list[Track]:
 
 
 def doubted(track: Track, alpha: float) -> bool:
-    """Whether something says that the level of a unit at rest changes, and no cause has been named.
+    """Whether something says that the level of a unit changes, and no cause has been named.
 
     What the fitted rows alone lean to, or held-out ones refused, is said (`leaning`), and is no law by that: all rows
-    have to say so too. Walks and flicker of simulated and of real rests had a set for every second such lean.
+    have to say so too. Walks and flicker of simulated and of real rests had a set for every second such lean. Of a unit
+    that turns beside a reference they have to say so whatever else there is.
     """
-    if not _is_open(track) or track.problem.turns:
+    if track.problem.turns:
+        return _names_beside(track)
+    if not _is_open(track):
         return False
     generic = any(step.hit.candidate.generic for step in track.steps)
     smooth = any(r.hit.candidate.generic for r in track.refusals)
@@ -271,10 +298,11 @@ def _fitted(rows: AllRows, hit: Hit) -> tuple[Problem, Fit]:
 
 def _with_set(track: Track, alpha: float) -> Track:
     """The track with the likeliest law that may be, or as it is where there is none."""
-    rows = of_all_rows(track)
+    turns = track.problem.turns
+    rows = of_all_rows_beside_a_reference(track) if turns else of_all_rows(track)
     if rows is None:
         return track
-    likelier = [one.hit for one in _likelier(track)]
+    likelier = [one.hit for one in (_beside_staying(rows, track) if turns else _likelier(track))]
     laws = sorted((hit for hit in rows.laws if _is_rival(hit) or hit in likelier), key=_worth, reverse=True)
     keys = _keys(laws)
     problem, steps = track.problem, tuple(step for step in track.steps if not step.hit.candidate.generic)
