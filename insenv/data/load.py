@@ -68,8 +68,8 @@ def read_recordings(manifest: Manifest) -> tuple[Recording, ...]:
     ------
     InputError
         If a file cannot be read, a column or unit is missing or wrong, a sample is not finite, the time does not run
-        forwards, its steps follow no clock where the manifest counts rows of several runs, or the number of the
-        power-up is none.
+        forwards, its steps follow no clock and are nothing alike or are counted by the manifest through several runs,
+        or the number of the power-up is none.
     """
     read: list[Recording] = []
     uneven: list[UnevenError] = []
@@ -85,7 +85,8 @@ def read_recordings(manifest: Manifest) -> tuple[Recording, ...]:
     if uneven:
         # One rate for all of them, even ones too.
         rate = min([e.rate for e in uneven] + [0.5 / r.dt for r in read])
-        if len(runs) > 1 and (manifest.fit_rows or manifest.held_out.rows):
+        counted = bool(manifest.fit_rows or manifest.held_out.rows) and len(runs) > 1
+        if counted or not (_nothing_turns(manifest) or all(e.alike for e in uneven)):
             raise InputError(uneven[0].proposing(rate))
         anew = replace(manifest, resample=round_rate(rate))
         return tuple(_read_run(anew, run, table) for run, table in runs)

@@ -45,6 +45,8 @@ SMOOTHER = 0.8
 #: Stamps and steps that are a power of a thousand times those before: so nearly; of so many rows on either side, and at
 #: least so many. A median of few steps of a logger that is late now and then may be off by half.
 SAME_UNIT, SAME_STEP, AROUND, FEWEST_AROUND = 0.02, 0.3, 64, 3
+#: Nineteen of twenty steps of a loop are shorter than so many times those that nineteen of twenty are longer than.
+ALIKE = 30.0
 #: Steps from the last stamp of a counter to the first one after it began anew, at most; more, and it was set.
 FEW_STEPS = 10.0
 #: Seconds that are counted from so long ago that their rounding is more than this share of a period count from row 0.
@@ -52,11 +54,16 @@ COARSE = 1e-9
 
 
 class UnevenError(InputError):
-    """Rows of a run follow no clock; ``rate`` [Hz] is one at which nearly every mean holds two of them."""
+    """Rows of a run follow no clock; ``rate`` [Hz] is one at which nearly every mean holds two of them.
+
+    ``alike`` says that a loop wrote them, if a slow one now and then: what is written when something happens has steps
+    of any length, and its means are not what an instrument reads all the time.
+    """
 
     def __init__(self, path: Path, t: Floats) -> None:
         low, middle, high = np.quantile(np.diff(t), (0.05, 0.5, 0.95))
         self.rate = 0.5 / max(high, 1e-300)
+        self.alike = bool(high < ALIKE * low)
         self._found = f"{path}: not evenly sampled (steps of {low:.3g} to {high:.3g} s, {middle:.3g} s in the median"
         super().__init__(self.proposing(self.rate))
 

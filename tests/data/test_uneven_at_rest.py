@@ -80,9 +80,9 @@ def test_where_a_manifest_counts_rows_they_are_those_of_the_file(tmp_path: Path,
     assert first <= of_named[0, 0] < first + 20 and last - 20 < of_named[-1, 1] <= last
 
 
-def test_of_a_table_rows_that_come_in_bursts_are_made_means(tmp_path: Path) -> None:
-    run = read(tmp_path, bursts(), table='table_rate = { column = "w", unit = "rad/s" }\n')
-    assert any("resampled to" in note for note in run.notes)
+def test_a_table_wants_its_times(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="not evenly sampled"):
+        read(tmp_path, bursts(), table='table_rate = { column = "w", unit = "rad/s" }\n')
 
 
 def test_a_sensor_that_is_heard_now_and_then_is_made_means(tmp_path: Path) -> None:
