@@ -63,6 +63,8 @@ CHANCE = 0.05
 CERTAIN, LIKELIER = 6.3e-5, 50.0
 #: Odds over a walk from which on laws beside a reference are named with it, in a set.
 NAMED = 300.0
+#: Share of the time within which a law is over that is none, and share of its curve that is then left at most.
+SOON = 0.05
 #: Beside a reference: probability after its looks with which noise makes a slow law of the bias, and deviations of its
 #: coefficient, from which on it is said.
 BESIDE, MANY = 1e-3, 5.0
@@ -144,7 +146,14 @@ def _sure_beside(track: Track) -> list[_Likelier]:
     rows = None if _may_be_named(track) else of_all_rows_beside_a_reference(track)
     if rows is None:
         return []
-    return [one for one in _beside_staying(rows, track) if _deviations(rows, one.hit) >= MANY]
+    lasting = [one for one in _beside_staying(rows, track) if not _is_over_soon(rows.problem, one.hit)]
+    return [one for one in lasting if _deviations(rows, one.hit) >= MANY]
+
+
+def _is_over_soon(problem: Problem, hit: Hit) -> bool:
+    """Whether a law has come to its end in so small a share of the time (`SOON`): an event at the start, and no law."""
+    curve = problem.columns(hit.term)[:, -1]
+    return float(np.mean(np.abs(curve - curve[-1]) > SOON * np.ptp(curve))) < SOON
 
 
 def _may_be_named(track: Track) -> bool:
