@@ -15,6 +15,7 @@ from insenv.core.series.allan import WHITE
 from insenv.core.units import STANDARD_GRAVITY
 from insenv.data.manifest import Manifest
 from insenv.effects.base import OUTPUT
+from insenv.effects.catalogue import by_key
 from insenv.effects.cross import GSensitivity
 from insenv.effects.rate.scale import ScaleFactor
 from insenv.effects.triad import AccelBias, AccelScaleFactor, Misalignment
@@ -47,6 +48,7 @@ from insenv.identify.positions.search import Step
 from insenv.identify.positions.trace import Part, Positions
 
 _HELD = "The parameters that are declared of this axis hold, in these attitudes, what there may be of"
+_ELSEWHERE = "was found on other axes: on this one, which points one way alone, its bias holds what there may be of it"
 _MORE = "hold the triad still in more attitudes, each axis up, level, down and half-way, in another order"
 
 
@@ -92,13 +94,16 @@ def _target(
     steps = [(part, step) for part in parts for step in part.outcome.steps if _has_part(step.term, axis)]
     untold = [term.effect.key for part in parts for term in part.parted if not _has_part(term, axis)]
     added = tuple(_added(part, step, axis, unit, shown) for part, step in steps)
-    reasons = tuple(r for part in triads for r in part.reasons) + tuple(
-        f"at rest: {r}" for part in alone for r in part.reasons
+    elsewhere = [step for part in parts for step in part.outcome.steps if not _has_part(step.term, axis)]
+    reasons = (
+        *(r for part in triads for r in part.reasons),
+        *(f"at rest: {r}" for part in alone for r in part.reasons),
+        *(f"{step.term.effect.key} {_ELSEWHERE}" for step in elsewhere),
     )
     return TargetFindings(
         target=target,
         unit=unit,
-        verdict=_verdict(parts, axis),
+        verdict=_verdict(parts, axis, bool(reasons)),
         reasons=reasons,
         declared=_declared(manifest, gyro),
         added=added,
@@ -109,7 +114,7 @@ def _target(
         ),
         held_out=_held_out(recordings, found, shown),
         estimates_before=_estimates(parts, axis, unit, before=True),
-        estimates_after=_estimates(parts, axis, unit, before=False),
+        estimates_after=_with_untold(_estimates(parts, axis, unit, before=False), found.accel, elsewhere),
         noise=_noise(recordings, found, target, unit),
         next_experiment=_next(added),
         spectra=NO_SPECTRA,
@@ -139,12 +144,11 @@ def _has_part(term: object, axis: int) -> bool:
     return not isinstance(term, TriadTerm) or axis in term.axes
 
 
-def _verdict(parts: Sequence[Part], axis: int) -> str:
+def _verdict(parts: Sequence[Part], axis: int, more: bool) -> str:
     own = [(part, step.term.effect.key) for part in parts for step in part.outcome.steps if _has_part(step.term, axis)]
     added = bool(own)
     if any(part.outcome.rivals.get(key) for part, key in own):
         return "confounded"
-    more = any(part.reasons for part in parts)
     if added:
         return "effects-found-incomplete" if more else "effects-found"
     return "unexplained-structure" if more else "nothing-significant"
@@ -203,6 +207,18 @@ def _estimates(parts: Sequence[Part], axis: int, unit: str, before: bool) -> tup
         for term in part.outcome.before.terms:
             rows += _of_term(fit, term, axis, unit)
     return tuple(rows)
+
+
+def _with_untold(rows: tuple[Estimate, ...], accel: Part, elsewhere: Sequence[Step]) -> tuple[Estimate, ...]:
+    """Estimates of an axis whose level holds a gain that others tell: less certain by one as large as theirs."""
+    fit = accel.outcome.after
+    gains = [fit.theta[fit.of(s.term)] for s in elsewhere if s.term.effect.part == "gain" and s.term in fit.terms]
+    if not gains:
+        return rows
+    usual = STANDARD_GRAVITY * float(np.sqrt(np.mean(np.concatenate(gains) ** 2)))
+    return tuple(
+        replace(row, sd=float(np.hypot(row.sd, usual))) if by_key(row.effect).part == "level" else row for row in rows
+    )
 
 
 def _rejected(parts: Sequence[Part]) -> tuple[Rejected, ...]:
