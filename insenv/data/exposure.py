@@ -91,8 +91,12 @@ class Exposure:
 
 
 def turns(exposures: Sequence[Exposure]) -> bool:
-    """Whether the rate that an instrument was exposed to changes, within a run or from one run to another."""
-    return max(float(e.u.max()) for e in exposures) > min(float(e.u.min()) for e in exposures)
+    """Whether the rate that an instrument was exposed to changes, within a run or from one run to another.
+
+    At rest in two positions it sees the Earth's rate of both signs, and turns by no table.
+    """
+    within = any(np.ptp(e.u) for e in exposures)
+    return within or float(np.ptp([e.u[0] for e in exposures])) > 2 * EARTH_RATE * (1 + STEADY)
 
 
 def expose(

@@ -8,7 +8,8 @@ from __future__ import annotations
 import numpy as np
 from simulated_runs import closed, manifest
 
-from insenv.core.recording import Channel, Recording
+from insenv.core.recording import Channel, Mounting, Recording, Site
+from insenv.data.exposure import expose, turns
 
 SCALE, BIAS, WHITE = 2e-3, 5e-3, 1e-3
 
@@ -36,3 +37,14 @@ def test_runs_of_one_and_the_same_rate_tell_no_gain() -> None:
     found = closed(runs, manifest(declared=("bias",), averaging=1.0)).targets[0]
     assert not found.added
     assert "scale_factor" in {one.effect for one in found.not_testable}
+
+
+def test_the_earths_rate_in_two_positions_is_no_turn() -> None:
+    still = {"gyro": Channel(np.zeros(100), "rad/s", "interval")}
+    up, down = (
+        Recording(0.1 * np.arange(1.0, 101.0), still, mounting=Mounting(tilt), site=Site(latitude=0.9), label="a")
+        for tilt in (np.pi / 2, -np.pi / 2)
+    )
+    seen = [expose(run, "gyro", with_earth=True) for run in (up, down)]
+    assert seen[0].u[0] == -seen[1].u[0] != 0
+    assert not turns(seen)
