@@ -39,6 +39,8 @@ from insenv.identify.search.unit.shaken import beside_shaking
 
 #: Frequencies at most that a tone is tried at, of those that blocks far apart tell from each other.
 MOST_LOBES = 64
+#: Share beyond its least credible value within which a shape stands at it.
+EDGE = 0.01
 #: Candidates whose shapes are refined, best first.
 REFINED = 4
 #: What refining shapes and choosing among held-out deviates adds to the looks: with it 5 of 300 simulated recordings
@@ -122,6 +124,7 @@ def no_law(problem: Problem, fit: Fit, base: Reference, larger: Fit) -> str:
     term = larger.model[-1]
     return (
         _beyond_bounds(problem, larger)
+        or _over_at_once(term)
         or _leads(larger)
         or _counts(problem, larger)
         or unseen(problem, term.effect, term.shape)
@@ -152,6 +155,15 @@ def _beyond_bounds(problem: Problem, fit: Fit) -> str:
         return ""
     theta = fit.theta[fit.design.term == len(fit.model) - 1]
     return term.effect.contradiction(np.concatenate([theta, term.shape])) if len(theta) == len(params) else ""
+
+
+def _over_at_once(term: Term) -> str:
+    """Why a course of time is none: it is over as soon as the least credible one is; empty if it lasts."""
+    shapes = zip(term.effect.shapes, term.shape, strict=True) if term.effect.of_time else ()
+    for param, value in shapes:
+        if 0 < value <= param.low * (1 + EDGE):
+            return f"its {param.name} would be {value:.3g} {param.unit}, the least that is credible, or less: an event"
+    return ""
 
 
 def _counts(problem: Problem, fit: Fit) -> str:
