@@ -8,6 +8,7 @@ Source: ArduPilot, AP_Logger, LogStructure.h.
 from __future__ import annotations
 
 import struct
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,8 @@ from insenv.core.recording import Floats
 
 #: Codes of `struct` for letters of the formats that are not the same.
 LETTERS = {"n": "4s", "N": "16s", "Z": "64s", "c": "h", "C": "H", "e": "i", "E": "I", "L": "i", "M": "B"}
+#: Fields of a message of a unit, after its time, and the longest step of time that is no gap [s].
+UNIT, GAP = "gx,gy,gz,ax,ay,az", 0.2
 
 
 def messages(path: Path, wanted: tuple[str, ...]) -> dict[str, Floats]:
@@ -39,3 +42,27 @@ def messages(path: Path, wanted: tuple[str, ...]) -> dict[str, Floats]:
         else:
             at += 1
     return {name: np.array(rows) for name, rows in out.items()}
+
+
+def two_units(path: Path, written: Path, tick: float, more: Mapping[str, int] | None = None) -> None:
+    """Write what two units of a log read, in its longest stretch without a gap, as a table.
+
+    Parameters
+    ----------
+    path, written : Path
+    tick : float
+        One count of the log's time [s].
+    more : mapping of str to int, optional
+        Further fields of the first unit: name of the column to place in the message.
+    """
+    more = more or {}
+    found = messages(path, ("IMU", "IMU2"))
+    count = min(len(found["IMU"]), len(found["IMU2"]))
+    one, two = found["IMU"][:count], found["IMU2"][:count]
+    time = (one[:, 0] - one[0, 0]) * tick
+    ends = np.concatenate(([0], np.flatnonzero(np.diff(time) > GAP) + 1, [time.size]))
+    longest = int(np.argmax(np.diff(ends)))
+    rows = slice(ends[longest], ends[longest + 1])
+    columns = (time[rows] - time[rows][0], one[rows, 1:7], *(one[rows, at] for at in more.values()), two[rows, 1:7])
+    header = ",".join(["t", UNIT, *more, *(f"{name}2" for name in UNIT.split(","))])
+    np.savetxt(written, np.column_stack(columns), fmt="%.9g", delimiter=",", header=header, comments="")
