@@ -146,8 +146,13 @@ def _sure_beside(track: Track) -> list[_Likelier]:
     rows = None if _may_be_named(track) else of_all_rows_beside_a_reference(track)
     if rows is None:
         return []
-    lasting = [one for one in _beside_staying(rows, track) if not _is_over_soon(rows.problem, one.hit)]
-    return [one for one in lasting if _deviations(rows, one.hit) >= MANY]
+
+    def asked() -> list[_Likelier]:
+        lasting = [one for one in _beside_staying(rows, track) if not _is_over_soon(rows.problem, one.hit)]
+        return [one for one in lasting if _deviations(rows, one.hit) >= MANY]
+
+    sure: list[_Likelier] = rows.problem.remember(("sure beside", rows.fit.model), asked)
+    return sure
 
 
 def _is_over_soon(problem: Problem, hit: Hit) -> bool:
@@ -213,8 +218,13 @@ def _likelier(track: Track) -> tuple[_Likelier, ...]:
 
 def _beside_staying(rows: AllRows, track: Track) -> list[_Likelier]:
     """Laws of a unit that turns that are certain if noise does not wander, their shapes and their number paid for."""
-    looks = [len(rows.laws) * own_looks(track, hit) for hit in rows.laws]
-    return _certain(rows, [(hit, BESIDE / n) for hit, n in zip(rows.laws, looks, strict=True)])
+
+    def asked() -> list[_Likelier]:
+        looks = [len(rows.laws) * own_looks(track, hit) for hit in rows.laws]
+        return _certain(rows, [(hit, BESIDE / n) for hit, n in zip(rows.laws, looks, strict=True)])
+
+    certain: list[_Likelier] = rows.problem.remember(("beside staying", rows.fit.model), asked)
+    return certain
 
 
 def _certain(rows: AllRows, asked: Sequence[tuple[Hit, float]]) -> list[_Likelier]:
