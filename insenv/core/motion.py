@@ -65,6 +65,8 @@ class Motion:
         Whether that lag is the one of a first-order filter before the reference, and no delay.
     window : float
         Time over which the reference is a mean of the rate [s], beside that lag, as counts of an encoder are. 0: none.
+    stands : bool
+        Whether the table stands in each interval at the angle of its end, and was turned between them.
     step : float, optional
         Length of an interval where it is known [s]. The one that ``t`` says is rounded, and differs by that from chunk
         to chunk of a run.
@@ -89,6 +91,7 @@ class Motion:
     lag: float = 0.0
     filtered: bool = False
     window: float = 0.0
+    stands: bool = False
     step: float | None = None
 
     @property

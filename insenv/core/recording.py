@@ -22,8 +22,8 @@ from insenv.core.unit.gimbals import Gimbals
 
 Floats = NDArray[np.float64]
 Covers = Literal["instant", "interval"]
-#: What a channel of a table shows: what was measured, or what was asked for.
-Origin = Literal["encoder", "command"]
+#: What a channel of a table shows: what was measured, what was asked for, or where it was set from rest to rest.
+Origin = Literal["encoder", "command", "set"]
 
 #: An interval longer than this many sampling periods is a gap.
 GAP = 1.5
@@ -43,8 +43,9 @@ class Channel:
         Whether a sample is the value at the row's time or the mean over the interval that ends there.
     delay : float
         Age of the value at the row's time [s].
-    source : "encoder", "command" or None
-        Of a table's angle or rate: whether it was measured or asked for; None where nobody said.
+    source : "encoder", "command", "set" or None
+        Of a table's angle or rate: whether it was measured or asked for, or an angle set from rest to rest, with no
+        row of the turns between; None where nobody said.
     every : float
         Time from reading to reading [s], where it was not read at every row; 0 where it was.
     step : float

@@ -30,7 +30,7 @@ from insenv.core.motion import Motion, interval_mean
 from insenv.core.recording import GAP, Channel, Floats, Recording, Response
 from insenv.core.series.trajectory import Trajectory
 from insenv.data.follow import followed
-from insenv.data.reference import order, programme
+from insenv.data.reference import at_cells, is_set, order, programme
 from insenv.data.resample import through
 from insenv.data.smooth import smoothed
 
@@ -191,6 +191,7 @@ def _exposed(
         lag=response.lag,
         filtered=response.filtered,
         window=response.window,
+        stands=is_set(recording),
     )
     return Exposure(y, count, cell_of_row, motion, table.rate * share + vertical)
 
@@ -242,6 +243,9 @@ class _Cells:
         n = len(self.count)
         if not names:
             return _Table(np.zeros(n), np.zeros(n), None, None)
+        if is_set(self.recording):
+            angle = at_cells(self.recording.channels["table_angle"], self.cell_of_row, n)
+            return _Table(np.zeros(n), np.zeros(n), np.zeros(n + 1), angle)
         if behind is not None and behind.still:
             # The noise of an encoder is no motion: neither to subtract nor to make a curve of.
             return _Table(np.zeros(n), np.zeros(n), np.zeros(n + 1), np.full(n + 1, behind.angle[0]))
@@ -507,6 +511,8 @@ def table_rate_of_rows(
     angle = _angle_function(recording, preferred)
     if angle is None:
         return None
+    if is_set(recording):
+        return np.zeros(len(recording))
     dt, channel = recording.dt, recording.channel(target)
     steps = np.append(dt, np.diff(recording.t))
     width = np.where(steps <= GAP * dt, steps, dt) if channel.covers == "interval" else np.full(len(steps), dt)
@@ -522,7 +528,8 @@ def table_share(recording: Recording, target: str) -> float:
 def _turn_rate(cells: _Cells) -> Floats | None:
     """Rate of the table at the edges, of an accelerometer; None where no table turns."""
     behind, names = cells.recording.table, order(cells.recording)
-    if not cells.target.startswith("accel") or not names or (behind is not None and behind.still):
+    stands = is_set(cells.recording) or (behind is not None and behind.still)
+    if not cells.target.startswith("accel") or not names or stands:
         return None
     return cells.rate_edges(names)
 

@@ -22,6 +22,7 @@ from insenv.data.manifest import ChannelSpec, Manifest, RunSpec
 from insenv.data.manifest.spec import ACCELEROMETERS, CHANNELS, EVENTS, GYROS, INCREMENTS, Quantity
 from insenv.data.readers import Column, Table, read_table
 from insenv.data.readers.table import rows_of
+from insenv.data.reference import with_positions
 from insenv.data.renewals import with_renewals
 from insenv.data.resample import resampled, spread
 from insenv.data.sampling import (
@@ -453,7 +454,10 @@ def _with_whole_turns(recording: Recording, manifest: Manifest, run: RunSpec, ta
     """The table's angle made cumulative where it is declared wrapped; refused where it jumps undeclared."""
     if "table_angle" not in recording.channels:
         return recording
+    recording = with_positions(recording)
     channel, turn = recording.channels["table_angle"], 2 * np.pi
+    if channel.source == "set":
+        return recording
     if manifest.channels["table_angle"].wrapped:
         unwrapped = replace(channel, values=np.unwrap(channel.values, period=turn))
         return replace(recording, channels={**recording.channels, "table_angle": unwrapped})
@@ -462,5 +466,6 @@ def _with_whole_turns(recording: Recording, manifest: Manifest, run: RunSpec, ta
     if jumps.any() and np.median(steps) < 0.25 * turn:
         row = int(np.argmax(jumps)) + 1
         found = f"{table.place(row)}: channels.table_angle jumps by a full turn"
-        raise InputError(f"{run.file}: {found}; wanted a cumulative angle, or wrapped = true in {manifest.path}")
+        wanted = f'a cumulative angle, or wrapped = true (or source = "set" of one set row by row) in {manifest.path}'
+        raise InputError(f"{run.file}: {found}; wanted {wanted}")
     return recording

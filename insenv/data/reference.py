@@ -10,8 +10,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from insenv.core.recording import GAP, Channel, Floats, Origin, Recording
+from insenv.core.series.positions import were_set
 from insenv.core.series.trajectory import Of, Trajectory, reading_noise, trajectory
 from insenv.data.follow import follows
 
@@ -19,17 +21,22 @@ from insenv.data.follow import follows
 HOLDS = 0.05
 #: Noise of what was computed, as a share of its largest value: the digits of a file.
 COMPUTED = 1e-5
+#: Share of the turns that a gyro reads where they are in the rows, and rows beside one that may be part of it at most.
+READ, BESIDE = 0.1, 500
 #: Channels of a table, and what each reads.
 TABLE: dict[str, Of] = {"table_angle": "angle", "table_rate": "rate"}
 
 
 def with_reference(recording: Recording) -> Recording:
     """The recording with the source of its table's channels said, and the motion behind a noisy encoder."""
+    recording = with_positions(recording)
     found = {name: recording.channels[name] for name in TABLE if name in recording.channels}
     if not found:
         return recording
     told = {name: replace(c, source=c.source or found_source(name, c)) for name, c in found.items()}
     recording = replace(recording, channels={**recording.channels, **told})
+    if is_set(recording):
+        return recording
     encoder = next((name for name in order(recording) if told[name].source == "encoder"), None)
     if encoder is None:
         return recording
@@ -63,6 +70,52 @@ def _turned(gyro: Channel, t: Floats) -> Floats:
     """How far a gyro says that it has turned from row to row, shape (n - 1,)."""
     mean = gyro.values[1:] if gyro.covers == "interval" else 0.5 * (gyro.values[1:] + gyro.values[:-1])
     return np.asarray(mean * np.diff(t))
+
+
+def with_positions(recording: Recording) -> Recording:
+    """The recording with it said that its table's angle was set, where nobody said what it is and it looks so."""
+    channel = recording.channels.get("table_angle")
+    if channel is None or channel.source is not None or "table_rate" in recording.channels:
+        return recording
+    if not were_set(recording.t, channel.values) or _read(recording, channel):
+        return recording
+    return replace(recording, channels={**recording.channels, "table_angle": replace(channel, source="set")})
+
+
+def is_set(recording: Recording) -> bool:
+    """Whether the table's angle was set, and is no motion."""
+    channel = recording.channels.get("table_angle")
+    return channel is not None and channel.source == "set"
+
+
+def _read(recording: Recording, channel: Channel) -> bool:
+    """Whether a gyro reads the turns: what it turns by around each of them goes with the change of the angle."""
+    change = np.diff(channel.values)
+    at = np.flatnonzero((change != 0) & (np.diff(recording.t) <= GAP * recording.dt))
+    if not len(at):
+        return False
+    beside = min(BESIDE, int(np.median(np.diff(at))) // 2)
+    first, last = np.maximum(at - beside, 0), np.minimum(at + 2 + beside, len(recording))
+    gyros = [c for name, c in recording.channels.items() if name.partition("_")[0] == "gyro"]
+    turned = (np.cumsum(np.append(0.0, c.values - np.median(c.values))) * recording.dt for c in gyros)
+    return any(_share(change[at], total[last] - total[first]) > READ for total in turned)
+
+
+def _share(change: Floats, turned: Floats) -> float:
+    """By how much an instrument turns, for each radian of a change."""
+    return abs(float(change @ turned)) / float(change @ change)
+
+
+def at_cells(channel: Channel, cell_of_row: NDArray[np.int64], n: int) -> Floats:
+    """Angles at the edges of ``n`` cells, shape (n + 1,): that at the end of each is the position in it."""
+    position, known = np.zeros(n), np.zeros(n, bool)
+    inside = cell_of_row >= 0
+    position[cell_of_row[inside]], known[cell_of_row[inside]] = channel.values[inside], True
+    if not known.any():
+        return np.full(n + 1, float(channel.values[0]))
+    last = np.maximum.accumulate(np.where(known, np.arange(n), -1))
+    position = position[np.where(last < 0, int(np.argmax(known)), last)]
+    return np.append(position[:1], position)
 
 
 def order(recording: Recording) -> tuple[str, ...]:
@@ -109,4 +162,5 @@ def sentences(recordings: Sequence[Recording], said: Sequence[str] = ()) -> tupl
 _WORDS = {
     "encoder": 'the reading of an encoder (source = "encoder")',
     "command": 'what the table was told (source = "command")',
+    "set": 'what the table was set to from rest to rest, with no row of the turns between (source = "set")',
 }

@@ -104,7 +104,7 @@ def with_renewals(recording: Recording, stamps: Floats | None = None) -> Recordi
     """
     for name in ("table_angle", "table_rate"):
         channel = recording.channels.get(name)
-        if channel is None or channel.source == "command":
+        if channel is None or channel.source in ("command", "set"):
             continue
         found = renewals(recording.t, channel.values)
         if found is None and name == "table_angle":

@@ -23,7 +23,7 @@ from insenv.core.earth import EARTH_RATE
 from insenv.core.motion import Motion, interval_slope
 from insenv.core.recording import Floats
 from insenv.effects.base import OUTPUT, Effect, LinearEffect, Param
-from insenv.effects.forms import bend, checked_order, columns, known, spread, wave
+from insenv.effects.forms import SET, checked_order, columns, known, spread, wave_at
 from insenv.effects.wobble import HIGHEST_ORDER as HIGHEST_WOBBLE
 from insenv.effects.wobble import Wobble
 
@@ -80,6 +80,10 @@ class EncoderHarmonic(_Wave):
         orders = [k for k in (self.order + 1, self.order - 1) if 1 <= k <= HIGHEST_WOBBLE]
         return tuple(Wobble(k) for k in orders) if inclined else ()
 
+    def blind(self, motion: Motion) -> str:
+        """Nothing of it is in a rest."""
+        return SET if motion.stands else ""
+
     def wave(self, motion: Motion, c: float | Floats, s: float | Floats) -> Floats:
         """Difference of the wave over the edges, in the share that the input axis sees."""
         phase = self.order * known(motion, "angle", self.id) - np.arctan2(s, c)
@@ -107,7 +111,7 @@ class AngleLockedRate(_Wave):
 
     def wave(self, motion: Motion, c: float | Floats, s: float | Floats) -> Floats:
         """Mean of the wave over each interval."""
-        return wave(known(motion, "angle", self.id), self.order, c, s, bend(motion))
+        return wave_at(motion, known(motion, "angle", self.id), self.order, c, s)
 
 
 @final
@@ -130,7 +134,7 @@ class MagneticField(_Wave):
 
     def wave(self, motion: Motion, c: float | Floats, s: float | Floats) -> Floats:
         """Mean of the wave over each interval."""
-        return wave(known(motion, "angle", self.id) - motion.base_turned, 1, c, s, bend(motion))
+        return wave_at(motion, known(motion, "angle", self.id) - motion.base_turned, 1, c, s)
 
 
 @final
@@ -170,4 +174,4 @@ class EarthRate(_Wave):
     def wave(self, motion: Motion, c: float | Floats, s: float | Floats) -> Floats:
         """Mean of the wave over each interval; it stands with the Earth where the base was turned."""
         angle = known(motion, "angle", self.id)
-        return wave(angle - motion.base_turned if motion.base_turned else angle, 1, c, s, bend(motion))
+        return wave_at(motion, angle - motion.base_turned if motion.base_turned else angle, 1, c, s)

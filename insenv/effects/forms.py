@@ -30,6 +30,9 @@ _SINC = (-1 / 6 + 9 / 16 * _SMALL**4 / 5040, 1 / 120 - 3 / 2 * _SMALL**2 / 5040)
 #: Quantile of the size of fourth differences by which the noise of a reading is told, and its deviation by unit noise.
 QUANTILE, DEVIATION = 0.75, 1.15 * 70**0.5
 
+#: Why what an encoder gets wrong in a turn is not seen on an exposure that stands (`Motion.stands`).
+SET = "the table's angle was set from rest to rest: no row holds a turn"
+
 #: Intervals up to which an angle counts as straight [s]: at 60 deg/s^2 it bends by 9e-6 rad, 1e-4 deg/h of Earth rate.
 _SHORT = 0.01
 
@@ -130,6 +133,18 @@ def wave(angle: Floats, order: int, c: float | Floats, s: float | Floats, bent: 
     mean *= _sinc(np.subtract(last, first, out=half_phase), 0.5 * order)
     mean *= np.hypot(c, s)
     return mean
+
+
+def wave_at(motion: Motion, angle: Floats, order: int, c: float | Floats, s: float | Floats) -> Floats:
+    """`wave` of angles at the edges of an exposure, with its bend, or of the angle at which the table stands."""
+    if not motion.stands:
+        return wave(angle, order, c, s, bend(motion))
+    return standing(angle, order, c, s)
+
+
+def standing(angle: Floats, order: int, c: float | Floats, s: float | Floats) -> Floats:
+    """The same of a table that stands in each interval at the angle of its end."""
+    return np.asarray(np.cos(order * angle[..., 1:] - np.arctan2(s, c)) * np.hypot(c, s))
 
 
 def cosine_of_twice(half: Floats) -> Floats:

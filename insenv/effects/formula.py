@@ -34,7 +34,7 @@ from insenv.core.errors import InputError
 from insenv.core.motion import Motion, interval_slope
 from insenv.core.recording import Floats
 from insenv.effects.base import Effect, Instrument, LinearEffect, MemoryEffect, Param
-from insenv.effects.forms import columns, first_order, known, spread, time_constants, wave
+from insenv.effects.forms import columns, first_order, known, spread, standing, time_constants, wave
 from insenv.effects.thermal import temperature_excess
 
 #: Rate below which a table stands, and one over the rate is nothing [rad/s]: 0.06 deg/s.
@@ -124,8 +124,8 @@ def _inverse(x: Floats) -> Floats:
 def _waves() -> list[Factor]:
     def means(order: int) -> Callable[[Floats, Motion, str], tuple[Floats, ...]]:
         def both(u: Floats, motion: Motion, key: str) -> tuple[Floats, ...]:
-            angle = known(motion, "angle", key)
-            return wave(angle, order, 1.0, 0.0), wave(angle, order, 0.0, 1.0)
+            angle, mean = known(motion, "angle", key), standing if motion.stands else wave
+            return mean(angle, order, 1.0, 0.0), mean(angle, order, 0.0, 1.0)
 
         return both
 

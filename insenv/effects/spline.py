@@ -154,7 +154,8 @@ class SplineAngle(LinearEffect):
     def basis(self, u: Floats, motion: Motion) -> Floats:
         """Means of the functions over each interval, shape (..., n, count)."""
         turns = known(motion, "angle", self.id) / (2 * np.pi)
-        means = _mean(*_periodic(self.count + 1), turns[..., :-1], turns[..., 1:], _STILL / self.count)
+        last = turns[..., 1:]
+        means = _mean(*_periodic(self.count + 1), last if motion.stands else turns[..., :-1], last, _STILL / self.count)
         return columns(u, *np.moveaxis(means[..., 1:], -1, 0))
 
 

@@ -60,7 +60,7 @@ class ChannelTable(TomlTable):
     rate: str | None = None
     offset: float | None = None
     file: str | None = None
-    source: Literal["encoder", "command"] | None = None
+    source: Literal["encoder", "command", "set"] | None = None
     nanoseconds: str | int | None = None
 
 

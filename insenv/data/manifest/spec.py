@@ -119,7 +119,7 @@ class ChannelSpec:
         The channel's own data file, row by row beside the run's; None: the run's.
     format : str
         Format of that file.
-    source : "encoder", "command" or None
+    source : "encoder", "command", "set" or None
         Of a table's angle or rate; None: found out from the data.
     nanoseconds : str, int or None
         Of a time in two columns: that of the nanoseconds since its whole second.

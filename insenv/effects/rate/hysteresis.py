@@ -24,7 +24,7 @@ import numpy as np
 from insenv.core.motion import Motion, interval_slope
 from insenv.core.recording import Floats
 from insenv.effects.base import OUTPUT, MemoryEffect, Param
-from insenv.effects.forms import known, reading_noise, spread
+from insenv.effects.forms import SET, known, reading_noise, spread
 from insenv.effects.rate.scale import LEAST_RATE
 
 #: Radius of the play by which a reversal is told from the noise of an angle: unasked [rad], in deviations of that
@@ -96,6 +96,10 @@ class EncoderBacklash(MemoryEffect):
         side = (angle - behind) / self.radius
         rate = 0.5 * motion.projection * motion.gain * interval_slope(side, motion.dt)
         return spread(u, theta[..., 0, None] * rate), behind[..., -1].copy()
+
+    def blind(self, motion: Motion) -> str:
+        """Nothing of it is in a rest."""
+        return SET if motion.stands else ""
 
     def grid(self, motion: Motion) -> Floats:
         """No shape: one row without columns, where the table reverses."""

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats, Recording
 from insenv.data.manifest.spec import Manifest
+from insenv.data.reference import is_set
 from insenv.data.split import RowUse
 from insenv.effects.base import Effect, Instrument
 from insenv.identify.findings import RejectedRows
@@ -73,6 +74,8 @@ def turns_left_out(recordings: tuple[Recording, ...], target: str) -> tuple[Reje
 
 def turning(recording: Recording) -> NDArray[np.bool_]:
     """Rows whose interval, or the one after, is one of a turn, shape (rows,)."""
+    if is_set(recording):
+        return np.zeros(len(recording), bool)
     if "table_angle" in recording.channels:
         steps = np.abs(np.diff(recording.channels["table_angle"].values)) / np.diff(recording.t)
     else:

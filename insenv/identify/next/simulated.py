@@ -15,6 +15,7 @@ import numpy as np
 from insenv.core.recording import Channel, Floats, Recording
 from insenv.core.units import STANDARD_GRAVITY
 from insenv.data.exposure import expose
+from insenv.data.reference import is_set
 from insenv.identify.clean.triads import turning
 from insenv.identify.fit.bins import gather
 from insenv.identify.fit.problem import Problem
@@ -164,7 +165,8 @@ def _columns(recording: Recording) -> Floats:
     columns[:, 0] = 1.0
     if "table_angle" in recording.channels:
         angle = recording.channels["table_angle"].values
-        before = np.concatenate([2 * angle[:1] - angle[1:2], angle[:-1]])  # a mean over the row's interval
+        # A mean over the row's interval, which of a table that was set has one angle.
+        before = angle if is_set(recording) else np.concatenate([2 * angle[:1] - angle[1:2], angle[:-1]])
         columns[:, 1], columns[:, 2] = np.cos(0.5 * (angle + before)), np.sin(0.5 * (angle + before))
         columns[:, 3] = (angle - before) / recording.dt
     return columns

@@ -12,6 +12,7 @@ from insenv.core.motion import Motion
 from insenv.core.recording import Floats, Recording
 from insenv.data.exposure import CHANNEL_OF, expose
 from insenv.data.manifest.spec import Manifest
+from insenv.data.reference import is_set
 from insenv.effects.base import CurveEffect, DrivenEffect, NoiseEffect
 from insenv.effects.catalogue import by_key
 from insenv.identify.clean.triads import of_others
@@ -107,6 +108,6 @@ def _rates(recording: Recording) -> Floats:
     if len(recording) > PARTS and "table_rate" in recording.channels:
         values = recording.channels["table_rate"].values
         return np.array([values[a:b].mean() for a, b in pairwise(ends[1:-1])])
-    if len(recording) > PARTS and "table_angle" in recording.channels:
+    if len(recording) > PARTS and "table_angle" in recording.channels and not is_set(recording):
         return (np.diff(recording.channels["table_angle"].values[ends]) / np.diff(recording.t[ends]))[1:-1]
     return np.empty(0)

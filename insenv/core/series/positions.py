@@ -1,0 +1,43 @@
+"""Angles of a table that were set: a row at each position, or rests without a row of the turns between them.
+
+Nobody may make a motion of such a column. Means of 7 s at 0, 180, 45, 225 deg ... in the rows of a file are those of a
+table at rest: what follows the angle is taken as it stands at each row, and no rate is subtracted. An angle is taken to
+have been set where every change of it is either none or one to another position, whole turns apart; not where it goes
+on evenly, as a table that turns does, unless it rests for long between, nor where a gyro reads the turns.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from insenv.core.series.stretches import stretches
+
+Floats = NDArray[np.float64]
+
+#: Change of an angle up to which the table stands, and from which on it has gone to another position [rad].
+STANDS, GONE = 0.002, 0.05
+#: Fewest such changes.
+FEWEST = 3
+#: Change from one turn to the next, of half of them, up to which a table turns evenly [rad], and usual time between
+#: turns [s] from which on it rests.
+EVENLY, RESTS = 0.2, 20.0
+
+
+def were_set(t: Floats, angle: Floats) -> bool:
+    """Whether readings of an angle [rad] at times ``t`` [s], shape (n,), go from position to position at once."""
+    change = np.diff(angle)
+    short = np.abs(_within_a_turn(change))
+    gone = short > GONE
+    if int(gone.sum()) < FEWEST or bool(np.any(~gone & (short > STANDS))):
+        return False
+    drifts = (np.ptp(_within_a_turn(angle[a : b + 1] - angle[a])) > STANDS for a, b in stretches(~gone))
+    if any(drifts):
+        return False
+    bend = np.abs(_within_a_turn(np.diff(change[gone])))
+    return float(np.median(bend)) > EVENLY or float(np.median(np.diff(t[1:][gone]))) > RESTS
+
+
+def _within_a_turn(angle: Floats) -> Floats:
+    """An angle less whole turns, from minus to plus half of one [rad]."""
+    return np.asarray(angle - 2 * np.pi * np.rint(angle / (2 * np.pi)))
