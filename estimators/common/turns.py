@@ -262,7 +262,8 @@ def _divide(sample, start, stop, dt, state):  # type: ignore[no-untyped-def]
         _store(part, _add(_sums(part), left - beyond, sample, part[START], dt))
         way = 1.0 if now[_LAST] > now[_ORIGIN] else -1.0
         part[WAY], part[F1] = way, 1.0 - beyond
-        closed[count[0]] = part
+        for k in range(part.size):  # a row at once would compile the message of shapes that differ: 3 s
+            closed[count[0], k] = part[k]
         count[0] += 1
         now[_DONE] += 1.0
         left = beyond

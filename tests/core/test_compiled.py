@@ -109,11 +109,11 @@ def test_loops_within_loops_give_the_same_bits() -> None:
 
 def _tasks() -> dict[str, tuple[Task, str, str]]:
     """Tasks of all systems, a policy that turns and an estimator; runs that are short for their plants."""
-    unit = {"instrument.sampling": "5 Hz", "duration": "300 s"}
+    unit = {"instrument.sampling": "5 Hz", "duration": "100 s"}
     return {
         "north finder": (north_finder("north_finder/realistic", {"duration": "90 s"}), "constant_rate", "revolution"),
-        "vehicle": (two_position("two_position/realistic", {"duration": "60 s"}), "three_rests", "two_position_joint"),
-        "rate table": (rate_table(changes={"duration": "300 s"}), "van_der_corput", "scale_factor"),
+        "vehicle": (two_position("two_position/realistic", {"duration": "40 s"}), "three_rests", "two_position_joint"),
+        "rate table": (rate_table(changes={"duration": "60 s"}), "van_der_corput", "scale_factor"),
         "whole unit": (system_calibration("system_calibration/mems", unit), "six_positions", "multi_position"),
     }
 

@@ -102,20 +102,29 @@ class Pooled:
     count: Floats
     shapes: Floats
 
+    @cached_property
+    def flat(self) -> Floats:
+        """Cross-products of each group in a row, shape (groups, c c)."""
+        return self.cross.reshape(len(self.count), -1)
+
+    @cached_property
+    def scale(self) -> Floats:
+        """Power of each term that would alone explain what the regressors leave where the term is strongest."""
+        return _scale(self)
+
     def weighted(self, weight: Floats) -> Floats:
         """Sum of the groups' cross-products times ``weight``, shape (c, c)."""
-        c = self.cross.shape[1]
-        return (weight @ self.cross.reshape(len(weight), -1)).reshape(c, c)
+        return (weight @ self.flat).reshape(self.cross.shape[1:])
 
     def energy(self, r: Floats) -> Floats:
         """Squared sum of the columns times ``r`` in each group, shape (groups,)."""
-        return self.cross.reshape(len(self.count), -1) @ (r[:, None] * r).ravel()
+        return self.flat @ (r[:, None] * r).ravel()
 
     def traces(self, inverse: Floats) -> Floats:
         """Trace of ``inverse`` times the regressors' cross-products in each group, shape (groups,)."""
         padded = np.zeros(self.cross.shape[1:])
         padded[1:, 1:] = inverse
-        return self.cross.reshape(len(self.count), -1) @ padded.ravel()
+        return self.flat @ padded.ravel()
 
 
 @dataclass(frozen=True)
@@ -228,7 +237,7 @@ def fit_noise(
     most : ndarray, shape (terms,), optional
         Largest power of each term.
     """
-    scale = _scale(pooled)
+    scale = pooled.scale
     low = np.log(_ABSENT * scale)
     high = np.log(_MOST * scale)
     high = high if most is None else np.clip(np.log(np.maximum(most, 1e-300)), low, high)
@@ -285,7 +294,7 @@ def _freedom(pooled: Pooled, at: _Profile, restricted: bool) -> Floats:
 
 
 def _scale(pooled: Pooled) -> Floats:
-    """Power of each term that would alone explain what the regressors leave where the term is strongest."""
+    """As `Pooled.scale`."""
     share = pooled.shapes / pooled.shapes.max(axis=0)
     whole = pooled.weighted(np.ones(len(pooled.count)))
     r = np.concatenate([[1.0], -np.linalg.lstsq(whole[1:, 1:], whole[1:, 0], rcond=None)[0]])
@@ -297,10 +306,11 @@ def _scale(pooled: Pooled) -> Floats:
 class _Profile:
     """Coefficients at their best for a noise.
 
-    Variances of the groups, energy left in each, coefficients, Cholesky factor of their information.
+    Variances of the groups and their inverses, energy left in each, coefficients, Cholesky factor of their information.
     """
 
     s: Floats
+    weight: Floats
     energy: Floats
     beta: Floats
     factor: Floats
@@ -311,7 +321,7 @@ class _Profile:
 
     def loglik(self, pooled: Pooled, prior: Floats, restricted: bool) -> float:
         """Log-likelihood."""
-        value = -0.5 * (pooled.count @ np.log(self.s) + self.energy @ (1 / self.s) + self.beta**2 @ prior)
+        value = -0.5 * (pooled.count @ np.log(self.s) + self.energy @ self.weight + self.beta**2 @ prior)
         if restricted and len(self.beta):
             value -= float(np.log(self.factor.diagonal()).sum())
         return float(value)
@@ -319,7 +329,8 @@ class _Profile:
 
 def _profile(pooled: Pooled, power: Floats, prior: Floats) -> _Profile:
     s = pooled.shapes @ power
-    a = pooled.weighted(1 / s)
+    weight = 1 / s
+    a = pooled.weighted(weight)
     axx = _with_diagonal(a[1:, 1:], prior, 1 + _RIDGE)
     beta, factor = np.zeros(0), axx
     if len(axx):
@@ -328,7 +339,9 @@ def _profile(pooled: Pooled, power: Floats, prior: Floats) -> _Profile:
         if indefinite:
             raise np.linalg.LinAlgError("the regressors' information is not positive definite")
         beta = dpotrs(factor, a[1:, 0], lower=0)[0]
-    return _Profile(s, pooled.energy(np.concatenate([[1.0], -beta])), beta, factor)
+    r = np.empty(len(beta) + 1)
+    r[0], r[1:] = 1.0, -beta
+    return _Profile(s, weight, pooled.energy(r), beta, factor)
 
 
 def _with_diagonal(square: Floats, added: Floats, times: float = 1.0) -> Floats:

@@ -41,7 +41,7 @@ from insenv.identify.positions.factor import BROKEN, factor_of
 from insenv.identify.positions.gyro import Rotations
 from insenv.identify.positions.known import KnownAttitudes
 from insenv.identify.positions.least_squares import Fit
-from insenv.identify.positions.model import AXES, Linear, Surroundings, TriadTerm, named
+from insenv.identify.positions.model import AXES, NOWHEN, Linear, TriadTerm, named
 from insenv.identify.positions.offered import Fitted, fits, offered_models, rows_of
 from insenv.identify.positions.rest import RestMeans
 from insenv.identify.positions.search import Step
@@ -324,7 +324,7 @@ def _wrong_range(part: Part | None) -> tuple[str, ...]:
     if part is None or not isinstance(part.problem, Rotations):
         return ()
     fit = part.outcome.after
-    matrix = Linear.of(fit.terms, Surroundings(np.zeros(1))).matrix(fit.theta[: sum(t.size for t in fit.terms)])
+    matrix = Linear.of(fit.terms, NOWHEN).matrix(fit.theta[: sum(t.size for t in fit.terms)])
     factor = factor_of(1 / np.diag(matrix)) or factor_of([part.problem.gain])
     return (f"Rotations from rest to rest: the gyros' {factor}.",) if factor else ()
 

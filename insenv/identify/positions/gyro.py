@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from insenv.core.recording import GAP, Channel, Floats, Recording
 from insenv.identify.fit.evidence import HELD_OUT_SPREAD
-from insenv.identify.positions.model import AXES, Linear, Surroundings, TriadTerm
+from insenv.identify.positions.model import AXES, NOWHEN, Linear, TriadTerm
 from insenv.identify.positions.rests import Rest, means, middle_times
 from insenv.identify.positions.walk import restricted_likelihood
 from insenv.navigation.turned import turned
@@ -88,7 +88,7 @@ class Rotations:
         zero = np.zeros(sum(term.size for term in terms))
         if self.gain == 1 or not len(zero):
             return zero
-        parts = Linear.of(terms, Surroundings(np.zeros(1))).gain.reshape(len(zero), 9).T
+        parts = Linear.of(terms, NOWHEN).gain.reshape(len(zero), 9).T
         wanted = (self.gain - 1) * np.eye(3).ravel()
         theta = np.linalg.lstsq(parts, wanted, rcond=None)[0]
         return np.asarray(theta, float) if np.allclose(parts @ theta, wanted) else zero
@@ -108,7 +108,7 @@ class Rotations:
 
     def errors(self, terms: Sequence[TriadTerm], theta: Floats) -> tuple[Floats, Floats]:
         """Errors across the vertical at the end, shape (m, 2), and their derivatives, shape (m, 2, p)."""
-        linear = Linear.of(terms, Surroundings(np.zeros(1)))
+        linear = Linear.of(terms, NOWHEN)
         matrix = linear.matrix(theta)
         # A changes by -A dE A; of corrected rates w that is -(A dE) w.
         change = -np.einsum("ij,pjk->pik", matrix, linear.gain)
@@ -116,10 +116,12 @@ class Rotations:
         for k, turn in enumerate(self.turns):
             attitude, tensor = turned(turn.rates, turn.dt, matrix)
             carried = attitude.T @ self.start[k]
-            cross = np.cross(carried, self.end[k])
+            cross = _cross(carried, self.end[k])
             sine, cosine = float(np.linalg.norm(cross)), float(carried @ self.end[k])
             stretch = np.arctan2(sine, cosine) / sine if sine > 1e-9 else 1.0
             errors[k] = stretch * self.level[k] @ cross
+            if not len(theta):
+                continue
             moved = _moved(np.einsum("abc,pbc->pa", tensor, change), attitude, self.start[k], self.end[k])
             slopes[k] = stretch * self.level[k] @ moved.T
         return errors, slopes
@@ -132,7 +134,15 @@ class Rotations:
 
 def _moved(phi: Floats, attitude: Floats, start: Floats, end: Floats) -> Floats:
     """Change of the error vector, shape (p, 3), by small turns phi, shape (p, 3), in the axes at the start."""
-    return np.cross(-np.cross(phi, start) @ attitude, end)
+    return _cross(-_cross(phi, start) @ attitude, end)
+
+
+def _cross(a: Floats, b: Floats) -> Floats:
+    """Vectors a, shape (..., 3), times b, shape (3,): the bits of `numpy.cross`, which spends its time on its axes."""
+    (x, y, z), (u, v, w) = a.T, b
+    product = np.empty(a.shape)
+    product[..., 0], product[..., 1], product[..., 2] = y * w - z * v, z * u - x * w, x * v - y * u
+    return product
 
 
 def _across(end: Floats) -> Floats:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -74,6 +75,11 @@ class Surroundings:
     temperature: Floats | None = None
     reference_temperature: float = 298.15
 
+    @cached_property
+    def known(self) -> dict[TriadTerm, tuple[Floats, Floats]]:
+        """Derivatives of the terms that were asked so far: every step of a fit asks them again."""
+        return {}
+
     def motion(self, inputs: Floats, axis: int) -> Motion:
         """Exposure of one axis to ``inputs``, shape (n, 3)."""
         columns: Mapping[str, Floats] = {AXES[k]: inputs[:, k] for k in range(3) if k != axis}
@@ -85,6 +91,10 @@ class Surroundings:
             reference_temperature=self.reference_temperature,
             step=1.0,
         )
+
+
+#: Of what has neither offsets nor a time: rotations.
+NOWHEN = Surroundings(np.zeros(1))
 
 
 def _edges(middles: Floats) -> Floats:
@@ -104,7 +114,10 @@ class Linear:
     def of(cls, terms: Sequence[TriadTerm], around: Surroundings) -> Linear:
         """Asked of the effects of ``terms``, in their order."""
         n = len(around.time)
-        blocks = [_derivatives(term, around) for term in terms]
+        for term in terms:
+            if term not in around.known:
+                around.known[term] = _derivatives(term, around)
+        blocks = [around.known[term] for term in terms]
         if not blocks:
             return cls(np.zeros((0, 3, 3)), np.zeros((0, n, 3)))
         return cls(np.concatenate([b[0] for b in blocks]), np.concatenate([b[1] for b in blocks]))
