@@ -32,6 +32,7 @@ from insenv.identify.earth.findings import (
     suspected,
     with_earth,
 )
+from insenv.identify.earth.leaning import with_gravity
 from insenv.identify.earth.two_position import with_vertical_rate
 from insenv.identify.findings import (
     Added,
@@ -225,7 +226,7 @@ def _target(
         spectra=_spectra(plain, before, problem, track.fit, declared_noise),
         traces=_traces(recordings, plain, before, problem, track.fit),
         derived=derived(plain, before, track, earth),
-        cautions=(*_incredible(problem, own), *cautions(earth), *_wander(problem, scores[1])),
+        cautions=_cautions(problem, own, earth, scores[1]),
         covariance=covariance(problem, track.fit),
         beside=Here(partial(_beside, track)),
         switchable=Lazy(partial(switchable, track)),
@@ -253,6 +254,18 @@ def _beside(track: Track, effect: str, shape: Mapping[str, float]) -> tuple[Esti
     fit = solve(track.problem, (*named, term), start=track.fit.noise.power)
     linear = {p.name for p in candidate.effect.linear}
     return tuple(e for e in estimates(track.problem, fit, (term,))[term] if e.parameter in linear)
+
+
+def _cautions(
+    problem: Problem, own: Mapping[Term, tuple[Estimate, ...]], earth: EarthFindings, score: Score
+) -> tuple[str, ...]:
+    """Which of the figures may be wrong by more than their standard deviations."""
+    return (
+        *_incredible(problem, own),
+        *cautions(earth),
+        *with_gravity(problem, own),
+        *_wander(problem, score),
+    )
 
 
 def _incredible(problem: Problem, own: Mapping[Term, tuple[Estimate, ...]]) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from simulated_runs import closed
+from simulated_runs import closed, manifest
 
 from insenv.core.recording import Channel, Floats, Mounting, Recording
 from insenv.core.series.positions import were_set
@@ -92,3 +92,35 @@ def test_what_moves_was_not_set() -> None:
     assert not were_set(t, np.interp(t, t[::50], rests[::50]))
     assert not were_set(t, np.mod(3e-5 * np.sin(t) + noise, 2 * np.pi))  # about the zero of the encoder
     assert not were_set(t, np.mod(1e-3 * t, 2 * np.pi))
+
+
+def leaning(seed: int, made: float, noisy: bool = False) -> Recording:
+    """Means of 7 s of a gyro and two accelerometers on a table that leans by 2 deg and is set row by row."""
+    rng = np.random.default_rng(seed)
+    angle, n = np.deg2rad(15.0 * rng.integers(0, 24, 400)), 400
+    force = 9.8 * np.deg2rad(2.0) * np.array([np.sin(angle), np.cos(angle)])
+    if noisy:
+        force = float(np.std(force)) * rng.standard_normal((2, n))
+    gyro = DEG_PER_HOUR * (20.0 + 6.0 * rng.standard_normal(n)) + made * force[0]
+    channels = {"gyro_x": Channel(gyro, "rad/s")}
+    for axis, own in zip("xy", force, strict=True):
+        channels[f"accel_{axis}"] = Channel(own + 5e-3 * rng.standard_normal(n), "m/s^2")
+    return Recording(7.0 * np.arange(1.0, n + 1), channels)
+
+
+@pytest.mark.parametrize("size", [10.0, 60.0])
+def test_a_force_that_jumps_from_row_to_row_is_one_of_positions(size: float) -> None:
+    """With a word that it may be the Earth's rate, where it is no larger: the table leans and no angle is told."""
+    made = size * DEG_PER_HOUR / 0.34
+    (target,) = closed(leaning(5, made), manifest(("gyro_x",), ("bias",))).targets
+    (found,) = target.added
+    assert found.effect == "g_sensitivity"
+    (c_x,) = [p for p in found.parameters if p.parameter == "c_x"]
+    assert abs(c_x.value - made) < 4 * c_x.sd < 0.5 * made
+    assert any("Earth's rate" in said for said in target.cautions) == (size < 15)
+
+
+def test_noise_of_an_accelerometer_is_no_position() -> None:
+    """However loud: it has tails, which positions have not."""
+    (target,) = closed(leaning(5, 0.0, noisy=True), manifest(("gyro_x",), ("bias",))).targets
+    assert "g_sensitivity" in {one.effect for one in target.not_testable}

@@ -5,9 +5,11 @@ specific force, and what two channels have in common by their electronics, or by
 of the one to the other. Without a table such a regressor counts if its means over a second cover more than instruments
 at rest do by themselves: 0.1 m/s^2, as a tilt of 0.6 deg does. Single knocks do not count. A tilt turns gravity from
 axis to axis and leaves its magnitude: where a whole triad changes that by a good part of what an axis covers, it is the
-accelerometers that warm up, or motors that shake them. A vibration counts if its mean square over a second covers the
-square of that. Rates of the other gyros never do, however large: a unit that sways about an axis between two of them is
-read by both, and only a table tells which of it the one should have read.
+accelerometers that warm up, or motors that shake them. Rows of a second and more may each be of another position: a
+force that jumps from row to row is one where its values have ends, as those of a unit that is turned have, and no tails
+as those of noise. A vibration counts if its mean square over a second covers the square of that. Rates of the other
+gyros never do, however large: a unit that sways about an axis between two of them is read by both, and only a table
+tells which of it the one should have read.
 """
 
 from __future__ import annotations
@@ -37,6 +39,9 @@ OF_MAGNITUDE = 0.3
 BEYOND = 10.0
 #: What the inner quantiles of a normal variable cover, in its deviations.
 OF_NORMAL = 4.65
+#: The same of positions at most: 2.8 of a circle, 3.4 of any between two ends, 3.5 of the six faces. Fewest rows and
+#: different values that tell it: a converter that goes to and fro between two counts has no tails either.
+OF_POSITIONS, FEWEST, VALUES = 3.8, 200, 12
 #: Angle from which on a table turned [rad].
 TURNED = 0.01
 
@@ -49,12 +54,13 @@ def unmoved(problem: Problem, effect: Effect) -> str:
     if not needs or any(e.motion.angle is not None and np.ptp(e.motion.angle) > TURNED for e in problem.exposures):
         return ""
     least, what, unit = LEAST[needs[0]]
+    position = needs[0] == "force"
     fields: list[Mapping[str, Floats]] = [getattr(e.motion, needs[0]) for e in problem.exposures]
     axes = set.intersection(*(set(one) for one in fields))
-    covered = max((_covered(problem, tuple(one[axis] for one in fields)) for axis in axes), default=0.0)
+    covered = max((_covered(problem, tuple(one[axis] for one in fields), position) for axis in axes), default=0.0)
     if covered >= least and needs[0] == "force" and len(axes) == 3:
         sizes = tuple(np.sqrt(sum(np.square(one[axis]) for axis in axes)) for one in fields)
-        magnitude = _covered(problem, sizes)
+        magnitude = _covered(problem, sizes, position)
         if magnitude > OF_MAGNITUDE * covered:
             return (
                 f"the {what} covers {covered:.2g} {unit} and its magnitude {magnitude:.2g}, which no tilt changes: "
@@ -70,15 +76,26 @@ def _turned(motion: Motion) -> bool:
     return motion.angle is not None or motion.rate_edges is not None or bool(np.any(motion.rate))
 
 
-def _covered(problem: Problem, cells: tuple[Floats, ...]) -> float:
-    """Range of the means over a second of one channel, in the bins of all runs, but for a hundredth at either end."""
+def _covered(problem: Problem, cells: tuple[Floats, ...], position: bool) -> float:
+    """Range of the means over a second of one channel, in the bins of all runs, but for a hundredth at either end.
+
+    Nothing where white noise covers as much by itself, unless rows may each be of another ``position`` and are.
+    """
     bins = problem.bins
     values, second = bins.mean(cells), np.floor(bins.time / AVERAGING)
     _, group = np.unique(np.column_stack([bins.run, second]), axis=0, return_inverse=True)
     count = np.bincount(group.ravel())
     low, high = np.quantile(np.bincount(group.ravel(), values) / count, INNER)
+    if position and bins.width >= AVERAGING and _without_tails(values, float(high - low)):
+        return float(high - low)
     # Slow rows are averaged little: then the white noise of the channel covers much by itself, its tails more so.
     steps = np.diff(values)
     tails = float(np.ptp(np.quantile(steps, INNER))) / OF_NORMAL
     white = max(float(np.median(np.abs(steps))) / 0.6745, tails) / np.sqrt(2 * np.median(count))
     return float(high - low) if high - low > BEYOND * white else 0.0
+
+
+def _without_tails(values: Floats, covered: float) -> bool:
+    """Whether values, shape (n,), whose inner ones cover so much end there, as positions do and no noise does."""
+    many = len(values) >= FEWEST and len(np.unique(values)) >= VALUES
+    return many and covered < OF_POSITIONS * float(np.std(values))
