@@ -9,7 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from simulated_runs import closed, declared_for, manifest, with_effects
+from simulated_runs import declared_for, manifest, use, with_effects
+
+from insenv.effects.catalogue import CATALOGUE
+from insenv.identify.loop import trace
 
 #: Effect, kind of run, parameters of which the first is scaled.
 LADDERS: tuple[tuple[str, str, tuple[float, ...]], ...] = (
@@ -43,7 +46,8 @@ DURATION = {"bias_step": 1800.0}
 def test_what_is_found_is_found_at_every_larger_strength(key: str, kind: str, theta: tuple[float, ...]) -> None:
     for snr in (12.0, 120.0, 12000.0):
         run, _ = with_effects(kind, 7, ((key, np.array(theta)),), snr, DURATION.get(key, 900.0))
-        (target,) = closed(run.recording, manifest(declared=declared_for(run.recording), averaging=1.0)).targets
-        named = {a.effect if a.order is None else f"{a.effect}:{a.order}" for a in target.added}
-        named |= {rival for a in target.added for rival in a.confounded_with}
+        asked = manifest(declared=declared_for(run.recording), averaging=1.0)
+        (track,) = trace(asked, (run.recording,), (use(len(run.recording)),), CATALOGUE).tracks
+        named = {step.hit.candidate.effect.key for step in track.steps}
+        named |= {rival for one in track.rivalries for rival in one.keys}
         assert key in named or key.partition(":")[0] in named, f"strength {snr:g}"

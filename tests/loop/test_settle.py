@@ -42,15 +42,12 @@ def only(added: tuple[Added, ...]) -> tuple[str, int | None, tuple[str, ...]]:
 
 # --- the story of an eccentric encoder
 
-LATER = [pytest.param(seed, marks=pytest.mark.slow) for seed in (12, 13)]
 
-
-# North is within 4 standard deviations before (of where the eccentricity puts it) and after: false alarm 2 x 6e-5 a
-# seed. Whether the residual of the last step is called explained differs from seed to seed, and is not asked.
-@pytest.mark.parametrize("seed", [11, *LATER])
-def test_an_eccentric_encoder_is_settled_by_what_is_proposed(seed: int) -> None:
+# North is within 4 standard deviations before (of where the eccentricity puts it) and after: false alarm 2 x 6e-5.
+# Whether the residual of the last step is called explained differs from seed to seed, and is not asked.
+def test_an_eccentric_encoder_is_settled_by_what_is_proposed() -> None:
     said: list[str] = []
-    story = settle(NORTH, seed=seed, changes=THERE, progress=said.append)
+    story = settle(NORTH, seed=11, changes=THERE, progress=said.append)
     assert story.ending == "settled" and story.wanted is not None and story.raw is not None
     first, second = story.chapters
     assert first.found.verdict == "confounded" and not first.separates

@@ -16,9 +16,14 @@ from simulated_runs import Simulated, declared_for, drawn_noise, gyro_run, manif
 from insenv.core.recording import Recording
 from insenv.effects.base import OUTPUT
 from insenv.effects.catalogue import CATALOGUE, by_key
+from insenv.effects.timing import SampleHold
 from insenv.identify.findings import Detectable
+from insenv.identify.fit.gls import solve
 from insenv.identify.loop import trace
+from insenv.identify.prepare.problems import prepare
+from insenv.identify.search.candidates import candidates
 from insenv.identify.search.detectable import Sensitivity, _least, _strength
+from insenv.identify.search.round import search
 from insenv.identify.search.scan import Hit
 from insenv.identify.search.tracks import Track
 
@@ -40,7 +45,22 @@ def smallest(track: Track, key: str) -> Detectable | None:
 
 @cache
 def of_quiet(kind: str, seed: int, key: str) -> Detectable | None:
-    return smallest(traced(gyro_run(kind, seed, duration=DURATION).recording), key)
+    """Of a run without effects: what a whole search comes to there, of one effect and without its rounds."""
+    recording = gyro_run(kind, seed, duration=DURATION).recording
+    asked = manifest(declared=declared_for(recording), averaging=1.0)
+    prepared = prepare(asked, (recording,), (use(len(recording)),), "gyro")
+    problem, fit = prepared.problem, solve(prepared.problem, prepared.model)
+    tried = [candidate for candidate in candidates(problem, CATALOGUE)[0] if candidate.effect.id != SampleHold.id]
+    family = sum(not candidate.effect.unusual for candidate in tried) + 2
+    (hit,) = search(problem, fit, tuple(c for c in tried if c.effect.key == key), 0, family, tones=False)
+    return Sensitivity(problem, fit).smallest(hit, 0.01)
+
+
+@pytest.mark.parametrize(("kind", "key"), [("staircase", "scale_factor_asymmetry"), ("rest", "bias_step")])
+def test_it_is_what_the_whole_loop_comes_to(kind: str, key: str) -> None:
+    told, quiet = smallest(traced(gyro_run(kind, 100, duration=DURATION).recording), key), of_quiet(kind, 100, key)
+    assert told is not None and quiet is not None
+    assert quiet.value == pytest.approx(told.value, rel=1e-6)
 
 
 def with_amplitude(kind: str, seed: int, key: str, least: Detectable, share: float) -> Simulated:
