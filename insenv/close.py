@@ -16,7 +16,7 @@ from insenv.data.manifest import Manifest, load_manifest
 from insenv.data.power import by_power_up
 from insenv.data.reference import sentences
 from insenv.data.remarks import remarks
-from insenv.data.split import split, without_tails
+from insenv.data.split import sentence_of_split, split, without_tails
 from insenv.effects.base import DrivenEffect, Effect, NoiseEffect
 from insenv.effects.catalogue import by_key, catalogue
 from insenv.identify.assemble import findings
@@ -106,7 +106,7 @@ def close_on(  # noqa: PLR0913 -- as of `close`
         found = position_findings(read, recordings, traced, remarks(recordings), alpha, seed)
     else:
         uses = split(read, recordings)
-        odd = remarks(recordings, [use.fit | use.held_out for use in uses])
+        odd = (*remarks(recordings, [use.fit | use.held_out for use in uses]), *sentence_of_split(read, recordings))
         own = without_tails(recordings, uses) if read.procedure == "static" else (recordings, uses)
         outcome = trace(read, *own, catalogue() if tried is None else tried, alpha, seed, progress)
         said = [name for name, channel in read.channels.items() if channel.source is not None]

@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 from insenv.core.recording import GAP, Floats, Recording
 from insenv.core.series.rounding import EPSILONS, counter_step
 from insenv.core.series.stretches import stretches
+from insenv.core.series.trajectory import reading_noise
 
 Indices = NDArray[np.int64]
 
@@ -69,6 +70,9 @@ MOSTLY = 0.9
 #: Share of the bends that are smaller than one count; counts from row to row by which most bends are less where they
 #: are those of an encoder.
 RARE, FEW_COUNTS = 0.05, 2.5
+#: Noise of readings as a share of the largest from which on a rate that was held was measured: what swings at a tenth
+#: of the readings' rate seems to have 0.002.
+MEASURED = 0.004
 #: Share of the corners of straight lines that one row or two have, and of all rows that are beside corners at most;
 #: share of the corners up to which a value may stand on both sides of them, as one that is held does.
 SHARP, MOST_BENT, STANDS = 0.75, 0.7, 0.5
@@ -113,9 +117,18 @@ def with_renewals(recording: Recording, stamps: Floats | None = None) -> Recordi
         if found is not None:
             how = "held between its readings" if found.held else "on straight lines between its readings"
             text = f"{name} is {how}, every {found.period:.3g} s: taken on a smooth curve through them"
-            channels = {**recording.channels, name: replace(channel, values=found.values, every=found.period)}
+            measured = name == "table_rate" and found.held and _was_measured(channel.values)
+            source = channel.source or ("encoder" if measured else None)
+            shown = replace(channel, values=found.values, every=found.period, source=source)
+            channels = {**recording.channels, name: shown}
             recording = replace(recording, channels=channels, notes=(*recording.notes, text))
     return recording
+
+
+def _was_measured(values: Floats) -> bool:
+    """Whether the readings of a rate that was held, as that of wheels, have noise; a curve through them shows none."""
+    readings = values[1 + np.flatnonzero(np.diff(values))]
+    return len(readings) >= FEWEST and reading_noise(readings) > MEASURED * float(np.abs(readings).max())
 
 
 def renewals(t: Floats, values: Floats, stamps: Floats | None = None, longest: float = LONGEST) -> Renewals | None:

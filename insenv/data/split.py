@@ -16,6 +16,12 @@ Mask = NDArray[np.bool_]
 
 #: Share of each run's time that is held out where the manifest names nothing.
 HELD_OUT_SHARE = 0.4
+#: Share of what a table turned, below which the rows before tell next to nothing of a gain.
+LEAST_TURNED = 0.05
+#: Parts of a run whose turns are summed: fine enough for swings, and noise of a reading averages within them.
+_PARTS = 1000
+#: Least share of a run's rows that is held out behind a share of its motion.
+_LEAST_HELD = 0.05
 
 
 @dataclass(frozen=True)
@@ -102,8 +108,63 @@ def _held_out(manifest: Manifest, recordings: Sequence[Recording]) -> Mask:
         return np.concatenate(whole)
     if named.start is not None:
         return np.concatenate([r.t - r.t[0] >= named.start for r in recordings])
-    kept = 1 - HELD_OUT_SHARE
-    return np.concatenate([r.t - r.t[0] > kept * (r.t[-1] - r.t[0]) for r in recordings])
+    end = _share_of_motion if stands_first(manifest, recordings) else _share_of_time
+    return np.concatenate([r.t > end(r) for r in recordings])
+
+
+def stands_first(manifest: Manifest, recordings: Sequence[Recording]) -> bool:
+    """Whether the rows that nothing but time would give to the fit hold next to none of what the table turned.
+
+    So a robot waits before it drives: the gain would be asked of rows at rest and put to all of the motion. The rows
+    are parted by the motion then, at the same share of it.
+    """
+    named = manifest.fit_rows or not manifest.held_out.names_nothing
+    if named or manifest.procedure == "multi-position":
+        return False
+    fitted, whole = 0.0, 0.0
+    for recording in recordings:
+        edges, turned = _turned(recording)
+        fitted += float(np.interp(_share_of_time(recording), edges, turned))
+        whole += float(turned[-1])
+        if whole and np.mean(recording.t > _share_of_motion(recording)) < _LEAST_HELD:
+            return False
+    return fitted < LEAST_TURNED * whole
+
+
+def sentence_of_split(manifest: Manifest, recordings: Sequence[Recording]) -> tuple[str, ...]:
+    """What to say where rows were parted by the motion."""
+    if not stands_first(manifest, recordings):
+        return ()
+    share = f"{100 * HELD_OUT_SHARE:.0f} %"
+    return (
+        f"the table turns behind the first {100 * (1 - HELD_OUT_SHARE):.0f} % of the time: not the last {share} of the "
+        f"time are held out but the last {share} of what it turns. [held_out] can name other rows",
+    )
+
+
+def _share_of_time(recording: Recording) -> float:
+    return float(recording.t[0] + (1 - HELD_OUT_SHARE) * (recording.t[-1] - recording.t[0]))
+
+
+def _share_of_motion(recording: Recording) -> float:
+    """Time at which the table has turned all but `HELD_OUT_SHARE` of what it turns; of one at rest by the time."""
+    edges, turned = _turned(recording)
+    if not turned[-1]:
+        return _share_of_time(recording)
+    return float(np.interp((1 - HELD_OUT_SHARE) * turned[-1], turned, edges))
+
+
+def _turned(recording: Recording) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Times, and how far the table has turned until then, to and fro [rad]: shapes (parts + 1,) each."""
+    t = recording.t
+    edges = np.linspace(t[0], t[-1], min(_PARTS, max(len(t) - 1, 1)) + 1)
+    if (angle := recording.channels.get("table_angle")) is not None:
+        stands = np.interp(edges, t, angle.values)
+    elif (rate := recording.channels.get("table_rate")) is not None:
+        stands = np.interp(edges, t, np.append(0.0, np.cumsum(rate.values[1:] * np.diff(t))))
+    else:
+        stands = np.zeros(len(edges))
+    return edges, np.append(0.0, np.cumsum(np.abs(np.diff(stands))))
 
 
 def _rows(ranges: RowRanges, recordings: Sequence[Recording], where: str) -> Mask:

@@ -248,3 +248,22 @@ def test_coarse_readings_that_are_held_are_no_straight_lines(seed: int) -> None:
     found = renewals(t, np.round(angle[row] / count) * count)
     assert found is not None and found.held
     assert np.abs(found.values - angle)[t > 3.5].max() < 4 * count
+
+
+def held_rate(readings: Floats) -> Recording:
+    values = np.repeat(readings, len(T) // len(readings))
+    return with_renewals(Recording(T, {"table_rate": Channel(values, "rad/s")}))
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("stands", [0.0, 0.7])
+def test_a_rate_that_was_held_and_has_noise_was_measured(seed: int, stands: float) -> None:
+    """So do wheels show their speed: the curve through their readings has no noise, and looks like a command."""
+    at, rng = T[::10], np.random.default_rng(seed)
+    motion = (hand(seed)(at + 5e-4) - hand(seed)(at - 5e-4)) / 1e-3
+    noise = 0.02 * float(np.abs(motion).max()) * rng.standard_normal(len(at))
+    moving = at >= stands * T[-1]
+    read = held_rate(np.where(moving, motion + noise, 0.0))
+    assert read.channels["table_rate"].source == "encoder"
+    # What is computed, and held, is told nothing of: it may be a command.
+    assert held_rate(np.where(moving, motion, 0.0)).channels["table_rate"].source is None

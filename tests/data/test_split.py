@@ -11,7 +11,7 @@ from insenv.core.errors import InputError
 from insenv.core.recording import Recording
 from insenv.data.load import read_recordings
 from insenv.data.manifest import load_manifest
-from insenv.data.split import RowUse, split, without_tails
+from insenv.data.split import RowUse, sentence_of_split, split, without_tails
 
 
 def used(folder: Path, more: str, runs: int = 1) -> tuple[tuple[Recording, ...], tuple[RowUse, ...]]:
@@ -58,3 +58,46 @@ def test_what_follows_the_last_row_in_use_is_cut(tmp_path: Path) -> None:
     (run,), (use,) = without_tails(recordings, uses)
     assert len(run) == len(use.fit) == len(use.held_out) == 50 and ranges(use.held_out) == [40, 50]
     np.testing.assert_array_equal(run.channels["gyro"].values, recordings[0].channels["gyro"].values[:50])
+
+
+def turned(folder: Path, rate: np.ndarray, more: str = "") -> tuple[tuple[str, ...], RowUse]:
+    rows = np.column_stack([np.arange(float(len(rate))), rate, rate])
+    np.savetxt(folder / "turned.csv", rows, "%.9g", ",", header="t,g,w", comments="")
+    (folder / "turned.toml").write_text(
+        'data = "turned.csv"\n[channels]\ntime = { column = "t", unit = "s" }\n'
+        'gyro = { column = "g", unit = "rad/s" }\n'
+        'table_rate = { column = "w", unit = "rad/s" }\n[model]\ntarget = "gyro"\ndeclared = ["bias", "scale_factor"]\n'
+        f"{more}"
+    )
+    manifest = load_manifest(folder / "turned.toml")
+    recordings = read_recordings(manifest)
+    return sentence_of_split(manifest, recordings), split(manifest, recordings)[0]
+
+
+def test_of_a_table_that_stands_first_the_last_part_of_its_motion_is_held_out(tmp_path: Path) -> None:
+    """A robot waits before it drives: nothing would tell the gain that is asked of all its motion."""
+    waits = np.where(np.arange(1000) < 620, 0.0, np.sin(0.31 * np.arange(1000)))
+    said, use = turned(tmp_path, waits)
+    assert ranges(use.fit)[0] == 0 and ranges(use.held_out)[1] == 1000 and not np.any(use.fit & use.held_out)
+    assert 820 < ranges(use.held_out)[0] < 880
+    assert len(said) == 1 and "the last 40 % of what it turns" in said[0]
+
+
+@pytest.mark.parametrize("first", [0, 300, 560, 1000])
+def test_a_table_that_turns_among_the_first_rows_is_parted_by_the_time(tmp_path: Path, first: int) -> None:
+    said, use = turned(tmp_path, np.where(np.arange(1000) < first, 0.0, np.sin(0.31 * np.arange(1000))))
+    assert not said and ranges(use.held_out) == [600, 1000]
+
+
+def test_what_a_manifest_names_stays_where_the_table_stands_first(tmp_path: Path) -> None:
+    waits = np.where(np.arange(1000) < 620, 0.0, np.sin(0.31 * np.arange(1000)))
+    said, use = turned(tmp_path, waits, '[held_out]\nstart = "700 s"\n')
+    assert not said and ranges(use.held_out) == [700, 1000]
+    said, use = turned(tmp_path, waits, "[fit]\nrows = [[0, 1000]]\n")
+    assert not said and ranges(use.held_out) == [600, 1000]
+
+
+def test_a_last_turn_alone_is_not_parted(tmp_path: Path) -> None:
+    """Of four in a hundred rows hardly any would be held out."""
+    said, use = turned(tmp_path, np.where(np.arange(1000) < 960, 0.0, 1.0))
+    assert not said and ranges(use.held_out) == [600, 1000]
