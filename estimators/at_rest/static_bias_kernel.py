@@ -28,9 +28,9 @@ def feed(block, factors, moments, cascade, scratch):  # type: ignore[no-untyped-
     total = 0.0
     for j in range(factors.size):
         _smooth(block, factors[j], moments[j])
-    for v in block:
-        total += v
-    scratch[: block.size] = block
+    for j in range(block.size):  # all at once would compile the message of shapes that differ: seconds
+        total += block[j]
+        scratch[j] = block[j]
     n = block.size
     for level in range(cascade.shape[0]):
         if n == 0:
@@ -162,7 +162,8 @@ def _full(row, factors, guarded, limit):  # type: ignore[no-untyped-def]
     if rests:
         if s[RESTED] or not guarded:
             release(row, factors)
-            held[:] = buffer
+            for j in range(buffer.size):
+                held[j] = buffer[j]
             s[HELD], s[HELD_T], s[HELD_WARMTH] = 1.0, s[T0] - s[BEGUN], s[WARMTH] / buffer.size
             if not guarded:
                 release(row, factors)

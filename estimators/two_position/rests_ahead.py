@@ -139,7 +139,9 @@ def _looked(  # noqa: C901, PLR0912, PLR0913, PLR0915 -- one loop over plans; nu
     T, L = np.empty((n, 2)), np.empty((n, 2))
     fastest = np.inf
     for s in range(plans.shape[0]):
-        P[:, :] = cov
+        for i in range(cov.shape[0]):  # a matrix at once would compile the message of shapes that differ: seconds
+            for j in range(cov.shape[1]):
+                P[i, j] = cov[i, j]
         time, reached, at = 0.0, np.inf, 0
         for k in range(plans.shape[1]):
             if np.isnan(plans[s, k]):
@@ -212,4 +214,6 @@ def _looked(  # noqa: C901, PLR0912, PLR0913, PLR0915 -- one loop over plans; nu
         if reached < fastest:
             fastest = reached
         found[s, 0], found[s, 1], found[s, 2] = reached, time, np.sqrt(P[n - 1, n - 1])
-    last[:, :] = P
+    for i in range(P.shape[0]):
+        for j in range(P.shape[1]):
+            last[i, j] = P[i, j]

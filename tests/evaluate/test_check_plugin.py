@@ -494,7 +494,7 @@ def test_an_installed_package_adds_an_estimator_and_a_policy(tmp_path: Path) -> 
     checks = [("check-plugin", name, "--env", "NorthFinder") for name in ("folded_turns", "there_and_back")]
     both = ("evaluate", "--env", "NorthFinder", "--estimator", "folded_turns,revolution")
     *checked, evaluated = commands(
-        python, tmp_path, *checks, (*both, "--policy", "there_and_back", "--seeds", "8", "--every", "1000")
+        python, tmp_path, *checks, (*both, "--policy", "there_and_back", "--seeds", "2", "--every", "1000")
     )
     assert all(ended.status == 0 for ended in checked), checked
     assert evaluated.status == 0, evaluated
