@@ -73,9 +73,8 @@ def look(  # noqa: C901, PLR0912, PLR0913, PLR0915 -- one loop over sequences; n
     J = np.empty((p, p))
     for r in range(known.shape[0]):
         for s in range(plans.shape[0]):
-            for i in range(p):  # a matrix at once would compile the message of shapes that differ: seconds
-                for j in range(p):
-                    J[i, j] = known[r, i, j]
+            for i in range(p * p):  # a matrix at once would compile the message of shapes that differ: seconds
+                J[i // p, i % p] = known[r, i // p, i % p]
             angle, rate, t = start[r, 0], start[r, 1], start[r, 2]
             for k in range(plans.shape[1]):
                 wanted = plans[s, k]

@@ -28,11 +28,11 @@ from insenv.identify.search.scan import reference, term_freedom
 KEYS = ("bias_drift", "bias_temperature:1", "angle_locked_rate:1", "scale_factor_cubic")
 
 
-def declared(run: Simulated) -> tuple[Problem, Fit]:
-    """The bins and the declared model's fit."""
+def declared(run: Simulated, samples: bool = True) -> tuple[Problem, Fit]:
+    """The bins and the declared model's fit, with holds and lines looked for in the samples or not."""
     recording = run.recording
     asked = manifest(declared=declared_for(recording), averaging=1.0)
-    prepared = prepare(asked, (recording,), (use(len(recording)),), "gyro")
+    prepared = prepare(asked, (recording,), (use(len(recording)),), "gyro", samples, samples)
     return prepared.problem, solve(prepared.problem, prepared.model)
 
 
@@ -48,7 +48,8 @@ def deviate(problem: Problem, small: Fit, key: str) -> tuple[float, float]:
 def complete() -> list[tuple[Problem, Fit]]:
     """100 runs that the declared model explains."""
     kinds = ("staircase", "reversal", "sine")
-    return [declared(gyro_run(kinds[seed % 3], 8000 + seed, duration=900.0)) for seed in range(100)]
+    runs = (gyro_run(kinds[seed % 3], 8000 + seed, duration=900.0, dt=0.2) for seed in range(100))
+    return [declared(run, samples=False) for run in runs]
 
 
 @pytest.mark.slow
