@@ -55,6 +55,9 @@ STEADY = 1e-7
 #: share of the largest rate; not where it is off by so large a share. It follows a command that it has this
 #: share of the time.
 USUAL, FAR_OFF, SAME_RATE, OTHER_RATE, FOLLOWED = 0.3, 12.0, 1e-3, 0.02, 0.6
+#: Share of the table's rate below which an axis is level, and change of that rate, as a share of the largest, from
+#: which on a small share of it is no bias.
+LEVEL, CHANGES = 1e-6, 0.2
 #: Time about whose mean a specific force vibrates [s], and fewest rows of it.
 SHAKES, FEWEST = 1.0, 5
 #: Exposures that are kept, as long as what they were made of: those who clean a recording ask for the same one.
@@ -183,7 +186,7 @@ def _exposed(
         base_tilt=_base_tilt(recording, target, edges),
         force=_others(recording, cell_of_row, n, "accel_") if target.startswith("gyro") else {},
         vibration=_vibration(recording, target, cell_of_row, n),
-        cross_rate=_cross_rates(recording, target, cell_of_row, n),
+        cross_rate=_cross_rates(recording, target, cell_of_row, n) | _across(recording, target, projection, table.rate),
         projection=projection,
         reference_temperature=reference_temperature,
         base_turned=recording.mounting.base_turned,
@@ -608,3 +611,15 @@ def _cross_rates(recording: Recording, target: str, cell_of_row: NDArray[np.int6
         return {}
     rates = _others(recording, cell_of_row, n, target[:-1])
     return {axis: rate for axis, rate in rates.items() if axis != target[-1]}
+
+
+def _across(recording: Recording, target: str, projection: float, rate: Floats) -> dict[str, Floats]:
+    """The rate of the table, of which a level gyro reads a part where it is not quite level, by the vertical axis.
+
+    Nothing where a gyro is there that reads it, or the table hardly changes its rate: then that part is a bias.
+    """
+    upright = next((axis for axis, letter in zip("xyz", recording.mounting.axes, strict=True) if _UP.get(letter)), "z")
+    level = target.startswith("gyro") and abs(projection) < LEVEL and target[-2:] != f"_{upright}"
+    if not level or f"gyro_{upright}" in recording.channels:
+        return {}
+    return {upright: rate} if float(np.ptp(rate)) > CHANGES * float(np.abs(rate).max(initial=0.0)) > 0 else {}

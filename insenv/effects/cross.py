@@ -3,7 +3,8 @@
     g_sensitivity   c_x f_x + c_y f_y + c_z f_z        specific force along the body axes
     cross_axis      c_x w_x + c_y w_y + c_z w_z        rate about the other body axes
 
-An axis that was not measured has a column of zeros: its coefficient stays unknown.
+An axis that was not measured has a column of zeros: its coefficient stays unknown. To a level gyro the table's own rate
+is that about the vertical axis (`insenv.data.exposure`).
 """
 
 from __future__ import annotations

@@ -47,6 +47,7 @@ from insenv.identify.findings import (
     Traces,
     findings_of,
 )
+from insenv.identify.fit.borne_out import borne_out
 from insenv.identify.fit.clocks import skews_apart
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.heldout import Score, held_out_score, residual
@@ -181,10 +182,10 @@ def _target(
     lost = systematic.sentences(recordings, problem.target, track.prepared.rejected)
     went = went_away(problem, track.fit) if track.finer and not declared_noise else ()
     own, differs = _by_parts(track, _own_estimates(track))
-    own, skewed = _by_skews(track, own)
+    own, unborne = _by_skews_and_all_rows(track, own)
     scores = held_out_score(plain, before), held_out_score(problem, track.fit)
     own = _by_held_out(problem, own, scores[1])
-    apart = (*_follows_nothing(problem, own), *differs, *skewed, *untold(track, own), *lost, *went)
+    apart = (*_follows_nothing(problem, own), *differs, *unborne, *lost, *went)
     doubts = (*left.reasons, *apart, *unfinished(track, alpha), *_unforetold(problem, scores[1]))
     left = replace(left, reasons=(*doubts, *followers(track, alpha, bool(doubts))))
     lines, hold = tuple(x for x in track.prepared.lines if not x.of_counts), track.prepared.held.hold
@@ -380,6 +381,15 @@ def _by_parts(
     told = ", ".join(f"{g:.4g} ± {s:.1g}" for g, s in zip(gains, deviations, strict=True))
     what = "runs" if len(np.unique(problem.bins.run)) > 1 else "quarters of the fitted motion"
     return own, (f"the gain is not the same in the {what}: {told} (p = {found.chance:.1g})",)
+
+
+def _by_skews_and_all_rows(
+    track: Track, own: dict[Term, tuple[Estimate, ...]]
+) -> tuple[dict[Term, tuple[Estimate, ...]], tuple[str, ...]]:
+    """The estimates no surer than skews and all rows bear them out, and a word on each that one of them does not."""
+    own, skewed = _by_skews(track, own)
+    borne, unborne = borne_out(track.problem, track.fit, own)
+    return borne, (*skewed, *untold(track, own), *unborne)
 
 
 def _by_skews(

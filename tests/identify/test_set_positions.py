@@ -6,6 +6,8 @@ one of 10^15; a search at 1 % invents something in one null of a hundred.
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from simulated_runs import closed, manifest
@@ -124,3 +126,30 @@ def test_noise_of_an_accelerometer_is_no_position() -> None:
     """However loud: it has tails, which positions have not."""
     (target,) = closed(leaning(5, 0.0, noisy=True), manifest(("gyro_x",), ("bias",))).targets
     assert "g_sensitivity" in {one.effect for one in target.not_testable}
+
+
+def with_turns(seed: int, level: float, off: float) -> Recording:
+    """Rests as above with the turns in the rows, ten each, and a gyro that is ``off`` the plane of the table [rad]."""
+    rng = np.random.default_rng(seed)
+    rests = np.deg2rad(30.0 * rng.permutation(np.tile(np.arange(12), 2)))
+    part = np.linspace(0.0, 1.0, 11)[1:]
+    ways = [begin + (end - begin) * part**2 * (3 - 2 * part) for begin, end in pairwise(rests)]
+    angle = np.concatenate([np.concatenate([np.full(110, rest), way]) for rest, way in zip(rests, ways, strict=False)])
+    noise = 12.0 * rng.standard_normal(len(angle))
+    turned = np.append(0.0, np.diff(angle))
+    middle = angle - 0.5 * turned
+    gyro = DEG_PER_HOUR * (20.0 + noise) + level * np.cos(middle - 1.1) + off * turned
+    channels = {"gyro": Channel(gyro, "rad/s", "interval"), "table_angle": Channel(angle, "rad")}
+    return Recording(np.arange(1.0, len(angle) + 1), channels, mounting=Mounting(tilt=0.0))
+
+
+def test_a_gyro_that_is_not_quite_level_reads_a_part_of_the_turns() -> None:
+    """It was nine tones, and the Earth's rate was lost in them."""
+    (target,) = closed(with_turns(1, LEVEL, 0.01)).targets
+    assert {a.effect for a in target.added} in ({"cross_axis", "earth_rate"}, {"cross_axis", "angle_locked_rate"})
+    (c_z,) = [p for a in target.added for p in a.parameters if p.parameter == "c_z"]
+    assert abs(c_z.value - 0.01) < 4 * c_z.sd < 1e-4
+
+
+def test_one_that_is_level_reads_none() -> None:
+    assert not closed(with_turns(2, 0.0, 0.0)).targets[0].added
