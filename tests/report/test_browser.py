@@ -398,8 +398,8 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Mapping[str, str]:
     """Pages of other commands."""
     folder = tmp_path_factory.mktemp("written")
     plug_ins = ["--estimator", "north_gls,revolution", "--policy", "constant_rate"]
-    judged = ["evaluate", "--env", "NorthFinder", *plug_ins, "--seeds", "3", "--html", str(folder / "leaderboard")]
-    best = ["design", "north_finder/published", "--time", "300 s", "--no-verify", "--html", str(folder / "design")]
+    judged = ["evaluate", "--env", "NorthFinder", *plug_ins, "--seeds", "2", "--html", str(folder / "leaderboard")]
+    best = ["design", "north_finder/published", "--time", "100 s", "--no-verify", "--html", str(folder / "design")]
     for arguments in (judged, best):
         CliRunner().invoke(insenv, arguments, catch_exceptions=False)
     pages = {name: (folder / name).read_text("utf-8") for name in ("leaderboard", "design")}
