@@ -182,6 +182,8 @@ def _counted(t: Floats, period: float) -> Clock:
     jitter = float(np.std(left[~off]))
     fewer = np.diff(lost) > 0
     unsure |= off & (np.append(False, fewer) | np.append(fewer, False))
+    # One of two wrong stamps beside a loss: the rows may both be a tick earlier.
+    unsure |= off & (np.append(False, unsure[:-1]) | np.append(unsure[1:], False))
     if jitter < ROUNDING * period:
         even = np.where(off, even, t)
     return Clock(max(periods)[1], even, jitter, off=off, leaps=leaps & ~off, unsure=unsure, quantum=quantum)

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from insenv.core.errors import InputError
 from insenv.core.recording import GAP, Channel, Covers, Floats, Recording, Segment, Site
-from insenv.core.series.rounding import rounding
+from insenv.core.series.rounding import counter_step, rounding
+from insenv.core.series.stretches import stretches
 from insenv.core.units import DIMENSIONS, scale_to_si
 from insenv.data.leaps import without_leaps
 from insenv.data.manifest import ChannelSpec, Manifest, RunSpec
@@ -41,6 +42,8 @@ from insenv.data.sampling import (
 )
 from insenv.data.words import Mended, with_words
 
+#: Rows of an unsure tick beside each other at most, for which their neighbours' line stands.
+FEW_DOUBTFUL = 2
 #: SI unit of the channels of each dimension.
 SI_UNITS = {"rate": "rad/s", "acceleration": "m/s^2", "angle": "rad", "temperature": "K", "number": "1"}
 #: No instrument reads, and no clock shows, as much as this in SI units: bytes misread as numbers do.
@@ -162,7 +165,29 @@ def _read_run(manifest: Manifest, run: RunSpec, words: Mended) -> Recording:
         return replace(read, notes=(*read.notes, *taken.notes))
     found = f"of {int(taken.doubtful.sum())} rows nobody can tell which tick of the clock is theirs"
     notes = (*read.notes, *taken.notes, f"{found}, first in row {int(np.argmax(taken.doubtful))}: left out")
-    return replace(read, notes=notes, left_out=dict.fromkeys(instruments, taken.doubtful))
+    # At a wrong tick a reading of the table is a leap of the motion, and what multiplies its change hangs on leaps.
+    table_channels = {
+        name: replace(channel, values=_bridged(read.t, channel.values, taken.doubtful, name == "table_angle"))
+        for name, channel in read.channels.items()
+        if name not in instruments
+    }
+    left_out = dict.fromkeys(instruments, taken.doubtful)
+    return replace(read, channels={**read.channels, **table_channels}, notes=notes, left_out=left_out)
+
+
+def _bridged(t: Floats, values: Floats, doubtful: NDArray[np.bool_], moves: bool) -> Floats:
+    """Values with those of rows here and there made of their neighbours': of what ``moves`` the count between them."""
+    doubtful = doubtful.copy()
+    for a, b in stretches(doubtful):
+        doubtful[a:b] &= b - a <= FEW_DOUBTFUL  # of many there is no line between their neighbours
+    row, sure = np.arange(len(values)), np.flatnonzero(~doubtful)
+    if not moves:
+        last = np.maximum(np.searchsorted(sure, row, side="right") - 1, 0)
+        return np.where(doubtful, values[sure[last]], values)
+    between = np.interp(t, t[sure], values[sure])
+    if step := counter_step(values):
+        between = values[0] + np.rint((between - values[0]) / step) * step
+    return np.where(doubtful, between, values)
 
 
 def _taken(manifest: Manifest, run: RunSpec, table: Table, t: Floats) -> tuple[Table, Sampling, tuple[str, ...]]:

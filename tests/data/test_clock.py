@@ -268,6 +268,26 @@ def test_rows_pressed_to_one_instant_are_left_out(tmp_path: Path) -> None:
     assert np.abs(off).max() < 1.0  # with those rows 4 to 40 rad/s
 
 
+def test_a_wrong_tick_is_no_leap_of_the_table(tmp_path: Path) -> None:
+    """Of two late stamps before a lost row nobody knows the tick of one: 34 deg/s off, of which the lag was made."""
+    taken = np.delete(DT * np.arange(N), 1501)
+    t = taken.copy()
+    t[1499:1501] += 0.018, 0.0084
+    angle = np.floor(0.6 * taken / 4e-4) * 4e-4
+    rows = np.column_stack([t, 0.6 + 1e-4 * rng().standard_normal(N - 1), angle])
+    np.savetxt(tmp_path / "run.csv", rows, "%.9f", ",", header="t,g,a", comments="")
+    (tmp_path / "run.toml").write_text(
+        'data = "run.csv"\n[channels]\ntime = { column = "t", unit = "s" }\n'
+        'gyro = { column = "g", unit = "rad/s" }\n'
+        'table_angle = { column = "a", unit = "rad", source = "encoder" }\n'
+        '[model]\ntarget = "gyro"\ndeclared = ["bias"]\n'
+    )
+    (run,) = read_recordings(load_manifest(tmp_path / "run.toml"))
+    assert any("nobody can tell" in note for note in run.notes), run.notes
+    left = run.channels["table_angle"].values - 0.6 * run.t
+    assert np.ptp(left) < 2 * 4e-4  # a tick is 60e-4
+
+
 def test_late_stamps_of_an_uneven_sampler_are_mended_beside_its_own() -> None:
     """Rows are taken 5 % of a period off an even clock, and one stamp in 300 comes one to six rows late."""
     random, n = rng(), 6000

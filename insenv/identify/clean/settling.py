@@ -7,9 +7,13 @@ tells which, and nothing later confirms it. Its rows are left out, and it is nam
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
+from insenv.core.lazy import Lazy
+from insenv.core.recording import Floats
 from insenv.identify.clean.bursts import KELVINS
 from insenv.identify.findings import RejectedRows
 from insenv.identify.fit.bins import without
@@ -51,4 +55,11 @@ def without_start(problem: Problem, until: float, size: float) -> tuple[Problem,
     said = RejectedRows(problem.target, run, int(rows[0]), int(rows[-1]) + 1, "settling at the start", "burst", size)
     place = np.cumsum(~gone) - 1
     outliers = tuple(int(place[i]) for i in problem.outliers if not gone[i])
-    return replace(problem, bins=without(problem.bins, gone), y=problem.y[~gone], outliers=outliers, cache={}), said
+    steps = Lazy(partial(_errors_left, problem, ~gone)) if problem.encoder else problem.steps
+    bins, y = without(problem.bins, gone), problem.y[~gone]
+    return replace(problem, bins=bins, y=y, outliers=outliers, steps=steps, cache={}), said
+
+
+def _errors_left(problem: Problem, left: NDArray[np.bool_]) -> Floats | None:
+    errors = problem.step_errors()
+    return None if errors is None else errors[:, left]

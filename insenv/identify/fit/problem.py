@@ -182,6 +182,11 @@ class Problem:
         """The same over the modes of the held-out blocks."""
         return self.remember("held-out modes", lambda: modes(self.held_out, NOISE_TERMS, self.bins.width))
 
+    def step_errors(self) -> Floats | None:
+        """What the steps of the table's angle make of the bins, their zero elsewhere each time, (draws, bins)."""
+        errors: Floats | None = self.steps()
+        return None if errors is None or errors.shape[1] != self.bins.n else errors
+
     def grouping(self) -> Grouping:
         """Pooling of the modes of the fitted blocks."""
         return self.remember("grouping", lambda: grouping(self.modes()))

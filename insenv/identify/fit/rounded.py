@@ -44,8 +44,8 @@ def added_covariance(problem: Problem, fit: Fit) -> Floats:
 
 def by_steps(problem: Problem, fit: Fit) -> Floats | None:
     """Scaled coefficients that the steps of the table's angle would make, shape (p, draws); None where not known."""
-    errors = problem.remember("steps of the angle", problem.steps)
-    if errors is None or errors.shape[1] != len(problem.y):
+    errors = problem.step_errors()
+    if errors is None:
         return None
     weights = fit.cov @ (fit.design.transformed / spectrum(problem, fit.noise.power)[:, None]).T
     made, offset = np.zeros((len(fit.beta), len(errors))), 0

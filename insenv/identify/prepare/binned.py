@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 
 from insenv.core.errors import InputError
+from insenv.core.lazy import Lazy
 from insenv.core.recording import Floats, Recording
 from insenv.core.series.coarse import Coarse, coarse
 from insenv.core.series.counts import Counts, counts_of_angle, counts_of_rate
@@ -69,7 +70,7 @@ def binned(
     step = max((_encoder_step(r, e) for r, e in zip(recordings, exposures, strict=True)), default=0.0)
     count = max(r.channels[target].step * r.dt for r in recordings)
     made = Problem(target, unit, exposures, bins, y, out, commanded=exact, coarse=rounded, encoder=step, counter=count)
-    return replace(made, steps=partial(_errors_of_steps, recordings, target, per_cell, bins)) if step else made
+    return replace(made, steps=Lazy(partial(_errors_of_steps, recordings, target, per_cell, bins))) if step else made
 
 
 def _errors_of_steps(recordings: tuple[Recording, ...], target: str, per_cell: int, bins: Bins) -> Floats | None:

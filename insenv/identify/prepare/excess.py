@@ -88,7 +88,7 @@ def _of_steps(problem: Problem, fit: Fit) -> dict[str, float]:
 
     At a steady rate they are lines, on a swing lines whose frequency moves, and of a hand's motion slow structure.
     """
-    errors = _step_errors(problem)
+    errors = problem.step_errors()
     if errors is None:
         return {}
     power = fit.noise.power.copy()
@@ -104,12 +104,6 @@ def _of_steps(problem: Problem, fit: Fit) -> dict[str, float]:
         for text, p in _tests(made, solve(made, fit.model, start=fit.noise.power), {}).items():
             least[text] = min(p, least.get(text, 1.0))
     return least
-
-
-def _step_errors(problem: Problem) -> Floats | None:
-    """Errors of the bins by an encoder's steps, its zero elsewhere each time, (draws, bins); None if not known."""
-    errors = problem.remember("steps of the angle", problem.steps)
-    return None if errors is None or errors.shape[1] != len(problem.y) else errors
 
 
 def _tests(problem: Problem, fit: Fit, declared: dict[str, float]) -> dict[str, float]:
@@ -130,7 +124,7 @@ def _tests(problem: Problem, fit: Fit, declared: dict[str, float]) -> dict[str, 
     if declared:
         bands = _bands_p(whole, all_rows, declared)
         # Beside counts of an encoder noise that is free takes what these leave for more of its own.
-        excess = bands if _step_errors(problem) is not None else 2 * min(_excess_p(problem, fit, declared), bands)
+        excess = bands if problem.step_errors() is not None else 2 * min(_excess_p(problem, fit, declared), bands)
         tests.append(("the residual holds more noise than was declared", excess))
     return dict(tests)
 
@@ -177,7 +171,7 @@ def _bands_p(problem: Problem, fit: Fit, declared: dict[str, float]) -> float:
     loudest = replace(held, power=np.where(np.isfinite(most), most, held.power))
     _, _, residual = whitened(problem, replace(fit, noise=loudest))
     within = eigenvalues(problem.fitted) > 0
-    errors = _step_errors(problem)
+    errors = problem.step_errors()
     if errors is not None:
         own = spectrum(problem, loudest.power)
         residual = residual / np.sqrt(1 + np.mean(transform(problem.fitted, errors.T) ** 2, axis=1) / own)

@@ -18,12 +18,16 @@ degrees of freedom as there are noise terms.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.fft import rfft, rfftfreq
 from scipy.ndimage import median_filter
 from scipy.special import chdtrc, chdtri
 
+from insenv.core.lazy import Lazy
+from insenv.core.recording import Floats
 from insenv.effects.base import Effect
 from insenv.identify.fit.bins import FULL, merged
 from insenv.identify.fit.gls import Fit
@@ -220,5 +224,12 @@ def _merged(problem: Problem, times: int, least: float) -> Problem:
         bins, pairs = merged(problem.bins, least)
         inside = np.isin(pairs, np.array(problem.outliers, int)).any(axis=1)
         outliers = tuple(int(i) for i in np.flatnonzero(inside))
-        problem = replace(problem, bins=bins, y=problem.y[pairs].mean(axis=1), outliers=outliers, cache={})
+        steps = Lazy(partial(_merged_errors, problem, pairs)) if problem.encoder else problem.steps
+        y = problem.y[pairs].mean(axis=1)
+        problem = replace(problem, bins=bins, y=y, outliers=outliers, steps=steps, cache={})
     return problem
+
+
+def _merged_errors(problem: Problem, pairs: NDArray[np.int64]) -> Floats | None:
+    errors = problem.step_errors()
+    return None if errors is None else np.asarray(errors[:, pairs].mean(axis=2))

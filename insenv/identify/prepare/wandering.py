@@ -24,7 +24,9 @@ from insenv.identify.fit.gls import Fit
 from insenv.identify.fit.heldout import residual
 from insenv.identify.fit.problem import Problem
 from insenv.identify.prepare.lines import (
+    IN_REFERENCE,
     LEAST_STEADY,
+    SAME_LINE,
     Line,
     line_at,
     of_reference,
@@ -76,9 +78,28 @@ def of_counts(problem: Problem, fit: Fit, frequency: float) -> Line | None:
     for block, left, reference in _beside_reference(problem, fit):
         line, width = _of_block(problem, fit, block, frequency), problem.bins.width
         steps = line and problem.encoder and steps_of_encoder(line, width, left, reference, problem.encoder)
+        # In a slow band the motion has power as well: what the steps make there is tried where that is known.
+        steps = steps and _made_by_steps(problem, block, left, frequency)
         if line and (steps or of_reference(frequency, width, left, reference)):
             return replace(line, steady=False, phase=0.0, of_counts=True)
     return None
+
+
+def _made_by_steps(problem: Problem, block: Block, left: Floats, frequency: float) -> bool:
+    """Whether the steps of the table's angle make as tall a line as is left about a frequency; so if not known."""
+    errors = problem.step_errors()
+    if errors is None:
+        return True
+    width = problem.bins.width
+    # As far as a rate that is known a little less than the motion is moves such a line.
+    far = max(SAME_LINE, _reach(frequency, block.n * width))
+
+    def peak(values: Floats) -> float:
+        found = periodogram(values, width)
+        return float(found.power[np.abs(found.f - frequency) <= far].max(initial=0.0))
+
+    made = [peak(draw[block.start : block.stop]) for draw in errors]
+    return float(np.median(made)) > IN_REFERENCE * peak(left)
 
 
 def stands_in_reference(problem: Problem, fit: Fit, frequency: float) -> bool:

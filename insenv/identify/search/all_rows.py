@@ -13,7 +13,9 @@ the noise that would do as well (`insenv.identify.search.undecided`).
 
 Of a unit that turns beside a reference the same is asked of its bias, once what else it has was added: a minute of a
 robot that is driven tells a drift by its last third as well, which is held out. What errors of the reference follow of
-it counts as little as in the search (`insenv.identify.search.reference_errors`).
+it counts as little as in the search (`insenv.identify.search.reference_errors`). And, where a table stands now and
+then, of these rests alone: it is louder where it turns, by its own wow, and noise that is alike everywhere hides there
+what two rests tell at a glance.
 """
 
 from __future__ import annotations
@@ -23,8 +25,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from insenv.core.series.stretches import stretches
 from insenv.effects.base import Effect
-from insenv.identify.fit.bins import of_one_use
+from insenv.identify.fit.bins import of_one_use, without
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import NOISE_TERMS, Model, Problem
 from insenv.identify.search.candidates import Candidate, candidates
@@ -39,6 +42,10 @@ from insenv.identify.search.unit.one_box import DRIFTS, is_thermal, log_p_by_its
 #: Score statistic from which a cause beside a reference is worth two fits of noise; to be said, it must be certain with
 #: 1e-3 among all shapes and causes, which takes a likelihood ratio of 13 and more.
 SEEN = 9.0
+#: Share of the largest rate up to which a table stands, fewest means of a rest, and fewest rests.
+STANDS, FEWEST_MEANS, FEWEST_RESTS = 1e-3, 10, 2
+#: Means at the ends of a rest that may hold motion, beside a tenth of it at its start.
+EDGE = 2
 
 
 @dataclass(frozen=True)
@@ -96,6 +103,37 @@ def of_all_rows_beside_a_reference(track: Track, seed: int = 0) -> AllRows | Non
 
     found: AllRows = track.problem.remember(("all rows beside a reference", rows.fit.model, seed), beside)
     return found
+
+
+def of_rests(track: Track, seed: int = 0) -> AllRows | None:
+    """Slow causes of the bias by the rests of a table alone, where it stands more than once; None where it does not.
+
+    Parameters
+    ----------
+    track : Track
+    seed : int
+        Of the simulated noise.
+    """
+    whole = whole_of(track)
+    u = np.abs(whole.bins.mean(tuple(e.u for e in whole.exposures)))
+    tried = tuple(c for c in track.candidates if is_of_bias(c.effect))
+    rests = [
+        (a + EDGE + (b - a) // 10, b - EDGE)  # what lags behind the motion still comes to rest there
+        for run in range(len(whole.exposures))
+        for a, b in stretches((u <= STANDS * u.max()) & (whole.bins.run == run))
+        if b - a >= FEWEST_MEANS + 2 * EDGE
+    ]
+    if not track.problem.turns or not tried or len(rests) < FEWEST_RESTS:
+        return None
+    gone = np.ones(whole.bins.n, bool)
+    for a, b in rests:
+        gone[a:b] = False
+    place = np.cumsum(~gone) - 1
+    outliers = tuple(int(place[i]) for i in whole.outliers if not gone[i])
+    still = replace(whole, bins=without(whole.bins, gone), y=whole.y[~gone], outliers=outliers, cache={})
+    fit = solve(still, tuple(term for term in track.fit.model if term.effect.part == "level"))
+    base = reference(still, fit.model, fit.noise.power)
+    return AllRows(still, fit, tuple(by_fit_alone(still, fit, base, tried, seed, track.family, tones=False)), ())
 
 
 def is_of_bias(effect: Effect) -> bool:

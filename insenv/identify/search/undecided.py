@@ -36,6 +36,7 @@ from insenv.identify.search.all_rows import (
     is_of_bias,
     of_all_rows,
     of_all_rows_beside_a_reference,
+    of_rests,
     surest_slow,
 )
 from insenv.identify.search.jumps import is_step
@@ -122,7 +123,8 @@ def _beside_a_reference(track: Track) -> tuple[str, ...]:
     """
     if (found := _told_beside(track)) is not None:
         return (_better_than_noise(*found),)
-    return _in_place_of_a_walk([one for one in _sure_beside(track) if one.odds >= math.log(LIKELIER)])
+    walk = _in_place_of_a_walk([one for one in _sure_beside(track) if one.odds >= math.log(LIKELIER)])
+    return walk or (() if _may_be_named(track) else _by_rests(track))
 
 
 def _names_beside(track: Track) -> bool:
@@ -159,6 +161,24 @@ def _is_over_soon(problem: Problem, hit: Hit) -> bool:
     """Whether a law has come to its end in so small a share of the time (`SOON`): an event at the start, and no law."""
     curve = problem.columns(hit.term)[:, -1]
     return float(np.mean(np.abs(curve - curve[-1]) > SOON * np.ptp(curve))) < SOON
+
+
+def _by_rests(track: Track) -> tuple[str, ...]:
+    """A slow cause of the bias that the rests of a table tell, in which noise of its motion has no part."""
+    rows = of_rests(track)
+    if rows is None:
+        return ()
+    level = math.log(BESIDE / len(rows.laws))
+    sure = [hit for hit in rows.laws if log_p_by_itself(track, hit) < level and _deviations(rows, hit) >= MANY]
+    if not sure:
+        return ()
+    first, *others = sorted(sure, key=lambda hit: log_p_by_itself(track, hit))
+    also = f", and {' and '.join(_keys(others))} by itself as well" if others else ""
+    return (
+        f"{first.candidate.effect.key} explains what the rests of the table show, in which noise of its motion has no "
+        f"part, better than noise does (p = {len(rows.laws) * math.exp(log_p_by_itself(track, first)):.1g}){also}: "
+        "not named, for no rows are left that could refuse it",
+    )
 
 
 def _may_be_named(track: Track) -> bool:

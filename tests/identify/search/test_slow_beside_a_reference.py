@@ -60,3 +60,26 @@ def test_noise_alone_is_not_said_to_drift() -> None:
     """White, or with a walk: where 1 % of each would be said to drift, two of six come in one of 700 such tests."""
     rng = np.random.default_rng(2)
     assert sum(speaks(said(rng, walk=walk)) for walk in (0.0, 1e-5) for _ in range(3)) <= 1
+
+
+def with_rests(rng: np.random.Generator, law: np.ndarray | float = 0.0, walk: float = 0.0) -> TargetFindings:
+    """The loop on a gyro on a record player that stands three times, and shakes ten times as much where it turns."""
+    rate = np.repeat([0.0, 3.5, 0.0, 4.7, 0.0], ROWS)
+    loud = np.where(rate > 0, 10 * WHITE, WHITE)
+    noise = loud * rng.standard_normal(rate.size) + walk * np.cumsum(rng.standard_normal(rate.size))
+    time = np.arange(1.0, rate.size + 1)
+    channels = {"gyro": Channel(rate + noise + law, "rad/s"), "table_rate": Channel(rate, "rad/s", source="command")}
+    (target,) = closed(Recording(time, channels, label="a"), manifest(), catalogue=SLOW).targets
+    return target
+
+
+def test_what_the_rests_of_a_table_tell_is_said_though_it_is_loud_where_it_turns() -> None:
+    """A drift by three times the noise of a row, fifty deviations between the rests."""
+    t = np.arange(5 * ROWS) / (5 * ROWS)
+    assert speaks(with_rests(np.random.default_rng(3), 3 * WHITE * t))
+
+
+def test_rests_between_which_noise_wanders_alone_are_not_said_to_drift() -> None:
+    """White, or with walks that are seen in a rest, or hardly: less than 1 % of each would be said to drift."""
+    rng = np.random.default_rng(4)
+    assert not any(speaks(with_rests(rng, walk=walk)) for walk in (0.0, 1e-5, 1e-4))
