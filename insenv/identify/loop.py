@@ -45,7 +45,7 @@ from insenv.identify.prepare.vibration import (
     unresolved,
     without,
 )
-from insenv.identify.prepare.wandering import lost, stands_in_reference, without_line
+from insenv.identify.prepare.wandering import lost, moves_there, stands_in_reference, without_line
 from insenv.identify.search.candidates import candidates, of_few_waves
 from insenv.identify.search.earth_rate import due_level
 from insenv.identify.search.jumps import is_step, one_of_many
@@ -91,6 +91,8 @@ LESS = "it would take the place of what explains more"
 
 #: Why a line is refused that is none of the target.
 OF_REFERENCE = "it stands in the reference and not in what is read: the reference's own, as an encoder's steps are"
+
+OF_MOTION = "the motion has a line there as well, of which a filter or a lag leaves some: a motor's ripple, for one"
 
 #: Why no hold is tried of means that were made of uneven rows.
 OF_MEANS = "rows of uneven steps were made means: an output that is held for less is only late there"
@@ -465,9 +467,12 @@ def _nothing(track: Track, hit: Hit, joined: tuple[str, ...]) -> str:
     """Why a hit is nothing of this target; empty if it may be something."""
     if joined and hit.deviate < LEAST_SUPPORT:
         return "found on another target; nothing speaks for it on this one"
-    if hit.candidate.effect.line and stands_in_reference(track.problem, track.fit, hit.term.shape[0]):
+    if not hit.candidate.effect.line:
+        return ""
+    frequency = hit.term.shape[0]
+    if stands_in_reference(track.problem, track.fit, frequency):
         return OF_REFERENCE
-    return ""
+    return OF_MOTION if moves_there(track.problem, track.fit, frequency) else ""
 
 
 def _kept(track: Track, grown: Track, hit: Hit, alpha: float) -> tuple[Track, bool]:

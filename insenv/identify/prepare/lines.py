@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.fft import idct, next_fast_len, rfft, rfftfreq
 from scipy.ndimage import median_filter, uniform_filter1d
 from scipy.optimize import minimize_scalar
@@ -251,8 +252,13 @@ def of_motion(frequency: float, dt: float, left: Floats, reference: Floats) -> b
     own, other = periodogram(left, dt), periodogram(reference, dt)
     band = np.abs(own.f - frequency) <= max(0.5 * SAME_LINE, 2 / (len(left) * dt))
     share = float(other.power[band].sum()) / max(float(own.power[band].sum()), 1e-300)
-    stands = float((other.power / other.background)[band].max(initial=0.0)) > np.log(len(left) / 2 / FALSE_ALARM)
-    return share > (MOTION_LINE if stands else MOTION_ANY)
+    return share > (MOTION_LINE if has_line(other, band) else MOTION_ANY)
+
+
+def has_line(values: Periodogram, band: NDArray[np.bool_]) -> bool:
+    """Whether a periodogram has a line in a ``band`` of its frequencies, that was known before it was looked at."""
+    peak = float((values.power / values.background)[band].max(initial=0.0))
+    return peak > np.log(BETWEEN * max(int(band.sum()), 1) / FALSE_ALARM)
 
 
 def again(line: Line, dt: float, values: Floats) -> bool:

@@ -28,6 +28,7 @@ from insenv.identify.prepare.lines import (
     LEAST_STEADY,
     SAME_LINE,
     Line,
+    has_line,
     line_at,
     of_reference,
     periodogram,
@@ -41,6 +42,8 @@ FEWEST_CYCLES = 40.0
 FEWEST_BINS = 128
 #: Half the band in which a line of the bins is looked for, as a share of its frequency, and in widths 1 / duration.
 BAND_SHARE, BAND_WIDTHS = 0.02, 4.0
+#: Half the band in which a line of the reference is that of the target, in widths 1 / duration.
+WITHIN = 2.0
 #: Modes over which the power of a line is smoothed; how far above the noise it counts; passes that bring it down.
 SMOOTHED, ABOVE, PASSES = 5, 1.6, 8
 #: A line reaches no further than this share of its frequency.
@@ -108,6 +111,20 @@ def stands_in_reference(problem: Problem, fit: Fit, frequency: float) -> bool:
         return False
     width = problem.bins.width
     return all(of_reference(frequency, width, left, other) for _, left, other in _beside_reference(problem, fit))
+
+
+def moves_there(problem: Problem, fit: Fit, frequency: float) -> bool:
+    """Whether a measured reference has a line at ``frequency`` [Hz]: the ripple of a motor, or steps of who walks.
+
+    What a filter, a lag or a soft mount makes of such motion is left of it, and no line of the target.
+    """
+    if problem.commanded or not problem.turns:
+        return False
+    for block, _, reference in _beside_reference(problem, fit):
+        found = periodogram(reference, problem.bins.width)
+        if has_line(found, np.abs(found.f - frequency) <= WITHIN / (block.n * problem.bins.width)):
+            return True
+    return False
 
 
 def _beside_reference(problem: Problem, fit: Fit) -> Iterator[tuple[Block, Floats, Floats]]:

@@ -29,7 +29,13 @@ from scipy.special import chdtrc, ndtri_exp
 
 from insenv.core.recording import Floats
 from insenv.effects.rate.lag import SelfHeating
-from insenv.effects.rate.scale import ScaleFactor, ScaleFactorDrift, ScaleFactorTemperature, ScaleFactorWarmUp
+from insenv.effects.rate.scale import (
+    ScaleFactor,
+    ScaleFactorAnomaly,
+    ScaleFactorDrift,
+    ScaleFactorTemperature,
+    ScaleFactorWarmUp,
+)
 from insenv.effects.timing import TimingSkew
 from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.gls import Fit, solve
@@ -47,6 +53,8 @@ TOLD, SEVERAL = 2.0, 2
 #: Chance of a size by noise alone, of all looks together, below which it is told beside a measured reference;
 #: deviations from which on it is, whatever their number.
 CHANCE, LARGEST_BY_CHANCE = 0.05, 6.0
+#: Change of a rate from mean to mean that holds, as a share of the largest, and the share of the time that it must.
+HOLDS, REACHED = 1e-3, 0.3
 #: Gains that change.
 CHANGES = (ScaleFactorDrift.id, ScaleFactorWarmUp.id, ScaleFactorTemperature.id)
 
@@ -71,6 +79,11 @@ def unsized(
     """
     if term.effect.generic:
         return ""
+    return _of_servo(problem, fit, term) or _untold(problem, fit, term, inexact, held_out, looks)
+
+
+def _untold(problem: Problem, fit: Fit, term: Term, inexact: Model, held_out: float, looks: float) -> str:
+    """The same of what is no servo's."""
     if constant := _without_constant_gain(fit, term):
         fit = solve(problem, (*fit.model, constant), start=fit.noise.power)
     lags = any(e.motion.lag for e in problem.exposures)
@@ -178,6 +191,34 @@ def _shapes_untold(problem: Problem, fit: Fit, term: Term) -> str:
     if any(abs(row.value) >= TOLD * row.sd for row in rows):
         return ""
     return ", ".join(f"{row.parameter} = {row.value:.2g} ± {row.sd:.2g}" for row in rows)
+
+
+def _of_servo(problem: Problem, fit: Fit, term: Term) -> str:
+    """Why a gain, or a fault near one rate, is as well what a servo makes of its command; empty if it is none.
+
+    A table that is late by tau behind its command swings less than that, in the second order by (tau w)^2 at the
+    frequency w: the mean square of the command's change over that of itself. Where it holds its rates it reaches them.
+    """
+    if not problem.commanded or not _comes_late(fit):
+        return ""
+    local, gain = isinstance(term.effect, ScaleFactorAnomaly), term.effect.part == "gain"
+    if not (local or gain):
+        return ""
+    u = problem.bins.mean(tuple(e.u for e in problem.exposures))
+    change = np.concatenate([np.gradient(u[b.start : b.stop]) if b.n > 1 else [0.0] for b in problem.bins.blocks])
+    near = np.abs(np.abs(u) - term.shape[0]) < term.shape[1] if local else u != 0
+    holds = np.abs(change) < HOLDS * float(np.abs(u).max(initial=0.0))
+    if near.any() and float(np.mean(holds[near])) > REACHED:
+        return ""
+    if local:
+        return "hardly any of its rates is held: what a servo leaves of its lag is as local"
+    skew = next(i for i, one in enumerate(fit.model) if one.effect.id == TimingSkew.id)
+    late = float(np.mean(fit.theta[fit.design.term == skew]))
+    made = float(np.mean((change / problem.bins.width) ** 2) / np.mean(u**2)) * late**2
+    size = float(np.max(np.abs(fit.theta[fit.design.term == fit.model.index(term)]), initial=0.0))
+    if size > made:
+        return ""
+    return f"a table that is {1e3 * abs(late):.3g} ms late behind its command swings less by up to {made:.2g}"
 
 
 def _comes_late(fit: Fit) -> bool:
