@@ -6,6 +6,7 @@ tells which, and nothing later confirms it. Its rows are left out, and it is nam
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -55,11 +56,11 @@ def without_start(problem: Problem, until: float, size: float) -> tuple[Problem,
     said = RejectedRows(problem.target, run, int(rows[0]), int(rows[-1]) + 1, "settling at the start", "burst", size)
     place = np.cumsum(~gone) - 1
     outliers = tuple(int(place[i]) for i in problem.outliers if not gone[i])
-    steps = Lazy(partial(_errors_left, problem, ~gone)) if problem.encoder else problem.steps
+    steps = Lazy(partial(_errors_left, problem.steps, ~gone)) if problem.encoder else problem.steps
     bins, y = without(problem.bins, gone), problem.y[~gone]
     return replace(problem, bins=bins, y=y, outliers=outliers, steps=steps, cache={}), said
 
 
-def _errors_left(problem: Problem, left: NDArray[np.bool_]) -> Floats | None:
-    errors = problem.step_errors()
-    return None if errors is None else errors[:, left]
+def _errors_left(steps: Callable[[], Floats | None], left: NDArray[np.bool_]) -> Floats | None:
+    errors = steps()
+    return None if errors is None or errors.shape[1] != len(left) else errors[:, left]

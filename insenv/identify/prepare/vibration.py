@@ -17,6 +17,7 @@ degrees of freedom as there are noise terms.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -221,15 +222,15 @@ def went_away(problem: Problem, fit: Fit) -> tuple[str, ...]:
 def _merged(problem: Problem, times: int, least: float) -> Problem:
     """The problem with its means merged two by two so many times; each has the share ``least`` of its cells."""
     for _ in range(times):
-        bins, pairs = merged(problem.bins, least)
+        n, (bins, pairs) = problem.bins.n, merged(problem.bins, least)
         inside = np.isin(pairs, np.array(problem.outliers, int)).any(axis=1)
         outliers = tuple(int(i) for i in np.flatnonzero(inside))
-        steps = Lazy(partial(_merged_errors, problem, pairs)) if problem.encoder else problem.steps
+        steps = Lazy(partial(_merged_errors, problem.steps, n, pairs)) if problem.encoder else problem.steps
         y = problem.y[pairs].mean(axis=1)
         problem = replace(problem, bins=bins, y=y, outliers=outliers, steps=steps, cache={})
     return problem
 
 
-def _merged_errors(problem: Problem, pairs: NDArray[np.int64]) -> Floats | None:
-    errors = problem.step_errors()
-    return None if errors is None else np.asarray(errors[:, pairs].mean(axis=2))
+def _merged_errors(steps: Callable[[], Floats | None], n: int, pairs: NDArray[np.int64]) -> Floats | None:
+    errors = steps()
+    return None if errors is None or errors.shape[1] != n else np.asarray(errors[:, pairs].mean(axis=2))
