@@ -205,7 +205,10 @@ def _of_servo(problem: Problem, fit: Fit, term: Term) -> str:
     if not (local or gain):
         return ""
     u = problem.bins.mean(tuple(e.u for e in problem.exposures))
-    change = np.concatenate([np.gradient(u[b.start : b.stop]) if b.n > 1 else [0.0] for b in problem.bins.blocks])
+    change = np.zeros(len(u))
+    for block in problem.bins.blocks:
+        if block.n > 1:
+            change[block.start : block.stop] = np.gradient(u[block.start : block.stop])
     near = np.abs(np.abs(u) - term.shape[0]) < term.shape[1] if local else u != 0
     holds = np.abs(change) < HOLDS * float(np.abs(u).max(initial=0.0))
     if near.any() and float(np.mean(holds[near])) > REACHED:
