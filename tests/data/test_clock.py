@@ -236,6 +236,19 @@ def test_a_median_between_two_steps_is_no_fault() -> None:
     assert np.isfinite(clock_of(t - t[0]).period)
 
 
+def read_back(folder: Path, rows: Floats) -> Recording:
+    """Times, a gyro and the angle of an encoder, shape (n, 3), as they are read of a file."""
+    np.savetxt(folder / "run.csv", rows, "%.9f", ",", header="t,g,a", comments="")
+    (folder / "run.toml").write_text(
+        'data = "run.csv"\n[channels]\ntime = { column = "t", unit = "s" }\n'
+        'gyro = { column = "g", unit = "rad/s" }\n'
+        'table_angle = { column = "a", unit = "rad", source = "encoder" }\n'
+        '[model]\ntarget = "gyro"\ndeclared = ["bias"]\n'
+    )
+    (run,) = read_recordings(load_manifest(folder / "run.toml"))
+    return run
+
+
 def test_rows_pressed_to_one_instant_are_left_out(tmp_path: Path) -> None:
     """A clock that runs ahead and is set back by 0.13 s every 5 s, in a recorder that lets no time run backwards."""
     taken = DT * np.arange(N)
@@ -251,14 +264,7 @@ def test_rows_pressed_to_one_instant_are_left_out(tmp_path: Path) -> None:
     own = np.append(True, ~pressed)
     angle = np.interp(t, t[own], angle[own])
     rows = np.column_stack([t, rate + 1e-3 * random.standard_normal(N), angle])
-    np.savetxt(tmp_path / "run.csv", rows, "%.9f", ",", header="t,g,a", comments="")
-    (tmp_path / "run.toml").write_text(
-        'data = "run.csv"\n[channels]\ntime = { column = "t", unit = "s" }\n'
-        'gyro = { column = "g", unit = "rad/s" }\n'
-        'table_angle = { column = "a", unit = "rad", source = "encoder" }\n'
-        '[model]\ntarget = "gyro"\ndeclared = ["bias"]\n'
-    )
-    (run,) = read_recordings(load_manifest(tmp_path / "run.toml"))
+    run = read_back(tmp_path, rows)
     assert any("rows stand at one instant with others" in note for note in run.notes), run.notes
     left = run.left_out["gyro"]
     assert pressed.sum() < left.sum() < 2 * pressed.sum()
@@ -275,14 +281,7 @@ def test_a_wrong_tick_is_no_leap_of_the_table(tmp_path: Path) -> None:
     t[1499:1501] += 0.018, 0.0084
     angle = np.floor(0.6 * taken / 4e-4) * 4e-4
     rows = np.column_stack([t, 0.6 + 1e-4 * rng().standard_normal(N - 1), angle])
-    np.savetxt(tmp_path / "run.csv", rows, "%.9f", ",", header="t,g,a", comments="")
-    (tmp_path / "run.toml").write_text(
-        'data = "run.csv"\n[channels]\ntime = { column = "t", unit = "s" }\n'
-        'gyro = { column = "g", unit = "rad/s" }\n'
-        'table_angle = { column = "a", unit = "rad", source = "encoder" }\n'
-        '[model]\ntarget = "gyro"\ndeclared = ["bias"]\n'
-    )
-    (run,) = read_recordings(load_manifest(tmp_path / "run.toml"))
+    run = read_back(tmp_path, rows)
     assert any("nobody can tell" in note for note in run.notes), run.notes
     left = run.channels["table_angle"].values - 0.6 * run.t
     assert np.ptp(left) < 2 * 4e-4  # a tick is 60e-4

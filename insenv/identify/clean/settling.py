@@ -6,18 +6,10 @@ tells which, and nothing later confirms it. Its rows are left out, and it is nam
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
-from functools import partial
-
 import numpy as np
-from numpy.typing import NDArray
 
-from insenv.core.lazy import Lazy
-from insenv.core.recording import Floats
 from insenv.identify.clean.bursts import KELVINS
 from insenv.identify.findings import RejectedRows
-from insenv.identify.fit.bins import without
 from insenv.identify.fit.problem import Problem, Term
 
 #: Share of the fitted time within which what settles is over, and the share of its range that may then be left.
@@ -54,13 +46,4 @@ def without_start(problem: Problem, until: float, size: float) -> tuple[Problem,
     inside = (cell >= 0) & np.isin(cell // per_bin, problem.bins.kept[run][index - first])
     rows = np.flatnonzero(inside)
     said = RejectedRows(problem.target, run, int(rows[0]), int(rows[-1]) + 1, "settling at the start", "burst", size)
-    place = np.cumsum(~gone) - 1
-    outliers = tuple(int(place[i]) for i in problem.outliers if not gone[i])
-    steps = Lazy(partial(_errors_left, problem.steps, ~gone)) if problem.encoder else problem.steps
-    bins, y = without(problem.bins, gone), problem.y[~gone]
-    return replace(problem, bins=bins, y=y, outliers=outliers, steps=steps, cache={}), said
-
-
-def _errors_left(steps: Callable[[], Floats | None], left: NDArray[np.bool_]) -> Floats | None:
-    errors = steps()
-    return None if errors is None or errors.shape[1] != len(left) else errors[:, left]
+    return problem.without_bins(gone), said

@@ -95,6 +95,14 @@ class Bins:
         """Weighted means over the kept bins of cell values, one array (cells, ...) per run; shape (n, ...)."""
         return np.concatenate([self._mean_of_run(i, v) for i, v in enumerate(values)])
 
+    def change(self, values: Floats) -> Floats:
+        """Change of values of the bins from one to the next, within each block, shape (n,); 0 in one of a bin."""
+        change = np.zeros(len(values))
+        for block in self.blocks:
+            if block.n > 1:
+                change[block.start : block.stop] = np.gradient(values[block.start : block.stop])
+        return change
+
     def _mean_of_run(self, run: int, values: Floats) -> Floats:
         weights, kept = self.weights[run], self.kept[run]
         per_bin = weights.shape[1]

@@ -10,18 +10,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field, fields, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from insenv.core.lazy import nothing
+from insenv.core.lazy import Lazy, nothing
 from insenv.core.recording import Floats
 from insenv.core.series.coarse import Coarse
 from insenv.data.exposure import Exposure, turns
 from insenv.effects.base import OUTPUT, CurveEffect, Effect, LinearEffect, NoiseEffect, Param
 from insenv.effects.noise import AngleRandomWalk, BiasInstability, Quantization, RateRandomWalk
-from insenv.identify.fit.bins import Bins, Block
+from insenv.identify.fit.bins import Bins, Block, without
 from insenv.identify.fit.noise import Grouping, Modes, Pooled, grouping, modes, transform
 
 #: Noise terms of every fit, in this order.
@@ -140,6 +141,14 @@ class Problem:
         """The same bins in other blocks; columns that are the same then are kept: what is per run goes by the fit."""
         kept = {key: found for key, found in self._remembered("columns").items() if not key[1].per_run}
         return replace(self, bins=replace(self.bins, blocks=blocks), cache=kept)
+
+    def without_bins(self, gone: NDArray[np.bool_]) -> Problem:
+        """The problem without some of its bins, shape (bins,); where they were, a block ends."""
+        place = np.cumsum(~gone) - 1
+        outliers = tuple(int(place[i]) for i in self.outliers if not gone[i])
+        steps = Lazy(partial(_errors_left, self.steps, ~gone)) if self.encoder else self.steps
+        bins = without(self.bins, gone)
+        return replace(self, bins=bins, y=self.y[~gone], outliers=outliers, steps=steps, cache={})
 
     def measured_as(self, y: Floats) -> Problem:
         """The problem with other measured means; what no reading is in is kept."""
@@ -263,6 +272,11 @@ class Problem:
     def _prior_scale(self, param: Param) -> float:
         """An accelerometer's output holds gravity: its priors in the output's unit are that much wider."""
         return 100.0 if self.unit == "m/s^2" and OUTPUT in param.unit else 1.0
+
+
+def _errors_left(steps: Callable[[], Floats | None], left: NDArray[np.bool_]) -> Floats | None:
+    errors = steps()
+    return None if errors is None or errors.shape[1] != len(left) else errors[:, left]
 
 
 def regressors(effect: Effect, exposure: Exposure, shape: tuple[float, ...]) -> Floats:

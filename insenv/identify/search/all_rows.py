@@ -27,7 +27,7 @@ import numpy as np
 
 from insenv.core.series.stretches import stretches
 from insenv.effects.base import Effect
-from insenv.identify.fit.bins import of_one_use, without
+from insenv.identify.fit.bins import of_one_use
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import NOISE_TERMS, Model, Problem
 from insenv.identify.search.candidates import Candidate, candidates
@@ -128,9 +128,7 @@ def of_rests(track: Track, seed: int = 0) -> AllRows | None:
     gone = np.ones(whole.bins.n, bool)
     for a, b in rests:
         gone[a:b] = False
-    place = np.cumsum(~gone) - 1
-    outliers = tuple(int(place[i]) for i in whole.outliers if not gone[i])
-    still = replace(whole, bins=without(whole.bins, gone), y=whole.y[~gone], outliers=outliers, cache={})
+    still = whole.without_bins(gone)
     fit = solve(still, tuple(term for term in track.fit.model if term.effect.part == "level"))
     base = reference(still, fit.model, fit.noise.power)
     return AllRows(still, fit, tuple(by_fit_alone(still, fit, base, tried, seed, track.family, tones=False)), ())

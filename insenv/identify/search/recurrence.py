@@ -153,10 +153,7 @@ def not_both_ways(problem: Problem, fit: Fit, base: Reference, term: Term) -> st
     if not _curve_of_rate(effect, term) or _knows_change(effect) or not _late(problem, fit.model):
         return ""
     u = problem.bins.mean(tuple(e.u for e in problem.exposures))
-    faster = np.zeros(len(u))
-    for block in problem.bins.blocks:
-        if block.n > 1:
-            faster[block.start : block.stop] = np.gradient(np.abs(u[block.start : block.stop]))
+    faster = problem.bins.change(np.abs(u))
     steady = np.abs(faster) < STEADY * float(np.sqrt(np.mean(faster**2)))
     up = faster > 0  # at the turning points of a swing, too, or a jump there is all that is seen
     ways = np.column_stack([up & ~steady, ~up & ~steady, up & steady, ~up & steady])

@@ -28,6 +28,7 @@ from scipy.linalg import block_diag
 from scipy.special import chdtrc, ndtri_exp
 
 from insenv.core.recording import Floats
+from insenv.effects.rate.hysteresis import HOLDS, LEAST_HOLD
 from insenv.effects.rate.lag import SelfHeating
 from insenv.effects.rate.scale import (
     ScaleFactor,
@@ -53,8 +54,6 @@ TOLD, SEVERAL = 2.0, 2
 #: Chance of a size by noise alone, of all looks together, below which it is told beside a measured reference;
 #: deviations from which on it is, whatever their number.
 CHANCE, LARGEST_BY_CHANCE = 0.05, 6.0
-#: Change of a rate from mean to mean that holds, as a share of the largest, and the share of the time that it must.
-HOLDS, REACHED = 1e-3, 0.3
 #: Gains that change.
 CHANGES = (ScaleFactorDrift.id, ScaleFactorWarmUp.id, ScaleFactorTemperature.id)
 
@@ -205,13 +204,10 @@ def _of_servo(problem: Problem, fit: Fit, term: Term) -> str:
     if not (local or gain):
         return ""
     u = problem.bins.mean(tuple(e.u for e in problem.exposures))
-    change = np.zeros(len(u))
-    for block in problem.bins.blocks:
-        if block.n > 1:
-            change[block.start : block.stop] = np.gradient(u[block.start : block.stop])
+    change = problem.bins.change(u)
     near = np.abs(np.abs(u) - term.shape[0]) < term.shape[1] if local else u != 0
     holds = np.abs(change) < HOLDS * float(np.abs(u).max(initial=0.0))
-    if near.any() and float(np.mean(holds[near])) > REACHED:
+    if near.any() and float(np.mean(holds[near])) > LEAST_HOLD:
         return ""
     if local:
         return "hardly any of its rates is held: what a servo leaves of its lag is as local"
