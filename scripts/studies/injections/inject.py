@@ -38,11 +38,11 @@ from insenv.report.json import write_json
 
 HERE = Path(__file__).resolve().parent
 FORK = multiprocessing.get_context("fork")
-#: Seconds after which a recording counts as not answered.
+#: Seconds after which a recording counts as not answered, unless told otherwise.
 LIMIT = 600.0
 #: Recordings longer than so many rows are left out: the study is of many.
 MOST_ROWS = 30_000
-#: Share of the cases of each kind, and how many recordings of it there are.
+#: Share of the cases of each kind, and how many recordings of it there are, unless told otherwise.
 SHARES = {"reference": 0.6, "attitudes": 0.2, "rest": 0.2}
 LAWS = {"reference": TURNED, "attitudes": IN_ATTITUDES, "rest": RESTED}
 
@@ -57,6 +57,7 @@ def main() -> None:
     take_.add_argument("label")
     take_.add_argument("--recordings", type=int, default=40)
     take_.add_argument("--sides", type=Path, default=HERE / "sides.toml")
+    take_.add_argument("--limit", type=float, default=LIMIT, help="seconds for an answer")
     take_.set_defaults(run=take)
     draw_ = commands.add_parser("draw")
     draw_.add_argument("folder", type=Path)
@@ -64,12 +65,16 @@ def main() -> None:
     draw_.add_argument("--cases", type=int, default=120)
     draw_.add_argument("--seed", type=int, default=1)
     draw_.add_argument("--laws", help="only these, with commas between")
+    draw_.add_argument(
+        "--shares", type=float, nargs=3, default=list(SHARES.values()), help="of the cases: " + ", ".join(SHARES)
+    )
     draw_.add_argument("--first", type=int, default=0, help="number of the first case")
     draw_.set_defaults(run=draw)
     close_ = commands.add_parser("close")
     close_.add_argument("store", type=Path)
     close_.add_argument("label")
     close_.add_argument("--only", default="*")
+    close_.add_argument("--limit", type=float, default=LIMIT, help="seconds for an answer")
     close_.set_defaults(run=close)
     judge_ = commands.add_parser("judge")
     judge_.add_argument("store", type=Path)
@@ -95,7 +100,7 @@ def take(given: argparse.Namespace) -> None:
                 break
             if not (given.folder / name).exists() or name in taken[kind] or name in reasons:
                 continue
-            fault = _fault(given.folder / name, name, kind, given.store, answers)
+            fault = _fault(given.folder / name, name, kind, given.store, answers, given.limit)
             if fault:
                 reasons[name] = fault
             else:
@@ -105,16 +110,16 @@ def take(given: argparse.Namespace) -> None:
             left.write_text(json.dumps(reasons, indent=1), encoding="utf-8")
 
 
-def _fault(path: Path, name: str, kind: str, store: Path, answers: Path) -> str:
+def _fault(path: Path, name: str, kind: str, store: Path, answers: Path, limit: float) -> str:
     """Why a recording is not taken; nothing where it is."""
     try:
-        _keep(path, store / "untouched" / _stem(name))
+        _keep(path, store / "untouched" / stem_of(name))
         with tempfile.TemporaryDirectory() as folder:
             drawn(path, name, kind, list(LAWS[kind]), [0], Path(folder))
     except (UnfitError, InputError, LookupError, ValueError, np.linalg.LinAlgError) as fault:
         return str(fault) or type(fault).__name__
-    _close(store / "untouched" / _stem(name), answers / _stem(name))
-    report_, told = answer(answers / _stem(name))
+    _close(store / "untouched" / stem_of(name), answers / stem_of(name), limit)
+    report_, told = answer(answers / stem_of(name))
     return "" if report_ is not None else told.splitlines()[-1]
 
 
@@ -122,7 +127,7 @@ def draw(given: argparse.Namespace) -> None:
     """Cases of each kind, one after the other over its recordings; laws in drawn turns."""
     taken = json.loads((given.store / "taken.json").read_text(encoding="utf-8"))
     number, only = given.first, given.laws.split(",") if given.laws else None
-    for kind, share in SHARES.items():
+    for kind, share in zip(SHARES, given.shares, strict=True):
         laws = [law for law in LAWS[kind] if only is None or law in only]
         turns, rng = Counter(dict.fromkeys(laws, 0)), np.random.default_rng([given.seed, len(kind)])
         for k in range(round(share * given.cases)):
@@ -151,7 +156,8 @@ def _keep(path: Path, folder: Path) -> None:
     written(kept, folder)
 
 
-def _stem(name: str) -> str:
+def stem_of(name: str) -> str:
+    """Of an untouched recording, the name of its copy and of its answer."""
     return name.removesuffix(".toml").replace("/", "__")
 
 
@@ -169,22 +175,23 @@ def close(given: argparse.Namespace) -> None:
     for k in np.random.default_rng(0).permutation(len(cases)):  # what is answered so far is of all kinds
         number, truth = cases[k]
         if fnmatch(number, given.only) or fnmatch(truth["law"], given.only) or fnmatch(truth["recording"], given.only):
-            _close(given.store / "untouched" / _stem(truth["recording"]), answers / _stem(truth["recording"]))
-            _close(given.store / "cases" / number, answers / number)
+            own = stem_of(truth["recording"])
+            _close(given.store / "untouched" / own, answers / own, given.limit)
+            _close(given.store / "cases" / number, answers / number, given.limit)
             print(_line(number, truth, _word(truth, answers, number)), flush=True)
 
 
-def _close(case: Path, stem: Path) -> None:
+def _close(case: Path, stem: Path, limit: float) -> None:
     """Close the loop in a process of its own, which has the modules that this one has."""
     if stem.with_suffix(".err").exists():
         return
     child = FORK.Process(target=_answered, args=(case / "case.toml", stem))
     child.start()
-    child.join(LIMIT)
+    child.join(limit)
     if child.is_alive():
         child.kill()
         child.join()
-        stem.with_suffix(".err").write_text(f"insenv: no answer within {LIMIT:g} s", encoding="utf-8")
+        stem.with_suffix(".err").write_text(f"insenv: no answer within {limit:g} s", encoding="utf-8")
 
 
 def _answered(manifest: Path, stem: Path) -> None:
@@ -199,7 +206,7 @@ def _answered(manifest: Path, stem: Path) -> None:
 
 
 def _word(truth: Mapping[str, Any], answers: Path, number: str) -> Word:
-    return judge(truth, answers / _stem(truth["recording"]), answers / number)
+    return judge(truth, answers / stem_of(truth["recording"]), answers / number)
 
 
 def _line(number: str, truth: Mapping[str, Any], word: Word) -> str:
@@ -210,7 +217,7 @@ def _line(number: str, truth: Mapping[str, Any], word: Word) -> str:
 def judged(store: Path, label: str) -> Iterator[tuple[str, Mapping[str, Any], Word]]:
     """Number, truth and word of each case that is answered, and that could be seen."""
     for number, truth in truths(store):
-        case, untouched = store / "cases" / number, store / "untouched" / _stem(truth["recording"])
+        case, untouched = store / "cases" / number, store / "untouched" / stem_of(truth["recording"])
         if (store / label / f"{number}.err").exists() and alters_what_is_used(case, untouched):
             yield number, truth, _word(truth, store / label, number)
 

@@ -2,6 +2,7 @@
 
     python sides.py > sides.toml
     python sides.py --later twentieth twentyfirst > sides_later.toml
+    python sides.py --later twentysecond twentythird twentyfourth > sides_fresh.toml
 
 Written before an effect was put into any of them. Of each owner who is kept closed nothing is looked at until the end.
 Parts of the library that were made later are closed as a whole, but for owners who were there before.
@@ -22,7 +23,7 @@ SEED = 20261128
 #: Share of the owners that are kept closed.
 CLOSED = 0.4
 #: Parts that were made after the first split.
-LATER = ("twentieth", "twentyfirst")
+LATER = ("twentieth", "twentyfirst", "twentysecond", "twentythird", "twentyfourth")
 KINDS = ("reference", "attitudes", "rest")
 
 
@@ -51,7 +52,8 @@ def main() -> None:
     later = parser.parse_args().later
     rows = sorted(recordings())
     if later:
-        before = {_name(owner) for owner, _, manifest in rows if _part(manifest) not in later}
+        after = LATER[LATER.index(later[-1]) + 1 :]
+        before = {_name(owner) for owner, _, manifest in rows if _part(manifest) not in (*later, *after)}
         rows = [row for row in rows if _part(row[2]) in later and _name(row[0]) not in before]
     else:
         rows = [row for row in rows if _part(row[2]) not in LATER]
