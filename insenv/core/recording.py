@@ -27,6 +27,8 @@ Origin = Literal["encoder", "command", "set"]
 
 #: An interval longer than this many sampling periods is a gap.
 GAP = 1.5
+#: Periods of a gap up to which its rows were lost, and share of a period by which it is then no whole number of them.
+FEW_LOST, CLEAR = 10.0, 0.25
 
 
 @dataclass(frozen=True)
@@ -185,11 +187,20 @@ class Recording:
 
     @cached_property
     def dt(self) -> float:
-        """Sampling period [s]: the mean of the steps that are no gap, so that jitter averages out."""
+        """Sampling period [s]: the mean of the steps that are no gap, so that jitter averages out.
+
+        Where a few rows are lost the clock has gone on: what such a step is longer or shorter than whole periods is
+        jitter as well, and without it that of both its ends would not average out.
+        """
         if self.period is not None:
             return self.period
         steps = np.diff(self.t)
-        return float(np.mean(steps[steps <= GAP * np.median(steps)]))
+        usual = steps <= GAP * np.median(steps)
+        mean = float(np.mean(steps[usual]))
+        ticks = np.where(usual, 1.0, np.rint(steps / mean))
+        lost = ~usual & (ticks <= FEW_LOST) & (np.abs(steps / mean - ticks) < CLEAR)
+        counted = usual | lost
+        return float(steps[counted].sum() / ticks[counted].sum()) if lost.any() else mean
 
     def pieces(self) -> tuple[slice, ...]:
         """Contiguous stretches of rows, in order: a step longer than ``GAP`` periods starts a new one."""

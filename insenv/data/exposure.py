@@ -64,6 +64,8 @@ SHAKES, FEWEST = 1.0, 5
 KEPT = 3
 #: Direction of "up" in the axis letters of `Mounting.axes`.
 _UP = {"U": 1.0, "D": -1.0}
+#: Share of a period by which the rows may stand beside the first one's grid, as rounding makes it.
+SAME_PHASE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -84,6 +86,9 @@ class Exposure:
         Input rate for regressors: the commanded rate where it was logged and the table has it, free of errors of the
         encoder; else without the jitter of the encoder, which would explain itself (`insenv.core.series.trajectory`,
         `insenv.data.follow`). Times the gain of the instrument (`Response`), as ``motion.rate`` is.
+    beside : ndarray, shape (n,), optional
+        What the reading of the angle has beside the motion behind it, over whole cells: the part of ``motion.rate`` of
+        which a mean of cells wants all, those too of which rows are lost, for it cancels from one to the next.
     """
 
     y: Floats
@@ -91,6 +96,7 @@ class Exposure:
     cell_of_row: NDArray[np.int64]
     motion: Motion
     u: Floats
+    beside: Floats | None = None
 
 
 def turns(exposures: Sequence[Exposure]) -> bool:
@@ -196,7 +202,8 @@ def _exposed(
         window=response.window,
         stands=is_set(recording),
     )
-    return Exposure(y, count, cell_of_row, motion, table.rate * share + vertical)
+    beside = None if table.beside is None else table.beside * share
+    return Exposure(y, count, cell_of_row, motion, table.rate * share + vertical, beside)
 
 
 def rates_of_angles(recording: Recording, target: str, rows_per_cell: int, angles: Floats) -> Floats:
@@ -219,6 +226,7 @@ class _Table:
     rate: Floats
     rate_edges: Floats | None
     angle: Floats | None
+    beside: Floats | None = None
 
 
 @dataclass(frozen=True)
@@ -252,18 +260,22 @@ class _Cells:
         if behind is not None and behind.still:
             # The noise of an encoder is no motion: neither to subtract nor to make a curve of.
             return _Table(np.zeros(n), np.zeros(n), np.zeros(n + 1), np.full(n + 1, behind.angle[0]))
-        reference = self._rate(names)
+        reference, beside = self._rate(names), None
         told = programme(self.recording)
         if behind is not None:
             rate, at_edges = self._smoothed(behind)
             at_rows = self._of_instants(behind)
             rate = rate + at_rows
-            reference = reference if self._read_beside(names) else reference + at_rows + self._between(behind, names)
+            if names[0] == "table_angle" and not self._even:
+                over_rows, beside = self._over_rows(behind, names)
+                reference = over_rows + beside + at_rows
+            elif not self._read_beside(names):
+                reference = reference + at_rows + self._between(behind, names)
         else:
             rate, at_edges = self._followed(names, reference, share, reading)
         if told is not None:
             rate, at_edges = self._by_programme(told, rate, at_edges)
-        return _Table(reference, rate, at_edges, self._turned(names, behind))
+        return _Table(reference, rate, at_edges, self._turned(names, behind), beside)
 
     def _turned(self, names: tuple[str, ...], behind: Trajectory | None) -> Floats | None:
         """The angle of curves at the edges: of an encoder that goes by counts the motion behind it, which stops once.
@@ -297,6 +309,25 @@ class _Cells:
         times = self.recording.t - self.recording.channels[names[0]].delay
         bow = behind.angle_at(self.edges) - _at(times, behind.angle_at(times))(self.edges)
         return np.diff(bow) / self._step
+
+    def _over_rows(self, behind: Trajectory, names: tuple[str, ...]) -> tuple[Floats, Floats]:
+        """Mean rate of the motion behind a noisy angle over the rows' very intervals, and the rest over whole cells.
+
+        Intervals of uneven rows do not join: of an encoder's steps a part would be left between any two, white noise.
+        """
+        channel = self.recording.channels[names[0]]
+        times = self.recording.t - channel.delay
+        start, end = _intervals(self.recording, self.target)
+        moved = behind.angle_at(end) - behind.angle_at(start)
+        full = np.diff(behind.angle_at(self.edges)) / self._step
+        _, mean = _gather(moved / (end - start), self.cell_of_row, len(self.count))
+        rest = _at(times, channel.values - behind.angle_at(times))(self.edges)
+        return np.where(self.count > 0, mean, full), np.diff(rest) / self._step
+
+    @property
+    def _even(self) -> bool:
+        """Whether the intervals of the rows make up the cells."""
+        return _is_even(self.recording, self.target)
 
     @property
     def _step(self) -> float:
@@ -413,12 +444,16 @@ def _cells(
     dt, covers = recording.dt, channel.covers == "interval"
     middle = recording.t - channel.delay - (0.5 * dt if covers else 0.0)
     first = 1 if covers and len(recording) > 1 else 0
-    index = np.rint((middle - middle[first]) / dt).astype(np.int64) + ahead
+    ticks = (middle - middle[first]) / dt
+    phase = float(np.median(ticks - np.rint(ticks)))
+    if abs(phase) < SAME_PHASE:
+        phase = 0.0  # the first row is where the others are
+    index = np.rint(ticks - phase).astype(np.int64) + ahead
     cell = index // rows_per_cell
     if covers:
         # The interval of a piece's first row began before the piece: its references are not known.
         cell[[piece.start for piece in recording.pieces()]] = -1
-    return cell, float(middle[first] - (0.5 + ahead) * dt), int(cell.max()) + 1
+    return cell, float(middle[first] + (phase - 0.5 - ahead) * dt), int(cell.max()) + 1
 
 
 def _gather(values: Floats, cell_of_row: NDArray[np.int64], n: int) -> tuple[NDArray[np.int64], Floats]:
@@ -499,7 +534,7 @@ def _of_rows(
     The same for an even clock without gaps. Where rows are lost, or steps differ a little, the table may have turned
     otherwise in the rest of the cell.
     """
-    if np.ptp(np.diff(recording.t)) < 1e-6 * recording.dt and target not in recording.left_out:
+    if _is_even(recording, target):
         return full
     rates = table_rate_of_rows(recording, target, preferred)
     assert rates is not None
@@ -516,11 +551,22 @@ def table_rate_of_rows(
         return None
     if is_set(recording):
         return np.zeros(len(recording))
+    start, end = _intervals(recording, target)
+    return (angle(end) - angle(start)) / (end - start)
+
+
+def _is_even(recording: Recording, target: str) -> bool:
+    """Whether rows follow each other evenly, none left out."""
+    return bool(np.ptp(np.diff(recording.t)) < 1e-6 * recording.dt) and target not in recording.left_out
+
+
+def _intervals(recording: Recording, target: str) -> tuple[Floats, Floats]:
+    """Start and end of the interval that each row of ``target`` stands for [s]."""
     dt, channel = recording.dt, recording.channel(target)
     steps = np.append(dt, np.diff(recording.t))
     width = np.where(steps <= GAP * dt, steps, dt) if channel.covers == "interval" else np.full(len(steps), dt)
     end = recording.t - channel.delay + (0.0 if channel.covers == "interval" else 0.5 * dt)
-    return (angle(end) - angle(end - width)) / width
+    return end - width, end
 
 
 def table_share(recording: Recording, target: str) -> float:

@@ -137,7 +137,7 @@ def gather(
     reject_lines : bool
         Whether the weights carry a Hann window.
     """
-    window = _hann(cells_per_bin) if reject_lines else np.ones(cells_per_bin)
+    window = _window(cells_per_bin, reject_lines)
     weights, kept, blocks, offset = [], [], [], 0
     for run, exposure in enumerate(exposures):
         share, use = _bin_use(exposure, fit[run], held_out[run], cells_per_bin, rows_per_cell)
@@ -149,6 +149,12 @@ def gather(
         offset += len(index)
     width = exposures[0].motion.dt * cells_per_bin
     return Bins(width, tuple(weights), tuple(kept), tuple(blocks))
+
+
+def whole(bins: Bins, reject_lines: bool = False) -> Bins:
+    """Bins of which each counts all its cells, those too without a row; as `gather` made them."""
+    window = _window(bins.weights[0].shape[1], reject_lines)
+    return replace(bins, weights=tuple(np.broadcast_to(window / window.sum(), w.shape) for w in bins.weights))
 
 
 def without(bins: Bins, gone: NDArray[np.bool_]) -> Bins:
@@ -213,8 +219,8 @@ def _pairs(index: NDArray[np.int64], held_out: NDArray[np.bool_]) -> tuple[NDArr
 _UNUSED, _FITTED, _HELD_OUT = 0, 1, 2
 
 
-def _hann(n: int) -> Floats:
-    return np.sin(np.pi * (np.arange(n) + 0.5) / n) ** 2
+def _window(n: int, reject_lines: bool) -> Floats:
+    return np.sin(np.pi * (np.arange(n) + 0.5) / n) ** 2 if reject_lines else np.ones(n)
 
 
 def _bin_use(

@@ -18,7 +18,7 @@ from insenv.data.reference import order
 from insenv.data.split import RowUse
 from insenv.effects.angle import EarthRate
 from insenv.identify.clean.outliers import outliers
-from insenv.identify.fit.bins import Bins, gather
+from insenv.identify.fit.bins import Bins, gather, whole
 from insenv.identify.fit.problem import Model, Problem
 from insenv.identify.prepare.widths import rows_per_cell
 
@@ -62,6 +62,9 @@ def binned(
             "wanted longer stretches or a shorter held_out.averaging"
         )
     y = bins.mean(tuple(e.y - e.motion.rate for e in exposures))
+    if any(e.beside is not None for e in exposures):
+        beside = tuple(np.zeros(len(e.y)) if e.beside is None else e.beside for e in exposures)
+        y += bins.mean(beside) - whole(bins, reject_lines).mean(beside)
     turning = turns(exposures)
     out = () if turning else outliers(y, bins.blocks)
     rounded = _coarse(recordings, target) if turning else None
