@@ -61,6 +61,8 @@ MISSED = 0.1
 #: Passes, the departure in robust deviations from which a row has no weight, and the change of a lag in rows and of the
 #: gain in its deviations that is none.
 PASSES, FAR, SETTLED = 8, 5.0, 1e-3
+#: Share of the range of the readings within which they are one number, and a gain that may be on its way to none.
+SAME, NOTHING = 1e-6, 0.1
 
 
 @dataclass(frozen=True)
@@ -465,8 +467,24 @@ def fitted(
 ) -> tuple[float, float, dict[int, float]]:
     """Gain, its standard deviation, and the lags, those of the runs ``lag_of`` fitted.
 
-    ``held`` has a hold time and the phase of each run.
+    ``held`` has a hold time and the phase of each run. A gain next to nothing is asked again by the rows that
+    are not all one number.
     """
+    found = _fitted(parts, lags, lag_of, held, None)
+    if abs(found[0]) > NOTHING:
+        return found
+    told = _that_change(np.concatenate([s.y for s in parts]), np.concatenate([s.known for s in parts]) > 0)
+    return found if told is None else _fitted(parts, lags, lag_of, held, told)
+
+
+def _fitted(
+    parts: list[Stretch],
+    lags: dict[int, float],
+    lag_of: set[int],
+    held: tuple[float, dict[int, float]] | None,
+    told: NDArray[np.bool_] | None,
+) -> tuple[float, float, dict[int, float]]:
+    """The same, the scatter of what is left by the rows ``told``; None: by all."""
     lags, weights, gain, sd = dict(lags), [s.known for s in parts], 1.0, np.inf
     for _ in range(PASSES):
         columns, readings, late = [], [], []
@@ -486,7 +504,8 @@ def fitted(
         theta = np.linalg.lstsq(scaled, y * np.sqrt(w), rcond=1e-10)[0]
         left = y - (matrix / size) @ theta
         before, gain = gain, float(theta[0] / size[0])
-        spread = 1.4826 * float(np.median(np.abs(left[w > 0]))) if np.any(w > 0) else 0.0
+        scatter = w > 0 if told is None else (w > 0) & told
+        spread = 1.4826 * float(np.median(np.abs(left[scatter]))) if np.any(scatter) else 0.0
         sd = spread * float(np.sqrt(max(np.linalg.pinv(scaled.T @ scaled, hermitian=True)[0, 0], 0.0))) / size[0]
         sd *= float(np.sqrt(parts[0].over))  # running means share rows
         moved = 0.0
@@ -504,6 +523,17 @@ def fitted(
         if moved < SETTLED and abs(gain - before) < SETTLED * abs(sd):
             break
     return gain, sd, lags
+
+
+def _that_change(y: Floats, known: NDArray[np.bool_]) -> NDArray[np.bool_] | None:
+    """Of readings that are one number most of the time the other rows; None where they are not.
+
+    Below its threshold, or where the table stands and it is coarse, a reading is one number whatever the input does: a
+    gain of nothing leaves nothing there, and beside that all rows of the motion are outliers.
+    """
+    at = np.abs(y - np.median(y[known])) <= SAME * np.ptp(y[known]) if known.any() else known
+    rest = known & ~at
+    return rest if np.sum(known & at) > np.sum(rest) >= FEWEST // 8 else None
 
 
 def _seen(one: Stretch, lag: float, held: tuple[float, dict[int, float]] | None) -> Floats:

@@ -83,6 +83,26 @@ def test_a_gyro_that_clips_beside_a_late_and_noisy_reference_has_rails(step: flo
     assert found == {True, False}
 
 
+def of_a_robot(top: float, seed: int) -> Recording:
+    """A minute of a robot's gyro, rounded as 16.4 counts per deg/s are, beside its wheels: few turns are fast."""
+    rng, t = np.random.default_rng(seed), 0.1 * np.arange(1.0, 701.0)
+    rate = np.interp(t, np.arange(0.0, 71.0, 1.0), 0.05 * rng.standard_normal(71))
+    counts = np.round(np.degrees(rate + 1e-3 * rng.standard_normal(len(t))) * 16.4) / 16.4
+    gyro = np.radians(np.round(np.clip(counts, -top, top), 4))
+    return Recording(t, {"gyro": Channel(gyro, "rad/s"), "table_rate": Channel(rate, "rad/s")})
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_rail_of_few_rows_that_the_wheels_ask_for_more_at_is_one(seed: int) -> None:
+    """The 4 % of rows that are fastest. Unclipped there is none: no value of noise is read eight times (1e-9)."""
+    free = np.degrees(of_a_robot(np.inf, seed).channels["gyro"].values)
+    top = float(np.round(np.quantile(np.abs(free), 0.96), 4))
+    found = {rail.high: np.degrees(rail.value) for rail in find_rails((of_a_robot(top, seed),), "gyro")}
+    assert set(found) == {True, False}
+    assert np.abs(list(found.values())) == pytest.approx(top)
+    assert find_rails((of_a_robot(np.inf, seed),), "gyro") == ()
+
+
 @pytest.mark.parametrize("step", [0.0, 0.02, 0.1])
 @pytest.mark.parametrize("seed", SEEDS)
 def test_the_highest_dwell_of_a_coarse_reading_beside_such_a_reference_is_none(step: float, seed: int) -> None:

@@ -168,3 +168,18 @@ def test_a_gain_is_told_by_what_moves_and_not_by_the_longest_stretch_at_one_rate
     steady = slice(int(np.searchsorted(t, 20.1)), 3000)
     (found,) = stretches((Recording(t, channels),), (steady,), "gyro", (t < 110.0,))
     assert np.ptp(found.input(0.0)[found.known > 0]) > 3.0
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_gyro_that_reads_one_number_most_of_the_time_has_no_gain_of_nothing(seed: int) -> None:
+    """A robot that turns now and then, and else less than the gyro's threshold: a gain of nothing left nothing there.
+
+    Of three seconds of turns no gain is told, and it stays one: every seed, whatever noise does.
+    """
+    rng, t = np.random.default_rng(seed), 0.1 * np.arange(1.0, 601.0)
+    rate: Floats = np.where(t % 20 < 1.0, 0.05 * np.sin(np.pi * t), 0.012 * np.sin(0.9 * t + seed))
+    gyro = np.where(np.abs(rate) < 0.018, -1e-4, GAIN * rate + 1e-3 * rng.standard_normal(len(t)))
+    encoder = rate + 2e-3 * rng.standard_normal(len(t))
+    channels = {"gyro": Channel(gyro, "rad/s"), "table_rate": Channel(encoder, "rad/s", source="encoder")}
+    (found,) = responding((with_reference(Recording(t, channels)),), (slice(0, len(t)),), "gyro", ())
+    assert abs(found.responses.get("gyro", Response()).gain) > 0.4
