@@ -23,7 +23,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import dct
-from scipy.linalg.lapack import dpotrf, dpotrs
+from scipy.linalg.lapack import dposv, dpotrs
 from scipy.optimize import minimize, nnls
 
 from insenv.core.recording import Floats
@@ -114,11 +114,11 @@ class Pooled:
 
     def weighted(self, weight: Floats) -> Floats:
         """Sum of the groups' cross-products times ``weight``, shape (c, c)."""
-        return (weight @ self.flat).reshape(self.cross.shape[1:])
+        return weight.dot(self.flat).reshape(self.cross.shape[1:])
 
     def energy(self, r: Floats) -> Floats:
         """Squared sum of the columns times ``r`` in each group, shape (groups,)."""
-        return self.flat @ (r[:, None] * r).ravel()
+        return self.flat.dot((r[:, None] * r).reshape(-1))
 
     def traces(self, inverse: Floats) -> Floats:
         """Trace of ``inverse`` times the regressors' cross-products in each group, shape (groups,)."""
@@ -240,25 +240,31 @@ def fit_noise(
     scale = pooled.scale
     low = np.log(_ABSENT * scale)
     high = np.log(_MOST * scale)
-    high = high if most is None else np.clip(np.log(np.maximum(most, 1e-300)), low, high)
+    high = high if most is None else _within(np.log(np.maximum(most, 1e-300)), low, high)
     powers = 0.25 * scale if start is None else np.maximum(start, 1e-3 * scale)
     powers = _scored(pooled, prior, restricted, powers)
-    x = np.clip(np.log(np.maximum(powers, 1e-6 * scale)), low, high)
+    x = _within(np.log(np.maximum(powers, 1e-6 * scale)), low, high)
 
     def likelihood(power: Floats) -> tuple[float, Floats]:
         return loglik(pooled, power, prior, restricted)
 
     def cost(x: Floats) -> tuple[float, Floats]:
-        value, gradient = likelihood(np.exp(x))
-        return -value, -gradient * np.exp(x)
+        power = np.exp(x)
+        value, gradient = likelihood(power)
+        return -value, -gradient * power
 
     value, slope = cost(x)
     free = ((x > low) | (slope < 0)) & ((x < high) | (slope > 0))
-    if np.abs(slope[free]).max(initial=0.0) > _FLAT:
+    if (free & (np.abs(slope) > _FLAT)).any():
         bounds = list(zip(low, high, strict=True))
         best = minimize(cost, x, jac=True, method="L-BFGS-B", bounds=bounds, options={"ftol": 1e-10, "gtol": _FLAT})
         x, value = best.x, float(best.fun)
     return NoiseFit(np.exp(x), -value, likelihood)
+
+
+def _within(values: Floats, low: Floats, high: Floats) -> Floats:
+    """As np.clip, which takes longer to look at four numbers than to change them."""
+    return np.minimum(np.maximum(values, low), high)
 
 
 def _scored(pooled: Pooled, prior: Floats, restricted: bool, power: Floats, passes: int = 25) -> Floats:
@@ -267,7 +273,7 @@ def _scored(pooled: Pooled, prior: Floats, restricted: bool, power: Floats, pass
     value = at.loglik(pooled, prior, restricted)
     for _ in range(passes):
         freedom = _freedom(pooled, at, restricted)
-        root = np.sqrt(freedom) / at.s
+        root = np.sqrt(freedom) * at.weight
         rows = pooled.shapes * root[:, None]
         column = np.sqrt(np.add.reduce(rows * rows, axis=0))
         target = nnls(rows / column, at.energy / freedom * root)[0] / column
@@ -295,9 +301,16 @@ def _freedom(pooled: Pooled, at: _Profile, restricted: bool) -> Floats:
 
 def _scale(pooled: Pooled) -> Floats:
     """As `Pooled.scale`."""
-    share = pooled.shapes / pooled.shapes.max(axis=0)
+    share = pooled.shapes / np.maximum.reduce(pooled.shapes, axis=0)
     whole = pooled.weighted(np.ones(len(pooled.count)))
-    r = np.concatenate([[1.0], -np.linalg.lstsq(whole[1:, 1:], whole[1:, 0], rcond=None)[0]])
+    beta: Floats = np.zeros(0)
+    singular = 0
+    if len(whole) > 1:
+        whole.reshape(-1)[:: len(whole) + 1] *= 1 + _RIDGE
+        _, beta, singular = dposv(whole[1:, 1:], whole[1:, 0])
+    if singular:
+        beta = np.asarray(np.linalg.lstsq(whole[1:, 1:], whole[1:, 0], rcond=None)[0], np.float64)
+    r = np.concatenate([[1.0], -beta])
     energy = np.maximum(pooled.energy(r), _ROUNDING * pooled.cross[:, 0, 0])
     return np.maximum((share * energy[:, None]).sum(0) / (share * pooled.shapes * pooled.count[:, None]).sum(0), 1e-60)
 
@@ -321,42 +334,35 @@ class _Profile:
 
     def loglik(self, pooled: Pooled, prior: Floats, restricted: bool) -> float:
         """Log-likelihood."""
-        value = -0.5 * (pooled.count @ np.log(self.s) + self.energy @ self.weight + self.beta**2 @ prior)
+        value = pooled.count.dot(np.log(self.s)) + self.energy.dot(self.weight) + (self.beta * self.beta).dot(prior)
         if restricted and len(self.beta):
-            value -= float(np.log(self.factor.diagonal()).sum())
-        return float(value)
+            value += 2 * np.add.reduce(np.log(self.factor.diagonal()))
+        return float(-0.5 * value)
 
 
 def _profile(pooled: Pooled, power: Floats, prior: Floats) -> _Profile:
-    s = pooled.shapes @ power
+    s = pooled.shapes.dot(power)
     weight = 1 / s
     a = pooled.weighted(weight)
-    axx = _with_diagonal(a[1:, 1:], prior, 1 + _RIDGE)
+    axx = a[1:, 1:].copy()
+    diagonal = axx.reshape(-1)[:: len(axx) + 1]
+    diagonal += prior
+    diagonal *= 1 + _RIDGE
     beta, factor = np.zeros(0), axx
-    if len(axx):
+    if len(prior):
         # As scipy.linalg.cho_factor and cho_solve, whose checks of batches cost more than the matrix itself.
-        factor, indefinite = dpotrf(axx, lower=0, clean=0)
+        factor, beta, indefinite = dposv(axx, a[1:, 0])
         if indefinite:
             raise np.linalg.LinAlgError("the regressors' information is not positive definite")
-        beta = dpotrs(factor, a[1:, 0], lower=0)[0]
     r = np.empty(len(beta) + 1)
     r[0], r[1:] = 1.0, -beta
     return _Profile(s, weight, pooled.energy(r), beta, factor)
 
 
-def _with_diagonal(square: Floats, added: Floats, times: float = 1.0) -> Floats:
-    """A matrix with ``added`` on its diagonal, which is then taken ``times``."""
-    changed = square.copy()
-    diagonal = changed.reshape(-1)[:: len(changed) + 1]
-    diagonal += added
-    diagonal *= times
-    return changed
-
-
 def loglik(pooled: Pooled, power: Floats, prior: Floats, restricted: bool) -> tuple[float, Floats]:
     """Log-likelihood with the coefficients at their best, and its gradient in the powers."""
     at = _profile(pooled, power, prior)
-    slope = -0.5 * (pooled.count / at.s - at.energy / at.s**2)
+    excess = at.energy * at.weight - pooled.count
     if restricted and len(at.beta):
-        slope += 0.5 * pooled.traces(at.inverse()) / at.s**2
-    return at.loglik(pooled, prior, restricted), slope @ pooled.shapes
+        excess += pooled.traces(at.inverse()) * at.weight
+    return at.loglik(pooled, prior, restricted), (0.5 * excess * at.weight).dot(pooled.shapes)
