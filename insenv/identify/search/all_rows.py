@@ -30,6 +30,7 @@ from insenv.effects.base import Effect
 from insenv.identify.fit.bins import of_one_use
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import NOISE_TERMS, Model, Problem
+from insenv.identify.prepare.vibration import averaged
 from insenv.identify.search.candidates import Candidate, candidates
 from insenv.identify.search.jumps import is_step
 from insenv.identify.search.reference_errors import beside_reference_errors
@@ -42,6 +43,8 @@ from insenv.identify.search.unit.one_box import DRIFTS, is_thermal, log_p_by_its
 #: Score statistic from which a cause beside a reference is worth two fits of noise; to be said, it must be certain with
 #: 1e-3 among all shapes and causes, which takes a likelihood ratio of 13 and more.
 SEEN = 9.0
+#: Fewest means that are left of those that are merged two by two: four kinds of noise and a law want as many.
+FEWEST_LONG = 50
 #: Share of the largest rate up to which a table stands, fewest means of a rest, and fewest rests.
 STANDS, FEWEST_MEANS, FEWEST_RESTS = 1e-3, 10, 2
 #: Means at the ends of a rest that may hold motion, beside a tenth of it at its start.
@@ -73,7 +76,8 @@ def of_all_rows(track: Track, seed: int = 0) -> AllRows | None:
     tried = tuple(c for c in track.candidates if c.effect.key in DRIFTS or is_thermal(c.effect) or is_step(c.effect))
     if track.problem.turns or all(is_step(c.effect) for c in tried):
         return None
-    return _asked(track, tuple(term for term in track.fit.model if not term.effect.generic), tried, seed)
+    model = tuple(term for term in track.fit.model if not term.effect.generic)
+    return _asked(track, whole_of(track), model, tried, seed)
 
 
 def of_all_rows_beside_a_reference(track: Track, seed: int = 0) -> AllRows | None:
@@ -87,12 +91,40 @@ def of_all_rows_beside_a_reference(track: Track, seed: int = 0) -> AllRows | Non
     seed : int
         Of the simulated noise.
     """
+    return _beside(track, whole_of(track), seed) if track.problem.turns else None
+
+
+def of_longer_means(track: Track, seed: int = 0) -> AllRows | None:
+    """The same by all rows in means so long that there is noise of slow modes alone; None where these are as long.
+
+    Parameters
+    ----------
+    track : Track
+    seed : int
+        Of the simulated noise.
+    """
     if not track.problem.turns:
         return None
-    tried = tuple(at_all_times(track, c) for c in track.candidates if is_of_bias(c.effect))
-    if not tried or _unseen(track, tried):
+    longer = longer_means(track)
+    return None if longer is None else _beside(track, longer, seed)
+
+
+def longer_means(track: Track) -> Problem | None:
+    """All rows of a track in so few means that noise of slow modes alone is fitted; None where there are no more."""
+    whole = whole_of(track)
+    times = int(math.log2(max(whole.bins.n / FEWEST_LONG, 1.0)))
+    if not times:
         return None
-    rows = _asked(track, track.fit.model, tried, seed)
+    merged: Problem = track.problem.remember("longer means", lambda: averaged(whole, times))
+    return merged if merged.bins.n >= FEWEST_LONG // 2 else None
+
+
+def _beside(track: Track, whole: Problem, seed: int) -> AllRows | None:
+    """Slow causes of the bias by all rows of a problem beside what was added; None where none is seen."""
+    tried = tuple(at_all_times(whole, c) for c in track.candidates if is_of_bias(c.effect))
+    if not tried or _unseen(track, whole, tried):
+        return None
+    rows = _asked(track, whole, track.fit.model, tried, seed)
 
     def beside() -> AllRows:
         base = reference(rows.problem, rows.fit.model, rows.fit.noise.power)
@@ -101,7 +133,7 @@ def of_all_rows_beside_a_reference(track: Track, seed: int = 0) -> AllRows | Non
         laws = tuple(replace(one, looks=hit.looks) for one, hit in zip(alone, hits, strict=True))
         return AllRows(rows.problem, rows.fit, laws, ())
 
-    found: AllRows = track.problem.remember(("all rows beside a reference", rows.fit.model, seed), beside)
+    found: AllRows = whole.remember(("all rows beside a reference", rows.fit.model, seed), beside)
     return found
 
 
@@ -139,20 +171,19 @@ def is_of_bias(effect: Effect) -> bool:
     return effect.key in DRIFTS or is_step(effect)
 
 
-def at_all_times(track: Track, one: Candidate) -> Candidate:
+def at_all_times(whole: Problem, one: Candidate) -> Candidate:
     """A step at any instant of all rows, of which the search tries those of the fitted ones; else as it is."""
     if not is_step(one.effect):
         return one
-    found, _ = candidates(whole_of(track), (one.effect,))
+    found, _ = candidates(whole, (one.effect,))
     return found[0] if found else one
 
 
-def _unseen(track: Track, tried: tuple[Candidate, ...]) -> bool:
+def _unseen(track: Track, whole: Problem, tried: tuple[Candidate, ...]) -> bool:
     """Whether no cause stands out of noise that does not wander, of all noise the one that hides least of it.
 
     Nothing else is asked then: most recordings are spared two fits of noise for each cause.
     """
-    whole = whole_of(track)
     most = np.where([term.id in WANDERING for term in NOISE_TERMS], 0.0, np.inf)
     most = most if whole.most is None else np.minimum(most, whole.most)
     base = reference(replace(whole, most=most), track.fit.model, track.fit.noise.power)
@@ -169,18 +200,17 @@ def whole_of(track: Track) -> Problem:
     return whole
 
 
-def _asked(track: Track, model: Model, tried: tuple[Candidate, ...], seed: int) -> AllRows:
+def _asked(track: Track, whole: Problem, model: Model, tried: tuple[Candidate, ...], seed: int) -> AllRows:
     """Causes by all rows beside a model."""
 
     def asked() -> AllRows:
-        whole = whole_of(track)
         fit = solve(whole, model, start=track.fit.noise.power)
         base = reference(whole, fit.model, fit.noise.power)
         hits = by_fit_alone(whole, fit, base, tried, seed, track.family, tones=False)
         laws = tuple(hit for hit in hits if not is_step(hit.candidate.effect))
         return AllRows(whole, fit, laws, tuple(hit for hit in hits if hit not in laws))
 
-    found: AllRows = track.problem.remember(("all rows", model, seed), asked)
+    found: AllRows = whole.remember(("all rows", model, seed), asked)
     return found
 
 

@@ -110,7 +110,8 @@ def _open(track: Track) -> Sequence[Candidate]:
     said |= {key for one in track.rivalries for key in (*one.rivals, *one.rarer)}
     said |= {term.effect.key for term in track.fit.model}
     tried = (*track.candidates, *track.few_waves)
-    return [at_all_times(track, c) for c in tried if not c.generic and c.effect.key not in said]
+    whole = whole_of(track)
+    return [at_all_times(whole, c) for c in tried if not c.generic and c.effect.key not in said]
 
 
 def _is_sized(whole: Problem, fit: Fit, hit: Hit) -> bool:

@@ -36,8 +36,10 @@ from insenv.identify.search.all_rows import (
     is_of_bias,
     of_all_rows,
     of_all_rows_beside_a_reference,
+    of_longer_means,
     of_rests,
     surest_slow,
+    whole_of,
 )
 from insenv.identify.search.jumps import is_step
 from insenv.identify.search.rivals import Rivalry
@@ -69,6 +71,9 @@ SOON = 0.05
 #: Beside a reference: probability after its looks with which noise makes a slow law of the bias, and deviations of its
 #: coefficient, from which on it is said.
 BESIDE, MANY = 1e-3, 5.0
+#: The same probability up to which a law is asked of longer means at all: a hump of the motion there looks rounded, and
+#: what is rounded leaves slow modes nothing, beside which each law is certain.
+LONGER = 1e-2
 #: Share of the slowest mode's variance that a noise term must make to be told.
 SHARE = 0.1
 
@@ -121,37 +126,54 @@ def _beside_a_reference(track: Track) -> tuple[str, ...]:
     It is certain beside noise that stays, many deviations beside noise that may wander, and either told from such noise
     or likelier than a walk. One of these alone is not enough: errors of a reference wander, and jump.
     """
-    if (found := _told_beside(track)) is not None:
-        return (_better_than_noise(*found),)
-    walk = _in_place_of_a_walk([one for one in _sure_beside(track) if one.odds >= math.log(LIKELIER)])
+    asked = _rows_beside(track)
+    for rows in asked:
+        if (found := _told_beside(rows, track)) is not None:
+            return (_better_than_noise(*found),)
+    sure = [one for rows in asked for one in _sure_beside(rows, track)]
+    walk = _in_place_of_a_walk([one for one in sure if one.odds >= math.log(LIKELIER)])
     return walk or (() if _may_be_named(track) else _by_rests(track))
 
 
-def _names_beside(track: Track) -> bool:
-    """Whether a set of such laws and noise is named: they are told from noise, or likelier than a walk by `NAMED`."""
-    return _told_beside(track) is not None or any(one.odds >= math.log(NAMED) for one in _sure_beside(track))
+def _rows_beside(track: Track) -> tuple[AllRows, ...]:
+    """All rows of a unit that turns, in its means and in longer ones, of which no slow cause was named."""
+    if _may_be_named(track):
+        return ()
+    asked = (of_all_rows_beside_a_reference(track), of_longer_means(track))
+    return tuple(rows for rows in asked if rows is not None)
 
 
-def _told_beside(track: Track) -> tuple[Hit, float] | None:
+def _rows_that_name(track: Track) -> AllRows | None:
+    """The rows by which a set of such laws and noise is named; None where none is.
+
+    They are told from noise, or likelier than a walk by `NAMED`.
+    """
+    for rows in _rows_beside(track):
+        if _told_beside(rows, track) is not None:
+            return rows
+        if any(one.odds >= math.log(NAMED) for one in _sure_beside(rows, track)):
+            return rows
+    return None
+
+
+def _told_beside(rows: AllRows, track: Track) -> tuple[Hit, float] | None:
     """The surest of these laws that all rows tell from noise that may wander, and its p-value; None where none is."""
-    sure = [one.hit for one in _sure_beside(track)]
+    sure = [one.hit for one in _sure_beside(rows, track)]
     found = min(sure, key=lambda hit: log_p_by_itself(track, hit), default=None)
-    rows = of_all_rows_beside_a_reference(track)
-    if found is None or rows is None:
+    if found is None:
         return None
     p = len(rows.laws) * math.exp(log_p_by_itself(track, found))
     return (found, p) if p < BESIDE else None
 
 
-def _sure_beside(track: Track) -> list[_Likelier]:
+def _sure_beside(rows: AllRows, track: Track) -> list[_Likelier]:
     """Laws of the bias that are certain beside noise that stays, and many deviations beside noise that may wander."""
-    rows = None if _may_be_named(track) else of_all_rows_beside_a_reference(track)
-    if rows is None:
-        return []
 
     def asked() -> list[_Likelier]:
         lasting = [one for one in _beside_staying(rows, track) if not _is_over_soon(rows.problem, one.hit)]
-        return [one for one in lasting if _deviations(rows, one.hit) >= MANY]
+        many = [one for one in lasting if _deviations(rows, one.hit) >= MANY]
+        least = 0.0 if rows.problem is whole_of(track) else math.log(LONGER / len(rows.laws))
+        return [one for one in many if log_p_by_itself(track, one.hit) <= least]
 
     sure: list[_Likelier] = rows.problem.remember(("sure beside", rows.fit.model), asked)
     return sure
@@ -285,7 +307,7 @@ def doubted(track: Track, alpha: float) -> bool:
     that turns beside a reference they have to say so whatever else there is.
     """
     if track.problem.turns:
-        return _names_beside(track)
+        return _rows_that_name(track) is not None
     if not _is_open(track):
         return False
     generic = any(step.hit.candidate.generic for step in track.steps)
@@ -338,7 +360,7 @@ def _fitted(rows: AllRows, hit: Hit) -> tuple[Problem, Fit]:
 def _with_set(track: Track, alpha: float) -> Track:
     """The track with the likeliest law that may be, or as it is where there is none."""
     turns = track.problem.turns
-    rows = of_all_rows_beside_a_reference(track) if turns else of_all_rows(track)
+    rows = _rows_that_name(track) if turns else of_all_rows(track)
     if rows is None:
         return track
     likelier = [one.hit for one in (_beside_staying(rows, track) if turns else _likelier(track))]

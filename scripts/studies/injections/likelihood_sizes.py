@@ -85,7 +85,7 @@ def _of_track(track: Track, names: set[str], beside: set[str]) -> dict[str, Any]
     model = tuple(t for t in track.fit.model if not t.effect.generic and _name(t.effect.key) in beside)
     fit = solve(whole, model, start=track.fit.noise.power)
     base = reference(whole, fit.model, fit.noise.power)
-    tried = tuple(at_all_times(track, c) for c in (*track.candidates, *track.few_waves) if _name(c.effect.key) in names)
+    tried = tuple(at_all_times(whole, c) for c in (*track.candidates, *track.few_waves) if _name(c.effect.key) in names)
     hits = by_fit_alone(whole, fit, base, tried, 0, track.family, tones=False)
     best = max(hits, key=lambda hit: hit.likelihood_ratio, default=None)
     if best is None:

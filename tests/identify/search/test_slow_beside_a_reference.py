@@ -17,10 +17,11 @@ DRIFT, STEP = WHITE * np.sqrt(12 / ROWS), WHITE * np.sqrt(4 / ROWS)
 
 def said(rng: np.random.Generator, law: np.ndarray | float = 0.0, walk: float = 0.0) -> TargetFindings:
     """The loop on a gyro that swings for a minute, has a ``law`` in its bias and walks so far in a row [rad/s]."""
-    angle = SWING * np.sin(2 * np.pi * DT / PERIOD * np.arange(ROWS + 1))
-    noise = WHITE * rng.standard_normal(ROWS) + walk * np.cumsum(rng.standard_normal(ROWS))
+    rows = np.size(law) if np.ndim(law) else ROWS
+    angle = SWING * np.sin(2 * np.pi * DT / PERIOD * np.arange(rows + 1))
+    noise = WHITE * rng.standard_normal(rows) + walk * np.cumsum(rng.standard_normal(rows))
     gyro = Channel(np.diff(angle) / DT + noise + law, "rad/s", "interval")
-    run = Recording(DT * np.arange(1.0, ROWS + 1), {"gyro": gyro, "table_angle": Channel(angle[1:], "rad")}, label="a")
+    run = Recording(DT * np.arange(1.0, rows + 1), {"gyro": gyro, "table_angle": Channel(angle[1:], "rad")}, label="a")
     (target,) = closed(run, manifest(), catalogue=SLOW).targets
     return target
 
@@ -60,6 +61,26 @@ def test_noise_alone_is_not_said_to_drift() -> None:
     """White, or with a walk: where 1 % of each would be said to drift, two of six come in one of 700 such tests."""
     rng = np.random.default_rng(2)
     assert sum(speaks(said(rng, walk=walk)) for walk in (0.0, 1e-5) for _ in range(3)) <= 1
+
+
+def of_motion(rng: np.random.Generator, rows: int, size: float) -> np.ndarray:
+    """What the motion leaves of other axes and of a reference's filter between 0.1 and 1 Hz, shape (rows,)."""
+    spectrum, f = np.fft.rfft(rng.standard_normal(rows)), np.fft.rfftfreq(rows, DT)
+    left = np.fft.irfft(spectrum * ((f >= 0.1) & (f <= 1.0)), rows)
+    return np.asarray(size * left / left.std())
+
+
+def test_a_drift_below_the_frequencies_of_the_motion_is_in_a_set_with_noise() -> None:
+    """What the motion leaves is three times the noise of a row, and hid drifts that it has no part in.
+
+    Of twelve such drifts, of nineteen deviations of the white noise, all are named; all were passed in silence. Of 100
+    runs without a drift three have such a set.
+    """
+    rng, rows = np.random.default_rng(5), 2000
+    left = of_motion(rng, rows, 3 * WHITE)
+    drifts = said(rng, left + 1.5 * WHITE * np.arange(rows) / rows)
+    assert {"bias_drift", "rate_random_walk"} <= set_of(drifts)
+    assert not speaks(said(rng, left))
 
 
 def with_rests(rng: np.random.Generator, law: np.ndarray | float = 0.0, walk: float = 0.0) -> TargetFindings:
