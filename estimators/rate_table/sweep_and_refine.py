@@ -232,6 +232,8 @@ class SweepAndRefine:
 
     def _confirmed(self, state: Swept, at: tuple[int, ...]) -> list[BellFault]:
         """Local faults of one run."""
+        if np.isnan(state.suspects[at]).all():
+            return []
         means = self._means(state, at)
         fit, first, found = smooth(*means, self.top), len(self._sweep.rate), []
         for k, centre in enumerate(state.suspects[at]):

@@ -458,9 +458,10 @@ def _cells(
 
 def _gather(values: Floats, cell_of_row: NDArray[np.int64], n: int) -> tuple[NDArray[np.int64], Floats]:
     """Rows per cell and their mean; 0 where there is none."""
-    kept = cell_of_row >= 0
-    count = np.bincount(cell_of_row[kept], minlength=n)
-    total = np.bincount(cell_of_row[kept], weights=values[kept], minlength=n)
+    # Rows of no cell are counted in a place before the first one: to pick the others costs more than to count all.
+    place = np.maximum(cell_of_row, -1) + 1
+    count = np.bincount(place, minlength=n + 1)[1:]
+    total = np.bincount(place, weights=values, minlength=n + 1)[1:]
     return count, total / np.maximum(count, 1)
 
 

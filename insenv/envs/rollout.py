@@ -22,8 +22,8 @@ from insenv.envs.single import TaskEnv
 from insenv.envs.task import Task, checked
 from insenv.envs.vector import TaskVectorEnv
 
-#: Runs that are stepped together: their arrays stay within the processor's cache.
-TOGETHER = 64
+#: Runs that are stepped together: calls cost as much as the arrays of so many, and larger ones leave the cache.
+TOGETHER = 320
 
 Progress = Callable[[int, int], None]
 
