@@ -14,6 +14,7 @@
 * A step of a unit at rest that noise which does not jump would make less than once in a thousand times.
 * Tones at multiples of one frequency: one wave that is no sine, and has a cause that no tone names.
 * A curve without a cause beside effects that have one.
+* A law of the rate beside a gain that no gyro has: then the reference is not the rate that it turns by.
 * An effect of the angle, of few waves, of a table that swings at one frequency: there its angle is its acceleration.
 * As many effects as are added at most.
 """
@@ -26,7 +27,9 @@ import numpy as np
 
 from insenv.core.recording import Floats
 from insenv.effects.base import MemoryEffect
+from insenv.effects.rate.scale import ScaleFactor
 from insenv.identify.clean.doubtful import agreeing
+from insenv.identify.clean.plausibility import INCREDIBLE
 from insenv.identify.findings import Estimate
 from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.problem import Problem, Term
@@ -37,7 +40,7 @@ from insenv.identify.search.reference_errors import log_p_alone
 from insenv.identify.search.round import against
 from insenv.identify.search.rounded import log_p_unrounded
 from insenv.identify.search.scan import Hit
-from insenv.identify.search.size import LEAST
+from insenv.identify.search.size import LEAST, follows_measured_rate
 from insenv.identify.search.tracks import MOST_ADDED, Track
 from insenv.identify.search.undecided import leaning
 from insenv.identify.search.unit.one_box import DRIFTS
@@ -76,6 +79,7 @@ def unfinished(track: Track, alpha: float) -> tuple[str, ...]:
         *_waves(track),
         *_curves(track),
         *_swung(track),
+        *_by_another_rate(track),
         *_as_many_as_may_be(track),
     )
 
@@ -282,6 +286,25 @@ def _swung(track: Track) -> tuple[str, ...]:
         f"the table swings at one frequency, where its angle and its acceleration are one curve: {names} may as well "
         "be a cause that goes with the acceleration",
     )
+
+
+def _by_another_rate(track: Track) -> tuple[str, ...]:
+    """Laws of the rate beside a gain that no gyro has: of wheels that slip, or whose track is not the drawing's."""
+    problem, fit = track.problem, track.fit
+    scale = sum(float(fit.theta[fit.design.term == i].sum()) for i, t in enumerate(fit.model) if _is_gain(t))
+    gain = abs(problem.gain * (1 + scale))
+    laws = [s.hit for s in track.steps if follows_measured_rate(problem, s.hit.term) and not _is_gain(s.hit.term)]
+    names = ", ".join(dict.fromkeys(hit.candidate.effect.key for hit in laws if not hit.candidate.generic))
+    if not names or abs(gain - 1) <= INCREDIBLE:
+        return ()
+    return (
+        f"a gain of {gain:.2g} is none of a gyro: the reference is not the rate that it turns by, and {names} may as "
+        "well be the reference's own",
+    )
+
+
+def _is_gain(term: Term) -> bool:
+    return term.effect.id == ScaleFactor.id
 
 
 def swings_at_one_frequency(problem: Problem) -> bool:
