@@ -47,11 +47,8 @@ from insenv.identify.findings import (
     Traces,
     findings_of,
 )
-from insenv.identify.fit.borne_out import borne_out
-from insenv.identify.fit.clocks import skews_apart
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.heldout import Score, held_out_score, residual
-from insenv.identify.fit.parts import apart as parts_apart
 from insenv.identify.fit.problem import NOISE_TERMS, Problem, Term
 from insenv.identify.fit.uncertainty import SCALE, covariance, estimates, noise_estimates
 from insenv.identify.loop import Outcome
@@ -66,8 +63,9 @@ from insenv.identify.search.rivals import Rivalry
 from insenv.identify.search.rounded import log_p_unrounded
 from insenv.identify.search.tracks import Step, Track
 from insenv.identify.search.twins import half_row_sentence, half_step_sentence, rarer_sentence, twin_sentence, twins
-from insenv.identify.search.unfinished import made_by_rounding, unfinished, untold
+from insenv.identify.search.unfinished import made_by_rounding, unfinished
 from insenv.identify.search.whole.error import whole_errors
+from insenv.identify.stated import stated
 from insenv.identify.switches import switchable
 
 #: Held-out error in scatters of the fitted noise from which on a word is said; and from which on what a turning unit's
@@ -75,8 +73,6 @@ from insenv.identify.switches import switchable
 WANDER, UNFORETOLD = 2.0, 3.0
 #: Standard deviations by which a parameter must be beyond what is credible to be said so.
 SURE = 3.0
-#: Chance of so different a gain in the parts of a recording below which it is said.
-PARTS_APART = 1e-3
 #: Causes of rows that are left out which have a sentence of their own.
 TOLD = ("saturation", "burst")
 
@@ -175,17 +171,16 @@ def _target(
 ) -> TargetFindings:
     """All of one target; ``levels`` are the probability of a false discovery and the seed."""
     alpha, seed = levels
+    track, own, uncertain = stated(track)
     plain, problem = as_declared(track.prepared.plain, track.prepared.model), track.problem
     before = solve(plain, track.prepared.model)
     declared_noise = dict(manifest.noise.get(problem.target, {}))
     left = structure(problem, track.fit, declared_noise, alpha)
     lost = systematic.sentences(recordings, problem.target, track.prepared.rejected)
     went = went_away(problem, track.fit) if track.finer and not declared_noise else ()
-    own, differs = _by_parts(track, _own_estimates(track))
-    own, unborne = _by_skews_and_all_rows(track, own)
     scores = held_out_score(plain, before), held_out_score(problem, track.fit)
     own = _by_held_out(problem, own, scores[1])
-    apart = (*_follows_nothing(problem, own), *differs, *unborne, *lost, *went)
+    apart = (*_follows_nothing(problem, own), *uncertain, *lost, *went)
     doubts = (*left.reasons, *apart, *unfinished(track, alpha), *_unforetold(problem, scores[1]))
     left = replace(left, reasons=(*doubts, *followers(track, alpha, bool(doubts))))
     lines, hold = tuple(x for x in track.prepared.lines if not x.of_counts), track.prepared.held.hold
@@ -344,68 +339,6 @@ def _by_held_out(
         return own
     factor = score.scatter / score.floor
     return {term: tuple(replace(row, sd=row.sd * factor) for row in rows) for term, rows in own.items()}
-
-
-def _own_estimates(track: Track) -> dict[Term, tuple[Estimate, ...]]:
-    """Estimates of every term: a curve without a cause has no say in the parameters of those that have one.
-
-    A spline of the rate would take over most of a scale factor. What it explains is noise to the others, which are
-    fitted without it.
-    """
-    problem, fit = track.problem, track.fit
-    added = tuple(step.hit.term for step in track.steps)
-    named = tuple(term for term in fit.model if not term.effect.generic)
-    if len(named) == len(fit.model):
-        return estimates(problem, fit, added)
-    return estimates(problem, fit) | estimates(problem, solve(problem, named), added)
-
-
-def _by_parts(
-    track: Track, own: dict[Term, tuple[Estimate, ...]]
-) -> tuple[dict[Term, tuple[Estimate, ...]], tuple[str, ...]]:
-    """The estimates with a scale factor no surer than parts of the recording agree, and a word where they do not."""
-    problem = track.problem
-    term = next((t for t, rows in own.items() if t.effect.id == SCALE and len(rows) == 1), None)
-    if term is None or not problem.turns or not problem.target.startswith("gyro"):
-        return own, ()
-    named = tuple(t for t in track.fit.model if not t.effect.generic)
-    fit = track.fit if len(named) == len(track.fit.model) else solve(problem, named)
-    (row,) = own[term]
-    found = parts_apart(problem, fit, term)
-    if found is None:
-        return own, ()
-    own = own | {term: (replace(row, sd=math.hypot(row.sd, problem.gain * math.sqrt(found.added))),)}
-    if found.chance >= PARTS_APART:
-        return own, ()
-    gains, deviations = problem.gain * (1 + found.values), abs(problem.gain) * found.deviations
-    told = ", ".join(f"{g:.4g} ± {s:.1g}" for g, s in zip(gains, deviations, strict=True))
-    what = "runs" if len(np.unique(problem.bins.run)) > 1 else "quarters of the fitted motion"
-    return own, (f"the gain is not the same in the {what}: {told} (p = {found.chance:.1g})",)
-
-
-def _by_skews_and_all_rows(
-    track: Track, own: dict[Term, tuple[Estimate, ...]]
-) -> tuple[dict[Term, tuple[Estimate, ...]], tuple[str, ...]]:
-    """The estimates no surer than skews and all rows bear them out, and a word on each that one of them does not."""
-    own, skewed = _by_skews(track, own)
-    borne, unborne = borne_out(track.problem, track.fit, own)
-    return borne, (*skewed, *untold(track, own), *unborne)
-
-
-def _by_skews(
-    track: Track, own: dict[Term, tuple[Estimate, ...]]
-) -> tuple[dict[Term, tuple[Estimate, ...]], tuple[str, ...]]:
-    """The estimates with a skew no surer than quarters of the recording agree, and a word where they do not."""
-    problem = track.problem
-    if not problem.turns or not problem.target.startswith("gyro"):
-        return own, ()
-    found = skews_apart(problem, track.fit)
-    if found is None:
-        return own, ()
-    for term, rows in own.items():
-        if isinstance(term.effect, TimingSkew):
-            own = own | {term: tuple(replace(row, sd=math.hypot(row.sd, math.sqrt(found.between))) for row in rows)}
-    return own, (found.sentence(problem.target),)
 
 
 def _with_lines(track: Track) -> float:

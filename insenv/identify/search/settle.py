@@ -48,7 +48,7 @@ def sized(track: Track) -> Track:
         if weak is None:
             return track
         step, why = weak
-        track = _dropped(track, step, why)
+        track = dropped(track, step, why)
 
 
 def parted(tracks: list[Track]) -> list[Track]:
@@ -89,16 +89,18 @@ def _without_joint(track: Track, joint: Step, why: str) -> Track:
     part = next((s for s in track.steps if s.together == joint.together and s.hit.candidate.effect.key == key), None)
     if part is None:
         return track
-    return _dropped(track, part, why)
+    return dropped(track, part, why)
 
 
-def _dropped(track: Track, step: Step, why: str) -> Track:
+def dropped(track: Track, step: Step, why: str) -> Track:
     """The track without what a step added, its size refused if there is a reason ``why``."""
     fit = _without(track, step)
     refusals = (*track.refusals, Refusal(step.hit, why, unsized=True)) if why else track.refusals
-    steps = tuple(s for s in track.steps if s is not step)
+    stay = [s is not step for s in track.steps]
+    steps = tuple(s for s, stays in zip(track.steps, stay, strict=True) if stays)
+    rivalries = tuple(r for r, stays in zip(track.rivalries, stay, strict=False) if stays)
     score = held_out_score(track.problem, fit)
-    return replace(track, fit=fit, score=score, steps=steps, refusals=refusals, hits=None)
+    return replace(track, fit=fit, score=score, steps=steps, rivalries=rivalries, refusals=refusals, hits=None)
 
 
 def _rivals_of(track: Track, step: Step, alpha: float, seed: int, progress: Progress) -> Rivalry:

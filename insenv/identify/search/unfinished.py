@@ -41,7 +41,7 @@ from insenv.identify.search.round import against
 from insenv.identify.search.rounded import log_p_unrounded
 from insenv.identify.search.scan import Hit
 from insenv.identify.search.size import LEAST, follows_measured_rate
-from insenv.identify.search.tracks import MOST_ADDED, Track
+from insenv.identify.search.tracks import MOST_ADDED, Step, Track
 from insenv.identify.search.undecided import leaning
 from insenv.identify.search.unit.one_box import DRIFTS
 from insenv.identify.search.unit.turn_on import turned_on_anew
@@ -51,6 +51,8 @@ _BESIDE_THE_REFERENCE = (
 )
 _BY_ITS_DEVIATION = "by a deviation that holds what the form of its curve and errors of the reference leave open"
 
+#: Stated deviations from nothing below which a law of a rate that was measured has no name.
+HELD = 2.0
 #: What is far beyond the level: so many times less likely; and a probability that leaves no doubt.
 FAR, CERTAIN = 10.0, 1e-6
 #: How many times as long as was chosen means are that tell a gain of their own.
@@ -129,18 +131,37 @@ def untold(track: Track, own: Mapping[Term, tuple[Estimate, ...]]) -> tuple[str,
     """
     found = []
     for step in track.steps:
-        rows, effect = own.get(step.hit.term, ()), step.hit.candidate.effect
-        if step.together:  # its shape is that of all of them
-            rows = tuple(row for row in rows if row.parameter in {param.name for param in effect.linear})
-        of_base = step.together and effect.key not in DRIFTS  # how much of it an axis has, the attitude says
-        if effect.generic or effect.line or of_base or len(rows) != 1:
-            continue
-        (row,) = rows
-        if 0 < abs(row.value) < LEAST * row.sd:
+        row, effect = _one_size(step, own), step.hit.candidate.effect
+        if row is not None and 0 < abs(row.value) < LEAST * row.sd:
             why = _BESIDE_THE_REFERENCE if effect.of_response else _BY_ITS_DEVIATION
             why = f"and is named on what {', '.join(step.together)} show together" if step.together else why
             found.append(f"{row.effect} is {abs(row.value) / row.sd:.2g} standard deviations from nothing, {why}")
     return tuple(found)
+
+
+def nothing_as_well(track: Track, own: Mapping[Term, tuple[Estimate, ...]]) -> tuple[Step, str] | None:
+    """A law of a measured rate whose stated deviation holds nothing as well, and why; None where there is none.
+
+    Of an error of the reference, which may be as large, it is not told: it is said, and has no name. A skew has one:
+    that there is a lag is certain, only its form is not.
+    """
+    for step in track.steps:
+        row, effect = _one_size(step, own), step.hit.candidate.effect
+        gain = effect.part == "gain" and not track.problem.commanded
+        law = gain or follows_measured_rate(track.problem, step.hit.term)
+        if law and not step.together and row is not None and 0 < abs(row.value) < HELD * row.sd:
+            size = f"{row.value:.2g} ± {row.sd:.2g}, {abs(row.value) / row.sd:.2g} standard deviations from nothing"
+            return step, f"its size is not told beside errors of the reference: {size}"
+    return None
+
+
+def _one_size(step: Step, own: Mapping[Term, tuple[Estimate, ...]]) -> Estimate | None:
+    """The one coefficient of what a step added; None where it has several, or the attitude says how much there is."""
+    rows, effect = own.get(step.hit.term, ()), step.hit.candidate.effect
+    if step.together:  # its shape is that of all of them
+        rows = tuple(row for row in rows if row.parameter in {param.name for param in effect.linear})
+    of_base = step.together and effect.key not in DRIFTS
+    return None if effect.generic or effect.line or of_base or len(rows) != 1 else rows[0]
 
 
 def _with_the_motion(track: Track, alpha: float) -> tuple[str, ...]:

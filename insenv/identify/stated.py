@@ -1,0 +1,96 @@
+"""The estimates that are stated: no surer than parts of the recording, skews and all rows bear them out.
+
+A law of a measured rate whose deviation then holds nothing as well is taken out, and is said: it has no name.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from insenv.effects.timing import TimingSkew
+from insenv.identify.findings import Estimate
+from insenv.identify.fit.borne_out import borne_out
+from insenv.identify.fit.clocks import skews_apart
+from insenv.identify.fit.gls import solve
+from insenv.identify.fit.parts import apart as parts_apart
+from insenv.identify.fit.problem import Term
+from insenv.identify.fit.uncertainty import SCALE, estimates
+from insenv.identify.search.settle import dropped
+from insenv.identify.search.tracks import Track
+from insenv.identify.search.unfinished import nothing_as_well, untold
+
+#: Chance of so different a gain in the parts of a recording below which it is said.
+PARTS_APART = 1e-3
+
+
+def stated(track: Track) -> tuple[Track, dict[Term, tuple[Estimate, ...]], tuple[str, ...]]:
+    """The track without laws that are nothing as well, the estimates that are stated, and why some are uncertain."""
+    own, differs = _by_parts(track, _own_estimates(track))
+    own, unborne = _by_skews_and_all_rows(track, own)
+    weak = nothing_as_well(track, own)
+    return (track, own, (*differs, *unborne)) if weak is None else stated(dropped(track, *weak))
+
+
+def _own_estimates(track: Track) -> dict[Term, tuple[Estimate, ...]]:
+    """Estimates of every term: a curve without a cause has no say in the parameters of those that have one.
+
+    A spline of the rate would take over most of a scale factor. What it explains is noise to the others, which are
+    fitted without it.
+    """
+    problem, fit = track.problem, track.fit
+    added = tuple(step.hit.term for step in track.steps)
+    named = tuple(term for term in fit.model if not term.effect.generic)
+    if len(named) == len(fit.model):
+        return estimates(problem, fit, added)
+    return estimates(problem, fit) | estimates(problem, solve(problem, named), added)
+
+
+def _by_parts(
+    track: Track, own: dict[Term, tuple[Estimate, ...]]
+) -> tuple[dict[Term, tuple[Estimate, ...]], tuple[str, ...]]:
+    """The estimates with a scale factor no surer than parts of the recording agree, and a word where they do not."""
+    problem = track.problem
+    term = next((t for t, rows in own.items() if t.effect.id == SCALE and len(rows) == 1), None)
+    if term is None or not problem.turns or not problem.target.startswith("gyro"):
+        return own, ()
+    named = tuple(t for t in track.fit.model if not t.effect.generic)
+    fit = track.fit if len(named) == len(track.fit.model) else solve(problem, named)
+    (row,) = own[term]
+    found = parts_apart(problem, fit, term)
+    if found is None:
+        return own, ()
+    own = own | {term: (replace(row, sd=math.hypot(row.sd, problem.gain * math.sqrt(found.added))),)}
+    if found.chance >= PARTS_APART:
+        return own, ()
+    gains, deviations = problem.gain * (1 + found.values), abs(problem.gain) * found.deviations
+    told = ", ".join(f"{g:.4g} ± {s:.1g}" for g, s in zip(gains, deviations, strict=True))
+    what = "runs" if len(np.unique(problem.bins.run)) > 1 else "quarters of the fitted motion"
+    return own, (f"the gain is not the same in the {what}: {told} (p = {found.chance:.1g})",)
+
+
+def _by_skews_and_all_rows(
+    track: Track, own: dict[Term, tuple[Estimate, ...]]
+) -> tuple[dict[Term, tuple[Estimate, ...]], tuple[str, ...]]:
+    """The estimates no surer than skews and all rows bear them out, and a word on each that one of them does not."""
+    own, skewed = _by_skews(track, own)
+    borne, unborne = borne_out(track.problem, track.fit, own)
+    return borne, (*skewed, *untold(track, own), *unborne)
+
+
+def _by_skews(
+    track: Track, own: dict[Term, tuple[Estimate, ...]]
+) -> tuple[dict[Term, tuple[Estimate, ...]], tuple[str, ...]]:
+    """The estimates with a skew no surer than quarters of the recording agree, and a word where they do not."""
+    problem = track.problem
+    if not problem.turns or not problem.target.startswith("gyro"):
+        return own, ()
+    found = skews_apart(problem, track.fit)
+    if found is None:
+        return own, ()
+    for term, rows in own.items():
+        if isinstance(term.effect, TimingSkew):
+            own = own | {term: tuple(replace(row, sd=math.hypot(row.sd, math.sqrt(found.between))) for row in rows)}
+    return own, (found.sentence(problem.target),)
