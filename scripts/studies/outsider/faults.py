@@ -53,6 +53,8 @@ class Fault:
     needs: str = ""
     #: A size where the search for the wanted strength begins, in units of what the law is linear in.
     size: float = 1e-4
+    #: What a catalogue calls it where the table has one speed, forwards and backwards, beside rests.
+    at_one_speed: tuple[str, ...] = ()
 
 
 def _play(x: Floats, radius: float) -> Floats:
@@ -210,7 +212,12 @@ UNKNOWN: dict[str, Fault] = {
     "noise with rate": Fault((), _noise_with_rate),
     "heated twice": Fault((), lambda e, c, s, r: c * np.abs(e.u) * (e.temperature - 25), needs=WARM),
     "kink": Fault((), lambda e, c, s, r: c * np.sign(e.u) * np.maximum(np.abs(e.u) - 0.5 * e.top, 0), needs="rates"),
-    "angle and rate": Fault((), lambda e, c, s, r: c * e.u * np.abs(e.u) * np.cos(e.angle + 6 * s), needs="turns"),
+    "angle and rate": Fault(
+        (),
+        lambda e, c, s, r: c * e.u * np.abs(e.u) * np.cos(e.angle + 6 * s),
+        needs="turns",
+        at_one_speed=("encoder_harmonic",),
+    ),
     "parabola": Fault(("bias_drift", "bias_warm_up"), lambda e, c, s, r: c * (e.t / e.t[-1] - 0.4) ** 2),
     "acceleration": Fault((), lambda e, c, s, r: c * np.abs(np.gradient(e.lagged(e.u, 0.1), e.t)), needs="rates"),
     "index mark": Fault(

@@ -32,6 +32,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).parent))
 
 from case import FAMILIES, drawn
+from faults import UNKNOWN
 from record import may, sized, skew, write
 from scipy.stats import beta
 
@@ -105,7 +106,8 @@ def judged(kept: dict[str, Any]) -> tuple[str, str]:
         return "crashed", kept["error"].strip().splitlines()[-1]
     if "refused" in kept:
         return "refused", kept["refused"]
-    allowed, wanted = set(kept["may"]), set(kept["names"])
+    same = alike(kept["case"])
+    allowed, wanted = set(kept["may"]) | same, set(kept["names"]) | same
     sure = kept["verdict"] in SURE
     named, here = [], set()
     for added in kept["added"]:
@@ -117,10 +119,18 @@ def judged(kept: dict[str, Any]) -> tuple[str, str]:
         return f"wrong, {'stated' if sure else 'flagged'}", ", ".join(dict.fromkeys(named))
     if kept["family"] != "null" and kept["strength"] >= LEAST:
         if kept["family"] == "unknown":
+            if here & same:
+                return "right", ""
             return ("missed", "nothing said") if sure else ("honest", "says something is left")
         if not here & wanted:
             return ("missed" if sure else "honest"), f"{kept['names'][0]} is there and not named"
     return "right", ""
+
+
+def alike(case: dict[str, Any]) -> set[str]:
+    """Names under which an unknown cause is the same law on this table: one that has one speed."""
+    one_speed = case["table"]["programme"] in ("constant", "reversals")
+    return set(UNKNOWN[case["fault"]].at_one_speed) if one_speed and case["fault"] in UNKNOWN else set()
 
 
 def share(good: int, total: int) -> str:
