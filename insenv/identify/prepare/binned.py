@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -62,9 +63,11 @@ def binned(
             "wanted longer stretches or a shorter held_out.averaging"
         )
     y = bins.mean(tuple(e.y - e.motion.rate for e in exposures))
+    mean: Callable[[tuple[Floats, ...]], Floats] = bins.mean
     if any(e.beside is not None for e in exposures):
         beside = tuple(np.zeros(len(e.y)) if e.beside is None else e.beside for e in exposures)
-        y += bins.mean(beside) - whole(bins, reject_lines).mean(beside)
+        mean = partial(_without_gaps, bins, reject_lines)
+        y += bins.mean(beside) - mean(beside)
     turning = turns(exposures)
     out = () if turning else outliers(y, bins.blocks)
     rounded = _coarse(recordings, target) if turning else None
@@ -73,10 +76,30 @@ def binned(
     step = max((_encoder_step(r, e) for r, e in zip(recordings, exposures, strict=True)), default=0.0)
     count = max(r.channels[target].step * r.dt for r in recordings)
     made = Problem(target, unit, exposures, bins, y, out, commanded=exact, coarse=rounded, encoder=step, counter=count)
-    return replace(made, steps=Lazy(partial(_errors_of_steps, recordings, target, per_cell, bins))) if step else made
+    return replace(made, steps=Lazy(partial(_errors_of_steps, recordings, target, per_cell, mean))) if step else made
 
 
-def _errors_of_steps(recordings: tuple[Recording, ...], target: str, per_cell: int, bins: Bins) -> Floats | None:
+def _without_gaps(bins: Bins, reject_lines: bool, beside: tuple[Floats, ...]) -> Floats:
+    """What a reading of the angle has beside the motion, over all cells of the bins; neighbours take that of lost ones.
+
+    So its errors cancel from one bin to the next, though rows are lost between them.
+    """
+    own = whole(bins, reject_lines).mean(beside)
+    if reject_lines:
+        return own
+    first = 0
+    for run, kept in enumerate(bins.kept):
+        per_bin = bins.weights[run].shape[1]
+        edges = np.append(0.0, np.cumsum(beside[run])) / per_bin
+        lost = edges[per_bin * kept[1:]] - edges[per_bin * (kept[:-1] + 1)]
+        own[first : first + len(kept)] += 0.5 * (np.append(lost, 0.0) + np.append(0.0, lost))
+        first += len(kept)
+    return own
+
+
+def _errors_of_steps(
+    recordings: tuple[Recording, ...], target: str, per_cell: int, mean: Callable[[tuple[Floats, ...]], Floats]
+) -> Floats | None:
     """What the steps of the table's angle would make of the bins, the encoder's zero elsewhere in a step each time.
 
     The angle behind the reading, with what the encoder has of noise beside its steps, is read anew.
@@ -98,7 +121,7 @@ def _errors_of_steps(recordings: tuple[Recording, ...], target: str, per_cell: i
         zeros = step * (np.arange(DRAWS)[:, None] + 0.5) / DRAWS
         errors = np.floor((angle + noise + zeros) / step) * step - zeros - angle
         runs.append(rates_of_angles(recording, target, per_cell, counts.of_rows(errors)))
-    return np.array([bins.mean(tuple(run[k] for run in runs)) for k in range(DRAWS)])
+    return np.array([mean(tuple(run[k] for run in runs)) for k in range(DRAWS)])
 
 
 def _encoder_step(recording: Recording, exposure: Exposure) -> float:

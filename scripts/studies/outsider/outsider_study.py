@@ -118,9 +118,7 @@ def judged(kept: dict[str, Any]) -> tuple[str, str]:
     if named:
         return f"wrong, {'stated' if sure else 'flagged'}", ", ".join(dict.fromkeys(named))
     if kept["family"] != "null" and kept["strength"] >= LEAST:
-        if kept["family"] == "unknown":
-            if here & same:
-                return "right", ""
+        if kept["family"] == "unknown" and not here & same:
             return ("missed", "nothing said") if sure else ("honest", "says something is left")
         if not here & wanted:
             return ("missed" if sure else "honest"), f"{kept['names'][0]} is there and not named"
