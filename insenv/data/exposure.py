@@ -58,6 +58,8 @@ USUAL, FAR_OFF, SAME_RATE, OTHER_RATE, FOLLOWED = 0.3, 12.0, 1e-3, 0.02, 0.6
 #: Share of the table's rate below which an axis is level, and change of that rate, as a share of the largest, from
 #: which on a small share of it is no bias.
 LEVEL, CHANGES = 1e-6, 0.2
+#: Deviations of an angle's reading by which it leaps over rows that are left out or lost.
+LEAPS = 6.0
 #: Time about whose mean a specific force vibrates [s], and fewest rows of it.
 SHAKES, FEWEST = 1.0, 5
 #: Exposures that are kept, as long as what they were made of: those who clean a recording ask for the same one.
@@ -321,8 +323,11 @@ class _Cells:
         moved = behind.angle_at(end) - behind.angle_at(start)
         full = np.diff(behind.angle_at(self.edges)) / self._step
         _, mean = _gather(moved / (end - start), self.cell_of_row, len(self.count))
-        rest = _at(times, channel.values - behind.angle_at(times))(self.edges)
-        return np.where(self.count > 0, mean, full), np.diff(rest) / self._step
+        kept = ~self.recording.left_out.get(self.target, np.zeros(len(times), dtype=bool))
+        rest = _without_leaps(
+            times[kept], (channel.values - behind.angle_at(times))[kept], self.recording.dt, behind.noise
+        )
+        return np.where(self.count > 0, mean, full), np.diff(_at(times[kept], rest)(self.edges)) / self._step
 
     @property
     def _even(self) -> bool:
@@ -484,6 +489,16 @@ def _at(
         return inside
 
     return evaluate
+
+
+def _without_leaps(times: Floats, rest: Floats, dt: float, noise: float) -> Floats:
+    """What a reading has beside the motion, shape (n,) [rad], without what it leaps by where rows are left out or lost.
+
+    Rows are left out where a reference slips as well: then nothing of it belongs to the rows beside.
+    """
+    change = np.diff(rest)
+    leaps = (np.diff(times) > GAP * dt) & (np.abs(change) > LEAPS * noise)
+    return np.append(0.0, np.cumsum(np.where(leaps, 0.0, change)))
 
 
 def _integral(recording: Recording, channel: Channel) -> Callable[[Floats], Floats]:
