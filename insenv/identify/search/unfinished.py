@@ -15,6 +15,7 @@
 * Tones at multiples of one frequency: one wave that is no sine, and has a cause that no tone names.
 * A curve without a cause beside effects that have one.
 * A law of the rate beside a gain that no gyro has: then the reference is not the rate that it turns by.
+* One law of the rate twice: a curve of a form that neither has.
 * An effect of the angle, of few waves, of a table that swings at one frequency: there its angle is its acceleration.
 * As many effects as are added at most.
 """
@@ -82,6 +83,7 @@ def unfinished(track: Track, alpha: float) -> tuple[str, ...]:
         *_curves(track),
         *_swung(track),
         *_by_another_rate(track),
+        *_twice(track),
         *_as_many_as_may_be(track),
     )
 
@@ -321,6 +323,16 @@ def _by_another_rate(track: Track) -> tuple[str, ...]:
     return (
         f"a gain of {gain:.2g} is none of a gyro: the reference is not the rate that it turns by, and {names} may as "
         "well be the reference's own",
+    )
+
+
+def _twice(track: Track) -> tuple[str, ...]:
+    """Laws of the rate that were added more than once: together they follow a curve that neither of them is."""
+    named = [s.hit.candidate.effect.key for s in track.steps if s.hit.candidate.effect.of_rate]
+    return tuple(
+        f"{key} was added {named.count(key)} times: together they follow a curve of the rate that no effect names"
+        for key in dict.fromkeys(named)
+        if named.count(key) > 1
     )
 
 
