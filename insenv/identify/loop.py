@@ -45,7 +45,7 @@ from insenv.identify.prepare.vibration import (
     unresolved,
     without,
 )
-from insenv.identify.prepare.wandering import lost, moves_there, stands_in_reference, without_line
+from insenv.identify.prepare.wandering import left_of_counts, lost, moves_there, stands_in_reference, without_line
 from insenv.identify.search.candidates import candidates, of_few_waves
 from insenv.identify.search.earth_rate import due_level
 from insenv.identify.search.jumps import is_step, one_of_many
@@ -91,6 +91,8 @@ LESS = "it would take the place of what explains more"
 
 #: Why a line is refused that is none of the target.
 OF_REFERENCE = "it stands in the reference and not in what is read: the reference's own, as an encoder's steps are"
+
+OF_COUNTS = "a line of the counts was taken out there, of which some is left"
 
 OF_MOTION = "the motion has a line there as well, of which a filter or a lag leaves some: a motor's ripple, for one"
 
@@ -470,6 +472,8 @@ def _nothing(track: Track, hit: Hit, joined: tuple[str, ...]) -> str:
     if not hit.candidate.effect.line:
         return ""
     frequency = hit.term.shape[0]
+    if left_of_counts(track.problem, track.prepared.lines, frequency):
+        return OF_COUNTS
     if stands_in_reference(track.problem, track.fit, frequency):
         return OF_REFERENCE
     return OF_MOTION if moves_there(track.problem, track.fit, frequency) else ""

@@ -11,7 +11,7 @@ with the gain of the fitted blocks for the held-out ones too: a hole in the spec
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -103,6 +103,12 @@ def _made_by_steps(problem: Problem, block: Block, left: Floats, frequency: floa
 
     made = [peak(draw[block.start : block.stop]) for draw in errors]
     return float(np.median(made)) > IN_REFERENCE * peak(left)
+
+
+def left_of_counts(problem: Problem, lines: Sequence[Line], frequency: float) -> bool:
+    """Whether a line of counts was taken out at a frequency, as nearly as the fitted bins tell it: some of it is left."""
+    span = max(block.n for block in problem.fitted) * problem.bins.width
+    return any(line.of_counts and abs(line.frequency - frequency) * span < 1 for line in lines)
 
 
 def stands_in_reference(problem: Problem, fit: Fit, frequency: float) -> bool:
