@@ -106,7 +106,7 @@ def _made_by_steps(problem: Problem, block: Block, left: Floats, frequency: floa
 
 
 def left_of_counts(problem: Problem, lines: Sequence[Line], frequency: float) -> bool:
-    """Whether a line of counts was taken out at a frequency, as nearly as the fitted bins tell it: some of it is left."""
+    """Whether a line of counts was taken out at a frequency, as nearly as the fitted bins tell it: some is left."""
     span = max(block.n for block in problem.fitted) * problem.bins.width
     return any(line.of_counts and abs(line.frequency - frequency) * span < 1 for line in lines)
 
