@@ -53,14 +53,20 @@ def read(seed: int, kind: str, motion: str, law: Law | None = None) -> Read:
     return Read(prepared.problem, fit, made.gain)
 
 
-def hits(one: Read) -> list[Hit]:
+def hits(one: Read) -> tuple[Hit, ...]:
     laws = tuple(e for e in CATALOGUE if e.id not in ("sample_hold", "timing_skew"))
     found, _ = candidates(one.problem, laws)
     found = tuple(c for c in found if not c.generic and c.effect.key not in ("bias", "scale_factor"))
-    return search(one.problem, one.fit, found, 0, len(found), tones=False)
+    return tuple(search(one.problem, one.fit, found, 0, len(found), tones=False))
 
 
-def named(found: list[Hit]) -> set[str]:
+@cache
+def hits_of(seed: int, kind: str, motion: str, law: Law | None = None) -> tuple[Hit, ...]:
+    """The same of a recording that is made: of each once."""
+    return hits(read(seed, kind, motion, law))
+
+
+def named(found: tuple[Hit, ...]) -> set[str]:
     return {hit.candidate.effect.key for hit in found if hit.log_p < ALPHA}
 
 
@@ -75,13 +81,13 @@ CASES = [
 
 @pytest.mark.parametrize(("kind", "motion", "seed"), CASES)
 def test_errors_of_a_reference_are_no_law(kind: str, motion: str, seed: int) -> None:
-    found = hits(read(seed, kind, motion))
+    found = hits_of(seed, kind, motion)
     assert not named(found)
 
 
 def test_beside_an_exact_reference_they_would_be_laws() -> None:
     """What the cases above would name if the errors of a reference were no rivals."""
-    found = [hit for kind, motion, seed in CASES for hit in hits(read(seed, kind, motion))]
+    found = [hit for kind, motion, seed in CASES for hit in hits_of(seed, kind, motion)]
     assert sum(log_p_alone(hit) < ALPHA for hit in found) >= 3
 
 
@@ -96,7 +102,7 @@ def cubic(u: Floats, angle: Floats) -> Floats:
 @pytest.mark.parametrize(("law", "name"), [(bent, "scale_factor_asymmetry"), (cubic, "scale_factor_cubic")])
 @pytest.mark.parametrize("kind", ["leak", "jitter"])
 def test_a_law_is_found_beside_such_a_reference(kind: str, law: Law, name: str) -> None:
-    assert name in named(hits(read(3, kind, "hand", law)))
+    assert name in named(hits_of(3, kind, "hand", law))
 
 
 def test_noise_that_goes_with_the_motion_is_told_by_swings_and_white_noise_is_none() -> None:
@@ -156,7 +162,7 @@ def test_a_response_is_told_where_there_is_one_and_parameters_are_less_certain_f
 
 def test_of_two_laws_the_one_that_errors_of_the_reference_follow_comes_second() -> None:
     """A dead band of 13 deviations, 23 beside an exact reference, was named before a gain of 24."""
-    hit = hits(read(0, "jitter", "breaks"))[0]
+    hit = hits_of(0, "jitter", "breaks")[0]
     gain = replace(hit, likelihood_ratio=540.0, deviate=24.4, alone=0.0)
     band = replace(hit, likelihood_ratio=553.0, deviate=13.0, alone=23.4)
     assert gain.rank > band.rank
