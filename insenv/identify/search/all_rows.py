@@ -97,13 +97,15 @@ def of_all_rows_beside_a_reference(track: Track, seed: int = 0) -> AllRows | Non
 def of_longer_means(track: Track, seed: int = 0) -> AllRows | None:
     """The same by all rows in means so long that there is noise of slow modes alone; None where these are as long.
 
+    Of one run alone: of several the search asks whether a law comes again, and each of them would have few such means.
+
     Parameters
     ----------
     track : Track
     seed : int
         Of the simulated noise.
     """
-    if not track.problem.turns:
+    if not track.problem.turns or len(track.problem.exposures) > 1:
         return None
     longer = longer_means(track)
     return None if longer is None else _beside(track, longer, seed)

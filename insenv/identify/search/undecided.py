@@ -162,7 +162,8 @@ def _told_beside(rows: AllRows, track: Track) -> tuple[Hit, float] | None:
     found = min(sure, key=lambda hit: log_p_by_itself(track, hit), default=None)
     if found is None:
         return None
-    p = len(rows.laws) * math.exp(log_p_by_itself(track, found))
+    looks = len(rows.laws) if rows.problem is whole_of(track) else 2 * len(rows.laws)  # both kinds of means were asked
+    p = looks * math.exp(log_p_by_itself(track, found))
     return (found, p) if p < BESIDE else None
 
 
