@@ -63,6 +63,7 @@ from insenv.identify.search.rivals import Rivalry
 from insenv.identify.search.rounded import log_p_unrounded
 from insenv.identify.search.tracks import Step, Track
 from insenv.identify.search.twins import half_row_sentence, half_step_sentence, rarer_sentence, twin_sentence, twins
+from insenv.identify.search.undecided import beside_doubts
 from insenv.identify.search.unfinished import made_by_rounding, unfinished
 from insenv.identify.search.whole.error import whole_errors
 from insenv.identify.stated import stated
@@ -182,7 +183,7 @@ def _target(
     own = _by_held_out(problem, own, scores[1])
     apart = (*_follows_nothing(problem, own), *uncertain, *lost, *went)
     doubts = (*left.reasons, *apart, *unfinished(track, alpha), *_unforetold(problem, scores[1]))
-    left = replace(left, reasons=(*doubts, *followers(track, alpha, bool(doubts))))
+    left = replace(left, reasons=(*doubts, *beside_doubts(track, bool(doubts)), *followers(track, alpha, bool(doubts))))
     lines, hold = tuple(x for x in track.prepared.lines if not x.of_counts), track.prepared.held.hold
     earth = earth_findings(track, alpha)
     coarse = _rounding(track, alpha, scores)
