@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from insenv.core.recording import GAP, Channel, Floats, Origin, Recording
 from insenv.core.series.positions import were_set
 from insenv.core.series.trajectory import Of, Trajectory, reading_noise, trajectory
-from insenv.data.follow import follows
+from insenv.data.cells.follow import follows
 
 #: Share of the rows at which a command that holds may change.
 HOLDS = 0.05

@@ -182,7 +182,7 @@ def trajectory(t: Floats, dt: float, values: Floats, of: Of, over_interval: bool
 def _matters(states: Floats, noise: float, of: Of) -> bool:
     """Whether the noise would be more than `MATTERS` of the square sum of the acceleration.
 
-    Where it is not, windows on the rate itself (`insenv.data.follow`) keep corners sharper.
+    Where it is not, windows on the rate itself (`insenv.data.cells.follow`) keep corners sharper.
     """
     rate = states[:, 1] if of == "angle" else states[:, 0]
     moved = float(np.mean(np.diff(rate) ** 2))

@@ -22,7 +22,8 @@ from insenv.core.recording import Floats, Recording
 from insenv.core.series.outlying import FAR, MOST, NEIGHBOURS, at_one_angle, far
 from insenv.core.series.rounding import rounding
 from insenv.core.series.stretches import stretches
-from insenv.data.exposure import table_rate_of_rows, table_share
+from insenv.data.cells.table import table_rate_of_rows
+from insenv.data.exposure import table_share
 from insenv.identify.clean.ramps import approaching
 from insenv.identify.findings import RejectedRows
 from insenv.identify.fit.bins import Block

@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 from insenv.core.recording import Floats, Recording
 from insenv.core.series.rounding import rounding
 from insenv.core.series.stretches import stretches
-from insenv.data.exposure import table_rate_of_rows, table_share
+from insenv.data.cells.table import table_rate_of_rows
+from insenv.data.exposure import table_share
 from insenv.identify.clean.outliers import leaving_out
 from insenv.identify.findings import RejectedRows
 

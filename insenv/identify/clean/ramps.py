@@ -33,7 +33,8 @@ from scipy.ndimage import maximum_filter1d, median_filter, uniform_filter1d
 
 from insenv.core.recording import Floats, Recording
 from insenv.core.series.stretches import stretches
-from insenv.data.exposure import table_rate_of_rows, table_share
+from insenv.data.cells.table import table_rate_of_rows
+from insenv.data.exposure import table_share
 from insenv.data.reference import order
 from insenv.identify.findings import RejectedRows
 

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from insenv.core.motion import Motion, interval_slope
 from insenv.core.recording import Floats, Recording, Response
+from insenv.data.cells.follow import correlation
 from insenv.data.exposure import Exposure, expose
-from insenv.data.follow import correlation
 from insenv.data.reference import order
 from insenv.effects.timing import before_mean, earlier, held_values
 from insenv.identify.fit.problem import Model

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from insenv.core.recording import Floats
-from insenv.data.follow import correlation, followed
+from insenv.data.cells.follow import correlation, followed
 
 N, DT, JITTER = 8000, 0.1, 1e-5
 

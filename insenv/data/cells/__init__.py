@@ -1,0 +1,1 @@
+"""Rows of a target on even cells, and what the table did on them."""
