@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import idct, next_fast_len, rfft, rfftfreq
-from scipy.ndimage import median_filter, uniform_filter1d
+from scipy.ndimage import maximum_filter1d, median_filter, uniform_filter1d
 from scipy.optimize import minimize_scalar
 
 from insenv.core.recording import Floats
@@ -47,6 +47,8 @@ IN_READING = 0.1
 MOTION_LINE, MOTION_ANY = 0.1, 0.5
 #: A line is steady if one sinusoid takes out more than this share of its power, and is so many deviations tall.
 STEADY, LEAST_STEADY = 0.9, 4.0
+#: Frequencies of other values at which a line is theirs too, and the least height there.
+SIDE, RECURS = 3, 5.0
 #: Counts up to which the angle of a line may be the pattern of the counter itself.
 HALF_A_COUNT = 0.5
 
@@ -301,6 +303,31 @@ def heights(values: Floats, found: Periodogram) -> Floats:
     power = np.abs(rfft((values - values.mean()) * window, 2 * size)) ** 2 / np.sum(window**2)
     between = np.append(power[1::2], 0.0)[: len(found.f)]
     return np.maximum(np.maximum(found.power, between), np.append(0.0, between[:-1])) / found.background
+
+
+def with_others(found: Periodogram, height: Floats, dt: float, others: Floats) -> Floats:
+    """Heights with those that other values have at the same frequencies, as one alone of the same probability.
+
+    Of two peaks of noise, exponential each, the sum x is exceeded with (1 + x) exp(-x); the second is the largest of
+    `SIDE` frequencies, and both ways to stand out have a half of their probability (R. A. Fisher, Statistical Methods
+    for Research Workers, 4th ed., 1932, section 21.1).
+
+    Parameters
+    ----------
+    found : Periodogram
+    height : ndarray, shape (m,)
+        Of the values that were looked at, as `heights` gives them.
+    dt : float
+        Time between the values, and between the others [s].
+    others : ndarray, shape (n,)
+    """
+    if len(others) < FEWEST:
+        return height
+    own = periodogram(others, dt)
+    largest = maximum_filter1d(heights(others, own), SIDE)
+    then = largest[np.minimum(np.rint(found.f / own.f[1]).astype(int), len(largest) - 1)]
+    total = np.maximum(height + then - np.log(SIDE * BETWEEN), 0.0)
+    return np.maximum(height, np.where(then > RECURS, total - np.log1p(total) - np.log(2), 0.0))
 
 
 def _reach(found: Periodogram, peak: int, half: float) -> tuple[float, float]:

@@ -37,7 +37,16 @@ from insenv.identify.fit.noise import fit_noise, loglik
 from insenv.identify.fit.problem import NOISE_TERMS, Model, Problem, Term, pooled
 from insenv.identify.prepare.binned import SPARE
 from insenv.identify.prepare.excess import broad_p
-from insenv.identify.prepare.lines import BETWEEN, FALSE_ALARM, SAME_LINE, WIDEST, Line, heights, periodogram
+from insenv.identify.prepare.lines import (
+    BETWEEN,
+    FALSE_ALARM,
+    SAME_LINE,
+    WIDEST,
+    Line,
+    heights,
+    periodogram,
+    with_others,
+)
 from insenv.identify.prepare.wandering import FEWEST_CYCLES
 
 #: P-value of a hump from which on means are merged; fitted means that must be left, and the longest ones [s].
@@ -137,14 +146,18 @@ def unnamed(problem: Problem, lines: tuple[Line, ...], known: tuple[float, ...])
 
 
 def stands_out(problem: Problem, fit: Fit, term: Term) -> bool:
-    """Whether a line of the fit stands out of the noise beside it, and is no peak of a hump."""
+    """Whether a line of the fit stands out of the noise beside it, and is no peak of a hump.
+
+    By the fitted rows alone, or by these and the held-out ones, by which it was named, together.
+    """
     mine = fit.design.term == fit.model.index(term)
-    block = max(problem.fitted, key=lambda b: b.n)
+    block, later = (max(blocks, key=lambda b: b.n) for blocks in (problem.fitted, problem.held_out))
     left = residual(problem, fit) + fit.design.matrix[:, mine] @ fit.beta[mine]
-    values = left[block.start : block.stop]
-    found = periodogram(values, problem.bins.width)
-    near = np.abs(found.f - term.shape[0]) <= 1.5 / (block.n * problem.bins.width)
-    return float(heights(values, found)[near].max(initial=0.0)) > np.log(BETWEEN * block.n / 2 / FALSE_ALARM)
+    values, width = left[block.start : block.stop], problem.bins.width
+    found = periodogram(values, width)
+    near = np.abs(found.f - term.shape[0]) <= 1.5 / (block.n * width)
+    height = with_others(found, heights(values, found), width, left[later.start : later.stop])
+    return float(height[near].max(initial=0.0)) > np.log(BETWEEN * block.n / 2 / FALSE_ALARM)
 
 
 def without(problem: Problem, fit: Fit, lines: Model) -> Problem:
