@@ -231,7 +231,7 @@ class TargetCells:
 
     @staticmethod
     def _jumps(commanded: Floats) -> NDArray[np.bool_]:
-        """TargetCells beside a jump between two rates that hold."""
+        """Cells beside a jump between two rates that hold."""
         change = np.abs(np.diff(commanded)) > STEADY * np.abs(commanded).max()
         alone = change & ~np.concatenate([[False], change[:-1]]) & ~np.concatenate([change[1:], [False]])
         return np.concatenate([alone, [False]]) | np.concatenate([[False], alone])
