@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from motions import rich_motion
 
 from insenv.core.errors import InputError
-from insenv.effects.base import CurveEffect, LinearEffect, MemoryEffect, central_differences
+from insenv.effects.base import OUTPUT, CurveEffect, LinearEffect, MemoryEffect, central_differences
 from insenv.effects.catalogue import ALL, CATALOGUE, TRIAD, by_key
 from insenv.effects.own import UNIT
 from insenv.effects.spline import SplineAngle, SplineTime
@@ -325,3 +325,10 @@ def test_memory_without_a_state_is_the_start_of_a_run() -> None:
             np.testing.assert_array_equal(
                 effect.apply(motion.rate, motion, theta)[0], effect.curve(motion.rate, motion, theta)
             )
+
+
+def test_the_height_of_a_law_of_the_rate_is_credible_as_a_share_of_the_largest_rate() -> None:
+    """A ripple of 5 % of a slow table's rate was within 0.1 rad/s: it followed what smoothing leaves of an encoder."""
+    heights = [p for e in CATALOGUE if e.of_rate and not e.generic for p in e.linear if p.unit == OUTPUT]
+    assert len(heights) >= 4
+    assert all(p.per_rate and p.bound <= 0.2 for p in heights)
