@@ -7,7 +7,8 @@ is beyond 8 robust deviations of what is left while the table moves **no faster 
 the largest rate within a second, and the scatter of the loudest group up to its own; and 5 times as large as what is
 usual in the whole run. What an instrument does at one rate, or in proportion to it, makes the scatter of a group, and
 no event. Nor is one what lasts more than 3 s, or is more than a tenth of the run: that is how the instrument or the
-reference is.
+reference is. Nor what is there, a quarter as far off and more, most times that the table changes its rate as fast, or
+turns round: a play shows there alone, and a skew in ramps.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from insenv.core.recording import Floats, Recording
 from insenv.core.series.stretches import stretches
@@ -33,6 +34,9 @@ GROUPS, AROUND, SHORTEST, WIDEST, LONGEST, MOST = 8, 1.0, 0.3, 0.64, 3.0, 0.1
 #: Share of the loudest group's scatter that is none.
 ROUNDING = 1e-3
 _MEDIAN = 0.6745
+#: Share of an event's fastest change of the rate from which on another change is like it, share of the largest rate
+#: beyond which a table has turned round; share of its deviations that others have then, and share of the others.
+LIKE, ROUND, COMPARES, EACH = 0.5, 0.02, 0.25, 0.7
 
 
 def lost_rows(recordings: tuple[Recording, ...], target: str, settled: tuple[Settled, ...]) -> tuple[RejectedRows, ...]:
@@ -57,6 +61,28 @@ def _spread(y: Floats, u: Floats, left: Floats, known: NDArray[np.bool_], around
     return spread
 
 
+def _as_others(y: Floats, score: Floats, event: slice, over: int) -> bool:
+    """Whether most changes of the rate that are like an event's have what it has; readings ``y`` tell them, shape (n,).
+
+    The reference is not asked: what it lost is a change of its own.
+    """
+    row = np.arange(len(y))
+    later, before = y[np.minimum(row + over, len(y) - 1)], y[np.maximum(row - over, 0)]
+    change, least = np.abs(later - before), ROUND * float(np.abs(y).max(initial=0.0))
+
+    def turns_round(part: slice) -> bool:
+        return float(y[part].min()) < -least and float(y[part].max()) > least
+
+    round_ = turns_round(event)
+    fast = (change >= LIKE * change[event].max()).astype(np.int8)
+    alike = np.asarray(minimum_filter1d(maximum_filter1d(fast, over), over)) > 0
+    alike[event] = True
+    parts = [slice(max(a - over // 2, 0), b + over // 2) for a, b in stretches(alike)]
+    as_far = max(NEAR, COMPARES * float(score[event].max()))
+    like = [float(score[part].max()) > as_far for part in parts if not round_ or turns_round(part)]
+    return len(like) > 1 and float(np.mean(like)) >= EACH
+
+
 def _of_run(recording: Recording, target: str, told: Settled) -> list[RejectedRows]:
     exposure = expose(recording, target)
     n, dt = len(exposure.y), exposure.motion.dt
@@ -79,7 +105,8 @@ def _of_run(recording: Recording, target: str, told: Settled) -> list[RejectedRo
     # What was lost is made good at once or later, with the other sign: one event.
     for a, b in stretches(np.asarray(maximum_filter1d(score, 2 * over + 1)) > NEAR):
         brief = b - a - 2 * over <= LONGEST / exposure.motion.dt
-        if brief and score[a:b].max() > FAR and np.abs(left[a:b]).max() > LEADS * usual:
+        leads = score[a:b].max() > FAR and np.abs(left[a:b]).max() > LEADS * usual
+        if brief and leads and not _as_others(y, score, slice(a, b), over):
             # An event that reaches an end of the run has nothing sound beyond; means of less there hold the end often.
             whole = b - a > 2 * over
             cells[0 if whole and not a else a + over // 2 : n if whole and b == n else b - over // 2] = True

@@ -1,0 +1,33 @@
+"""What a reference lost is an event; what it has each time that the table turns round is how the table is.
+
+The seed is fixed. A play of 1.5 mrad moves a mean by nineteen of its deviations.
+"""
+
+import numpy as np
+import pytest
+
+from insenv.core.recording import Channel, Floats, Recording
+from insenv.data.reference import with_reference
+from insenv.identify.clean.doubtful import Settled
+from insenv.identify.clean.lost import lost_rows
+
+DT, PLAY = 0.01, 1.5e-3
+
+
+def run(turns: tuple[int, ...]) -> Recording:
+    """A table that turns round every 15 s, and an encoder that has a play at some of these turns."""
+    rng = np.random.default_rng(4)
+    t: Floats = DT * np.arange(9000.0)
+    rate = np.clip(1.5 * np.sin(2 * np.pi * t / 30), -0.35, 0.35)
+    angle = (np.cumsum(rate) - 0.5 * rate) * DT
+    way = (t / 15).astype(int)
+    there = np.isin(way, turns) & (np.diff(way, prepend=0) > 0)
+    behind = PLAY * np.cumsum(np.where(way % 2, 1.0, -1.0) * there)
+    shown = angle + behind + 4e-5 * rng.standard_normal(len(t))
+    gyro = rate + 1e-3 * rng.standard_normal(len(t))
+    return with_reference(Recording(t, {"gyro": Channel(gyro, "rad/s"), "table_angle": Channel(shown, "rad")}))
+
+
+@pytest.mark.parametrize(("turns", "events"), [((3,), 1), ((1, 2, 3, 4, 5), 0)])
+def test_what_is_there_at_every_turn_is_no_event(turns: tuple[int, ...], events: int) -> None:
+    assert len(lost_rows((run(turns),), "gyro", (Settled(0, 30, 1.0, 0.0),))) == events
