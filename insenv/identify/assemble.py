@@ -69,9 +69,8 @@ from insenv.identify.search.whole.error import whole_errors
 from insenv.identify.stated import stated
 from insenv.identify.switches import switchable
 
-#: Held-out error in scatters of the fitted noise from which on a word is said; and from which on what a turning unit's
-#: held-out data hold beyond their level is no noise of the fitted ones.
-WANDER, UNFORETOLD = 2.0, 3.0
+#: Held-out error in scatters of the fitted noise from which on a word is said.
+WANDER = 2.0
 #: Standard deviations by which a parameter must be beyond what is credible to be said so.
 SURE = 3.0
 #: Causes of rows that are left out which have a sentence of their own.
@@ -324,7 +323,7 @@ def _wander(problem: Problem, score: Score) -> tuple[str, ...]:
 
 def _unforetold(problem: Problem, score: Score) -> tuple[str, ...]:
     """A reason to doubt a model of a turning unit: held-out data scatter as no noise of the fitted data does."""
-    if not (problem.turns and score.scatter > UNFORETOLD * score.floor > 0):
+    if not (problem.turns and score.unforetold):
         return ()
     return (
         f"held-out data are off by {score.scatter / score.floor:.2g} times the scatter of the fitted noise, their "

@@ -19,6 +19,8 @@ from insenv.identify.fit.problem import Problem
 CHANCE = 0.01
 #: Share by which it may grow at most, where slow wander dominates it and the whitened error gets better.
 MOST_GROWTH = 0.02
+#: Scatter of held-out data, in that of the fitted noise, from which on their noise is another one.
+UNFORETOLD = 3.0
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,11 @@ class Score:
     floor: float
     whitened: float
     scatter: float
+
+    @property
+    def unforetold(self) -> bool:
+        """Whether held-out data scatter as no noise of the fitted data does."""
+        return self.scatter > UNFORETOLD * self.floor > 0
 
 
 def residual(problem: Problem, fit: Fit) -> Floats:

@@ -98,6 +98,7 @@ def of_longer_means(track: Track, seed: int = 0) -> AllRows | None:
     """The same by all rows in means so long that there is noise of slow modes alone; None where these are as long.
 
     Of one run alone: of several the search asks whether a law comes again, and each of them would have few such means.
+    Nor where held-out rows are far louder than fitted ones: so few means tell no noise that is not alike in both.
 
     Parameters
     ----------
@@ -105,7 +106,7 @@ def of_longer_means(track: Track, seed: int = 0) -> AllRows | None:
     seed : int
         Of the simulated noise.
     """
-    if not track.problem.turns or len(track.problem.exposures) > 1:
+    if not track.problem.turns or len(track.problem.exposures) > 1 or track.score.unforetold:
         return None
     longer = longer_means(track)
     return None if longer is None else _beside(track, longer, seed)
