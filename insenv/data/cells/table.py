@@ -72,18 +72,20 @@ class TargetCells:
         if behind is not None and behind.still:
             # The noise of an encoder is no motion: neither to subtract nor to make a curve of.
             return TableMotion(np.zeros(n), np.zeros(n), np.zeros(n + 1), np.full(n + 1, behind.angle[0]))
-        reference, beside = self._rate(names), None
-        told = programme(self.recording)
+        told, beside = programme(self.recording), None
         if behind is not None:
             rate, at_edges = self._smoothed(behind)
             at_rows = self._of_instants(behind)
             rate = rate + at_rows
-            if names[0] == "table_angle" and not self._even:
+            if names[0] == "table_angle" and not is_even(self.recording, self.target):
                 over_rows, beside = self._over_rows(behind, names)
                 reference = over_rows + beside + at_rows
-            elif not self._read_beside(names):
-                reference = reference + at_rows + self._between(behind, names)
+            elif self._read_beside(names):
+                reference = self._rate(names)
+            else:
+                reference = self._rate(names) + at_rows + self._between(behind, names)
         else:
+            reference = self._rate(names)
             rate, at_edges = self._followed(names, reference, share, reading)
         if told is not None:
             rate, at_edges = self._by_programme(told, rate, at_edges)
@@ -140,11 +142,6 @@ class TargetCells:
         return np.where(self.count > 0, mean, full), np.diff(interpolated(times[kept], rest)(self.edges)) / self._step
 
     @property
-    def _even(self) -> bool:
-        """Whether the intervals of the rows make up the cells."""
-        return is_even(self.recording, self.target)
-
-    @property
     def _step(self) -> float:
         return float(self.edges[1] - self.edges[0])
 
@@ -168,16 +165,23 @@ class TargetCells:
         return rate
 
     def _rate(self, names: tuple[str, ...]) -> Floats:
-        """Mean rate over the cells, from the first of the channels ``names``."""
-        recording = self.recording
-        channel = recording.channels[names[0]]
+        """Mean rate over the very intervals of a cell's rows, from the first of the channels ``names``.
+
+        Of an even clock without gaps that is the mean over the cell. Where rows are lost, or steps differ a little, the
+        table may have turned otherwise in the rest of the cell.
+        """
         full = np.diff(self._angle(names).at_edges) / self._step
         if self._read_beside(names):
             # Read at the very times of the target: a mean with its neighbours would mix their noise, and where a ramp
             # begins it is no reading at an instant.
-            count, mean = means_of_rows(channel.values, self.cell_of_row, len(self.count))
-            return np.where(count > 0, mean, full)
-        return _of_rows(recording, self.target, self.cell_of_row, self.count, full, names)
+            rates: Floats | None = self.recording.channels[names[0]].values
+        elif is_even(self.recording, self.target):
+            return full
+        else:
+            rates = table_rate_of_rows(self.recording, self.target, names)
+        assert rates is not None
+        _, mean = means_of_rows(rates, self.cell_of_row, len(self.count))
+        return np.where(self.count > 0, mean, full)
 
     def _read_beside(self, names: tuple[str, ...]) -> bool:
         """Whether the reference is a rate at the very times of the target."""
@@ -271,27 +275,6 @@ def angle_of_time(recording: Recording, preferred: tuple[str, ...]) -> Callable[
                 return interpolated(recording.t - channel.delay, channel.values, curve)
             return integral(recording, channel)
     return None
-
-
-def _of_rows(
-    recording: Recording,
-    target: str,
-    cell_of_row: NDArray[np.int64],
-    count: NDArray[np.int64],
-    full: Floats,
-    preferred: tuple[str, ...],
-) -> Floats:
-    """Mean rate of the table over the very intervals of a cell's rows; ``full``, over the whole cell, where full.
-
-    The same for an even clock without gaps. Where rows are lost, or steps differ a little, the table may have turned
-    otherwise in the rest of the cell.
-    """
-    if is_even(recording, target):
-        return full
-    rates = table_rate_of_rows(recording, target, preferred)
-    assert rates is not None
-    _, mean = means_of_rows(rates, cell_of_row, len(count))
-    return np.where(count > 0, mean, full)
 
 
 def table_rate_of_rows(
