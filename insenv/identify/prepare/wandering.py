@@ -107,7 +107,7 @@ def _made_by_steps(problem: Problem, block: Block, left: Floats, frequency: floa
 
 def left_of_counts(problem: Problem, lines: Sequence[Line], frequency: float) -> bool:
     """Whether a line of counts was taken out at a frequency, as nearly as the fitted bins tell it: some is left."""
-    span = max(block.n for block in problem.fitted) * problem.bins.width
+    span = _longest(problem)
     return any(line.of_counts and abs(line.frequency - frequency) * span < 1 for line in lines)
 
 
@@ -171,7 +171,12 @@ def without_line(problem: Problem, fit: Fit, line: Line) -> Problem:
 
 def reach(problem: Problem, frequency: float) -> float:
     """Half the band in which a line of the fitted bins is looked for [Hz]."""
-    return _reach(frequency, max(b.n for b in problem.fitted) * problem.bins.width)
+    return _reach(frequency, _longest(problem))
+
+
+def _longest(problem: Problem) -> float:
+    """Longest fitted stretch [s]."""
+    return max(b.n for b in problem.fitted) * problem.bins.width
 
 
 def _reach(frequency: float, duration: float) -> float:

@@ -98,7 +98,7 @@ def dropped(track: Track, step: Step, why: str) -> Track:
     refusals = (*track.refusals, Refusal(step.hit, why, unsized=True)) if why else track.refusals
     stay = [s is not step for s in track.steps]
     steps = tuple(s for s, stays in zip(track.steps, stay, strict=True) if stays)
-    rivalries = tuple(r for r, stays in zip(track.rivalries, stay, strict=False) if stays)
+    rivalries = tuple(r for r, stays in zip(track.rivalries, stay, strict=False) if stays)  # none within the search
     score = held_out_score(track.problem, fit)
     return replace(track, fit=fit, score=score, steps=steps, rivalries=rivalries, refusals=refusals, hits=None)
 

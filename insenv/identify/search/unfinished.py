@@ -28,12 +28,12 @@ import numpy as np
 
 from insenv.core.recording import Floats
 from insenv.effects.base import MemoryEffect
-from insenv.effects.rate.scale import ScaleFactor
 from insenv.identify.clean.doubtful import agreeing
 from insenv.identify.clean.plausibility import INCREDIBLE
 from insenv.identify.findings import Estimate
 from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.problem import Problem, Term
+from insenv.identify.fit.uncertainty import SCALE
 from insenv.identify.prepare.wandering import of_counts
 from insenv.identify.search.candidates import turns_few_waves
 from insenv.identify.search.jumps import is_step
@@ -314,10 +314,10 @@ def _swung(track: Track) -> tuple[str, ...]:
 def _by_another_rate(track: Track) -> tuple[str, ...]:
     """Laws of the rate beside a gain that no gyro has: of wheels that slip, or whose track is not the drawing's."""
     problem, fit = track.problem, track.fit
-    scale = sum(float(fit.theta[fit.design.term == i].sum()) for i, t in enumerate(fit.model) if _is_gain(t))
+    scale = sum(float(fit.theta[fit.design.term == i].sum()) for i, t in enumerate(fit.model) if t.effect.id == SCALE)
     gain = abs(problem.gain * (1 + scale))
-    laws = [s.hit for s in track.steps if follows_measured_rate(problem, s.hit.term) and not _is_gain(s.hit.term)]
-    names = ", ".join(dict.fromkeys(hit.candidate.effect.key for hit in laws if not hit.candidate.generic))
+    laws = [s.hit.candidate.effect for s in track.steps if follows_measured_rate(problem, s.hit.term)]
+    names = ", ".join(dict.fromkeys(law.key for law in laws if law.id != SCALE and not law.generic))
     if not names or abs(gain - 1) <= INCREDIBLE:
         return ()
     return (
@@ -334,10 +334,6 @@ def _twice(track: Track) -> tuple[str, ...]:
         for key in dict.fromkeys(named)
         if named.count(key) > 1
     )
-
-
-def _is_gain(term: Term) -> bool:
-    return term.effect.id == ScaleFactor.id
 
 
 def swings_at_one_frequency(problem: Problem) -> bool:
