@@ -31,22 +31,22 @@ def result(dwells: Floats, noise: float, zeros: str, earth_rate: float) -> RateL
         return None
     table, white = _table(points, rates)
     means, variance = _means(table, white)
-    tukey, d = rate_line_fits.robust(rates, means, variance, np.ones(len(rates), bool), weighed=False)
-    flagged = flags(rates, (means, variance, d), table, tukey)
+    ((tukey, d),) = _robust(rates, means[None], variance[None])
+    robust = _robust(rates, table, white) if len(table) > 1 else [(tukey, d)]
+    flagged = flags(rates, (means, variance, np.array(d)), table, tukey)
     at = {f.rate for f in flagged}
     off = np.array([rate in at for rate in rates])
     bias = (level, earth_rate)
     setting, source = _setting(rates, table, white)
     ups = np.isfinite(table).sum(axis=0)
-    fits = tuple(_fits(rates, (means, variance, None if setting is None else setting / ups), off, bias, 0))
+    whole = (means, variance, None if setting is None else setting / ups)
+    fits = tuple(_fits(rates, whole, (tukey, d), off, bias, 0))
     each = tuple(
         fit
         for q, number in enumerate(sorted({p.power_up for p in points}))
-        for fit in _fits(*_there(rates, (table[q], white[q], setting), off), bias, number)
+        for fit in _of_one(rates, (table[q], white[q], setting), robust[q], off, bias, number)
     )
-    setting = (
-        float(np.median([_alone(rates, table[q], white[q]) for q in range(len(table))])) if setting is None else setting
-    )
+    setting = float(np.median([spread for _, spread in robust])) if setting is None else setting
     spread = [replace(p, sd=float(np.hypot(p.sd, np.sqrt(setting)))) for p in points]
     repeats = {
         name: _repeatability([f for f in each if f.method == name]) for name in dict.fromkeys(f.method for f in fits)
@@ -134,11 +134,21 @@ def _means(table: Floats, white: Floats) -> tuple[Floats, Floats]:
 Measured = tuple[Floats, Floats, Floats | float | None]
 
 
-def _there(rates: Floats, measured: Measured, off: NDArray[np.bool_]) -> tuple[Floats, Measured, NDArray[np.bool_]]:
-    """The rates that one power-up has."""
-    y, white, setting = measured
-    has = np.isfinite(y)
-    return rates[has], (y[has], white[has], setting), off[has]
+#: Weights of the robust line at each rate, shape (rates,), and the variance from setting to setting beside it.
+Robust = tuple[Floats, float]
+
+
+def _robust(rates: Floats, table: Floats, white: Floats) -> list[Robust]:
+    """The robust line of each power-up, over the rates that it has."""
+    if np.isfinite(table).all():
+        tukey, d = rate_line_fits.robust(rates, table, white, np.ones(table.shape, bool), weighed=False)
+        return list(zip(tukey, d.tolist(), strict=True))
+    found = []
+    for y, noise in zip(table, white, strict=True):
+        has = np.isfinite(y)
+        tukey, d = rate_line_fits.robust(rates[has], y[has], noise[has], np.ones(int(has.sum()), bool), weighed=False)
+        found.append((tukey, float(d)))
+    return found
 
 
 def _setting(rates: Floats, table: Floats, white: Floats) -> tuple[float | None, str]:
@@ -158,15 +168,24 @@ def _setting(rates: Floats, table: Floats, white: Floats) -> tuple[float | None,
     return max(square - float(white[whole].mean()), 0.0), "of the power-ups about their mean"
 
 
-def _alone(rates: Floats, y: Floats, white: Floats) -> float:
+def _of_one(
+    rates: Floats,
+    measured: Measured,
+    robust: Robust,
+    off: NDArray[np.bool_],
+    bias: tuple[tuple[Valued, bool], float],
+    power_up: int,
+) -> Iterator[LineFit]:
+    """The lines of one power-up, over the rates that it has."""
+    y, white, setting = measured
     has = np.isfinite(y)
-    _, d = rate_line_fits.robust(rates[has], y[has], white[has], np.ones(int(has.sum()), bool), weighed=False)
-    return float(d)
+    return _fits(rates[has], (y[has], white[has], setting), robust, off[has], bias, power_up)
 
 
 def _fits(
     rates: Floats,
     measured: Measured,
+    robust: Robust,
     off: NDArray[np.bool_],
     bias: tuple[tuple[Valued, bool], float],
     power_up: int,
@@ -176,7 +195,7 @@ def _fits(
     if len(rates) < 2:
         return
     every = np.ones(len(rates), bool)
-    tukey, d = rate_line_fits.robust(rates, y, white, every, weighed=False)
+    tukey, d = robust
     variance = white + (d if setting is None else setting)
     kept = ~off if (~off).sum() > 1 else every
     for name, w, over in (
