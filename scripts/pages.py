@@ -72,7 +72,7 @@ def closure(script: Path, root: Path = ROOT) -> set[Path]:
 
 
 def _imported(text: str, path: Path, root: Path) -> Iterator[Path]:
-    for name in _read(text)[0]:
+    for name in _names(text):
         own = name.partition(".")[0] in _PACKAGES
         yield from _places(name, (root,) if own else (path.parent, root / "scripts"))
 
@@ -85,16 +85,23 @@ def _places(name: str, bases: tuple[Path, ...]) -> tuple[Path, ...]:
 
 
 @cache
-def _read(text: str) -> tuple[tuple[str, ...], str]:
-    """Names that a module imports, and the module without comments, docstrings and layout."""
+def _names(text: str) -> tuple[str, ...]:
+    """Names that a module imports."""
     names: list[str] = []
-    tree = ast.parse(text)
-    for node in ast.walk(tree):
+    for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.Import):
             names += [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom) and node.module:
             names += [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
-        elif isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+    return tuple(names)
+
+
+@cache
+def _hashed(text: str) -> str:
+    """Hash of a module without comments, docstrings and layout."""
+    tree = ast.parse(text)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
             first = node.body[0] if node.body else None
             if (
                 isinstance(first, ast.Expr)
@@ -102,7 +109,7 @@ def _read(text: str) -> tuple[tuple[str, ...], str]:
                 and isinstance(first.value.value, str)
             ):
                 node.body = node.body[1:] or [ast.Pass()]
-    return tuple(names), hashlib.sha256(ast.dump(tree).encode()).hexdigest()
+    return hashlib.sha256(ast.dump(tree).encode()).hexdigest()
 
 
 def _named(text: str, root: Path) -> Iterator[Path]:
@@ -123,7 +130,7 @@ def _named(text: str, root: Path) -> Iterator[Path]:
 def _meaning(path: Path) -> str:
     """A module without comments, docstrings and layout; another file as it is."""
     text = path.read_text(encoding="utf-8")
-    return _read(text)[1] if path.suffix == ".py" else text
+    return _hashed(text) if path.suffix == ".py" else text
 
 
 def written(page: Path, text: str) -> None:
@@ -139,10 +146,16 @@ def stamped(text: str, script: Path, root: Path = ROOT) -> str:
 
 def state(page: Path, script: Path, root: Path = ROOT) -> str:
     """What a page is: "current", "stale", or "unknown" where nothing says of what engine it is."""
-    found = _STAMP.search(page.read_text(encoding="utf-8"))
-    if found is None:
+    was = stamped_with(page)
+    if was is None:
         return "unknown"
-    return "current" if found[1] == engine(script, root) else "stale"
+    return "current" if was == engine(script, root) else "stale"
+
+
+def stamped_with(page: Path) -> str | None:
+    """The hash that a page ends with, if it has one."""
+    found = _STAMP.search(page.read_text(encoding="utf-8"))
+    return None if found is None else found[1]
 
 
 def _at_commit(page: Path, script: Path) -> str:
