@@ -58,10 +58,12 @@ class Loop:
         """The function compiled. Numba is imported here, for it costs more to import than most of what uses it."""
         import numba
 
+        # Nobody calls a loop from C: the door for that would be compiled with it, a second copy of many.
+        options = {"no_cfunc_wrapper": True, **self.options}
         try:
-            return numba.njit(cache=True, **self.options)(self.function)
+            return numba.njit(cache=True, **options)(self.function)
         except RuntimeError:  # nowhere to write the cache
-            return numba.njit(**self.options)(self.function)
+            return numba.njit(**options)(self.function)
 
     @property
     def _numba_type_(self) -> Any:
