@@ -35,7 +35,9 @@ CHANCE = 5e-7
 ROOM = 0.08
 RUNS = 64
 ANGLES = ("azimuth", "installation_angle", "heading", "pitch", "roll")
-SLOW = {"instrument.sampling": "20 Hz"}
+#: Few samples in long steps: what an estimator tells is that of what it was given.
+SLOW = {"instrument.sampling": "20 Hz", "task.step": "5 s"}
+SLOW_LASER = {"instrument.sampling": "50 Hz", "task.step": "5 s"}
 Truth = Callable[["Case", Task, RollOut], Mapping[str, Floats]]
 
 
@@ -95,9 +97,9 @@ LEANS = {"vehicle.pitch": "3 deg"}
 SLOPE = {"vehicle.slope": "3 deg", "vehicle.slope_towards": "60 deg"}
 #: Of what nobody can be told: the deflection of the vertical is the level's error.
 REAL = {"vehicle.deflection": ["0 arcsec", "0 arcsec"]}
-DECLARED = {"undeclared": {}, "instrument.sampling": "20 Hz"}
+DECLARED = {"undeclared": {}, "duration": "4400 s", **SLOW}
 LINES = ("rate_line", "rate_gls")
-FAST = {"table.max_rate": "120 deg/s"}
+FAST = {"table.max_rate": "120 deg/s", **SLOW_LASER}
 CASES = {
     **{
         f"vehicle {name}": Case(f"two_position/{name}", TWO, vehicle, "published_schedule", TURN, SLOW)
@@ -121,9 +123,15 @@ CASES = {
         )
         for rate in (3, 10, 60, 100)
     },
-    "north realistic, slowly": Case("north_finder/realistic", ("north_gls",), north, turn=3 * DEG),
-    "north realistic": Case("north_finder/realistic", ("north_gls", "correlation"), north, turn=10 * DEG),
-    "north realistic, both ways": Case("north_finder/realistic", ("north_gls",), north, "bidirectional"),
+    "north realistic, slowly": Case(
+        "north_finder/realistic", ("north_gls",), north, turn=3 * DEG, changes=SLOW_LASER
+    ),
+    "north realistic": Case(
+        "north_finder/realistic", ("north_gls", "correlation"), north, turn=10 * DEG, changes=SLOW_LASER
+    ),
+    "north realistic, both ways": Case(
+        "north_finder/realistic", ("north_gls",), north, "bidirectional", changes=SLOW_LASER
+    ),
     "B-215": Case("rate_table/b215", LINES, table, "published_ladder", changes=DECLARED, runs=24),
     "KVH-13": Case("rate_table/kvh13", LINES, table, "published_ladder", changes=DECLARED, runs=24),
     # Two rates tell of no asymmetry.
