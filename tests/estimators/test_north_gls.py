@@ -43,6 +43,8 @@ from insenv.sensors.chain import Sensor
 from insenv.systems.north_finder.scale_factor import scale_factor
 
 BOTH = Case(acceleration=20 * DEG, profile=there_and_back())
+#: Half of the samples, in long steps: what is believed is of what was recorded.
+SLOW = {"instrument.sampling": "50 Hz", "task.step": "5 s"}
 QUIET = {"walk": 0.0, "pulse": 0.0}
 #: Warm-up by 100 ppm in the first hour.
 WARM = ("scale_factor_warm_up", (-100 * PPM / (1 - np.exp(-3600 / 850)), 850.0))
@@ -370,7 +372,7 @@ def test_it_reaches_the_bound_whatever_the_scale_factor_does(change: float) -> N
 @pytest.mark.parametrize("policy", [ConstantRate, Bidirectional])
 @pytest.mark.parametrize("name", ["published", "realistic"])
 def test_the_belief_is_honest(name: str, policy: type[ConstantRate | Bidirectional]) -> None:
-    scenario = load(f"north_finder/{name}")
+    scenario = load(f"north_finder/{name}", SLOW)
     sheet = datasheet(scenario)
     estimator, z = NorthGls(sheet), []
     for first in range(0, 300, 100):
@@ -387,7 +389,7 @@ def test_the_belief_of_the_scale_factor_holds_what_the_lock_in_does(
     rate: float, policy: type[ConstantRate | Bidirectional]
 ) -> None:
     # The deviation was 4 times too small at 5 deg/s, twice at 10 deg/s: a walking threshold was in the azimuth alone.
-    scenario = load("north_finder/realistic")
+    scenario = load("north_finder/realistic", SLOW)
     sheet = datasheet(scenario)
     count, estimator = 96, NorthGls(sheet)
     recording, rig, state = played(scenario, policy(sheet, rate * DEG), range(1000, 1000 + count))
