@@ -418,16 +418,18 @@ def test_the_figures_of_the_sweep(study: ModuleType) -> None:
     faulty, clean = study.random_faults(300), study.random_faults(300, 2, height=0.0)
     row = study.study("sweep_and_refine", faulty, clean)
     assert row.found >= 0.99 and row.false_alarms == 0.0 and row.longest <= 750
-    listed = study.study("published_ladder", study.random_faults(100), study.random_faults(60, 2, height=0.0))
+    # In steps of a second the list takes 4204 s; steps of two make each of its 34 dwells longer by a second at most.
+    listed = study.study("published_ladder", study.random_faults(100), study.random_faults(60, 2, height=0.0), step=2.0)
     assert 0.2 < listed.found < 0.45 and listed.false_alarms == 0.0
-    assert row.longest < listed.time / 10 + 1
+    assert row.longest < 4204 / 10 + 1 and 4204 <= listed.time <= 4204 + 34
     assert row.scale_factor_sd < 0.85 * listed.scale_factor_sd
     assert row.scale_factor_rms < 0.85 * listed.scale_factor_rms  # 0.67 measured, of 300 and 60 runs: +- 0.07
 
 
 @pytest.mark.slow
 def test_what_disturbs_a_sweep_raises_no_alarm_and_hides_no_fault(study: ModuleType) -> None:
-    rows_ = study.disturbed(study.random_faults(12), study.random_faults(12, 2, height=0.0))
+    tables = {name: table for name, table in study.DISTURBED.items() if name != "none"}
+    rows_ = study.disturbed(study.random_faults(12), study.random_faults(12, 2, height=0.0), tables)
     for name, row in rows_.items():
         assert row.found == 1.0 and row.false_alarms == 0.0 and row.longest <= 750, name
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from studies.rate_table.policy_runs import Maker, Played, Runs, Table, play, random_faults
+from studies.rate_table.policy_runs import Maker, Played, Runs, Table, play, random_faults, together
 
 from estimators.rate_table import rate_ladder_tally as tallies
 from estimators.rate_table.greedy_information import GreedyInformation
@@ -127,7 +127,11 @@ def scale_factors(name: str, maker: Maker, played: Played) -> tuple[Floats, Floa
 def study(name: str, faulty: Runs, clean: Runs, maker: Maker | None = None, **settings: Any) -> Row:
     """One policy on runs with and without a fault; one that is no documented policy is given with its ``maker``."""
     maker = maker or POLICIES[name]
-    played, control = play(maker, faulty, **settings), play(maker, clean, **settings)
+    if name in POLICIES:  # a list that is over does nothing more, however long its neighbours go on
+        both = play(maker, together(faulty, clean), **settings)
+        played, control = (both.rows(index) for index in np.split(np.arange(len(both.time)), [len(faulty.seeds)]))
+    else:
+        played, control = play(maker, faulty, **settings), play(maker, clean, **settings)
     hit, false = found(name, maker, played, faulty), found(name, maker, control, clean)
     growing = name in ("van_der_corput", "greedy_information")
     first = [first_alarm(played, row) for row in range(len(hit))] if growing else [float("nan")]

@@ -11,12 +11,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from estimators.rate_table import rate_ladder_tally as tallies
 from estimators.rate_table.rate_ladder import QueuePlace
 from estimators.rate_table.rate_ladder_tally import Tally
 from insenv.core.estimate import Datasheet, Limits
 from insenv.core.recording import Channel, Floats, Recording
+from insenv.core.rows import rows
 from insenv.core.units import ARCSEC, DEG, PPM
 from insenv.effects.rate.scale import ScaleFactor
 from insenv.plants.turntable import Encoder, Ripple, Turntable
@@ -28,6 +30,7 @@ Maker = Callable[[Datasheet], Any]
 HEIGHT, WIDTH, BETWEEN = 0.033718 * DEG, 0.22 * DEG, (1 * DEG, 34.5 * DEG)
 #: Run-to-run scale factor, so that there is something to find.
 SCALE_SD = 60 * PPM
+_PER_RUN = ("centre", "width", "height", "scale")
 #: Length of a step, and of the longest run [s].
 STEP, LONGEST = 1.0, 6000.0
 
@@ -80,6 +83,11 @@ class Played:
     tally: Tally
     datasheet: Datasheet
 
+    def rows(self, index: NDArray[np.int64]) -> Played:
+        """The runs ``index`` alone."""
+        state, tally = rows(self.state, index), rows(self.tally, index)
+        return Played(self.time[index], state, self.rate[index], tally, self.datasheet)
+
 
 def random_faults(n: int, seed: int = 1, width: float = WIDTH, height: float = HEIGHT) -> Runs:
     """Runs with a fault whose centre is uniform; a height of zero: without."""
@@ -87,6 +95,12 @@ def random_faults(n: int, seed: int = 1, width: float = WIDTH, height: float = H
     centre = generator.uniform(*BETWEEN, n)
     scale = SCALE_SD * generator.standard_normal(n)
     return Runs(tuple(range(1000 * seed, 1000 * seed + n)), centre, np.full(n, width), np.full(n, height), scale)
+
+
+def together(some: Runs, others: Runs) -> Runs:
+    """Both one after the other: to step many runs takes little longer than to step few."""
+    arrays = {name: np.concatenate([getattr(some, name), getattr(others, name)]) for name in _PER_RUN}
+    return Runs((*some.seeds, *others.seeds), **arrays)
 
 
 def datasheet(instrument: Instrument, table: Table, sampling: float) -> Datasheet:
@@ -106,12 +120,13 @@ def play(
     instrument: Instrument | None = None,
     table: Table | None = None,
     sampling: float = 20.0,
+    step: float = STEP,
 ) -> Played:
-    """Run a policy until it stops in every run."""
+    """Run a policy until it stops in every run; it is asked every ``step`` seconds."""
     instrument, table = instrument or fog_b215(), table or Table()
     sheet = datasheet(instrument, table, sampling)
     policy, rig, n = maker(sheet), runs.rig(instrument, table, sampling), len(runs.seeds)
-    normals, samples = Normals(rig, runs.seeds), round(STEP * sampling)
+    normals, samples = Normals(rig, runs.seeds), round(step * sampling)
     state, chunk, now = policy.reset(n), None, rig.begin(normals.start())
     time, tally = np.full(n, np.nan), None
     late = np.zeros(n)
