@@ -123,9 +123,7 @@ CASES = {
         )
         for rate in (3, 10, 60, 100)
     },
-    "north realistic, slowly": Case(
-        "north_finder/realistic", ("north_gls",), north, turn=3 * DEG, changes=SLOW_LASER
-    ),
+    "north realistic, slowly": Case("north_finder/realistic", ("north_gls",), north, turn=3 * DEG, changes=SLOW_LASER),
     "north realistic": Case(
         "north_finder/realistic", ("north_gls", "correlation"), north, turn=10 * DEG, changes=SLOW_LASER
     ),
