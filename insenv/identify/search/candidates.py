@@ -185,10 +185,11 @@ def _fitted_time(problem: Problem) -> tuple[float, float]:
 
 def stacked(problem: Problem, found: tuple[Candidate, ...]) -> list[Floats]:
     """Transformed regressors of each candidate on the fitted bins, shape (k, shapes, modes) each."""
-    return [problem.remember(("stacked", c.effect.key), lambda c=c: _stacked(problem, c.terms)) for c in found]
+    return [problem.remember(("stacked", c.effect.key), lambda c=c: stacked_terms(problem, c.terms)) for c in found]
 
 
-def _stacked(problem: Problem, terms: tuple[Term, ...]) -> Floats:
+def stacked_terms(problem: Problem, terms: tuple[Term, ...]) -> Floats:
+    """The same of one effect at some shapes, shape (k, shapes, modes)."""
     columns = problem.transformed_together(terms)
     rows = np.empty((columns[0].shape[1], len(terms), len(columns[0])))
     for j, own in enumerate(columns):

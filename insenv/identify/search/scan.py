@@ -223,14 +223,19 @@ def reference(problem: Problem, model: Model, start: Floats | None = None) -> Re
 
 def largest_statistic(problem: Problem, base: Reference, found: tuple[Candidate, ...]) -> float:
     """Largest score statistic of any shape of any candidate beside the noise of the reference."""
+    blocks = stacked(problem, found)
+    return max((float(statistics(problem, base, block).max(initial=0.0)) for block in blocks), default=0.0)
+
+
+def statistics(problem: Problem, base: Reference, block: Floats) -> Floats:
+    """Score statistic of each shape beside the noise of the reference, shape (shapes,).
+
+    ``block`` holds the transformed regressors, shape (k, shapes, modes).
+    """
     residual = problem.data() / base.root
     residual -= base.basis @ (base.basis.T @ residual)
-    largest = 0.0
-    for block in stacked(problem, found):
-        rows, _ = _beside_model(block, 1 / base.root, base.basis)
-        values = np.sum((rows @ residual).reshape(block.shape[:2]) ** 2, axis=0)
-        largest = max(largest, float(values.max(initial=0.0)))
-    return largest
+    rows, _ = _beside_model(block, 1 / base.root, base.basis)
+    return np.asarray(np.sum((rows @ residual).reshape(block.shape[:2]) ** 2, axis=0))
 
 
 def likelihood_ratio(problem: Problem, base: Reference, model: Model) -> tuple[float, int]:

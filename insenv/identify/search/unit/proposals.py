@@ -22,8 +22,9 @@ from insenv.identify.fit.problem import Term
 from insenv.identify.prepare.line_effects import IN_BINS
 from insenv.identify.prepare.lines import Line
 from insenv.identify.prepare.wandering import of_counts, wanders
+from insenv.identify.search.candidates import stacked_terms
 from insenv.identify.search.round import at_shape, with_term
-from insenv.identify.search.scan import Hit, likelihood_ratio, reference
+from insenv.identify.search.scan import Hit, likelihood_ratio, reference, statistics
 from insenv.identify.search.tracks import MOST_ADDED, Track
 from insenv.identify.search.unit.one_box import (
     DRIFTS,
@@ -40,6 +41,9 @@ from insenv.identify.search.unit.one_line import rings_too
 
 #: Effects of one physical cause on several targets: judged on all of them together.
 SHARED = tuple(sorted(effect.id for effect in ALL if effect.of_base))
+
+#: Shapes of a cause whose likelihood ratio is taken on all its targets, best sum of scores first.
+SHAPES_TOGETHER = 5
 
 #: Lines that are damped in the bins of one target at most; beyond them what is left has a cause that is no line.
 MOST_DAMPED = 4
@@ -196,5 +200,8 @@ def common(tracks: list[Track], key: str) -> list[Hit]:
         ]
         return sum(ratios)
 
-    term = max(hits[0].candidate.terms, key=total)
+    terms = hits[0].candidate.terms
+    scores = [statistics(t.problem, b, stacked_terms(t.problem, terms)) for t, b in zip(tracks, bases, strict=True)]
+    likely = np.argsort(-np.sum(scores, axis=0), kind="stable")[:SHAPES_TOGETHER]
+    term = max((terms[k] for k in likely), key=total)
     return [at_shape(t.problem, t.fit, b, h, term) for t, b, h in zip(tracks, bases, hits, strict=True)]

@@ -9,8 +9,15 @@ import numpy as np
 import pytest
 
 from insenv.close import close
+from insenv.data.load import read_recordings
+from insenv.data.manifest import load_manifest
+from insenv.data.split import split
+from insenv.effects.catalogue import CATALOGUE
 from insenv.identify.fit.evidence import log_tail
+from insenv.identify.loop import trace
+from insenv.identify.search.unit import proposals
 from insenv.identify.search.unit.one_box import LEAST, surest
+from insenv.identify.search.unit.proposals import common
 
 AXES = ("gyro_x", "gyro_y", "gyro_z")
 
@@ -130,6 +137,20 @@ def test_a_level_that_several_axes_change_at_one_instant_is_no_silence(tmp_path:
     for target in close(path).targets:
         assert (target.added, target.verdict) == ((), "unexplained-structure")
         assert any("bias_step at 9" in reason for reason in target.reasons)
+
+
+def test_the_instant_that_all_axes_share_is_the_likeliest_of_all(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Scores choose the instants whose likelihood is asked; to ask it of all of them gives the same one."""
+    asked = load_manifest(bench(tmp_path, (0.5, -0.3, 0.4), seed=6))
+    runs = read_recordings(asked)
+    tracks = list(trace(asked, runs, split(asked, runs), CATALOGUE).tracks)
+    some = {key: common(tracks, key) for key in ("bias_step", "bias_warm_up")}
+    monkeypatch.setattr(proposals, "SHAPES_TOGETHER", 1000)
+    for key, hits in some.items():
+        assert len(hits[0].candidate.terms) > 10
+        assert [hit.term for hit in hits] == [hit.term for hit in common(tracks, key)]
 
 
 def test_an_axis_that_drifts_by_itself_drags_no_other_along() -> None:
