@@ -1,4 +1,4 @@
-"""A package of another author, installed in an environment of its own that sees this one's packages."""
+"""Packages of other authors, installed in an environment of its own that sees this one's packages."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import sys
 import sysconfig
 import tomllib
 import venv
+from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -43,10 +44,10 @@ def commands(python: Path, folder: Path, *lines: tuple[str, ...]) -> list[Ended]
     return [Ended(*one) for one in json.loads(told.stdout)]
 
 
-def environment_with(example: Path, folder: Path) -> Path:
-    """A fresh virtual environment that sees the packages of this one, with an example installed; its Python.
+def environment_with(examples: Sequence[Path], folder: Path) -> Path:
+    """A fresh virtual environment that sees the packages of this one, with examples installed; its Python.
 
-    With the build backend of the example at hand it is installed by pip, without a network; else its files and
+    With the build backend of the examples at hand they are installed by pip, without a network; else their files and
     metadata are put where an installer would put them.
     """
     venv.create(folder)
@@ -55,13 +56,20 @@ def environment_with(example: Path, folder: Path) -> Path:
     site = Path(subprocess.run([python, "-c", program], capture_output=True, text=True, check=True).stdout.strip())
     there = sysconfig.get_path("purelib")
     (site / "parent.pth").write_text(f"{ROOT}\nimport site; site.addsitedir({there!r})\n")
-    copy = folder / "source"
-    shutil.copytree(example, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    copies = [folder / "source" / example.name for example in examples]
+    for example, copy in zip(examples, copies, strict=True):
+        shutil.copytree(example, copy, ignore=shutil.ignore_patterns("__pycache__"))
     pip = [sys.executable, "-m", "pip", "--python", str(python), "install", "--quiet"]
-    pip += ["--no-deps", "--no-index", "--no-build-isolation", str(copy)]
-    if subprocess.run(pip, capture_output=True).returncode == 0:
-        return python
-    project = SimpleNamespace(**tomllib.loads((example / "pyproject.toml").read_text())["project"])
+    pip += ["--no-deps", "--no-index", "--no-build-isolation", *map(str, copies)]
+    if subprocess.run(pip, capture_output=True).returncode != 0:
+        for copy in copies:
+            _put(copy, site)
+    return python
+
+
+def _put(source: Path, site: Path) -> None:
+    """Files and metadata of a project where an installer would put them."""
+    project = SimpleNamespace(**tomllib.loads((source / "pyproject.toml").read_text())["project"])
     info = site / f"{project.name.replace('-', '_')}-{project.version}.dist-info"
     info.mkdir()
     (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {project.name}\nVersion: {project.version}\n")
@@ -70,9 +78,8 @@ def environment_with(example: Path, folder: Path) -> Path:
         f"[{group}]\n" + "\n".join(f"{k} = {v}" for k, v in some.items()) for group, some in points.items()
     )
     (info / "entry_points.txt").write_text(text + "\n")
-    for each in copy.iterdir():
+    for each in source.iterdir():
         if each.is_dir():
             shutil.copytree(each, site / each.name)
         elif each.suffix == ".py":
             shutil.copy(each, site)
-    return python

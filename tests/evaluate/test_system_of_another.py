@@ -1,4 +1,4 @@
-"""A package of another author brings a system, and every command works for it without an edit elsewhere."""
+"""Packages of other authors bring an estimator, a policy and a system; all commands work without an edit elsewhere."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from installed import ROOT, commands, environment_with
 
-EXAMPLE = ROOT / "docs/example_system"
+EXAMPLES = ROOT / "docs/example_plugin", ROOT / "docs/example_system"
 PROGRAM = """
 import gymnasium, insenv
 one = gymnasium.make("insenv/SlowTable-v0", estimator="north_gls")
@@ -21,15 +21,21 @@ print(several.step(several.action_space.sample())[1].shape)
 
 
 @pytest.mark.slow
-def test_every_command_works_for_the_system_of_another_package(tmp_path: Path) -> None:
-    python = environment_with(EXAMPLE, tmp_path / "env")
+def test_every_command_works_for_what_installed_packages_bring(tmp_path: Path) -> None:
+    """Both packages stand in one environment, and their commands run in one process."""
+    python = environment_with(EXAMPLES, tmp_path / "env")
 
     slow = "slow_table/slow"
     some = ("--policy", "constant_rate", "--estimator", "north_gls", "--seeds", "2", "--every", "1000")
+    theirs = ("--policy", "there_and_back", "--estimator", "folded_turns,revolution", "--seeds", "2", "--every", "1000")
+    sound = "OK: it keeps the contract"
     expected = {
+        ("check-plugin", "folded_turns", "--env", "NorthFinder"): sound,
+        ("check-plugin", "there_and_back", "--env", "NorthFinder"): sound,
+        ("evaluate", "--env", "NorthFinder", *theirs): "there_and_back  folded_turns",
         ("list", "environments"): "insenv/SlowTable-v0",
         ("list", "scenarios"): slow,
-        ("check-plugin", "north_gls", "--env", "SlowTable"): "OK: it keeps the contract",
+        ("check-plugin", "north_gls", "--env", "SlowTable"): sound,
         ("evaluate", "--env", "SlowTable", *some): "Cramer-Rao bound",
         ("sweep", slow, *some): "azimuth",
         ("design", slow, "--time", "60 s", "--no-verify"): "both ways",
