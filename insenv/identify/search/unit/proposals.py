@@ -42,8 +42,9 @@ from insenv.identify.search.unit.one_line import rings_too
 #: Effects of one physical cause on several targets: judged on all of them together.
 SHARED = tuple(sorted(effect.id for effect in ALL if effect.of_base))
 
-#: Shapes of a cause whose likelihood ratio is taken on all its targets, best sum of scores first.
-SHAPES_TOGETHER = 5
+#: Shapes of a cause whose likelihood ratio is taken on all its targets, best sum of scores first: all of a course in
+#: time, whose scores the noise has taken in, and some of the instants of a step.
+SHAPES_TOGETHER = 10
 
 #: Lines that are damped in the bins of one target at most; beyond them what is left has a cause that is no line.
 MOST_DAMPED = 4
