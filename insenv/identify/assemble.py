@@ -66,7 +66,7 @@ from insenv.identify.search.twins import half_row_sentence, half_step_sentence, 
 from insenv.identify.search.undecided import beside_doubts
 from insenv.identify.search.unfinished import made_by_rounding, unfinished
 from insenv.identify.search.whole.error import whole_errors
-from insenv.identify.stated import stated
+from insenv.identify.stated import stated, unforetold
 from insenv.identify.switches import switchable
 
 #: Held-out error in scatters of the fitted noise from which on a word is said.
@@ -179,7 +179,6 @@ def _target(
     lost = systematic.sentences(recordings, problem.target, track.prepared.rejected)
     went = went_away(problem, track.fit) if track.finer and not declared_noise else ()
     scores = held_out_score(plain, before), held_out_score(problem, track.fit)
-    own = _by_held_out(problem, own, scores[1])
     apart = (*_follows_nothing(problem, own), *uncertain, *lost, *went)
     doubts = (*left.reasons, *apart, *unfinished(track, alpha), *_unforetold(problem, scores[1]))
     left = replace(left, reasons=(*doubts, *beside_doubts(track, bool(doubts)), *followers(track, alpha, bool(doubts))))
@@ -308,7 +307,7 @@ def _saturation(track: Track, recordings: tuple[Recording, ...], scores: tuple[S
 
 def _wander(problem: Problem, score: Score) -> tuple[str, ...]:
     """A word where held-out data are further off than the scatter of the fitted noise."""
-    if not score.rms > WANDER * score.floor > 0 or _unforetold(problem, score):
+    if not score.rms > WANDER * score.floor > 0 or unforetold(problem, score):
         return ()
     if score.scatter > WANDER * score.floor:
         return (
@@ -323,22 +322,12 @@ def _wander(problem: Problem, score: Score) -> tuple[str, ...]:
 
 def _unforetold(problem: Problem, score: Score) -> tuple[str, ...]:
     """A reason to doubt a model of a turning unit: held-out data scatter as no noise of the fitted data does."""
-    if not (problem.turns and score.unforetold):
+    if not unforetold(problem, score):
         return ()
     return (
         f"held-out data are off by {score.scatter / score.floor:.2g} times the scatter of the fitted noise, their "
         "level left out: the model does not hold for all motion, and standard deviations are taken so much larger",
     )
-
-
-def _by_held_out(
-    problem: Problem, own: dict[Term, tuple[Estimate, ...]], score: Score
-) -> dict[Term, tuple[Estimate, ...]]:
-    """The estimates no surer than held-out data bear the model out: R. T. Birge's factor, Phys. Rev. 40 (1932) 207."""
-    if not _unforetold(problem, score):
-        return own
-    factor = score.scatter / score.floor
-    return {term: tuple(replace(row, sd=row.sd * factor) for row in rows) for term, rows in own.items()}
 
 
 def _with_lines(track: Track) -> float:

@@ -45,7 +45,7 @@ from insenv.identify.prepare.vibration import (
     unresolved,
     without,
 )
-from insenv.identify.prepare.wandering import left_of_counts, lost, moves_there, stands_in_reference, without_line
+from insenv.identify.prepare.wandering import left_of, lost, moves_there, stands_in_reference, without_line
 from insenv.identify.search.candidates import candidates, of_few_waves
 from insenv.identify.search.earth_rate import due_level
 from insenv.identify.search.jumps import is_step, one_of_many
@@ -93,6 +93,8 @@ LESS = "it would take the place of what explains more"
 OF_REFERENCE = "it stands in the reference and not in what is read: the reference's own, as an encoder's steps are"
 
 OF_COUNTS = "a line of the counts was taken out there, of which some is left"
+#: Why a line beside one that was damped is not named again.
+OF_DAMPED = "a line whose phase does not hold was damped there, of which some is left"
 
 OF_MOTION = "the motion has a line there as well, of which a filter or a lag leaves some: a motor's ripple, for one"
 
@@ -419,7 +421,8 @@ def _tried(track: Track, hit: Hit, proposal: Proposal, names: tuple[str, ...], a
     """The track with ``hit`` added, or with its refusal noted."""
     joined = names if len(names) > 1 else ()
     problem = track.problem
-    wander = wandering(track, hit)
+    damped = _left_of(track, hit)
+    wander = None if damped else wandering(track, hit)
     if wander is not None:
         return _damped(track, wander, hit), True
     if nothing := _nothing(track, hit, joined):
@@ -472,11 +475,18 @@ def _nothing(track: Track, hit: Hit, joined: tuple[str, ...]) -> str:
     if not hit.candidate.effect.line:
         return ""
     frequency = hit.term.shape[0]
-    if left_of_counts(track.problem, track.prepared.lines, frequency):
-        return OF_COUNTS
+    if damped := _left_of(track, hit):
+        return OF_COUNTS if damped.of_counts else OF_DAMPED
     if stands_in_reference(track.problem, track.fit, frequency):
         return OF_REFERENCE
     return OF_MOTION if moves_there(track.problem, track.fit, frequency) else ""
+
+
+def _left_of(track: Track, hit: Hit) -> Line | None:
+    """The line that was damped in the bins and of which a hit is what is left, if it is."""
+    if not hit.candidate.effect.line:
+        return None
+    return left_of(track.problem, track.prepared.lines, hit.term.shape[0])
 
 
 def _kept(track: Track, grown: Track, hit: Hit, alpha: float) -> tuple[Track, bool]:

@@ -1,4 +1,4 @@
-"""The estimates that are stated: no surer than parts of the recording, skews and all rows bear them out.
+"""The estimates that are stated: no surer than parts of the recording, skews, all rows and held-out ones bear them out.
 
 A law of a measured rate whose deviation then holds nothing as well is taken out, and is said: it has no name.
 """
@@ -15,8 +15,9 @@ from insenv.identify.findings import Estimate
 from insenv.identify.fit.borne_out import borne_out
 from insenv.identify.fit.clocks import skews_apart
 from insenv.identify.fit.gls import solve
+from insenv.identify.fit.heldout import Score
 from insenv.identify.fit.parts import apart as parts_apart
-from insenv.identify.fit.problem import Term
+from insenv.identify.fit.problem import Problem, Term
 from insenv.identify.fit.uncertainty import SCALE, estimates
 from insenv.identify.search.settle import dropped
 from insenv.identify.search.tracks import Track
@@ -30,6 +31,7 @@ def stated(track: Track) -> tuple[Track, dict[Term, tuple[Estimate, ...]], tuple
     """The track without laws that are nothing as well, the estimates that are stated, and why some are uncertain."""
     own, differs = _by_parts(track, _own_estimates(track))
     own, unborne = _by_skews_and_all_rows(track, own)
+    own = _by_held_out(track, own)
     weak = nothing_as_well(track, own)
     return (track, own, (*differs, *unborne)) if weak is None else stated(dropped(track, *weak))
 
@@ -78,6 +80,19 @@ def _by_skews_and_all_rows(
     own, skewed = _by_skews(track, own)
     borne, unborne = borne_out(track.problem, track.fit, own)
     return borne, (*skewed, *untold(track, own), *unborne)
+
+
+def unforetold(problem: Problem, score: Score) -> bool:
+    """Whether held-out data of a turning unit scatter as no noise of the fitted data does."""
+    return problem.turns and score.unforetold
+
+
+def _by_held_out(track: Track, own: dict[Term, tuple[Estimate, ...]]) -> dict[Term, tuple[Estimate, ...]]:
+    """The estimates no surer than held-out data bear the model out: R. T. Birge's factor, Phys. Rev. 40 (1932) 207."""
+    if not unforetold(track.problem, track.score):
+        return own
+    factor = track.score.scatter / track.score.floor
+    return {term: tuple(replace(row, sd=row.sd * factor) for row in rows) for term, rows in own.items()}
 
 
 def _by_skews(

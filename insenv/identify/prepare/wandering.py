@@ -105,10 +105,11 @@ def _made_by_steps(problem: Problem, block: Block, left: Floats, frequency: floa
     return float(np.median(made)) > IN_REFERENCE * peak(left)
 
 
-def left_of_counts(problem: Problem, lines: Sequence[Line], frequency: float) -> bool:
-    """Whether a line of counts was taken out at a frequency, as nearly as the fitted bins tell it: some is left."""
+def left_of(problem: Problem, lines: Sequence[Line], frequency: float) -> Line | None:
+    """The line that was damped at a frequency, as nearly as the fitted bins tell it, of which some is left."""
     span = _longest(problem)
-    return any(line.of_counts and abs(line.frequency - frequency) * span < 1 for line in lines)
+    damped = (line for line in lines if line.of_counts or not line.steady)
+    return next((line for line in damped if abs(line.frequency - frequency) * span < 1), None)
 
 
 def stands_in_reference(problem: Problem, fit: Fit, frequency: float) -> bool:

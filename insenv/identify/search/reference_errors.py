@@ -32,6 +32,7 @@ from scipy.special import ndtri_exp
 
 from insenv.core.recording import Floats
 from insenv.core.series.tails import log_tail_of_t
+from insenv.effects.timing import TimingSkew
 from insenv.identify.fit.bands import in_bands, response
 from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.gls import Fit, solve
@@ -76,6 +77,10 @@ def beside_reference_errors(problem: Problem, fit: Fit, base: Reference, hit: Hi
     return less
 
 
+def _is_skew(term: Term) -> bool:
+    return isinstance(term.effect, TimingSkew) and not term.per_run
+
+
 def _may_be_reference(problem: Problem, hit: Hit) -> bool:
     if hit.candidate.effect.of_response or hit.log_p >= np.log(WORTH):
         return False
@@ -115,7 +120,8 @@ def _evidence(problem: Problem, fit: Fit, base: Reference, term: Term) -> _Evide
     if not span.shape[1] or alone <= 0:
         return None
     bands, frequency = _bands(problem, base)
-    crowd = _beside(base, transform(problem.fitted, _crowding(problem, solve(problem, (*fit.model, term)))))
+    crowding = np.column_stack([_crowding(problem, solve(problem, (*fit.model, term))), _bent(problem, fit)])
+    crowd = _beside(base, transform(problem.fitted, crowding))
     gram = _Gram.of(span, data, bands, crowd)
     sizes, gained = gram.response(frequency, with_effect=True)
     _, without = gram.response(frequency, with_effect=False)
@@ -189,6 +195,17 @@ def _all_but_still(u: Floats, scatter: float) -> Iterator[Floats]:
     corners = scatter * np.array(STILL)
     for low, at, high in zip(corners[:-2], corners[1:-1], corners[2:], strict=True):
         yield np.sign(u) * np.interp(np.abs(u), [low, at, high], [0.0, max(at, scatter), 0.0])
+
+
+def _bent(problem: Problem, fit: Fit) -> Floats:
+    """What a lag leaves in the second order, c^2 d^2 u / dt^2 beside a skew of c, shape (bins, k); none without one."""
+    skew = next((float(fit.theta[fit.design.term == i][0]) for i, t in enumerate(fit.model) if _is_skew(t)), 0.0)
+    least = problem.bins.width / 8
+    c = max(abs(skew), least)
+    if not skew:
+        return np.zeros((len(problem.y), 0))
+    late, early = (problem.columns(Term(TimingSkew(about=at)))[:, :1] for at in (c, -c))
+    return c * (late - early)
 
 
 def _smoothed(counts: Floats) -> Floats:

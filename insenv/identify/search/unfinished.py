@@ -27,7 +27,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from insenv.core.recording import Floats
-from insenv.effects.base import MemoryEffect
+from insenv.effects.base import Effect, MemoryEffect
 from insenv.identify.clean.doubtful import agreeing
 from insenv.identify.clean.plausibility import INCREDIBLE
 from insenv.identify.findings import Estimate
@@ -142,19 +142,28 @@ def untold(track: Track, own: Mapping[Term, tuple[Estimate, ...]]) -> tuple[str,
 
 
 def nothing_as_well(track: Track, own: Mapping[Term, tuple[Estimate, ...]]) -> tuple[Step, str] | None:
-    """A law of a measured rate whose stated deviation holds nothing as well, and why; None where there is none.
+    """A law of the motion whose stated deviations hold nothing as well, and why; None where there is none.
 
     Of an error of the reference, which may be as large, it is not told: it is said, and has no name. A skew has one:
     that there is a lag is certain, only its form is not.
     """
     for step in track.steps:
-        row, effect = _one_size(step, own), step.hit.candidate.effect
-        gain = effect.part == "gain" and not track.problem.commanded
-        law = gain or follows_measured_rate(track.problem, step.hit.term)
-        if law and not step.together and row is not None and 0 < abs(row.value) < HELD * row.sd:
-            size = f"{row.value:.2g} ± {row.sd:.2g}, {abs(row.value) / row.sd:.2g} standard deviations from nothing"
-            return step, f"its size is not told beside errors of the reference: {size}"
+        if step.together or not track.problem.turns or not _of_motion(step.hit.candidate.effect):
+            continue
+        sizes = {param.name for param in step.hit.candidate.effect.linear}
+        rows = [row for row in own.get(step.hit.term, ()) if row.parameter in sizes and row.sd > 0]
+        best = max(rows, key=lambda row: abs(row.value) / row.sd, default=None)
+        if best is None or not 0 < abs(best.value) < HELD * best.sd:
+            continue
+        off = f"{abs(best.value) / best.sd:.2g} standard deviations from nothing"
+        return step, f"its size is not told beside errors of the reference: {best.value:.2g} ± {best.sd:.2g}, {off}"
     return None
+
+
+def _of_motion(effect: Effect) -> bool:
+    """Whether it has a name and goes with rate, angle or gain, as what errors of a reference leave does."""
+    named = not effect.generic and not effect.line and not effect.of_response
+    return named and (effect.of_rate or effect.part == "gain" or "angle" in effect.needs)
 
 
 def _one_size(step: Step, own: Mapping[Term, tuple[Estimate, ...]]) -> Estimate | None:

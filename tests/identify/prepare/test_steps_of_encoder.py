@@ -14,7 +14,7 @@ from insenv.identify.findings import Findings
 from insenv.identify.prepare.binned import binned
 from insenv.identify.prepare.excess import beside_steps
 from insenv.identify.prepare.lines import Line
-from insenv.identify.prepare.wandering import left_of_counts
+from insenv.identify.prepare.wandering import left_of
 
 RATE, SECONDS = 100.0, 160.0
 #: An encoder of 12 bits.
@@ -117,12 +117,14 @@ def test_a_surprise_is_worth_what_it_is_beside_those_that_steps_alone_make() -> 
     assert beside_steps(1e-6, 1e-9) > 1 / 9
 
 
-def test_what_is_left_of_a_line_of_counts_is_no_tone() -> None:
+def test_what_is_left_of_a_damped_line_is_no_tone() -> None:
     """As nearly as 24 s of fitted bins tell a frequency: to 0.04 Hz."""
     t = np.arange(4000) / RATE
     run = Recording(t, {"gyro": Channel(np.sin(t), "rad/s"), "table_angle": Channel(-np.cos(t), "rad")})
     problem = binned(manifest(), (run,), (use(len(t)),), "gyro", 2)
     line = Line(0, 2.0, 1e-3, 1e-3, 1e-4, 0.0, True, 0.1, 1e-9, of_counts=True)
-    assert left_of_counts(problem, (line,), 2.03)
-    assert not left_of_counts(problem, (line,), 2.05)
-    assert not left_of_counts(problem, (replace(line, of_counts=False),), 2.0)
+    wandering = replace(line, steady=False, of_counts=False)
+    assert left_of(problem, (line,), 2.03) is line
+    assert left_of(problem, (line,), 2.05) is None
+    assert left_of(problem, (wandering,), 2.0) is wandering
+    assert left_of(problem, (replace(line, of_counts=False),), 2.0) is None
