@@ -30,7 +30,7 @@ from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.heldout import CHANCE, MOST_GROWTH, confirms, held_out_score, rescored
 from insenv.identify.fit.problem import NOISE_TERMS
 from insenv.identify.fit.uncertainty import estimates
-from insenv.identify.prepare.excess import most_power, structure
+from insenv.identify.prepare.excess import most_power, order_of_line, structure
 from insenv.identify.prepare.lines import Line
 from insenv.identify.prepare.problems import prepare
 from insenv.identify.prepare.vibration import (
@@ -46,7 +46,7 @@ from insenv.identify.prepare.vibration import (
     without,
 )
 from insenv.identify.prepare.wandering import left_of, lost, moves_there, stands_in_reference, without_line
-from insenv.identify.search.candidates import candidates, of_few_waves
+from insenv.identify.search.candidates import candidates, local_beside_lag, of_few_waves
 from insenv.identify.search.earth_rate import due_level
 from insenv.identify.search.jumps import is_step, one_of_many
 from insenv.identify.search.round import at_shape, search, with_term
@@ -95,6 +95,11 @@ OF_REFERENCE = "it stands in the reference and not in what is read: the referenc
 OF_COUNTS = "a line of the counts was taken out there, of which some is left"
 #: Why a line beside one that was damped is not named again.
 OF_DAMPED = "a line whose phase does not hold was damped there, of which some is left"
+
+#: Why a line is refused that comes so many times a turn of the table.
+OF_TURNS = (
+    "it comes {} times a turn of the table, as what goes with its angle does: a motor's poles, a gear, an encoder"
+)
 
 OF_MOTION = "the motion has a line there as well, of which a filter or a lag leaves some: a motor's ripple, for one"
 
@@ -305,8 +310,9 @@ def _begin(
     score = held_out_score(prepared.problem, fit)
     level = due_level(recordings) if any(t.effect.of_earth for t in prepared.model) else None
     once = len({recording.mounting for recording in recordings}) == 1
-    few = of_few_waves(prepared.problem, catalogue)
-    return Track(prepared, found, blind, fit, score, tones, level=level, one_mounting=once, few_waves=few)
+    few, local = of_few_waves(prepared.problem, catalogue), local_beside_lag(prepared.problem, catalogue)
+    track = Track(prepared, found, blind, fit, score, tones, level=level, one_mounting=once)
+    return replace(track, few_waves=few, local=local)
 
 
 def _searched(track: Track, generic: bool, seed: int, progress: Progress) -> Track:
@@ -421,8 +427,8 @@ def _tried(track: Track, hit: Hit, proposal: Proposal, names: tuple[str, ...], a
     """The track with ``hit`` added, or with its refusal noted."""
     joined = names if len(names) > 1 else ()
     problem = track.problem
-    damped = _left_of(track, hit)
-    wander = None if damped else wandering(track, hit)
+    elsewhere = _left_of(track, hit) or _turns_along(track, hit)
+    wander = None if elsewhere else wandering(track, hit)
     if wander is not None:
         return _damped(track, wander, hit), True
     if nothing := _nothing(track, hit, joined):
@@ -477,6 +483,8 @@ def _nothing(track: Track, hit: Hit, joined: tuple[str, ...]) -> str:
     frequency = hit.term.shape[0]
     if damped := _left_of(track, hit):
         return OF_COUNTS if damped.of_counts else OF_DAMPED
+    if order := _turns_along(track, hit):
+        return OF_TURNS.format(order)
     if stands_in_reference(track.problem, track.fit, frequency):
         return OF_REFERENCE
     return OF_MOTION if moves_there(track.problem, track.fit, frequency) else ""
@@ -487,6 +495,16 @@ def _left_of(track: Track, hit: Hit) -> Line | None:
     if not hit.candidate.effect.line:
         return None
     return left_of(track.problem, track.prepared.lines, hit.term.shape[0])
+
+
+def _turns_along(track: Track, hit: Hit) -> int:
+    """Times a turn of the table that the line of a hit comes, if it goes with its angle as nearly as anybody tells."""
+    problem, fit = track.problem, track.fit
+    if not hit.candidate.effect.line or not problem.turns:
+        return 0
+    frequency = hit.term.shape[0]
+    order: int = problem.remember(("order of", hit.term, fit.model), lambda: order_of_line(problem, fit, frequency))
+    return order
 
 
 def _kept(track: Track, grown: Track, hit: Hit, alpha: float) -> tuple[Track, bool]:

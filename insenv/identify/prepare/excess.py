@@ -32,7 +32,7 @@ from insenv.identify.fit.evidence import HELD_OUT_SPREAD, held_out_modes
 from insenv.identify.fit.gls import Fit, noise_freedom, solve, spectrum, whitened
 from insenv.identify.fit.noise import eigenvalues, fit_noise, modes, transform
 from insenv.identify.fit.problem import NOISE_TERMS, Problem, pooled
-from insenv.identify.prepare.orders import orders_p
+from insenv.identify.prepare.orders import order_of, orders_p
 from insenv.identify.prepare.sweeps import sweeps_p
 
 #: Blocks with their whitened residuals in time.
@@ -239,13 +239,26 @@ def _by_run(problem: Problem, blocks: Blocks) -> tuple[Floats, ...]:
     return tuple(out)
 
 
+def order_of_line(problem: Problem, fit: Fit, frequency: float) -> int:
+    """Times a turn of the table that a line at ``frequency`` [Hz] of what is left comes, if it goes along; else 0."""
+    turned = _turned(problem, tuple(_in_time(problem, whitened(problem, fit)[2])))
+    times = [problem.bins.time[b.start : b.stop] for b, _ in turned]
+    return order_of([block for _, block in turned], times, frequency)
+
+
 def _angle_p(problem: Problem, blocks: Blocks) -> float:
     """Waves of the table's angle."""
-    turned = [
+    turned = _turned(problem, blocks)
+    return orders_p([block for _, block in turned]) if turned else 1.0
+
+
+def _turned(problem: Problem, blocks: Blocks) -> list[tuple[Block, tuple[Floats, Floats, Floats]]]:
+    """Blocks in which a table turns: what is left, the angle in the middle of each bin, and by how much it turns."""
+    moving = [
         (b, white) for b, white in blocks if (a := problem.exposures[b.run].motion.angle) is not None and np.ptp(a)
     ]
-    if not turned:
-        return 1.0
+    if not moving:
+        return []
     middle, change = problem.bins.mean(
         tuple(
             np.column_stack([0.5 * (e.motion.angle[1:] + e.motion.angle[:-1]), np.diff(e.motion.angle)])
@@ -254,13 +267,11 @@ def _angle_p(problem: Problem, blocks: Blocks) -> float:
             for e in problem.exposures
         )
     ).T
-    per_bin = {block.run: problem.bins.width / problem.exposures[block.run].motion.dt for block, _ in turned}
-    return orders_p(
-        [
-            (np.clip(white, -LOUDEST, LOUDEST), middle[b.start : b.stop], change[b.start : b.stop] * per_bin[b.run])
-            for b, white in turned
-        ]
-    )
+    per_bin = {block.run: problem.bins.width / problem.exposures[block.run].motion.dt for block, _ in moving}
+    return [
+        (b, (np.clip(white, -LOUDEST, LOUDEST), middle[b.start : b.stop], change[b.start : b.stop] * per_bin[b.run]))
+        for b, white in moving
+    ]
 
 
 def _loudness_p(blocks: Blocks) -> float:

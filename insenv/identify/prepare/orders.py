@@ -10,7 +10,7 @@ for orders k that need not be whole: gears, belts and pole pairs turn at rates o
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,13 @@ ORDERS = np.concatenate([np.arange(0.5, 8.0, 0.125), np.arange(8.0, 33.0)])
 WINDOWS = (1, 3, 9, 27)
 #: Bins in a window, and turns of the table, at least.
 LEAST_BINS, LEAST_TURNS = 16, 1.0
+#: Highest whole order of which a line may be, and the gain of its likelihood that noise does not have.
+MOST_ORDER, BEYOND_NOISE = 32, 25.0
+#: Share of what a wave of time takes from which on a wave of the angle does as well, of a table that turns so often; of
+#: fewer turns any line is nearly an order, and the wave must take so much more.
+AS_WELL, MANY_TURNS, BETTER = 0.8, 8.0, 10.0
+#: Frequencies on either side at which a wave of time is tried.
+FINE = 8
 #: Cycles per bin above which a wave is averaged away.
 MOST_CYCLES = 0.4
 
@@ -53,6 +60,41 @@ def orders_p(blocks: Sequence[tuple[Floats, Floats, Floats]]) -> float:
         tried += int(some.sum())
         tails.append(float(chdtrc(freedom[some], power[some]).min(initial=1.0)))
     return float(min(1.0, min(tails) * max(tried, 1)))
+
+
+def order_of(blocks: Sequence[tuple[Floats, Floats, Floats]], times: Sequence[Floats], frequency: float) -> int:
+    """Times a turn of the table that a line at ``frequency`` [Hz] comes, if it goes with its angle; else 0.
+
+    At one speed a wave of the angle is a wave of time, and nothing tells them apart; where the table reverses, or has
+    several speeds, the one that follows what is left does. ``blocks`` are as in `orders_p`, ``times`` of their bins
+    [s].
+    """
+    span = max((float(np.ptp(t)) for t in times), default=0.0)
+    turns = max((float(np.ptp(angle)) / (2 * np.pi) for _, angle, _ in blocks), default=0.0)
+    if not span or turns < LEAST_TURNS:
+        return 0
+    left = [residual for residual, *_ in blocks]
+    of_angle = [max(_gain(left, w) for w in _of_order(order, blocks)) for order in range(1, MOST_ORDER + 1)]
+    near = frequency + np.linspace(-1.0, 1.0, 2 * FINE + 1) / span
+    of_time = max(_gain(left, [np.exp(2j * np.pi * f * t) for t in times]) for f in near)
+    best = int(np.argmax(of_angle))
+    least = AS_WELL * of_time if turns >= MANY_TURNS else of_time + BETTER
+    return best + 1 if of_angle[best] > max(BEYOND_NOISE, least) else 0
+
+
+def _of_order(order: int, blocks: Sequence[tuple[Floats, Floats, Floats]]) -> Iterator[list[NDArray[np.complex128]]]:
+    """A wave of the table's angle in the rate, and the rate of one in the angle."""
+    waves = [np.exp(1j * order * a) * (order * np.abs(c) < 2 * np.pi * MOST_CYCLES) for _, a, c in blocks]
+    yield waves
+    yield [wave * change for wave, (*_, change) in zip(waves, blocks, strict=True)]
+
+
+def _gain(left: Sequence[Floats], waves: Sequence[NDArray[np.complex128]]) -> float:
+    """Square sum that a wave of one amplitude and phase takes of what is left, its level in each block apart."""
+    free = [w - w.mean() for w in waves]
+    columns = np.concatenate([np.column_stack([w.real, w.imag]) for w in free])
+    products = columns.T @ np.concatenate(list(left))
+    return float(products @ np.linalg.lstsq(columns.T @ columns, products, rcond=1e-9)[0])
 
 
 def _waves(angle: Floats, change: Floats) -> NDArray[np.complex128]:

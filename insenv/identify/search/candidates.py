@@ -136,6 +136,18 @@ def of_few_waves(problem: Problem, catalogue: tuple[Effect, ...]) -> tuple[Candi
     return tuple(one for one in found if one.terms)
 
 
+def local_beside_lag(problem: Problem, catalogue: tuple[Effect, ...]) -> tuple[Candidate, ...]:
+    """Faults at one rate, which are not tried beside a reference that comes late: it is wrong at some rates by chance.
+
+    None is named there; but another law of the rate that such a fault explains as well may be one.
+    """
+    tried = (
+        e for e in catalogue if e.local and e.of_rate and _fits_instrument(problem, e) and not _missing(problem, e)
+    )
+    tried = (e for e in tried if all(e.blind(x.motion) for x in problem.exposures))
+    return tuple(one for e in tried if (one := Candidate(e, _terms(problem, e))).terms)
+
+
 def _terms(problem: Problem, effect: Effect) -> tuple[Term, ...]:
     """One term per shape; splines are first fitted to the ranges of the recording."""
     longest = max(problem.exposures, key=lambda e: e.motion.n)

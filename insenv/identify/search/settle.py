@@ -110,7 +110,8 @@ def _rivals_of(track: Track, step: Step, alpha: float, seed: int, progress: Prog
     curves = {s.hit.term for s in track.steps if s.hit.candidate.generic}
     others = tuple(t for t in track.fit.model if t is not step.hit.term and t not in curves)
     fit = solve(track.problem, others, start=track.fit.noise.power)
-    tried = tuple(c for c in track.candidates if not c.generic and c.effect.key not in _keys(others))
+    able = (*track.candidates, *(track.local if step.hit.candidate.effect.of_rate else ()))
+    tried = tuple(c for c in able if not c.generic and c.effect.key not in _keys(others))
     hits = search(track.problem, fit, tried, seed, track.family, track.tones)
     if not step.together and 0 < step.p_value < step.hit.p_value:  # as it was judged by fewer looks, so are they
         hits = [replace(hit, looks=hit.looks * step.p_value / step.hit.p_value) for hit in hits]

@@ -73,7 +73,8 @@ class Track:
     ``folded`` are frequencies that these held and that do not keep their phase: longer means see them folded [Hz].
     ``loudest`` is the frequency of the loudest vibration that the longer means no longer resolve [Hz]; else 0.
     ``one_mounting`` says that no run was mounted otherwise than the others. ``few_waves`` are effects of the table's
-    angle that are never named, for it turns by too little beside a reference that comes late.
+    angle that are never named, for it turns by too little beside a reference that comes late; ``local`` are faults at
+    one rate, which such a reference hides, and which may be what another law of the rate is taken for.
     """
 
     prepared: Prepared
@@ -94,6 +95,7 @@ class Track:
     loudest: float = 0.0
     one_mounting: bool = True
     few_waves: tuple[Candidate, ...] = ()
+    local: tuple[Candidate, ...] = ()
 
     @property
     def problem(self) -> Problem:

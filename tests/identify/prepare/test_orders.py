@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from insenv.identify.prepare.orders import orders_p
+from insenv.identify.prepare.orders import order_of, orders_p
 
 N = 1500
 ANGLE = 0.3 * np.arange(float(N))
@@ -39,3 +39,25 @@ def test_blocks_are_judged_together() -> None:
     waves = [4 * np.sqrt(2 / N) * np.cos(2.5 * ANGLE + phase) for phase in rng.uniform(0, 6, 4)]
     blocks = [(rng.standard_normal(N) + wave, ANGLE, CHANGE) for wave in waves]
     assert orders_p(blocks) < 1e-4 < 1e-3 < min(orders_p([one]) for one in blocks)
+
+
+@pytest.mark.parametrize("of_rate", [False, True])
+def test_a_line_that_reverses_with_the_table_goes_with_its_angle(of_rate: bool) -> None:
+    """Six times a turn, 16 deviations, in the rate or in the angle: a wave of time takes half of it."""
+    angle = np.concatenate([ANGLE[: N // 2], ANGLE[N // 2 : 0 : -1]])[:N] / 8
+    change, t = np.gradient(angle), 0.1 * np.arange(float(N))
+    wave = 0.55 * np.cos(6 * angle + 0.4) * (np.sign(change) if of_rate else 1.0)
+    left = np.random.default_rng(8).standard_normal(N) + wave
+    frequency = 6 * 0.3 / 8 / 0.1 / (2 * np.pi)
+    assert order_of([(left, angle, change)], [t], frequency) == 6
+    of_time = np.random.default_rng(9).standard_normal(N) + 0.55 * np.cos(2 * np.pi * frequency * t + 0.4)
+    assert order_of([(of_time, angle, change)], [t], frequency) == 0
+
+
+def test_a_line_beside_a_table_of_one_speed_is_its_own_unless_it_comes_a_whole_number_of_times_a_turn() -> None:
+    rng, angle, t = np.random.default_rng(10), ANGLE / 8, 0.1 * np.arange(float(N))
+    block = (rng.standard_normal(N) + 0.5 * np.cos(5 * angle), angle, CHANGE / 8)
+    between = (rng.standard_normal(N) + 0.5 * np.cos(5.3 * angle), angle, CHANGE / 8)
+    per_turn = 0.3 / 8 / 0.1 / (2 * np.pi)
+    assert order_of([block], [t], 5 * per_turn) == 5
+    assert order_of([between], [t], 5.3 * per_turn) == 0
