@@ -432,7 +432,8 @@ def _tried(track: Track, hit: Hit, proposal: Proposal, names: tuple[str, ...], a
     if wander is not None:
         return _damped(track, wander, hit), True
     if nothing := _nothing(track, hit, joined):
-        return replace(track, refusals=(*track.refusals, Refusal(hit, nothing))), False
+        said = bool(_turns_along(track, hit))
+        return replace(track, refusals=(*track.refusals, Refusal(hit, nothing, unsized=said))), False
     until = settled_by(problem, hit.term)
     if until is not None:
         return _without_start(track, until, hit), True

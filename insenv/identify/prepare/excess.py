@@ -240,10 +240,27 @@ def _by_run(problem: Problem, blocks: Blocks) -> tuple[Floats, ...]:
 
 
 def order_of_line(problem: Problem, fit: Fit, frequency: float) -> int:
-    """Times a turn of the table that a line at ``frequency`` [Hz] of what is left comes, if it goes along; else 0."""
-    turned = _turned(problem, tuple(_in_time(problem, whitened(problem, fit)[2])))
+    """Times a turn of the table that a line at ``frequency`` [Hz] of what is left comes, if it goes along; else 0.
+
+    Where its rate alone was logged, the angle is the integral of that.
+    """
+    blocks = tuple(_in_time(problem, whitened(problem, fit)[2]))
+    turned = _turned(problem, blocks) or [(b, (white, *_integrated(problem, b))) for b, white in blocks if b.n > 1]
     times = [problem.bins.time[b.start : b.stop] for b, _ in turned]
     return order_of([block for _, block in turned], times, frequency)
+
+
+def _integrated(problem: Problem, block: Block) -> tuple[Floats, Floats]:
+    """The angle of a table in the middle of the bins of a block, since the start of its run, and by how much it turns.
+
+    Turns while no bin is used count at the rates before and after.
+    """
+    rate = problem.bins.mean(tuple(e.motion.rate for e in problem.exposures))
+    of_run = problem.bins.run == block.run
+    u, steps = rate[of_run], np.diff(problem.bins.time[of_run])
+    angle, own = np.zeros(len(rate)), slice(block.start, block.stop)
+    angle[of_run] = np.append(0.0, np.cumsum(0.5 * (u[1:] + u[:-1]) * steps))
+    return angle[own], rate[own] * problem.bins.width
 
 
 def _angle_p(problem: Problem, blocks: Blocks) -> float:
@@ -254,9 +271,8 @@ def _angle_p(problem: Problem, blocks: Blocks) -> float:
 
 def _turned(problem: Problem, blocks: Blocks) -> list[tuple[Block, tuple[Floats, Floats, Floats]]]:
     """Blocks in which a table turns: what is left, the angle in the middle of each bin, and by how much it turns."""
-    moving = [
-        (b, white) for b, white in blocks if (a := problem.exposures[b.run].motion.angle) is not None and np.ptp(a)
-    ]
+    angles = {b.run: problem.exposures[b.run].motion.angle for b, _ in blocks}
+    moving = [(b, white) for b, white in blocks if (a := angles[b.run]) is not None and np.ptp(a)]
     if not moving:
         return []
     middle, change = problem.bins.mean(
@@ -268,10 +284,11 @@ def _turned(problem: Problem, blocks: Blocks) -> list[tuple[Block, tuple[Floats,
         )
     ).T
     per_bin = {block.run: problem.bins.width / problem.exposures[block.run].motion.dt for block, _ in moving}
-    return [
-        (b, (np.clip(white, -LOUDEST, LOUDEST), middle[b.start : b.stop], change[b.start : b.stop] * per_bin[b.run]))
-        for b, white in moving
-    ]
+    found = []
+    for b, white in moving:
+        own = slice(b.start, b.stop)
+        found.append((b, (np.clip(white, -LOUDEST, LOUDEST), middle[own], change[own] * per_bin[b.run])))
+    return found
 
 
 def _loudness_p(blocks: Blocks) -> float:

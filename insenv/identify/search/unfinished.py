@@ -121,7 +121,7 @@ def _without_a_size(track: Track, alpha: float) -> tuple[str, ...]:
         if hit and (refusal.unsized or refusal.displaced):
             # What displaced an effect, and was taken out again itself, leaves its evidence behind.
             why = "what explained it better was not kept" if refusal.displaced else refusal.reason
-            found.append(f"{hit.candidate.effect.key} follows the data (p = {hit.p_value:.1g}), but {why}")
+            found.append(f"{_what(hit)} follows the data (p = {hit.p_value:.1g}), but {why}")
     return tuple(found)
 
 
