@@ -53,6 +53,7 @@ from insenv.identify.fit.problem import NOISE_TERMS, Problem, Term
 from insenv.identify.fit.uncertainty import SCALE, covariance, estimates, noise_estimates
 from insenv.identify.loop import Outcome
 from insenv.identify.next.experiment import Unsettled, next_experiments
+from insenv.identify.prepare.declared import without_north
 from insenv.identify.prepare.excess import Structure, structure
 from insenv.identify.prepare.gain import as_declared, undeclared_gain
 from insenv.identify.prepare.line_effects import hold_effect, line_effects, rounding_effect, saturation_effect
@@ -221,7 +222,10 @@ def _target(
         spectra=_spectra(plain, before, problem, track.fit, declared_noise),
         traces=_traces(recordings, plain, before, problem, track.fit),
         derived=derived(plain, before, track, earth),
-        cautions=_cautions(problem, own, earth, scores[1]),
+        cautions=(
+            *_cautions(problem, own, earth, scores[1]),
+            *without_north(manifest, [e.motion for e in problem.exposures]),
+        ),
         covariance=covariance(problem, track.fit),
         beside=Here(partial(_beside, track)),
         switchable=Lazy(partial(switchable, track)),

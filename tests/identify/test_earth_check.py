@@ -381,3 +381,16 @@ def test_what_chance_drives_is_refused_in_one_sentence(tmp_path: Path) -> None:
     assert "\n" not in str(refused.value)
     with pytest.raises(InputError, match="'lock_in_wander' is driven by chance"):
         close(tmp_path / "none.toml", effects=("lock_in_wander",))
+
+
+def test_the_earths_rate_of_a_table_whose_angle_nobody_logged_is_no_tone() -> None:
+    """It stands with a thousand deviations at the frequency of the turns, beside an encoder's rate with some noise."""
+    run = table_run(3)
+    rate = run.channels["table_rate"]
+    noisy = rate.values + 1e-6 * np.random.default_rng(4).standard_normal(len(run))
+    channels = {"gyro": run.channels["gyro"], "table_rate": replace(rate, values=noisy, source="encoder")}
+    found = found_in(replace(run, channels=channels))
+    assert "tone" not in {added.effect for added in found.added}
+    assert any("1 times a turn of the table" in reason for reason in found.reasons)
+    assert any("recording has no table_angle" in caution for caution in found.cautions)
+    assert not any("no table_angle" in caution for caution in found_in(run).cautions)

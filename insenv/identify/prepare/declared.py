@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -67,6 +68,18 @@ def _sees_north(motion: Motion) -> bool:
     Its known vertical part needs no term. What a mount that is not quite along the axis sees is found like any effect.
     """
     return motion.angle is not None and abs(motion.projection) < ALONG
+
+
+def without_north(manifest: Manifest, motions: Sequence[Motion]) -> tuple[str, ...]:
+    """A word on a declared Earth rate of which nobody knows where its horizontal part points on a table that turns."""
+    declared = [key for key in manifest.model.declared if by_key(key).of_earth]
+    seen = [m for m in motions if np.ptp(m.rate) and abs(m.projection) < ALONG]
+    if not declared or not seen or any(m.angle is not None for m in motions):
+        return ()
+    return (
+        f"{declared[0]} is declared, and its horizontal part has no term: it goes with the table's angle, and the "
+        "recording has no table_angle. An axis that leans sees it once a turn.",
+    )
 
 
 def _head(recording: Recording) -> Recording:

@@ -43,6 +43,8 @@ TOLERANCE = 0.15
 SHORTEST_WINDOW, LOUDER, LOUDEST = 8, 1.3, 3.0
 #: Eigenvalue below which a mode is slow: periods of more than about 60 bins.
 SLOW = 0.01
+#: Share of the table's rate that an axis sees at least where it tells how far the table has turned.
+LEAST_ALONG = 0.1
 #: How often the tests are tried on what the steps of an encoder and noise leave.
 TRIALS = 8
 #: Modes of the narrowest band, and the bands of one width that are tried from the lowest frequency on.
@@ -245,7 +247,8 @@ def order_of_line(problem: Problem, fit: Fit, frequency: float) -> int:
     Where its rate alone was logged, the angle is the integral of that.
     """
     blocks = tuple(_in_time(problem, whitened(problem, fit)[2]))
-    turned = _turned(problem, blocks) or [(b, (white, *_integrated(problem, b))) for b, white in blocks if b.n > 1]
+    along = [(b, white) for b, white in blocks if abs(problem.exposures[b.run].motion.projection) > LEAST_ALONG]
+    turned = _turned(problem, blocks) or [(b, (white, *_integrated(problem, b))) for b, white in along]
     times = [problem.bins.time[b.start : b.stop] for b, _ in turned]
     return order_of([block for _, block in turned], times, frequency)
 
@@ -255,8 +258,9 @@ def _integrated(problem: Problem, block: Block) -> tuple[Floats, Floats]:
 
     Turns while no bin is used count at the rates before and after.
     """
-    rate = problem.bins.mean(tuple(e.motion.rate for e in problem.exposures))
     of_run = problem.bins.run == block.run
+    rate = problem.bins.mean(tuple(e.motion.rate for e in problem.exposures))
+    rate /= problem.exposures[block.run].motion.projection
     u, steps = rate[of_run], np.diff(problem.bins.time[of_run])
     angle, own = np.zeros(len(rate)), slice(block.start, block.stop)
     angle[of_run] = np.append(0.0, np.cumsum(0.5 * (u[1:] + u[:-1]) * steps))

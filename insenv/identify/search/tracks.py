@@ -48,10 +48,10 @@ class Step:
 class Refusal:
     """A hit that was significant, by itself or on other targets, and was not added; ``reason`` in words.
 
-    ``fails`` says that it was so by itself, and that held-out data speak against it, ``unsized`` that its size or
-    what it goes with is not told, ``of_box`` that it is a drift of several axes of the unit together, ``fails_together`` that it is one cause on
-    several targets, and that held-out data of this one speak against it, ``displaced`` that what was added after it
-    explained as much.
+    ``fails`` says that it was so by itself, and that held-out data speak against it, ``unsized`` that its size, or what
+    it goes with, is not told, ``of_box`` that it is a drift of several axes of the unit together, ``fails_together``
+    that it is one cause on several targets, and that held-out data of this one speak against it, ``displaced`` that
+    what was added after it explained as much.
     """
 
     hit: Hit
