@@ -44,7 +44,7 @@ from insenv.identify.fit.problem import Model, Problem, Term, design
 from insenv.identify.fit.scatter import scatter
 from insenv.identify.fit.swings import by_swings
 from insenv.identify.prepare.lines import whitened_series
-from insenv.identify.search.scan import Reference
+from insenv.identify.search.scan import Reference, deviate, likelihood_ratio, reference
 
 #: Probability of such a scatter by chance, below which there is one; deviate that the mean over runs must have then.
 CHANCE, LEAST = 1e-2, 3.0
@@ -241,12 +241,12 @@ def _late(problem: Problem, model: Model) -> bool:
 
 
 def _beside_response(problem: Problem, fit: Fit, term: Term) -> float:
-    """Deviate of a curve's coefficient beside a gain and a lag of its own in each run."""
+    """Deviate of a curve's evidence beside a gain and a lag of its own in each run."""
     rest = tuple(one for one in fit.model if not isinstance(one.effect, (ScaleFactor, TimingSkew)))
     free = (*rest, Term(ScaleFactor(), per_run=True), Term(TimingSkew(), per_run=True))
-    each = solve(problem, (*free, term), start=fit.noise.power)
-    own = np.flatnonzero(each.design.term == len(free))
-    return float(np.max(np.abs(each.theta[own]) / each.sd[own])) if len(own) else np.inf
+    base = reference(problem, free, fit.noise.power)
+    ratio, gained = likelihood_ratio(problem, base, (*free, term))
+    return deviate(problem, base, term, ratio, gained) if gained else np.inf
 
 
 def _of_one_run(problem: Problem, fit: Fit, term: Term) -> str:

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
-from scipy.special import ndtri_exp
 
 from insenv.core.recording import Floats
 from insenv.effects.base import CurveEffect, Effect
@@ -29,8 +28,8 @@ from insenv.identify.search.scan import (
     Hit,
     Reference,
     Scores,
+    deviate,
     likelihood_ratio,
-    log_significance,
     reference,
     score,
     term_freedom,
@@ -219,12 +218,6 @@ def against(problem: Problem, effect: Effect) -> float:
     """Odds against an effect, before any data: further looks of it."""
     events = effect.sudden and only_time(problem)
     return (EVENTS if events else 1.0) * (UNUSUAL if effect.unusual else 1.0)
-
-
-def deviate(problem: Problem, base: Reference, term: Term, ratio: float, gained: int) -> float:
-    """Normal deviate of a likelihood ratio, uncorrected for the looks."""
-    log_p = log_significance(ratio, gained, term_freedom(problem, base, term))
-    return float(-ndtri_exp(min(log_p, -1e-12)))
 
 
 def _tone_hit(problem: Problem, fit: Fit, base: Reference, count: float) -> Hit:

@@ -16,7 +16,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import chdtr
+from scipy.special import chdtr, ndtri_exp
 
 from insenv.core.recording import Floats
 from insenv.core.series.tails import log_tail_of_f
@@ -266,6 +266,12 @@ def term_freedom(problem: Problem, base: Reference, term: Term) -> float:
     columns = beside(problem, base, term)
     energy = np.sum(columns**2 / np.maximum(np.sum(columns**2, axis=0), 1e-300), axis=1)
     return noise_freedom(problem, base.noise.power, energy)
+
+
+def deviate(problem: Problem, base: Reference, term: Term, ratio: float, gained: int) -> float:
+    """Normal deviate of a likelihood ratio, uncorrected for the looks."""
+    log_p = log_significance(ratio, gained, term_freedom(problem, base, term))
+    return float(-ndtri_exp(min(log_p, -1e-12)))
 
 
 def log_significance(ratio: float, gained: int, freedom: float) -> float:

@@ -16,8 +16,8 @@ from insenv.identify.fit.bins import of_one_use
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Term
 from insenv.identify.search.candidates import Candidate
-from insenv.identify.search.round import deviate, with_term
-from insenv.identify.search.scan import Hit, likelihood_ratio, reference
+from insenv.identify.search.round import with_term
+from insenv.identify.search.scan import Hit, deviate, likelihood_ratio, reference
 from insenv.identify.search.tracks import Track
 
 #: A bias of each run.
