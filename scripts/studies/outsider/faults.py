@@ -55,6 +55,8 @@ class Fault:
     size: float = 1e-4
     #: What a catalogue calls it where the table has one speed, forwards and backwards, beside rests.
     at_one_speed: tuple[str, ...] = ()
+    #: What it calls it where the table turns one way only.
+    one_way: tuple[str, ...] = ()
 
 
 def _play(x: Floats, radius: float) -> Floats:
@@ -210,7 +212,13 @@ UNKNOWN: dict[str, Fault] = {
     # Two lines to the last digit: of the sum and of the difference of its frequencies.
     "breathing line": Fault(("tone",), _breathing),
     "noise with rate": Fault((), _noise_with_rate),
-    "heated twice": Fault((), lambda e, c, s, r: c * np.abs(e.u) * (e.temperature - 25), needs=WARM),
+    "heated twice": Fault(
+        (),
+        lambda e, c, s, r: c * np.abs(e.u) * (e.temperature - 25),
+        needs=WARM,
+        at_one_speed=("bias_temperature",),
+        one_way=("scale_factor_temperature",),
+    ),
     "kink": Fault((), lambda e, c, s, r: c * np.sign(e.u) * np.maximum(np.abs(e.u) - 0.5 * e.top, 0), needs="rates"),
     "angle and rate": Fault(
         (),
