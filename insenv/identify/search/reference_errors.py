@@ -30,6 +30,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import ndtri_exp
 
+from insenv.core.motion import Motion
 from insenv.core.recording import Floats
 from insenv.core.series.tails import log_tail_of_t
 from insenv.effects.timing import TimingSkew
@@ -198,14 +199,17 @@ def _all_but_still(u: Floats, scatter: float) -> Iterator[Floats]:
 
 
 def _bent(problem: Problem, fit: Fit) -> Floats:
-    """What a lag leaves in the second order, c^2 d^2 u / dt^2 beside a skew of c, shape (bins, k); none without one."""
+    """What a lag of c leaves in the second order, u(t - c) + u(t + c) - 2 u(t), shape (bins, k); none without a lag."""
     skew = next((float(fit.theta[fit.design.term == i][0]) for i, t in enumerate(fit.model) if _is_skew(t)), 0.0)
-    least = problem.bins.width / 8
-    c = max(abs(skew), least)
-    if not skew:
+    lag = max(abs(skew), *(abs(e.motion.lag) for e in problem.exposures))
+    if not lag:
         return np.zeros((len(problem.y), 0))
-    late, early = (problem.columns(Term(TimingSkew(about=at)))[:, :1] for at in (c, -c))
-    return c * (late - early)
+    return problem.bins.mean(tuple(_second_difference(e.u, e.motion, lag)[:, None] for e in problem.exposures))
+
+
+def _second_difference(u: Floats, motion: Motion, lag: float) -> Floats:
+    middle = 0.5 * (motion.t[1:] + motion.t[:-1])
+    return np.interp(middle - lag, middle, u) + np.interp(middle + lag, middle, u) - 2 * u
 
 
 def _smoothed(counts: Floats) -> Floats:
