@@ -22,6 +22,7 @@ from insenv.effects.catalogue import by_key, catalogue
 from insenv.identify.assemble import findings
 from insenv.identify.clean.clock import clock_cautions
 from insenv.identify.clean.common import common_mode, common_remarks
+from insenv.identify.clean.gains import gain_cautions
 from insenv.identify.clean.motion import motion_cautions
 from insenv.identify.clean.plausibility import implausible, without_dead
 from insenv.identify.findings import Findings
@@ -116,7 +117,8 @@ def close_on(  # noqa: PLR0913 -- as of `close`
     common = common_mode(read, recordings)
     said_last = (*dead, *common_remarks(common))
     found = replace(found, common_mode=common, remarks=(*found.remarks, *said_last), filing=read.filing())
-    for more_doubts in (clock_cautions(read, found), motion_cautions(recordings, found.rows_rejected), doubts):
+    of_motion = motion_cautions(recordings, found.rows_rejected)
+    for more_doubts in (gain_cautions(found, doubts), clock_cautions(read, found), of_motion, doubts):
         found = _with_doubts(found, more_doubts)
     return found
 

@@ -171,7 +171,7 @@ def trace(
         if _worse(track):
             progress(f"{track.problem.target}: held-out data are worse without its lines and its hold")
             plain = found([begin(track.problem.target, width=width, samples=False)])
-            tracks[index] = _with_shown(plain[0], track.prepared.held.hold)
+            tracks[index] = _with_told(_with_shown(plain[0], track.prepared.held.hold), track, width)
     if not any(manifest.noise.get(track.problem.target) for track in tracks):
         tracks = with_sets(tracks, alpha)
     return Outcome(tuple(tracks), alpha, seed)
@@ -248,6 +248,18 @@ def _with_shown(track: Track, hold: Hold | None) -> Track:
     if hold is None or not hold.whole or any(_is_of(step.hit, SampleHold.id) for step in track.steps):
         return track
     return replace(track, prepared=replace(track.prepared, held=Look(replace(hold, taken=False))))
+
+
+def _with_told(track: Track, other: Track, width: float) -> Track:
+    """The track with lines of a rest that the ``other`` found and held-out samples confirm, whose means gain nothing.
+
+    Means that reject a line that wanders are noisier than plain ones, which hold little of it: it is there though.
+    """
+    if track.problem.turns:
+        return track
+    known = tuple(step.hit.term.shape[0] for step in track.steps if step.hit.term.effect.line)
+    told = tuple(line for line in other.prepared.fast(width) if not line.of_counts)
+    return replace(track, prepared=replace(track.prepared, lines=unnamed(track.problem, told, known)))
 
 
 def _exhausted(tracks: list[Track], generic: bool, alpha: float, seed: int, progress: Progress) -> list[Track]:

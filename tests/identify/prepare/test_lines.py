@@ -114,6 +114,26 @@ def test_the_pattern_of_a_counter_is_no_line() -> None:
     assert lines(values, step * DT) == ()
 
 
+def rounded(sd: float, size: float, seed: int) -> Floats:
+    """A rate read in whole counts, with noise of ``sd`` of them and a line of ``size`` near half the sampling rate."""
+    return np.round(0.3 + sd * white(seed) + size * np.cos(2 * np.pi * 47.31 * T + 1.1))
+
+
+def test_a_weak_line_in_noise_of_some_counts_is_listed() -> None:
+    """A third of a count in two of noise, as an MPU has at a plate that shakes: no pattern of counts is as tall."""
+    values = rounded(2.0, 0.35, 5)
+    assert quantum(values) == 1.0
+    assert [line.frequency for line in lines(values, DT)] == [pytest.approx(47.31, abs=0.01)]
+    # Noise of less than a count leaves room for a pattern.
+    assert lines(rounded(0.3, 0.35, 5), 0.0) != ()
+    assert lines(rounded(0.3, 0.35, 5), DT) == ()
+
+
+def test_counts_of_noise_alone_have_no_line() -> None:
+    """One in ten thousand by chance: 60 recordings, whose rate falls anywhere between two counts."""
+    assert not any(lines(rounded(1.0 + seed % 3, 0.0, seed), DT) for seed in range(60))
+
+
 def test_a_line_larger_than_the_pulse_is_listed_all_the_same() -> None:
     pulse = 1e-5
     swing = 8 * pulse * np.sin(2 * np.pi * 9.2 * np.append(T, N * DT))
