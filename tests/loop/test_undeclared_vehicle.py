@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
+from math import gcd
 from pathlib import Path
 from typing import Any
 
@@ -109,9 +110,11 @@ def played(
 ) -> Run:
     given = {"undeclared": {}, "duration": f"{n} s", "instrument.sampling": f"{RATE} Hz"}
     given |= EXACT_SIGHT | (changes or {})
-    env = Recorder(gymnasium.make("insenv/TwoPosition-v0", scenario="two_position/published_a2", changes=given))
+    step = gcd(n, *turns)  # nothing is commanded in between
+    made = gymnasium.make("insenv/TwoPosition-v0", scenario="two_position/published_a2", changes=given, step_s=step)
+    env = Recorder(made)
     _, info = env.reset(seed=seed)
-    for second in range(n):
+    for second in range(0, n, step):
         env.step(np.array([turns.get(second, 0.0) / 180.0, 0.0]))
     return Run(seed, env, env.save(folder), info["truth"])
 
