@@ -15,6 +15,8 @@ import numpy as np
 
 from insenv.core.recording import Floats
 
+#: Quantile of the size of fourth differences by which the noise of a reading is told, and its deviation by unit noise.
+QUANTILE, DEVIATION = 0.75, 1.15 * 70**0.5
 _AT_EDGES = ("t", "angle", "temperature", "rate_edges", "turn_rate", "body_rate")
 _PER_INTERVAL = ("rate", "base_tilt", "force", "vibration", "cross_rate")
 
@@ -67,6 +69,8 @@ class Motion:
         Time over which the reference is a mean of the rate [s], beside that lag, as counts of an encoder are. 0: none.
     stands : bool
         Whether the table stands in each interval at the angle of its end, and was turned between them.
+    reading : float, optional
+        Standard deviation of the noise with which the rate is read, at most, by the instrument's own reading [rad/s].
     step : float, optional
         Length of an interval where it is known [s]. The one that ``t`` says is rounded, and differs by that from chunk
         to chunk of a run.
@@ -92,6 +96,7 @@ class Motion:
     filtered: bool = False
     window: float = 0.0
     stands: bool = False
+    reading: float | None = None
     step: float | None = None
 
     @property
@@ -108,6 +113,12 @@ class Motion:
     def middle(self) -> Floats:
         """Mid-times of the intervals [s], shape (n,)."""
         return 0.5 * (self.t[1:] + self.t[:-1])
+
+    @property
+    def rate_noise(self) -> float:
+        """Standard deviation of the noise of the rate, at most: fast motion leaves fourth differences too."""
+        own = reading_noise(self.rate)
+        return own if self.reading is None else min(own, self.reading)
 
     def has(self, need: str) -> bool:
         """Whether the exposure ``need`` (a field's name, or "force.x") is known."""
@@ -134,6 +145,13 @@ class Motion:
             part = edges if f.name in _AT_EDGES else intervals
             changed[f.name] = {k: part(a) for k, a in value.items()} if isinstance(value, Mapping) else part(value)
         return replace(self, **changed)
+
+
+def reading_noise(x: Floats) -> float:
+    """Standard deviation of the noise of a reading, shape (..., n): smooth motion leaves no fourth differences."""
+    if x.shape[-1] < 8:
+        return 0.0
+    return float(np.quantile(np.abs(np.diff(x, 4, axis=-1)), QUANTILE)) / DEVIATION
 
 
 def interval_product(a: Floats, b: Floats) -> Floats:

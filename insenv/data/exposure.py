@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.earth import EARTH_RATE
-from insenv.core.motion import Motion, interval_mean
+from insenv.core.motion import Motion, interval_mean, reading_noise
 from insenv.core.recording import Floats, Recording, Response
 from insenv.data.cells.rows import cells_of, interpolated, means_of_rows
 from insenv.data.cells.table import STEADY, TargetCells, integral
@@ -190,6 +190,7 @@ def _exposed(
         filtered=response.filtered,
         window=response.window,
         stands=is_set(recording),
+        reading=reading_noise((y - table.reference * share)[count > 0]) if table.rate.any() else None,
     )
     beside = None if table.beside is None else table.beside * share
     return Exposure(y, count, cell_of_row, motion, table.rate * share + vertical, beside)

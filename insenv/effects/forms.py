@@ -27,9 +27,6 @@ from insenv.core.recording import Floats
 _SMALL = 0.0125
 _SINC = (-1 / 6 + 9 / 16 * _SMALL**4 / 5040, 1 / 120 - 3 / 2 * _SMALL**2 / 5040)
 
-#: Quantile of the size of fourth differences by which the noise of a reading is told, and its deviation by unit noise.
-QUANTILE, DEVIATION = 0.75, 1.15 * 70**0.5
-
 #: Why what an encoder gets wrong in a turn is not seen on an exposure that stands (`Motion.stands`).
 SET = "the table's angle was set from rest to rest: no row holds a turn"
 
@@ -190,13 +187,6 @@ def checked_order(effect: str, order: int, highest: int) -> None:
     """
     if not 1 <= order <= highest:
         raise InputError(f"effect {effect!r}: order {order} given, wanted 1 to {highest}")
-
-
-def reading_noise(x: Floats) -> float:
-    """Standard deviation of the noise of a reference that was measured: smooth motion leaves fourth differences."""
-    if x.shape[-1] < 8:
-        return 0.0
-    return float(np.quantile(np.abs(np.diff(x, 4, axis=-1)), QUANTILE)) / DEVIATION
 
 
 def behind_the_table(motion: Motion) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 from insenv.effects.timing import TimingSkew
 from insenv.identify.findings import Estimate
 from insenv.identify.fit.borne_out import borne_out
-from insenv.identify.fit.clocks import skews_apart
+from insenv.identify.fit.clocks import skew_of_means, skews_apart
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.heldout import Score
 from insenv.identify.fit.parts import apart as parts_apart
@@ -31,9 +31,9 @@ def stated(track: Track) -> tuple[Track, dict[Term, tuple[Estimate, ...]], tuple
     """The track without laws that are nothing as well, the estimates that are stated, and why some are uncertain."""
     own, differs = _by_parts(track, _own_estimates(track))
     own, unborne = _by_skews_and_all_rows(track, own)
-    own = _by_held_out(track, own)
+    own, skewed = _by_shorter_means(track, _by_held_out(track, own))
     weak = nothing_as_well(track, own)
-    return (track, own, (*differs, *unborne)) if weak is None else stated(dropped(track, *weak))
+    return (track, own, (*differs, *unborne, *skewed)) if weak is None else stated(dropped(track, *weak))
 
 
 def _own_estimates(track: Track) -> dict[Term, tuple[Estimate, ...]]:
@@ -109,3 +109,19 @@ def _by_skews(
         if isinstance(term.effect, TimingSkew):
             own = own | {term: tuple(replace(row, sd=math.hypot(row.sd, math.sqrt(found.between))) for row in rows)}
     return own, (found.sentence(problem.target),)
+
+
+def _by_shorter_means(
+    track: Track, own: dict[Term, tuple[Estimate, ...]]
+) -> tuple[dict[Term, tuple[Estimate, ...]], tuple[str, ...]]:
+    """The estimates with a skew no surer than shorter means agree, and a word where they do not.
+
+    Where held-out data have made deviations larger, that is of the same errors: of what is stated then.
+    """
+    said: tuple[str, ...] = ()
+    for term, rows in own.items():
+        if isinstance(term.effect, TimingSkew) and len(rows) == 1:
+            added, word = skew_of_means(track.prepared.skews, track.problem.bins.width, rows[0])
+            own = own | {term: (replace(rows[0], sd=math.sqrt(rows[0].sd ** 2 + added)),)}
+            said = (word,) if word else ()
+    return own, said

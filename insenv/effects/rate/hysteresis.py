@@ -21,10 +21,10 @@ from typing import Any, Literal, Self, final
 
 import numpy as np
 
-from insenv.core.motion import Motion, interval_slope
+from insenv.core.motion import Motion, interval_slope, reading_noise
 from insenv.core.recording import Floats
 from insenv.effects.base import OUTPUT, MemoryEffect, Param
-from insenv.effects.forms import SET, known, reading_noise, spread
+from insenv.effects.forms import SET, known, spread
 from insenv.effects.rate.scale import LEAST_RATE
 
 #: Radius of the play by which a reversal is told from the noise of an angle: unasked [rad], in deviations of that
@@ -33,8 +33,10 @@ REVERSED, BEYOND, LEAST = 1e-3, 10.0, 1e-8
 #: Change of a rate that holds from one interval to the next, as a share of the largest, and the share of the time that
 #: it must hold.
 HOLDS, LEAST_HOLD = 1e-3, 0.3
-#: Radii of a hysteresis that a scan tries, as shares of the largest rate.
-RADII = (0.01, 0.05, 0.15, 0.3, 0.6)
+#: Radii of a hysteresis that a scan tries, as shares of the largest rate, and the least, in deviations of the noise of
+#: one reading of the rate: that of which a loop is taken has less, for it is smoothed. Of 48 noisy references without a
+#: hysteresis none shows one, radii of that size tried.
+RADII, LEAST_RADIUS = (0.01, 0.05, 0.15, 0.3, 0.6), 2.0
 
 Form = Literal["open", "closed", "share"]
 
@@ -138,7 +140,7 @@ class ScaleFactorHysteresis(MemoryEffect):
     def variants(self, motion: Motion) -> tuple[Self, ...]:
         """All forms, with the largest rate of ``motion`` and radii beyond the noise of the reference."""
         top = float(np.abs(motion.rate).max(initial=0.0)) or 1.0
-        fitted = replace(self, top=top, least=BEYOND * reading_noise(motion.rate))
+        fitted = replace(self, top=top, least=LEAST_RADIUS * motion.rate_noise)
         return (fitted, replace(fitted, form="closed"), replace(fitted, form="share"))
 
     def begin(self, motion: Motion, theta: Floats) -> Floats:
@@ -170,5 +172,5 @@ class ScaleFactorHysteresis(MemoryEffect):
         """Radii of the play, shape (g, 1)."""
         largest = float(np.abs(motion.rate).max(initial=0.0))
         radii = np.array(RADII) * largest
-        radii = radii[radii > BEYOND * reading_noise(motion.rate)]
+        radii = radii[radii > LEAST_RADIUS * motion.rate_noise]
         return radii[:, None] if largest > LEAST_RATE else np.empty((0, 1))

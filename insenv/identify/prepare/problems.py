@@ -65,6 +65,9 @@ WANDERS = 0.6
 #: Share of the square sum of the acceleration below the frequency that the motion reaches.
 MOTION = 0.95
 
+#: Of means over more and more rows: how many, what they tell and its deviation.
+_Told = tuple[tuple[int, float, float], ...]
+
 
 @dataclass(frozen=True)
 class Prepared:
@@ -90,8 +93,9 @@ class Prepared:
         Spectrum of the samples, when it is asked for.
     fast : callable
         Lines of the samples that means over so many seconds do not follow, and that held-out data have too.
-    gains : tuple of (float, float, float)
-        Length of means [s], gain of the reading on a reference with errors by them, and its deviation, shortest first.
+    gains, skews : tuple of (float, float, float)
+        Length of means [s], gain of the reading on a reference with errors by them, and its deviation, shortest first;
+        the same of the skew [s].
     """
 
     plain: Problem
@@ -104,6 +108,7 @@ class Prepared:
     samples: Callable[[], SampleSpectrum | None] = field(default=lambda: None, repr=False, compare=False)
     fast: Callable[[float], tuple[Line, ...]] = field(default=unanswered, repr=False, compare=False)
     gains: tuple[tuple[float, float, float], ...] = ()
+    skews: tuple[tuple[float, float, float], ...] = ()
 
 
 def prepare(
@@ -137,7 +142,9 @@ def prepare(
     fast = partial(_confirmed, *own) if tones else unanswered
     factor, dt = ready.plain.gain, recordings[0].dt
     gains = tuple((n * dt, factor * (1 + gain), abs(factor) * sd) for n, gain, sd in ready.gains)
-    return Prepared(plain, problem, model, lines, ready.held, ready.rejected, ready.clean.rails, samples, fast, gains)
+    skews = tuple((n * dt, skew, sd) for n, skew, sd in ready.skews)
+    rails = ready.clean.rails
+    return Prepared(plain, problem, model, lines, ready.held, ready.rejected, rails, samples, fast, gains, skews)
 
 
 @dataclass(frozen=True)
@@ -145,7 +152,7 @@ class _Ready:
     """Recordings with their responses, without rows that are no measurements and without a hold, and their bins.
 
     ``measured`` ones have the hold still, and ``plain`` is of these. ``gains`` are by means over ever more rows, each
-    with its rows and its deviation, where the reference has errors of its own.
+    with its rows and its deviation, where the reference has errors of its own; ``skews`` of one run likewise.
     """
 
     recordings: tuple[Recording, ...]
@@ -156,7 +163,8 @@ class _Ready:
     held: Look
     rows: int
     plain: Problem
-    gains: tuple[tuple[int, float, float], ...]
+    gains: _Told
+    skews: _Told
 
 
 def _ready(
@@ -179,7 +187,7 @@ def _ready(
     followed = told or settled(measured_parts(recordings, _spans(recordings, uses), target, fit))
     clean = _clean(recordings, target, rows, (*moving, *jumps), followed)
     recordings, rejected = clean.recordings, clean.rejected
-    gains = _gains(manifest, recordings, uses, target, rows, model) if told else ()
+    gains, skews = _by_means(manifest, recordings, uses, target, rows, model) if told else ((), ())
     rows = agreeing(list(gains)) if gains else rows
     plain = binned(manifest, recordings, uses, target, rows)
     kept = without_turns(recordings, uses, plain, model)
@@ -192,7 +200,7 @@ def _ready(
     rows = whole_holds(manifest, measured, uses, held.hold, rows)
     if measured is not before[0] or rows != before[1]:
         plain = binned(manifest, measured, uses, target, rows)
-    return _Ready(recordings, measured, uses, clean, rejected, held, rows, plain, gains)
+    return _Ready(recordings, measured, uses, clean, rejected, held, rows, plain, gains, skews)
 
 
 def _rejecting_rows(manifest: Manifest, ready: _Ready, lines: tuple[Line, ...]) -> int:
@@ -387,21 +395,21 @@ def _unheld(
     return responding(bare, _spans(recordings, uses), target, model, tuple(use.fit for use in uses))
 
 
-def _gains(
+def _by_means(
     manifest: Manifest,
     recordings: tuple[Recording, ...],
     uses: tuple[RowUse, ...],
     target: str,
     rows: int,
     model: Model,
-) -> tuple[tuple[int, float, float], ...]:
-    """Gain beyond one and its deviation by means over rows, ever twice as many: by the noise and weights of the fit.
+) -> tuple[_Told, _Told]:
+    """Gain beyond one, and skew of one run, by means over ever twice as many rows: by the noise and weights of the fit.
 
     Noise that the fit takes for slow gives fast motion weight, of which a reference with errors tells the least. Where
     gains do not agree bins may be few: of a yaw in steps of 0.1 deg means of 0.4 s read 0.13 of a slow turn, and means
     of 1.5 s and 3 s all of it. Bins that lose half of the motion tell of no gain: those of 0.8 s of a stride of 1 s.
     """
-    fitted, found, motion = sum(int(use.fit.sum()) for use in uses), [], 0.0
+    fitted, found, skews, motion = sum(int(use.fit.sum()) for use in uses), [], [], 0.0
     free = (*(t for t in model if not isinstance(t.effect, (ScaleFactor, TimingSkew))), Term(ScaleFactor()))
     wide = rows
     while manifest.held_out.averaging is None and (wide == rows or fitted >= FEWEST_AGREEING * wide):
@@ -415,8 +423,11 @@ def _gains(
         if not len(own):
             break
         found.append((wide, float(fit.theta[own[0]]), float(fit.sd[own[0]])))
+        late = np.flatnonzero(fit.design.term == len(free))
+        if len(late) == 1:
+            skews.append((wide, float(fit.theta[late[0]]), float(fit.sd[late[0]])))
         wide *= 2
-    return tuple(found)
+    return tuple(found), tuple(skews)
 
 
 def _spans(recordings: tuple[Recording, ...], uses: tuple[RowUse, ...]) -> tuple[slice, ...]:
