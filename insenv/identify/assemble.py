@@ -50,6 +50,7 @@ from insenv.identify.findings import (
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.heldout import Score, held_out_score, residual
 from insenv.identify.fit.problem import NOISE_TERMS, Problem, Term
+from insenv.identify.fit.resumed import resumed
 from insenv.identify.fit.uncertainty import SCALE, covariance, estimates, noise_estimates
 from insenv.identify.loop import Outcome
 from insenv.identify.next.experiment import Unsettled, next_experiments
@@ -179,6 +180,7 @@ def _target(
     left = structure(problem, track.fit, declared_noise, alpha)
     lost = systematic.sentences(recordings, problem.target, track.prepared.rejected)
     went = went_away(problem, track.fit) if track.finer and not declared_noise else ()
+    went = (*went, *resumed(problem, track.fit))
     scores = held_out_score(plain, before), held_out_score(problem, track.fit)
     apart = (*_follows_nothing(problem, own), *uncertain, *lost, *went)
     doubts = (*left.reasons, *apart, *unfinished(track, alpha), *_unforetold(problem, scores[1]))

@@ -31,8 +31,9 @@ FAR, NEAR, LEADS = 8.0, 3.0, 5.0
 #: Groups of rows by the size of the rate within so long [s], shortest and longest mean, longest event [s], share of a
 #: run beyond which there is none.
 GROUPS, AROUND, SHORTEST, WIDEST, LONGEST, MOST = 8, 1.0, 0.3, 0.64, 3.0, 0.1
-#: Share of the loudest group's scatter that is none.
-ROUNDING = 1e-3
+#: Share of the loudest group's scatter that is none; times the usual rate of a group beyond which its scatter is taken
+#: to grow with the rate, as what an instrument makes of it does: of the fastest rows few are as fast as the fastest.
+ROUNDING, FASTER = 1e-3, 2.0
 _MEDIAN = 0.6745
 #: Share of an event's fastest change of the rate from which on another change is like it, share of the largest rate
 #: beyond which a table has turned round; share of its deviations that others have then, and share of the others.
@@ -57,7 +58,8 @@ def _spread(y: Floats, u: Floats, left: Floats, known: NDArray[np.bool_], around
     loud = own > ROUNDING * own.max()
     loudest = np.maximum.accumulate(np.where(loud, own, own[loud].min(initial=np.inf)))
     for group, deviation in zip(groups, loudest, strict=True):
-        spread[group] = deviation
+        usual = max(float(np.median(size[group])), 1e-300)
+        spread[group] = deviation * np.maximum(1.0, size[group] / (FASTER * usual))
     return spread
 
 

@@ -31,3 +31,20 @@ def run(turns: tuple[int, ...]) -> Recording:
 @pytest.mark.parametrize(("turns", "events"), [((3,), 1), ((1, 2, 3, 4, 5), 0)])
 def test_what_is_there_at_every_turn_is_no_event(turns: tuple[int, ...], events: int) -> None:
     assert len(lost_rows((run(turns),), "gyro", (Settled(0, 30, 1.0, 0.0),))) == events
+
+
+@pytest.mark.parametrize(("law", "lost"), [(True, False), (False, True)])
+def test_what_goes_with_the_fastest_swing_is_no_event(law: bool, lost: bool) -> None:
+    """Once it moves at six times what else it does: 0.005 u^2 there is 18 deviations of slower rows, and a law.
+
+    As large an error of the reference in a swing no faster than others is an event.
+    """
+    rng = np.random.default_rng(5)
+    t: Floats = DT * np.arange(9000.0)
+    slow = 0.9 * np.sin(2 * np.pi * t / 7) * np.cos(2 * np.pi * t / 31)
+    once = np.exp(-0.5 * ((t - 40) / 0.4) ** 2)
+    rate = slow + 5.0 * once * law
+    gyro = rate + 0.005 * rate**2 * law + 0.5 * once * (not law) + 0.03 * rng.standard_normal(len(t))
+    angle = (np.cumsum(rate) - 0.5 * rate) * DT + 1e-4 * rng.standard_normal(len(t))
+    carried = Recording(t, {"gyro": Channel(gyro, "rad/s"), "table_angle": Channel(angle, "rad")})
+    assert bool(lost_rows((with_reference(carried),), "gyro", (Settled(0, 30, 1.0, 0.0),))) == lost
