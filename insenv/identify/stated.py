@@ -116,9 +116,12 @@ def _by_shorter_means(
 ) -> tuple[dict[Term, tuple[Estimate, ...]], tuple[str, ...]]:
     """The estimates with a skew no surer than shorter means agree, and a word where they do not.
 
-    Where held-out data have made deviations larger, that is of the same errors: of what is stated then.
+    Where held-out data have made deviations larger, that is of the same errors: of what is stated then. Shorter means
+    of a held output knew nothing of its hold, which is late too.
     """
     said: tuple[str, ...] = ()
+    if track.prepared.held.hold is not None:
+        return own, said
     for term, rows in own.items():
         if isinstance(term.effect, TimingSkew) and len(rows) == 1:
             added, word = skew_of_means(track.prepared.skews, track.problem.bins.width, rows[0])

@@ -127,7 +127,7 @@ class ScaleFactorAsymmetry(LinearEffect):
     id = "scale_factor_asymmetry"
     title = "scale-factor asymmetry"
     meaning = "clockwise and anticlockwise have different scale factors"
-    linear = (Param("c", "1", sd=0.05, bound=0.5),)
+    linear = (Param("c", "1", sd=0.05, bound=0.2),)
     source = "IEEE Std 952-1997 and 647-2006: scale factor asymmetry"
     on_axes = ("gyro",)
     hides = "rate"

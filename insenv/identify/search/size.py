@@ -28,6 +28,7 @@ from scipy.linalg import block_diag
 from scipy.special import chdtrc, ndtri_exp
 
 from insenv.core.recording import Floats
+from insenv.effects.angle import AngleLockedRate
 from insenv.effects.rate.hysteresis import HOLDS, LEAST_HOLD
 from insenv.effects.rate.lag import SelfHeating
 from insenv.effects.rate.scale import (
@@ -159,9 +160,13 @@ def follows_measured_rate(problem: Problem, term: Term) -> bool:
 
 
 def _follows_reference(problem: Problem, term: Term) -> bool:
-    """Whether a term is a curve of a rate that was measured with errors, or a jump or line, which these errors have."""
-    jumps = problem.turns and not problem.commanded and (is_step(term.effect) or term.effect.line)
-    return jumps or follows_measured_rate(problem, term)
+    """Whether a term follows a rate or an angle that was measured with errors, or is a jump or line, which these have.
+
+    Wheels slip as the floor is, and so by where a robot heads.
+    """
+    wave = term.effect.id == AngleLockedRate.id and any(e.motion.lag for e in problem.exposures)
+    jumps = is_step(term.effect) or term.effect.line
+    return (problem.turns and not problem.commanded and (jumps or wave)) or follows_measured_rate(problem, term)
 
 
 def _too_small(problem: Problem, term: Term, z: float, late: bool, looks: float) -> str:

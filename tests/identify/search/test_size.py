@@ -258,3 +258,14 @@ def test_what_a_measured_reference_may_have_itself_is_no_chance_of_all_looks(
     for size, told in ((small, commanded), (8.0, True)):
         own = replace(with_size(problem, term, size), commanded=commanded, cache={})
         assert bool(unsized(own, solve(own, model), term, looks=1000.0)) is not told
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.02])
+def test_beside_a_late_reference_a_wave_of_the_angle_is_no_chance_of_all_looks(problem: Problem, lag: float) -> None:
+    """Wheels slip by where a robot heads: 4 deviations of 1000 looks are a wave beside one that is on time."""
+    term = Term(AngleLockedRate(2))
+    model = (Term(by_key("bias")), Term(by_key("scale_factor")), term)
+    late = tuple(replace(e, motion=replace(e.motion, lag=lag)) for e in problem.exposures)
+    for size, told in ((4.0, not lag), (8.0, True)):
+        own = replace(with_size(problem, term, size), exposures=late, commanded=False, cache={})
+        assert bool(unsized(own, solve(own, model), term, looks=1000.0)) is not told
