@@ -28,6 +28,7 @@ from scipy.special import chdtri
 
 from insenv.identify.clean.settling import settled_by
 from insenv.identify.fit.gls import Fit, solve
+from insenv.identify.fit.heldout import CHANCE as CHANCE_OF_ROWS
 from insenv.identify.fit.heldout import MOST_GROWTH, Score, confirms, held_out_score, rescored
 from insenv.identify.fit.problem import NOISE_TERMS, Problem
 from insenv.identify.prepare.vibration import went_away
@@ -397,8 +398,8 @@ def _with_set(track: Track, alpha: float) -> Track:
     score = held_out_score(problem, fit)
     for hit, larger, after in _confirmed(track, fit, score, keys):
         likely = next(one for one in laws if one.candidate.effect.key == hit.candidate.effect.key)
-        if after.rms >= score.rms and log_p_by_itself(track, likely) >= math.log(alpha):
-            continue  # it foretells nothing better, and all rows do not ask for it
+        if after.rms >= (1 - CHANCE_OF_ROWS) * score.rms and log_p_by_itself(track, likely) >= math.log(alpha):
+            continue  # it foretells nothing better than by chance, and all rows do not ask for it
         step = Step(
             replace(hit, likelihood_ratio=likely.likelihood_ratio),
             score,

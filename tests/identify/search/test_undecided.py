@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
+from dataclasses import replace
 from itertools import accumulate
+from typing import Any
 
 import numpy as np
+import pytest
 from simulated_runs import closed, manifest
 
 from insenv.core.recording import Channel, Recording, Site
 from insenv.effects.catalogue import by_key
 from insenv.identify.findings import TargetFindings
+from insenv.identify.search import undecided
 
 ROWS, WHITE = 900, 0.002
 SLOW = tuple(by_key(key) for key in ("bias_drift", "bias_warm_up", "bias_step"))
@@ -81,3 +87,19 @@ def test_a_drift_of_five_deviations_need_not_look_like_a_certain_walk() -> None:
 def test_white_noise_alone_has_no_set() -> None:
     rng = np.random.default_rng(6)
     assert not any(of(WHITE * rng.standard_normal(ROWS)).added for _ in range(16))
+
+
+@pytest.mark.parametrize(("share", "named"), [(0.995, False), (0.97, True)])
+def test_held_out_rows_that_gain_by_chance_alone_name_no_set(
+    monkeypatch: pytest.MonkeyPatch, share: float, named: bool
+) -> None:
+    """Where all rows do not ask for a law (p = 0.3), held-out error less by 0.5 % is chance, and by 3 % is not."""
+    confirmed = undecided._confirmed
+
+    def nearly(*asked: Any) -> Iterator[tuple[Any, ...]]:
+        for hit, larger, after in confirmed(*asked):
+            yield hit, larger, replace(after, rms=share * asked[2].rms)
+
+    monkeypatch.setattr(undecided, "_confirmed", nearly)
+    monkeypatch.setattr(undecided, "log_p_by_itself", lambda track, hit: math.log(0.3))
+    assert bool(said(1, 0.0015).added) is named
