@@ -94,5 +94,5 @@ def test_however_gains_differ_bins_keep_half_of_the_motion() -> None:
     angle = np.sin(2 * np.pi * t) / np.pi
     run = Recording(t, {"gyro": Channel(gyro, "rad/s"), "table_angle": Channel(angle, "rad", source="encoder")})
     asked, uses = manifest(), (use(len(t)),)
-    gains = problems._gains(asked, (run,), uses, "gyro", 5, declared_model(asked, (run,), "gyro"))
+    gains = problems._by_means(asked, (run,), uses, "gyro", 5, declared_model(asked, (run,), "gyro"))[0]
     assert gains[-1][0] == 40  # a mean over T keeps sinc(T f)^2 of the power: 0.57 at 0.4 s, 0.05 at 0.8 s
