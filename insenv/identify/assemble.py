@@ -180,9 +180,8 @@ def _target(
     left = structure(problem, track.fit, declared_noise, alpha)
     lost = systematic.sentences(recordings, problem.target, track.prepared.rejected)
     went = went_away(problem, track.fit) if track.finer and not declared_noise else ()
-    went = (*went, *resumed(problem, track.fit))
     scores = held_out_score(plain, before), held_out_score(problem, track.fit)
-    apart = (*_follows_nothing(problem, own), *uncertain, *lost, *went)
+    apart = (*_follows_nothing(problem, own), *uncertain, *lost, *went, *resumed(problem, track.fit))
     doubts = (*left.reasons, *apart, *unfinished(track, alpha), *_unforetold(problem, scores[1]))
     left = replace(left, reasons=(*doubts, *beside_doubts(track, bool(doubts)), *followers(track, alpha, bool(doubts))))
     lines, hold = tuple(x for x in track.prepared.lines if not x.of_counts), track.prepared.held.hold
