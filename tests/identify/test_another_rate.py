@@ -43,6 +43,13 @@ def test_a_law_of_the_rate_is_named_as_surely_as_the_reference_is_the_rate(gain:
     wide = {term: tuple(replace(row, sd=abs(row.value) / 1.9) for row in rows) for term, rows in own.items()}
     weak = nothing_as_well(track, wide)
     assert weak is not None
+    left = track
+    while weak is not None:
+        left = dropped(left, *weak)
+        weak = nothing_as_well(left, wide)
+    assert not {"scale_factor", "scale_factor_cubic"} & {step.hit.candidate.effect.key for step in left.steps}
+    weak = nothing_as_well(track, wide)
+    assert weak is not None
     fewer = dropped(track, *weak)
     assert len(fewer.steps) == len(fewer.rivalries) == len(track.steps) - 1
     assert fewer.refusals[-1].unsized and "1.9 standard deviations from nothing" in fewer.refusals[-1].reason

@@ -161,9 +161,10 @@ def nothing_as_well(track: Track, own: Mapping[Term, tuple[Estimate, ...]]) -> t
 
 
 def _of_motion(effect: Effect) -> bool:
-    """Whether it has a name and goes with rate, angle or gain, as what errors of a reference leave does."""
-    named = not effect.generic and not effect.line and not effect.of_response
-    return named and (effect.of_rate or effect.part == "gain" or "angle" in effect.needs)
+    """Whether it has a name and goes with rate, angle or gain, as what errors of a reference leave does, and no lag."""
+    gain = effect.part == "gain"
+    law = (effect.of_rate or "angle" in effect.needs) and not effect.of_response
+    return (gain or law) and not effect.generic and not effect.line
 
 
 def _one_size(step: Step, own: Mapping[Term, tuple[Estimate, ...]]) -> Estimate | None:
