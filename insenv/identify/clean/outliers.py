@@ -96,7 +96,7 @@ def _of_run(recording: Recording, target: str, run: int, longest: int) -> list[R
     for ramp in ramps:
         stuck[ramp.start : ramp.stop] = True
     coarse = _rounding(recording, target)
-    spikes, sizes = _spikes(recording, y - u, u, stuck, longest, coarse)
+    spikes, sizes = _spikes(recording, y - u, u, stuck, longest, (coarse, rounding(y)))
     if table is not None:
         spikes |= _reference_spikes(y, u, sizes, coarse)
     angle = recording.channels.get("table_angle")
@@ -126,9 +126,13 @@ def _rounding(recording: Recording, target: str) -> float:
 
 
 def _spikes(
-    recording: Recording, x: Floats, u: Floats, stuck: Mask, longest: int, coarse: float
+    recording: Recording, x: Floats, u: Floats, stuck: Mask, longest: int, steps: tuple[float, float]
 ) -> tuple[Mask, Floats]:
-    """Outlying rows at every scale, and by how many deviations; rows that stick are not asked."""
+    """Outlying rows at every scale, and by how many deviations; rows that stick are not asked.
+
+    ``steps`` are those of the reference, which cancel from row to row, and of the target, which add up as chance does:
+    of a counter at a rate of whole counts a row one count more is none.
+    """
     mask, sizes = np.zeros(len(x), bool), np.zeros(len(x))
     breaks = np.flatnonzero(np.diff(recording.t) > APART * recording.dt) + 1
     for piece in np.split(np.arange(len(x)), breaks):
@@ -136,7 +140,8 @@ def _spikes(
         scale = 1
         while scale <= longest and len(rows) // scale >= 4 * NEIGHBOURS:
             kept = rows[: len(rows) // scale * scale].reshape(-1, scale)
-            away = far(x[kept].mean(axis=1), u[kept].max(axis=1), u[kept].min(axis=1), coarse / scale)
+            coarse = max(steps[0] / scale, steps[1] / np.sqrt(scale))
+            away = far(x[kept].mean(axis=1), u[kept].max(axis=1), u[kept].min(axis=1), coarse)
             hit = np.flatnonzero(away > 1)
             # Slower than rows a knock is not even: what is beside it on this scale belongs to it.
             mask[kept[hit]] = True

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from simulated_runs import KINDS, closed, declared_for, gyro_run, manifest, scaled, without_rows
 
-from insenv.core.recording import Floats, Recording
+from insenv.core.recording import Channel, Floats, Recording
 from insenv.effects.catalogue import by_key
 from insenv.identify.clean.outliers import without_outliers
 from insenv.identify.findings import RejectedRows
@@ -76,6 +76,23 @@ def test_coarse_readings_do_not_stick() -> None:
     values = recording.channels["gyro"].values
     quantum = 6 * scatter(recording)
     assert rejected(changed(recording, "gyro", slice(None), np.floor(values / quantum) * quantum)) == ()
+
+
+def test_a_count_more_of_a_counter_at_rates_of_whole_counts_is_no_outlier() -> None:
+    """A laser gyro on a table of four rates: nearly every row has the same counts, and no scatter; ten more are one."""
+    step, dt, rng = 1e-5, 0.002, np.random.default_rng(6)
+    rate = np.repeat([0.0, 9.0, 0.0, -9.0], 3000) * step / dt
+    angle = np.cumsum(rate) * dt / step + 0.5 + np.cumsum(0.02 * rng.standard_normal(rate.size))
+    counts = np.diff(np.floor(angle), prepend=0.0)
+    channels = {
+        "gyro": Channel(counts * step / dt, "rad/s", "interval"),
+        "table_rate": Channel(rate, "rad/s", source="encoder"),
+    }
+    recording = Recording(dt * np.arange(1.0, rate.size + 1), channels, label="a")
+    assert 20 < np.count_nonzero(np.abs(counts - rate * dt / step) > 0.5) < 0.05 * counts.size
+    assert not [r for r in rejected(recording, 512) if r.cause == "outlier"]
+    spiked = changed(recording, "gyro", [1200], 10 * step / dt)
+    assert [(r.start, r.stop) for r in rejected(spiked, 512) if r.cause == "outlier"] == [(1200, 1201)]
 
 
 def test_a_disturbance_at_one_angle_is_the_tables() -> None:
