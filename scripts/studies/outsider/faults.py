@@ -57,6 +57,8 @@ class Fault:
     at_one_speed: tuple[str, ...] = ()
     #: What it calls it where the table turns one way only.
     one_way: tuple[str, ...] = ()
+    #: What it calls it on any table.
+    anywhere: tuple[str, ...] = ()
 
 
 def _play(x: Floats, radius: float) -> Floats:
@@ -210,7 +212,7 @@ UNKNOWN: dict[str, Fault] = {
     "sector": Fault(("angle_locked_rate",), _sector, needs="turns"),
     "order 6": Fault((), _wave(6), on="angle", needs="turns"),
     # Two lines to the last digit: of the sum and of the difference of its frequencies.
-    "breathing line": Fault(("tone",), _breathing),
+    "breathing line": Fault(("tone",), _breathing, anywhere=("tone",)),
     "noise with rate": Fault((), _noise_with_rate),
     "heated twice": Fault(
         (),

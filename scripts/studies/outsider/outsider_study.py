@@ -126,12 +126,12 @@ def judged(kept: dict[str, Any]) -> tuple[str, str]:
 
 
 def alike(case: dict[str, Any]) -> set[str]:
-    """Names under which an unknown cause is the same law on this table: of one speed, or that turns one way."""
+    """Names under which an unknown cause is the same law: anywhere, at one speed, or where the table turns one way."""
     programme, fault = case["table"]["programme"], UNKNOWN.get(case["fault"])
     if fault is None:
         return set()
     one_speed = fault.at_one_speed if programme in ("constant", "reversals") else ()
-    return {*one_speed, *(fault.one_way if programme in ("constant", "two_rates") else ())}
+    return {*fault.anywhere, *one_speed, *(fault.one_way if programme in ("constant", "two_rates") else ())}
 
 
 def share(good: int, total: int) -> str:
