@@ -23,7 +23,7 @@ from insenv.data.manifest import ChannelSpec, Manifest, RunSpec
 from insenv.data.manifest.spec import ACCELEROMETERS, CHANNELS, EVENTS, GYROS, INCREMENTS, Quantity
 from insenv.data.readers import Column, Table, read_table
 from insenv.data.readers.table import rows_of
-from insenv.data.reference import with_positions
+from insenv.data.reference import TABLE, with_positions
 from insenv.data.renewals import with_renewals
 from insenv.data.resample import resampled, spread
 from insenv.data.sampling import (
@@ -171,7 +171,7 @@ def _read_run(manifest: Manifest, run: RunSpec, words: Mended) -> Recording:
         for name, channel in read.channels.items()
         if name not in instruments
     }
-    left_out = dict.fromkeys(instruments, taken.doubtful)
+    left_out = dict.fromkeys((*instruments, *(name for name in TABLE if name in read.channels)), taken.doubtful)
     return replace(read, channels={**read.channels, **table_channels}, notes=notes, left_out=left_out)
 
 

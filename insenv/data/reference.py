@@ -42,7 +42,8 @@ def with_reference(recording: Recording) -> Recording:
         return recording
     channel = told[encoder]
     over = channel.covers == "interval"
-    table = trajectory(recording.t - channel.delay, recording.dt, channel.values, TABLE[encoder], over)
+    doubtful = recording.left_out.get(encoder)
+    table = trajectory(recording.t - channel.delay, recording.dt, channel.values, TABLE[encoder], over, doubtful)
     if table is not None and not table.still and _is_motion(recording, encoder, table):
         table = None
     return replace(recording, table=table)

@@ -17,6 +17,7 @@ from insenv.data.clock import clock_of
 from insenv.data.exposure import expose
 from insenv.data.load import read_recordings
 from insenv.data.manifest import load_manifest
+from insenv.data.reference import with_reference
 from insenv.data.sampling import after_rollovers, check_one_unit, sampling
 from insenv.identify.findings import Findings
 
@@ -287,21 +288,35 @@ def test_a_wrong_tick_is_no_leap_of_the_table(tmp_path: Path) -> None:
     assert np.ptp(left) < 2 * 4e-4  # a tick is 60e-4
 
 
-def test_late_stamps_of_an_uneven_sampler_are_mended_beside_its_own() -> None:
-    """Rows are taken 5 % of a period off an even clock, and one stamp in 300 comes one to six rows late."""
-    random, n = rng(), 6000
+def of_an_uneven_sampler(n: int) -> tuple[Floats, Floats]:
+    """Rows that are taken 5 % of a period off an even clock, and their stamps, of which one in 300 comes rows late."""
+    random = rng()
     taken = DT * (np.arange(n) + 0.05 * random.standard_normal(n))
     t = taken.copy()
     for row in random.choice(n - 20, n // 300, replace=False):
         come = t[row] + DT * random.uniform(1, 6)
         held = slice(row, row + int((come - t[row]) / DT) + 1)
         t[held] = np.maximum(t[held], come + 0.02 * DT * np.arange(len(t[held])))
-    t = np.maximum.accumulate(t - 1e-3 * DT * np.arange(n)) + 1e-3 * DT * np.arange(n)
+    return taken, np.maximum.accumulate(t - 1e-3 * DT * np.arange(n)) + 1e-3 * DT * np.arange(n)
+
+
+def test_late_stamps_of_an_uneven_sampler_are_mended_beside_its_own() -> None:
+    taken, t = of_an_uneven_sampler(6000)
     found = sampling(Path("run.csv"), t, str, 2.0 * np.sin(1.3 * taken))
     assert np.abs(t - taken).max() > 0.9 * DT
     assert np.abs(found.t - taken).max() < 0.5 * DT
     assert np.median(np.abs(found.t - taken)) < 1e-9
     assert 0 < found.doubtful.mean() < 0.03
+
+
+def test_the_motion_passes_by_readings_of_which_nobody_knows_when_they_were_taken(tmp_path: Path) -> None:
+    """A table at 1.7 rad/s, its encoder 4e-4 rad fine: beside late stamps its rate was off by 1.4e-3, and is by 5e-4."""
+    taken, t = of_an_uneven_sampler(6000)
+    angle = np.floor((1.7 * taken + 0.3 * np.sin(0.2 * taken)) / 4e-4) * 4e-4
+    run = with_reference(read_back(tmp_path, np.column_stack([t, 1.7 + 1e-3 * rng().standard_normal(len(t)), angle])))
+    assert run.table is not None
+    off = np.abs(run.table.rate_at(run.t) - (1.7 + 0.06 * np.cos(0.2 * run.t)))[~run.left_out["gyro"]]
+    assert off.max() < 1e-3
 
 
 def remarks_of(folder: Path, stamps: Floats) -> tuple[str, ...]:

@@ -125,7 +125,14 @@ class Trajectory:
         return found
 
 
-def trajectory(t: Floats, dt: float, values: Floats, of: Of, over_interval: bool = False) -> Trajectory | None:
+def trajectory(  # noqa: PLR0913 -- what was read, when, of what and how surely
+    t: Floats,
+    dt: float,
+    values: Floats,
+    of: Of,
+    over_interval: bool = False,
+    doubtful: NDArray[np.bool_] | None = None,
+) -> Trajectory | None:
     """The motion behind readings of it; None where they have no noise, or cannot be put on even times.
 
     Parameters
@@ -139,6 +146,8 @@ def trajectory(t: Floats, dt: float, values: Floats, of: Of, over_interval: bool
     of : "angle" or "rate"
     over_interval : bool
         Whether a rate is the mean over the interval that ends at its time.
+    doubtful : ndarray of bool, shape (rows,), optional
+        Readings of which nobody knows when they were taken: the motion passes them by. Never the first or the last.
     """
     index = np.rint((t - t[0]) / dt).astype(np.int64)
     change = _changes(values, index)
@@ -160,11 +169,13 @@ def trajectory(t: Floats, dt: float, values: Floats, of: Of, over_interval: bool
     if n > MOST_ROWS or n > (1 + MOST_GAPS) * len(t):
         return None
     each = _of_each(change, noise, len(t))
+    sure = np.ones(len(t), bool) if doubtful is None else ~doubtful
+    sure[[0, -1]] = True
     if uneven:
-        at, readings, known, spread = t, values, np.ones(len(t), bool), each
+        at, readings, known, spread = t, values, sure, each
     else:
         at, readings, known, spread = t[0] + dt * np.arange(n), np.zeros(n), np.zeros(n, bool), np.full(n, noise)
-        readings[index], known[index], spread[index] = values, True, each
+        readings[index], known[index], spread[index] = values, sure, each
     steps = np.diff(t) / dt if uneven else np.ones(n - 1)
     states, variances = _smoothed(readings, known, steps, spread, 3 if of == "angle" else 2)
     if not _matters(states, float(np.sqrt(np.mean(each**2))), of):
