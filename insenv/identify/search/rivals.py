@@ -37,6 +37,8 @@ RICHER_GAIN = 2.0
 BENT_GAIN = 0.5
 #: Likelihood ratio by which a rival may fall behind before its refit is worth nothing.
 NEAR = 60.0
+#: Likelihood ratio within which two are as likely.
+AS_LIKELY = 1e-3
 #: Likelihood ratio by which an unusual effect may fall behind a common one and be told beside it still.
 NEAR_UNUSUAL = 4.0
 #: Share of a curve outside another that two curves must have to be two.
@@ -96,11 +98,13 @@ def rivalry(
             problem, (*others, hit.term), term, alpha
         ):
             continue
-        if odds < 0 and hit.rank <= paid + odds:
+        if (
+            odds < 0 and hit.rank <= paid + odds + AS_LIKELY
+        ):  # one curve of the two has one likelihood, but for rounding
             rarer.append(hit)
             continue
         rivals.append(hit)
-        if extra <= 0 and hit.likelihood_ratio + odds > own + 1e-3 and better is None:
+        if extra <= 0 and hit.likelihood_ratio + odds > own + AS_LIKELY and better is None:
             better = hit
     rivals.sort(key=lambda hit: -hit.likelihood_ratio)
     rarer.sort(key=lambda hit: -hit.likelihood_ratio)
