@@ -310,7 +310,7 @@ def test_late_stamps_of_an_uneven_sampler_are_mended_beside_its_own() -> None:
 
 
 def test_the_motion_passes_by_readings_of_which_nobody_knows_when_they_were_taken(tmp_path: Path) -> None:
-    """A table at 1.7 rad/s, its encoder 4e-4 rad fine: beside late stamps its rate was off by 1.4e-3, and is by 5e-4."""
+    """A table at 1.7 rad/s, its encoder 4e-4 rad fine: beside late stamps its rate was 1.4e-3 off, and is 5e-4."""
     taken, t = of_an_uneven_sampler(6000)
     angle = np.floor((1.7 * taken + 0.3 * np.sin(0.2 * taken)) / 4e-4) * 4e-4
     run = with_reference(read_back(tmp_path, np.column_stack([t, 1.7 + 1e-3 * rng().standard_normal(len(t)), angle])))
