@@ -97,9 +97,7 @@ OF_COUNTS = "a line of the counts was taken out there, of which some is left"
 OF_DAMPED = "a line whose phase does not hold was damped there, of which some is left"
 
 #: Why a line is refused that comes so many times a turn of the table.
-OF_TURNS = (
-    "it comes {} times a turn of the table, as what goes with its angle does: a motor's poles, a gear, an encoder"
-)
+OF_TURNS = "it comes {} a turn of the table, as what goes with its angle does: a motor's poles, a gear, an encoder"
 
 OF_MOTION = "the motion has a line there as well, of which a filter or a lag leaves some: a motor's ripple, for one"
 
@@ -497,7 +495,7 @@ def _nothing(track: Track, hit: Hit, joined: tuple[str, ...]) -> str:
     if damped := _left_of(track, hit):
         return OF_COUNTS if damped.of_counts else OF_DAMPED
     if order := _turns_along(track, hit):
-        return OF_TURNS.format(order)
+        return OF_TURNS.format("once" if order == 1 else f"{order} times")
     if stands_in_reference(track.problem, track.fit, frequency):
         return OF_REFERENCE
     return OF_MOTION if moves_there(track.problem, track.fit, frequency) else ""

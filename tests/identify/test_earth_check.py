@@ -391,6 +391,6 @@ def test_the_earths_rate_of_a_table_whose_angle_nobody_logged_is_no_tone() -> No
     channels = {"gyro": run.channels["gyro"], "table_rate": replace(rate, values=noisy, source="encoder")}
     found = found_in(replace(run, channels=channels))
     assert "tone" not in {added.effect for added in found.added}
-    assert any("1 times a turn of the table" in reason for reason in found.reasons)
+    assert any("once a turn of the table" in reason for reason in found.reasons)
     assert any("recording has no table_angle" in caution for caution in found.cautions)
     assert not any("no table_angle" in caution for caution in found_in(run).cautions)
