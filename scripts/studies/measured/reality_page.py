@@ -109,6 +109,10 @@ drift of `peterbarker/first_x` is no fact: a walk is likelier than it by far (lo
 and 1195). It may be named now and need not be: the skew alone is right. Of `divadnoslo/rest_z_down` the doubt, a line
 that moves, is no needless one: the facts had missed lines of 14.1 and 3.6 Hz.
 
+By `65fabee` 48 recordings beside a reference of which a law had been named, or a line while the table turns, were asked
+again, and by `8f0fe2a` 23 with rows of which nobody knows the tick: no judgement is worse than what is said here
+already, and what is better is said here too.
+
 Judgements: **right** names what is there, nothing that the data exclude, values within tolerance or three standard
 deviations; **honest** falls short and says so; **missed** is silent; **wrong, flagged** names what is not there under
 a verdict that says that something is left; **wrong, stated** under one that holds no doubt; **refused** is an ordinary
