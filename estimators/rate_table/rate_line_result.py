@@ -44,7 +44,7 @@ def result(dwells: Floats, noise: float, zeros: str, earth_rate: float) -> RateL
     each = tuple(
         fit
         for q, number in enumerate(sorted({p.power_up for p in points}))
-        for fit in _of_one(rates, (table[q], white[q], setting), robust[q], off, bias, number)
+        for fit in _fits(rates, (table[q], white[q], setting), robust[q], off, bias, number)
     )
     setting = float(np.median([spread for _, spread in robust])) if setting is None else setting
     spread = [replace(p, sd=float(np.hypot(p.sd, np.sqrt(setting)))) for p in points]
@@ -168,20 +168,6 @@ def _setting(rates: Floats, table: Floats, white: Floats) -> tuple[float | None,
     return max(square - float(white[whole].mean()), 0.0), "of the power-ups about their mean"
 
 
-def _of_one(
-    rates: Floats,
-    measured: Measured,
-    robust: Robust,
-    off: NDArray[np.bool_],
-    bias: tuple[tuple[Valued, bool], float],
-    power_up: int,
-) -> Iterator[LineFit]:
-    """The lines of one power-up, over the rates that it has."""
-    y, white, setting = measured
-    has = np.isfinite(y)
-    return _fits(rates[has], (y[has], white[has], setting), robust, off[has], bias, power_up)
-
-
 def _fits(
     rates: Floats,
     measured: Measured,
@@ -190,8 +176,10 @@ def _fits(
     bias: tuple[tuple[Valued, bool], float],
     power_up: int,
 ) -> Iterator[LineFit]:
-    """The lines by all methods; none where there are not two rates."""
+    """The lines by all methods over the rates that were measured; none where there are not two."""
     y, white, setting = measured
+    has = np.isfinite(y)
+    rates, y, white, off = rates[has], y[has], white[has], off[has]
     if len(rates) < 2:
         return
     every = np.ones(len(rates), bool)

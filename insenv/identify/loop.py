@@ -321,8 +321,8 @@ def _begin(
     level = due_level(recordings) if any(t.effect.of_earth for t in prepared.model) else None
     once = len({recording.mounting for recording in recordings}) == 1
     few, local = of_few_waves(prepared.problem, catalogue), local_beside_lag(prepared.problem, catalogue)
-    track = Track(prepared, found, blind, fit, score, tones, level=level, one_mounting=once)
-    return replace(track, few_waves=few, local=local)
+    state = (prepared, found, blind, fit, score, tones)
+    return Track(*state, level=level, one_mounting=once, few_waves=few, local=local)
 
 
 def _searched(track: Track, generic: bool, seed: int, progress: Progress) -> Track:

@@ -11,11 +11,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 from simulated_runs import Injection, Simulated, gyro_run, scaled
 
 from insenv.close import close
 from insenv.core.recording import Floats
-from insenv.identify.findings import Findings
+from insenv.identify.findings import Findings, TargetFindings
 
 Columns = dict[str, Floats]
 UNITS = {"time": "s", "gyro": "rad/s", "table_angle": "rad", "table_rate": "rad/s", "temperature": "K"}
@@ -102,3 +103,24 @@ def closed_file(
     spoilt = shape.spoil(columns(run), np.random.default_rng(10_000 + seed))
     declared = ("bias",) if kind == "rest" else ("bias", "scale_factor")
     return close(write(folder, [spoilt], shape.says, declared))
+
+
+#: A gyro beside a rate of which nobody says where it comes from.
+_RATE_FILE = """\
+data = "log.csv"
+[channels]
+time = { column = "t", unit = "s" }
+gyro = { column = "g", unit = "rad/s" }
+table_rate = { column = "w", unit = "rad/s" }
+[model]
+target = "gyro"
+declared = ["bias", "scale_factor"]
+"""
+
+
+def closed_rate_file(folder: Path, t: ArrayLike, gyro: ArrayLike, rate: ArrayLike) -> TargetFindings:
+    """The findings on a gyro [rad/s] beside a rate [rad/s], shape (n,) each, written to a file in a folder."""
+    np.savetxt(folder / "log.csv", np.column_stack([t, gyro, rate]), "%.9g", ",", header="t,g,w", comments="")
+    (folder / "log.toml").write_text(_RATE_FILE)
+    (target,) = close(folder / "log.toml").targets
+    return target

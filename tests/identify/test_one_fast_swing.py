@@ -11,19 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from insenv.close import close
-
-MANIFEST = """\
-data = "swing.csv"
-[channels]
-time = { column = "t", unit = "s" }
-gyro = { column = "g", unit = "rad/s" }
-table_rate = { column = "w", unit = "rad/s" }
-[model]
-target = "gyro"
-declared = ["bias", "scale_factor"]
-"""
+from strangers import closed_rate_file
 
 
 @pytest.mark.parametrize(("lost", "asymmetry", "named"), [(0.4, 0.0, False), (0.0, 0.1, True)])
@@ -33,10 +21,7 @@ def test_an_asymmetry_is_no_half_of_the_scale(tmp_path: Path, lost: float, asymm
     rate = 0.8 * np.exp(-0.5 * ((t % 20 - 5) / 0.8) ** 2) - 0.12 * ((t % 20 > 9) & (t % 20 < 18))
     gyro = rate + asymmetry * np.abs(rate) + 2e-3 * rng.standard_normal(len(t))
     shown = np.where(rate < 0, (1 - lost) * rate, rate) if lost else rate
-    rows = np.column_stack([t, gyro, shown])
-    np.savetxt(tmp_path / "swing.csv", rows, "%.9g", ",", header="t,g,w", comments="")
-    (tmp_path / "swing.toml").write_text(MANIFEST)
-    (target,) = close(tmp_path / "swing.toml").targets
+    target = closed_rate_file(tmp_path, t, gyro, shown)
     effects = [one.effect for one in target.added]
     assert ("scale_factor_asymmetry" in effects) == named
     assert named or target.verdict not in ("effects-found", "nothing-significant")

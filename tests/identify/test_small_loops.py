@@ -15,20 +15,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter1d
+from strangers import closed_rate_file
 
-from insenv.close import close
 from insenv.effects.rate.hysteresis import play
 
-MANIFEST = """\
-data = "log.csv"
-[channels]
-time = { column = "t", unit = "s" }
-gyro = { column = "g", unit = "rad/s" }
-table_rate = { column = "w", unit = "rad/s" }
-[model]
-target = "gyro"
-declared = ["bias", "scale_factor"]
-"""
 LOOP, RADIUS, NOISE = 6e-3, 0.03, 5e-3
 
 
@@ -39,10 +29,7 @@ def test_a_loop_of_six_deviations_of_a_reading_is_named_and_no_skew(tmp_path: Pa
     rate *= 0.26 / np.abs(rate).max()
     side = (rate - play(rate, RADIUS, np.zeros(()))) / RADIUS
     gyro = rate + loop * side + 0.02 + NOISE * rng.standard_normal(n)
-    rows = np.column_stack([dt * np.arange(n), gyro, rate + NOISE * rng.standard_normal(n)])
-    np.savetxt(tmp_path / "log.csv", rows, "%.9g", ",", header="t,g,w", comments="")
-    (tmp_path / "log.toml").write_text(MANIFEST)
-    (target,) = close(tmp_path / "log.toml").targets
+    target = closed_rate_file(tmp_path, dt * np.arange(n), gyro, rate + NOISE * rng.standard_normal(n))
     if not loop:
         assert target.added == ()
         return

@@ -12,19 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from insenv.close import close
-
-MANIFEST = """\
-data = "robot.csv"
-[channels]
-time = { column = "t", unit = "s" }
-gyro = { column = "g", unit = "rad/s" }
-table_rate = { column = "w", unit = "rad/s" }
-[model]
-target = "gyro"
-declared = ["bias", "scale_factor"]
-"""
+from strangers import closed_rate_file
 
 
 @pytest.mark.parametrize("waits", [0.0, 0.62])
@@ -36,10 +24,7 @@ def test_the_gain_beside_wheels_that_are_held_is_right(tmp_path: Path, waits: fl
     rate[t < waits * duration] = 0.0
     seen = rate[::10] + 0.02 * rng.standard_normal(len(t) // 10) * (rate[::10] != 0)
     gyro = gain * rate - 0.008 + 2e-3 * rng.standard_normal(len(t))
-    rows = np.column_stack([t, gyro, np.repeat(seen, 10)])
-    np.savetxt(tmp_path / "robot.csv", rows, "%.9g", ",", header="t,g,w", comments="")
-    (tmp_path / "robot.toml").write_text(MANIFEST)
-    (target,) = close(tmp_path / "robot.toml").targets
+    target = closed_rate_file(tmp_path, t, gyro, np.repeat(seen, 10))
     (scale,) = [e for e in target.estimates_after if e.effect == "scale_factor"]
     assert target.added == ()
     assert scale.sd is not None

@@ -40,7 +40,7 @@ from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.noise import transform
 from insenv.identify.fit.problem import Problem, Term
 from insenv.identify.fit.swings import by_swings, in_few_swings, in_the_loudest
-from insenv.identify.search.scan import Hit, Reference
+from insenv.identify.search.scan import Hit, Reference, beside, white_beside
 
 #: Largest p-value at which an effect is worth the test.
 WORTH = 0.05
@@ -78,10 +78,6 @@ def beside_reference_errors(problem: Problem, fit: Fit, base: Reference, hit: Hi
     return less
 
 
-def _is_skew(term: Term) -> bool:
-    return isinstance(term.effect, TimingSkew) and not term.per_run
-
-
 def _may_be_reference(problem: Problem, hit: Hit) -> bool:
     if hit.candidate.effect.of_response or hit.log_p >= np.log(WORTH):
         return False
@@ -113,16 +109,16 @@ class _Evidence:
 
 
 def _evidence(problem: Problem, fit: Fit, base: Reference, term: Term) -> _Evidence | None:
-    columns = _beside(base, problem.transformed(term))
+    columns = beside(problem, base, term)
     span, size, _ = np.linalg.svd(columns, full_matrices=False)
     span = span[:, size > 1e-6 * size.max(initial=1e-300)]
-    data = _beside(base, problem.data())
+    data = white_beside(base, problem.data())
     alone = float(np.sum((span.T @ data) ** 2))
     if not span.shape[1] or alone <= 0:
         return None
     bands, frequency = _bands(problem, base)
     crowding = np.column_stack([_crowding(problem, solve(problem, (*fit.model, term))), _bent(problem, fit)])
-    crowd = _beside(base, transform(problem.fitted, crowding))
+    crowd = white_beside(base, transform(problem.fitted, crowding))
     gram = _Gram.of(span, data, bands, crowd)
     sizes, gained = gram.response(frequency, with_effect=True)
     _, without = gram.response(frequency, with_effect=False)
@@ -143,12 +139,6 @@ def _evidence(problem: Problem, fit: Fit, base: Reference, term: Term) -> _Evide
     return _Evidence(share, factor, freedom)
 
 
-def _beside(base: Reference, columns: Floats) -> Floats:
-    """Whitened columns or values beside the model."""
-    white = columns / (base.root if columns.ndim == 1 else base.root[:, None])
-    return np.asarray(white - base.basis @ (base.basis.T @ white))
-
-
 # The response in bands
 
 
@@ -157,7 +147,7 @@ def _bands(problem: Problem, base: Reference) -> tuple[Floats, Floats]:
     columns, frequency = in_bands(problem)
     known = problem.cache.get("bands beside")
     if known is None or known[0] is not base:
-        known = (base, _beside(base, columns))
+        known = (base, white_beside(base, columns))
         problem.cache["bands beside"] = known
     return known[1], frequency
 
@@ -207,9 +197,13 @@ def _bent(problem: Problem, fit: Fit) -> Floats:
     return problem.bins.mean(tuple(_second_difference(e.u, e.motion, lag)[:, None] for e in problem.exposures))
 
 
+def _is_skew(term: Term) -> bool:
+    return isinstance(term.effect, TimingSkew) and not term.per_run
+
+
 def _second_difference(u: Floats, motion: Motion, lag: float) -> Floats:
-    middle = 0.5 * (motion.t[1:] + motion.t[:-1])
-    return np.interp(middle - lag, middle, u) + np.interp(middle + lag, middle, u) - 2 * u
+    at = motion.middle
+    return np.interp(at - lag, at, u) + np.interp(at + lag, at, u) - 2 * u
 
 
 def _smoothed(counts: Floats) -> Floats:

@@ -98,9 +98,8 @@ def rivalry(
             problem, (*others, hit.term), term, alpha
         ):
             continue
-        if (
-            odds < 0 and hit.rank <= paid + odds + AS_LIKELY
-        ):  # one curve of the two has one likelihood, but for rounding
+        # Where both are one curve their likelihoods are one, but for rounding.
+        if odds < 0 and hit.rank <= paid + odds + AS_LIKELY:
             rarer.append(hit)
             continue
         rivals.append(hit)

@@ -223,8 +223,9 @@ def reference(problem: Problem, model: Model, start: Floats | None = None) -> Re
 
 def largest_statistic(problem: Problem, base: Reference, found: tuple[Candidate, ...]) -> float:
     """Largest score statistic of any shape of any candidate beside the noise of the reference."""
-    blocks = stacked(problem, found)
-    return max((float(statistics(problem, base, block).max(initial=0.0)) for block in blocks), default=0.0)
+    residual = white_beside(base, problem.data())
+    each = (_statistics(base, block, residual) for block in stacked(problem, found))
+    return max((float(values.max(initial=0.0)) for values in each), default=0.0)
 
 
 def statistics(problem: Problem, base: Reference, block: Floats) -> Floats:
@@ -232,8 +233,10 @@ def statistics(problem: Problem, base: Reference, block: Floats) -> Floats:
 
     ``block`` holds the transformed regressors, shape (k, shapes, modes).
     """
-    residual = problem.data() / base.root
-    residual -= base.basis @ (base.basis.T @ residual)
+    return _statistics(base, block, white_beside(base, problem.data()))
+
+
+def _statistics(base: Reference, block: Floats, residual: Floats) -> Floats:
     rows, _ = _beside_model(block, 1 / base.root, base.basis)
     return np.asarray(np.sum((rows @ residual).reshape(block.shape[:2]) ** 2, axis=0))
 
@@ -257,8 +260,13 @@ def _likelihood_ratio(problem: Problem, base: Reference, model: Model) -> tuple[
 
 def beside(problem: Problem, base: Reference, term: Term) -> Floats:
     """Whitened regressors of a term beside those of the model, shape (modes, k)."""
-    columns = problem.transformed(term) / base.root[:, None]
-    return np.asarray(columns - base.basis @ (base.basis.T @ columns))
+    return white_beside(base, problem.transformed(term))
+
+
+def white_beside(base: Reference, columns: Floats) -> Floats:
+    """Whitened columns or values of the modes beside the model, shape as given."""
+    white = columns / (base.root if columns.ndim == 1 else base.root[:, None])
+    return np.asarray(white - base.basis @ (base.basis.T @ white))
 
 
 def term_freedom(problem: Problem, base: Reference, term: Term) -> float:
