@@ -18,6 +18,9 @@ either, the two scatter as those of runs do.
 Of a vehicle that stands, an attitude that is estimated wanders by itself, and no gyro with it: a dead band, a
 lock-in or an asymmetry would explain that. A curve of which all lies in one or two such rests is no law.
 
+What differs from the model in one or two means alone is no law either: of a table that turns round once a step of the
+bias at that instant is the scale factor but for the mean in which it turned, and what that one holds would decide all.
+
 A line that only one of several runs has while a table turns is how the table shook in it: the instrument was the same.
 One that stands in a part of a run alone is what rang there: a tone has one amplitude.
 """
@@ -59,6 +62,8 @@ STEADY = 0.1
 #: Parts of a run in which a line is looked at, fewest bins and waves of each; share of the line's energy that the
 #: quieter half of them has at most, and probability of that of a steady line, where it comes and goes.
 PARTS, FEWEST_BINS, CYCLES, LEFT, CHANCE_OF_PART = 8, 8, 2.0, 0.05, 1e-3
+#: Means that a law must differ in from the model: (sum of squares)^2 over sum of fourth powers of what is left of it.
+FEWEST_MEANS = 3.0
 #: Share of the line's largest amplitude that a run must be able to show, in this many standard deviations.
 SHOWN, TOLD = 0.5, 3.0
 
@@ -95,6 +100,30 @@ def not_in_all_runs(problem: Problem, fit: Fit, term: Term) -> str:
     size = float(np.max(np.abs(values)))
     told = ", ".join(f"{c / size:.2g} ± {s / size:.1g}" for c, s in zip(values, deviations, strict=True))
     return f"not the same in the runs, as the law of an instrument would be: {told} of its largest"
+
+
+def of_few_means(problem: Problem, fit: Fit, term: Term) -> str:
+    """Why a curve is no law: all that tells it from the model is one mean or two; empty if more do.
+
+    What knows how the rate changes is told where it does, be that one instant.
+
+    Parameters
+    ----------
+    problem : Problem
+    fit : Fit
+        The model without it.
+    term : Term
+    """
+    if _knows_change(term.effect):
+        return ""
+    fitted = ~problem.bins.held_out
+    design, columns = fit.design.matrix[fitted], problem.columns(term)[fitted]
+    left = columns - design @ np.linalg.lstsq(design, columns, rcond=1e-10)[0]
+    energy = np.sum(left**2, axis=1)
+    means = float(energy.sum()) ** 2 / max(float(energy @ energy), 1e-300)
+    if means >= FEWEST_MEANS:
+        return ""
+    return f"it differs from what the model has in {means:.2g} means alone, and what these hold would decide it"
 
 
 def comes_and_goes(problem: Problem, fit: Fit, term: Term) -> str:

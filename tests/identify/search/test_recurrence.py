@@ -21,7 +21,7 @@ from insenv.identify.fit.scatter import scatter
 from insenv.identify.fit.uncertainty import estimates
 from insenv.identify.prepare.declared import declared_model
 from insenv.identify.prepare.problems import prepare
-from insenv.identify.search.recurrence import not_both_ways, not_in_all_runs
+from insenv.identify.search.recurrence import not_both_ways, not_in_all_runs, of_few_means
 from insenv.identify.search.round import _swing, search
 from insenv.identify.search.scan import reference
 
@@ -62,6 +62,20 @@ def test_runs_of_one_steady_rate_each_tell_no_coefficient_of_their_own(law: str)
     asked = manifest(declared=("bias",), bias="common")
     problem = prepare(asked, tuple(runs), tuple(use(N) for _ in runs), "gyro", holds=False).problem
     assert not_in_all_runs(problem, solve(problem, declared_model(asked, tuple(runs), "gyro")), Term(by_key(law))) == ""
+
+
+@pytest.mark.parametrize(("instant", "law"), [(0.5, False), (0.3, True)])
+def test_a_step_where_a_table_turns_round_once_is_its_gain(instant: float, law: bool) -> None:
+    """Half a mean beside the reversal it is one of two columns that differ in that mean alone."""
+    t: Floats = DT * np.arange(1.0, N + 1)
+    rate = np.where(t < 0.5 * t[-1], 0.5, -0.5)
+    gyro = rate + NOISE * np.random.default_rng(7).standard_normal(N)
+    table = Channel(rate, "rad/s", source="command")
+    one = (Recording(t, {"gyro": Channel(gyro, "rad/s"), "table_rate": table}),)
+    problem = prepare(manifest(), one, (use(N),), "gyro", holds=False).problem
+    model = declared_model(manifest(declared=("bias", "scale_factor")), one, "gyro")
+    term = Term(by_key("bias_step"), (instant * t[-1] + 0.4 * problem.bins.width,))
+    assert (not of_few_means(problem, solve(problem, model), term)) == law
 
 
 def test_one_run_says_nothing_of_others() -> None:
