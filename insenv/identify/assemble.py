@@ -67,7 +67,7 @@ from insenv.identify.search.tracks import Step, Track
 from insenv.identify.search.twins import half_row_sentence, half_step_sentence, rarer_sentence, twin_sentence, twins
 from insenv.identify.search.undecided import beside_doubts
 from insenv.identify.search.unfinished import made_by_rounding, unfinished
-from insenv.identify.search.whole.error import whole_errors
+from insenv.identify.search.whole.error import of_chance, whole_errors
 from insenv.identify.stated import stated, unforetold
 from insenv.identify.switches import switchable
 
@@ -183,6 +183,8 @@ def _target(
     scores = held_out_score(plain, before), held_out_score(problem, track.fit)
     apart = (*_follows_nothing(problem, own), *uncertain, *lost, *went, *resumed(problem, track.fit))
     doubts = (*left.reasons, *apart, *unfinished(track, alpha), *_unforetold(problem, scores[1]))
+    errors = whole_errors(track, seed)
+    doubts = doubts or of_chance(track, errors, alpha)
     left = replace(left, reasons=(*doubts, *beside_doubts(track, bool(doubts)), *followers(track, alpha, bool(doubts))))
     lines, hold = tuple(x for x in track.prepared.lines if not x.of_counts), track.prepared.held.hold
     earth = earth_findings(track, alpha)
@@ -204,7 +206,7 @@ def _target(
             *_saturation(track, recordings, scores),
             *coarse,
             *gain,
-            *_with_errors(found, track, seed),
+            *(replace(one, whole=error) for one, error in zip(found, errors, strict=True)),
             *((hold_effect(hold, *(score.rms for score in scores)),) if hold else ()),
             *(line_effects(lines, problem, _with_lines(track), scores[1].rms, track.finer) if lines else ()),
             *suspects,
@@ -232,11 +234,6 @@ def _target(
         switchable=Lazy(partial(switchable, track)),
         samples=Lazy(track.prepared.samples),
     )
-
-
-def _with_errors(found: tuple[Added, ...], track: Track, seed: int) -> tuple[Added, ...]:
-    """What was added, each with the error of the whole search for it."""
-    return tuple(replace(one, whole=e) for one, e in zip(found, whole_errors(track, seed), strict=True))
 
 
 def _beside(track: Track, effect: str, shape: Mapping[str, float]) -> tuple[Estimate, ...]:

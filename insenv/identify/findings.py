@@ -59,6 +59,10 @@ class HeldOut:
     of: str = ""
 
 
+#: How a reason names what a search finds as often in residuals whose values have signs by chance.
+BY_SIGNS = "may be chance: with signs by chance the search finds as much in the residual"
+
+
 @dataclass(frozen=True)
 class WholeError:
     """How often a whole search finds as much in noise alone, by signs (`insenv.identify.search.whole.error`).

@@ -13,7 +13,7 @@ import numpy as np
 from insenv.effects.bias import BiasStep
 from insenv.effects.rate.scale import ScaleFactorAnomaly
 from insenv.effects.tone import Tone
-from insenv.identify.findings import Added, Estimate, TargetFindings
+from insenv.identify.findings import BY_SIGNS, Added, Estimate, TargetFindings
 from insenv.report.quantities import decimals, last_digit, p_value, percent, unit_for
 from insenv.report.words import key_of, listing, name
 
@@ -75,8 +75,13 @@ def evidence(one: Added) -> str:
     return f"{p_value(one.p_value)} (by signs {sign}{error.p:.2g})"
 
 
-def disagreements(added: Sequence[Added]) -> list[str]:
-    """A sentence for each finding that the same search makes in noise more often than its p-value says."""
+def disagreements(added: Sequence[Added], reasons: Sequence[str]) -> list[str]:
+    """A sentence for each finding that the same search makes in noise more often than its p-value says.
+
+    None where that is a reason of the verdict, which says it.
+    """
+    if any(BY_SIGNS in reason for reason in reasons):
+        return []
     said = []
     for one in added:
         error = one.whole()

@@ -120,7 +120,7 @@ def sureness(target: TargetFindings, alpha: float) -> list[str]:
     """How sure the verdict is: sentences with the figures that stand behind it, and what would settle it."""
     said = [
         *chances(target.added),
-        *disagreements(target.added),
+        *disagreements(target.added, target.reasons),
         *map(_sentence, target.reasons),
         _outcome(target),
         *formula.sentences(target),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from studies.whole_error import design, noise, with_noise
 
-from insenv.identify.findings import WholeError
+from insenv.identify.findings import BY_SIGNS, WholeError
 from insenv.identify.fit.evidence import HELD_OUT_SPREAD, held_out_deviate, log_tail
 from insenv.identify.fit.gls import solve, whitened
 from insenv.identify.fit.problem import Problem
@@ -14,7 +14,7 @@ from insenv.identify.search.round import by_fit_alone, with_term
 from insenv.identify.search.scan import reference, score
 from insenv.identify.search.tracks import Step, Track
 from insenv.identify.search.whole.directions import to_modes, to_series
-from insenv.identify.search.whole.error import Residual, agree, whole_errors
+from insenv.identify.search.whole.error import Residual, agree, of_chance, whole_errors
 
 #: Nulls and draws. The mean of 24 uniform p is off by 4 standard deviations of 0.059 in 6 of 100,000 seeds; 4 or more
 #: of 24 are at most 0.01 in 9 of 100,000.
@@ -90,6 +90,11 @@ def test_a_drift_that_is_there_is_beyond_all_signs(quiet: Track) -> None:
     assert error is not None and error.least and error.agrees and error.p == 1 / (error.draws + 1)
     together = replace(grown, steps=(replace(grown.steps[0], together=("gyro_x", "gyro_y")),))
     assert [one() for one in whole_errors(together, 0)] == [None]
+    assert of_chance(grown, whole_errors(grown, 0), 0.01) == of_chance(together, [lambda: None], 0.01) == ()
+    (reason,) = of_chance(grown, [lambda: WholeError(0.2, 999, False)], 0.01)
+    assert BY_SIGNS in reason and reason.startswith("scale_factor_asymmetry")
+    # What so few draws can say at least is no doubt, however little is allowed.
+    assert of_chance(grown, [lambda: WholeError(0.001, 999, True)], 1e-4) == ()
 
 
 def test_the_same_seed_gives_the_same_chance(quiet: Track) -> None:

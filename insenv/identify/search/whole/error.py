@@ -23,7 +23,7 @@ Westfall and Young (1993), Resampling-Based Multiple Testing.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -32,7 +32,7 @@ from scipy.special import bdtrc
 
 from insenv.core.lazy import Lazy, nothing
 from insenv.core.recording import Floats
-from insenv.identify.findings import WholeError
+from insenv.identify.findings import BY_SIGNS, WholeError
 from insenv.identify.fit.evidence import held_out_modes, log_tail
 from insenv.identify.fit.gls import solve, whitened
 from insenv.identify.search.scan import Hit
@@ -119,6 +119,29 @@ def whole_errors(track: Track, seed: int) -> list[Callable[[], WholeError | None
     return [
         Lazy(partial(_error, searches, step)) if one else nothing for step, one in zip(track.steps, alone, strict=True)
     ]
+
+
+def of_chance(track: Track, errors: Sequence[Callable[[], WholeError | None]], alpha: float) -> tuple[str, ...]:
+    """A word on what the same search finds in noise more often than allowed: there is too little behind it.
+
+    Few means with most of the evidence have it so: k of them have the same signs once in 2^(k - 1) times.
+
+    Parameters
+    ----------
+    track : Track
+    errors : sequence of callable
+        Of each effect that was added (`whole_errors`).
+    alpha : float
+        Share of recordings in which a false alarm was allowed.
+    """
+    found = []
+    for step, error in zip(track.steps, errors, strict=True):
+        told = error()
+        if told is not None and told.p > alpha and not told.least:
+            found.append(
+                f"{step.hit.candidate.effect.key} {BY_SIGNS} in {told.p:.2g} of draws, and {alpha:.2g} is allowed"
+            )
+    return tuple(found)
 
 
 def _error(searches: Callable[[], Chance], step: Step) -> WholeError:
