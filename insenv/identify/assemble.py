@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -45,6 +45,7 @@ from insenv.identify.findings import (
     Spectra,
     TargetFindings,
     Traces,
+    WholeError,
     findings_of,
 )
 from insenv.identify.fit.gls import Fit, solve
@@ -182,10 +183,8 @@ def _target(
     went = went_away(problem, track.fit) if track.finer and not declared_noise else ()
     scores = held_out_score(plain, before), held_out_score(problem, track.fit)
     apart = (*_follows_nothing(problem, own), *uncertain, *lost, *went, *resumed(problem, track.fit))
-    doubts = (*left.reasons, *apart, *unfinished(track, alpha), *_unforetold(problem, scores[1]))
     errors = whole_errors(track, seed)
-    doubts = doubts or of_chance(track, errors, alpha)
-    left = replace(left, reasons=(*doubts, *beside_doubts(track, bool(doubts)), *followers(track, alpha, bool(doubts))))
+    left = replace(left, reasons=_doubts(track, (*left.reasons, *apart), scores[1], errors, alpha))
     lines, hold = tuple(x for x in track.prepared.lines if not x.of_counts), track.prepared.held.hold
     earth = earth_findings(track, alpha)
     coarse = _rounding(track, alpha, scores)
@@ -234,6 +233,14 @@ def _target(
         switchable=Lazy(partial(switchable, track)),
         samples=Lazy(track.prepared.samples),
     )
+
+
+def _doubts(
+    track: Track, said: Sequence[str], score: Score, errors: Sequence[Callable[[], WholeError | None]], alpha: float
+) -> tuple[str, ...]:
+    """What was ``said`` against the search's being complete, and more: chance, and what is less sure by itself."""
+    doubts = (*said, *unfinished(track, alpha), *_unforetold(track.problem, score)) or of_chance(track, errors, alpha)
+    return (*doubts, *beside_doubts(track, bool(doubts)), *followers(track, alpha, bool(doubts)))
 
 
 def _beside(track: Track, effect: str, shape: Mapping[str, float]) -> tuple[Estimate, ...]:
