@@ -1,7 +1,7 @@
 """The smallest effect that would have been found is found, and a tenth of it is not.
 
 The slow tests put an effect of exactly the amplitude stated into runs and count until it is decided: 95 % is asked for.
-Each fails then with 5e-4; one that finds half would pass with 2 %.
+Each fails then with 5e-4; one that finds half would pass with 7 %, all four with 3e-5.
 """
 
 from __future__ import annotations
@@ -158,5 +158,5 @@ def test_more_looks_and_less_freedom_ask_for_more() -> None:
     ],
 )
 def test_it_is_found_in_about_95_percent(kind: str, key: str) -> None:
-    missed = Shares(good=0.05, bad=0.5, alarm=1e-3, miss=0.04)
+    missed = Shares(good=0.05, bad=0.5, alarm=1e-3, miss=0.08)
     assert missed.accept(not found(kind, seed, key, 1.0) for seed in range(500, 540))
