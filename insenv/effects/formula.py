@@ -24,7 +24,7 @@ All else of an effect (what it needs, whether it follows the rate or the time) i
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any, ClassVar
 
@@ -331,9 +331,16 @@ class LaggedFormula(_OfFormula, MemoryEffect):
 @cache
 def made(formula: str, instrument: Instrument, sd: float, name: str) -> Effect:
     """The effect of a formula, with coefficients of this standard deviation; equal to any other made of the same."""
-    read = product(formula)
-    waves = any(factor.driver == "a" for factor in read.factors)
+    waves = any(factor.driver == "a" for factor in product(formula).factors)
     params = tuple(coefficient(formula, instrument, sd, name=c) for c in (("c", "s") if waves else ("c",)))
+    effect: Effect = _kind(formula, instrument, name)(params)
+    return effect
+
+
+@cache
+def _kind(formula: str, instrument: Instrument, name: str) -> Any:
+    """The class of a formula: one for all deviations, since every class that is added slows the questions what it is."""
+    read = product(formula)
     kind: Any = type(
         "".join(part.capitalize() for part in name.split("_")),
         (LaggedFormula if read.lagged else Formula,),
@@ -344,10 +351,10 @@ def made(formula: str, instrument: Instrument, sd: float, name: str) -> Effect:
             "formula": formula,
             "title": formula,
             "meaning": f"found by a search among formulas: {formula}",
-            "linear": params,
+            "__annotations__": {"linear": tuple[Param, ...]},
+            "linear": field(default=(), repr=False),
             "instruments": (instrument,),
             "source": "a search among formulas (insenv.identify.formula)",
         },
     )
-    effect: Effect = kind()
-    return effect
+    return dataclass(frozen=True)(kind)

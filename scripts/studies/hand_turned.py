@@ -20,8 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter1d
-from scipy.signal import butter, lfilter
+from scipy.signal import butter, fftconvolve, lfilter
 
 Floats = NDArray[np.float64]
 FINE = 0.001
@@ -61,9 +60,9 @@ def case(seed: int, kind: str, motion: str, duration: float = 100.0, row: float 
     if kind == "coarse":
         reference = _coarse(rng, reference, float(rng.uniform(12.0, 25.0)))
     if kind in ("flex", "all"):
-        loud = gaussian_filter1d(np.abs(u), 0.1 / FINE)
+        loud = smoothed(np.abs(u), 0.1 / FINE)
         size = (1e-3 if kind == "flex" else 3e-4) * loud
-        reference = reference + size * gaussian_filter1d(rng.standard_normal(n), 0.02 / FINE) * np.sqrt(0.07 / FINE)
+        reference = reference + size * smoothed(rng.standard_normal(n), 0.02 / FINE) * np.sqrt(0.07 / FINE)
     at = np.arange(n) * FINE - late
     if kind in ("jitter", "all"):
         off = rng.standard_normal(len(rows)) * (0.003 if kind == "jitter" else 0.001)
@@ -75,20 +74,28 @@ def case(seed: int, kind: str, motion: str, duration: float = 100.0, row: float 
     return Case(stamps, gyro, read, late, gain, kind, motion)
 
 
+def smoothed(values: Floats, sigma: float) -> Floats:
+    """A Gaussian mean over so many rows, mirrored at the ends; windows of seconds are thousands of rows."""
+    half = int(4 * sigma + 0.5)
+    kernel = np.exp(-0.5 * (np.arange(-half, half + 1) / sigma) ** 2)
+    padded = np.pad(values, half, mode="symmetric")
+    return np.asarray(fftconvolve(padded, kernel / kernel.sum(), mode="valid"))
+
+
 def moved(rng: np.random.Generator, n: int, motion: str) -> Floats:
     """The true rate about the axis [rad/s], every millisecond."""
     if motion == "sweeps":
         top, half = rng.uniform(0.8, 6.0), rng.uniform(0.5, 3.0)
         square = np.sign(np.sin(np.pi * np.cumsum(1 + 0.01 * rng.standard_normal(n)) * FINE / half))
-        return np.asarray(top * gaussian_filter1d(square, rng.uniform(0.02, 0.08) / FINE))
-    size = gaussian_filter1d(rng.standard_normal(n), 3.0 / FINE) * np.sqrt(3.0 / FINE)
+        return np.asarray(top * smoothed(square, rng.uniform(0.02, 0.08) / FINE))
+    size = smoothed(rng.standard_normal(n), 3.0 / FINE) * np.sqrt(3.0 / FINE)
     swing = rng.uniform(0.15, 0.5) / FINE
-    u = gaussian_filter1d(rng.standard_normal(n), swing) * np.sqrt(swing) * (1 + 0.7 * np.tanh(2 * size))
-    tremor = gaussian_filter1d(rng.standard_normal(n), 0.02 / FINE) * np.sqrt(0.02 / FINE) * 0.05
+    u = smoothed(rng.standard_normal(n), swing) * np.sqrt(swing) * (1 + 0.7 * np.tanh(2 * size))
+    tremor = smoothed(rng.standard_normal(n), 0.02 / FINE) * np.sqrt(0.02 / FINE) * 0.05
     u = rng.uniform(0.5, 3.0) * (u + tremor * np.abs(u))
     if motion == "breaks":
         t = np.arange(n) * FINE
-        u = u * gaussian_filter1d((np.sin(2 * np.pi * t / rng.uniform(8, 15)) > -0.3).astype(float), 0.15 / FINE)
+        u = u * smoothed((np.sin(2 * np.pi * t / rng.uniform(8, 15)) > -0.3).astype(float), 0.15 / FINE)
     return np.asarray(u)
 
 
