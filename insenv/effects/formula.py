@@ -339,7 +339,7 @@ def made(formula: str, instrument: Instrument, sd: float, name: str) -> Effect:
 
 @cache
 def _kind(formula: str, instrument: Instrument, name: str) -> Any:
-    """The class of a formula: one for all deviations, since every class that is added slows the questions what it is."""
+    """The class of a formula: one for all deviations, since each that is added slows the question what something is."""
     read = product(formula)
     kind: Any = type(
         "".join(part.capitalize() for part in name.split("_")),
