@@ -15,12 +15,10 @@ from insenv.core.recording import Channel, Floats, Recording, Response
 from insenv.data.exposure import expose
 from insenv.data.manifest.spec import Manifest
 from insenv.data.split import RowUse
-from insenv.effects.rate.scale import ScaleFactor
 from insenv.effects.timing import TimingSkew
 from insenv.identify.clean.bursts import without_bursts
 from insenv.identify.clean.doubtful import (
     Settled,
-    agreeing,
     doubted,
     measured_parts,
     rows_per_motion,
@@ -38,7 +36,7 @@ from insenv.identify.clean.response import responding, with_held
 from insenv.identify.clean.triads import turns_left_out, without_turns
 from insenv.identify.findings import RejectedRows, SampleSpectrum
 from insenv.identify.fit.gls import solve
-from insenv.identify.fit.problem import Model, Problem, Term, regressors
+from insenv.identify.fit.problem import Model, Problem, regressors
 from insenv.identify.prepare.binned import binned, enough
 from insenv.identify.prepare.declared import declared_model
 from insenv.identify.prepare.lines import (
@@ -51,22 +49,18 @@ from insenv.identify.prepare.lines import (
     quantum,
     steps_of_encoder,
 )
+from insenv.identify.prepare.means import LEFT, Means, by_means, by_means_that_lose
 from insenv.identify.prepare.samples import sample_spectrum
-from insenv.identify.prepare.widths import FEWEST_AGREEING, rows_of_motion, rows_per_bin, whole_holds, whole_rows
+from insenv.identify.prepare.widths import rows_of_motion, rows_per_bin, whole_holds, whole_rows
 
 #: Cycles of the slowest rejected line in a bin.
 CYCLES_PER_BIN = 8
-#: Share of the square sum of the motion that bins which reject a line, or are longer than they need be, must leave.
-LEFT = 0.5
 #: Share of the samples' variance from which a line is worth a word though the bins do not feel it.
 LEAST_LINE = 0.01
 #: Frequency in bins from which on a line that wanders, for which all bins become longer, is not left to them.
 WANDERS = 0.6
 #: Share of the square sum of the acceleration below the frequency that the motion reaches.
 MOTION = 0.95
-
-#: Of means over more and more rows: how many, what they tell and its deviation.
-_Told = tuple[tuple[int, float, float], ...]
 
 
 @dataclass(frozen=True)
@@ -140,10 +134,8 @@ def prepare(
     plain = _clipping(manifest, ready.clean, ready.uses, target, rows, plain)
     samples = partial(_samples, ready.recordings, ready.uses, plain, model, lines)
     fast = partial(_confirmed, *own) if tones else unanswered
-    factor, dt = ready.plain.gain, recordings[0].dt
-    gains = tuple((n * dt, factor * (1 + gain), abs(factor) * sd) for n, gain, sd in ready.gains)
-    skews = tuple((n * dt, skew, sd) for n, skew, sd in ready.skews)
-    rails = ready.clean.rails
+    dt, rails = recordings[0].dt, ready.clean.rails
+    gains, skews = (tuple((n * dt, c, sd) for n, c, sd in each) for each in (ready.means.gains, ready.means.skews))
     return Prepared(plain, problem, model, lines, ready.held, ready.rejected, rails, samples, fast, gains, skews)
 
 
@@ -151,8 +143,7 @@ def prepare(
 class _Ready:
     """Recordings with their responses, without rows that are no measurements and without a hold, and their bins.
 
-    ``measured`` ones have the hold still, and ``plain`` is of these. ``gains`` are by means over ever more rows, each
-    with its rows and its deviation, where the reference has errors of its own; ``skews`` of one run likewise.
+    ``measured`` ones have the hold still, and ``plain`` is of these. ``means`` tell where the reference has errors.
     """
 
     recordings: tuple[Recording, ...]
@@ -163,8 +154,7 @@ class _Ready:
     held: Look
     rows: int
     plain: Problem
-    gains: _Told
-    skews: _Told
+    means: Means
 
 
 def _ready(
@@ -187,8 +177,10 @@ def _ready(
     followed = told or settled(measured_parts(recordings, _spans(recordings, uses), target, fit))
     clean = _clean(recordings, target, rows, (*moving, *jumps), followed)
     recordings, rejected = clean.recordings, clean.rejected
-    gains, skews = _by_means(manifest, recordings, uses, target, rows, model) if told else ((), ())
-    rows = agreeing(list(gains)) if gains else rows
+    means = Means()
+    if followed:
+        means = (by_means if told else by_means_that_lose)(manifest, recordings, uses, target, rows, model)
+    rows = means.rows if means.gains else rows
     plain = binned(manifest, recordings, uses, target, rows)
     kept = without_turns(recordings, uses, plain, model)
     if kept is not uses:
@@ -200,7 +192,7 @@ def _ready(
     rows = whole_holds(manifest, measured, uses, held.hold, rows)
     if measured is not before[0] or rows != before[1]:
         plain = binned(manifest, measured, uses, target, rows)
-    return _Ready(recordings, measured, uses, clean, rejected, held, rows, plain, gains, skews)
+    return _Ready(recordings, measured, uses, clean, rejected, held, rows, plain, means)
 
 
 def _rejecting_rows(manifest: Manifest, ready: _Ready, lines: tuple[Line, ...]) -> int:
@@ -393,41 +385,6 @@ def _unheld(
     others = [{name: one for name, one in r.responses.items() if name != target} for r in recordings]
     bare = tuple(replace(r, responses=own) for r, own in zip(recordings, others, strict=True))
     return responding(bare, _spans(recordings, uses), target, model, tuple(use.fit for use in uses))
-
-
-def _by_means(
-    manifest: Manifest,
-    recordings: tuple[Recording, ...],
-    uses: tuple[RowUse, ...],
-    target: str,
-    rows: int,
-    model: Model,
-) -> tuple[_Told, _Told]:
-    """Gain beyond one, and skew of one run, by means over ever twice as many rows: by the noise and weights of the fit.
-
-    Noise that the fit takes for slow gives fast motion weight, of which a reference with errors tells the least. Where
-    gains do not agree bins may be few: of a yaw in steps of 0.1 deg means of 0.4 s read 0.13 of a slow turn, and means
-    of 1.5 s and 3 s all of it. Bins that lose half of the motion tell of no gain: those of 0.8 s of a stride of 1 s.
-    """
-    fitted, found, skews, motion = sum(int(use.fit.sum()) for use in uses), [], [], 0.0
-    free = (*(t for t in model if not isinstance(t.effect, (ScaleFactor, TimingSkew))), Term(ScaleFactor()))
-    wide = rows
-    while manifest.held_out.averaging is None and (wide == rows or fitted >= FEWEST_AGREEING * wide):
-        problem = binned(manifest, recordings, uses, target, wide)
-        left = float(np.var(problem.bins.mean(tuple(e.u for e in problem.exposures))))
-        motion = max(motion, left)
-        if left < LEFT * motion:
-            break
-        fit = solve(problem, (*free, Term(TimingSkew(), per_run=True)))
-        own = np.flatnonzero(fit.design.term == len(free) - 1)
-        if not len(own):
-            break
-        found.append((wide, float(fit.theta[own[0]]), float(fit.sd[own[0]])))
-        late = np.flatnonzero(fit.design.term == len(free))
-        if len(late) == 1:
-            skews.append((wide, float(fit.theta[late[0]]), float(fit.sd[late[0]])))
-        wide *= 2
-    return tuple(found), tuple(skews)
 
 
 def _spans(recordings: tuple[Recording, ...], uses: tuple[RowUse, ...]) -> tuple[slice, ...]:

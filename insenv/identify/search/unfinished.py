@@ -234,8 +234,8 @@ def gain_of_means(gains: tuple[tuple[float, float, float], ...]) -> tuple[str, .
         return ()
     return (
         f"the gain is not the same by means over {short:.2g} s ({first:.4g} ± {of_first:.1g}) and over {long:.2g} s "
-        f"({last:.4g} ± {of_last:.1g}), which are judged: errors of the reference, or what goes with the motion and "
-        "cancels in long means, of which they tell nothing",
+        f"and more ({last:.4g} ± {of_last:.1g}), which are judged: errors of the reference, or what goes with the "
+        "motion and cancels in long means, of which they tell nothing",
     )
 
 

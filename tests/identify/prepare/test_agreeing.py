@@ -13,8 +13,8 @@ from insenv.data.renewals import with_renewals
 from insenv.identify.findings import Estimate
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.uncertainty import estimates
-from insenv.identify.prepare import problems
 from insenv.identify.prepare.declared import declared_model
+from insenv.identify.prepare.means import by_means
 from insenv.identify.prepare.problems import prepare
 
 STEP = np.deg2rad(0.1)
@@ -94,5 +94,29 @@ def test_however_gains_differ_bins_keep_half_of_the_motion() -> None:
     angle = np.sin(2 * np.pi * t) / np.pi
     run = Recording(t, {"gyro": Channel(gyro, "rad/s"), "table_angle": Channel(angle, "rad", source="encoder")})
     asked, uses = manifest(), (use(len(t)),)
-    gains = problems._by_means(asked, (run,), uses, "gyro", 5, declared_model(asked, (run,), "gyro"))[0]
+    gains = by_means(asked, (run,), uses, "gyro", 5, declared_model(asked, (run,), "gyro")).gains
     assert gains[-1][0] == 40  # a mean over T keeps sinc(T f)^2 of the power: 0.57 at 0.4 s, 0.05 at 0.8 s
+
+
+def drawn_course(seed: int) -> Recording:
+    """A robot that turns all the time beside the course of its positions, five a second with straight lines between."""
+    rng = np.random.default_rng(seed)
+    n, dt = 6000, 0.107
+    t: Floats = dt * np.arange(n, dtype=np.float64)
+    rate = gaussian_filter1d(rng.standard_normal(n), 30)
+    rate *= 0.3 / rate.std()
+    fixes = np.arange(-0.2, t[-1] + 0.2, 0.2)
+    course = np.interp(fixes, t, np.cumsum(rate) * dt) + 0.1 * rng.standard_normal(len(fixes))
+    gyro = 1.01 * rate + 3e-3 + 2e-3 * rng.standard_normal(n)
+    angle = Channel(np.interp(t, fixes, course), "rad", source="encoder")
+    return Recording(t, {"gyro": Channel(gyro, "rad/s"), "table_angle": angle})
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_gain_beside_errors_that_nobody_knows_of_is_that_of_longer_means(seed: int) -> None:
+    """Means of a few rows read hardly any of the motion, which the fitted noise took for its own walk."""
+    run = drawn_course(seed)
+    prepared = prepare(manifest(), (run,), (use(len(run.t)),), "gyro", holds=False)
+    fit = solve(prepared.problem, prepared.model)
+    told = {row.effect: row for rows in estimates(prepared.problem, fit).values() for row in rows}
+    assert abs(told["scale_factor"].value - 0.01) < 4 * told["scale_factor"].sd
