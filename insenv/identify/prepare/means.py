@@ -47,7 +47,7 @@ Told = tuple[tuple[int, float, float], ...]
 
 
 @dataclass(frozen=True)
-class Means:
+class ToldByMeans:
     """Gain of the reading, and its skew where one run tells it [s], by means over ever more rows."""
 
     gains: Told = ()
@@ -67,7 +67,7 @@ def by_means(
     target: str,
     rows: int,
     model: Model,
-) -> Means:
+) -> ToldByMeans:
     """By means over so many ``rows`` and ever twice as many, beside a reference that has errors of its own."""
     return _together(_each(manifest, recordings, uses, target, rows, model), 1)
 
@@ -79,21 +79,23 @@ def by_means_that_lose(
     target: str,
     rows: int,
     model: Model,
-) -> Means:
+) -> ToldByMeans:
     """The same beside a reference of whose errors nothing is known, where short means tell that it has some."""
     each = _each(manifest, recordings, uses, target, rows, model)
-    first = next(each, Means())
+    first = next(each, ToldByMeans())
     if not first.gains or abs(first.gains[0][1]) > 1 - LOST:
-        return Means()
+        return ToldByMeans()
     found = _together(chain([first], each), FARTHER)
     _, surest, _ = min((one for one in found.gains if one[0] >= found.rows), key=lambda one: one[2])
     whole = abs(abs(surest) - 1) <= WHOLE and abs(surest) - abs(found.gains[0][1]) > LOST
-    return found if whole else Means()
+    return found if whole else ToldByMeans()
 
 
-def _together(each: Iterable[Means], times: int) -> Means:
+def _together(each: Iterable[ToldByMeans], times: int) -> ToldByMeans:
     parts = list(each)
-    return Means(tuple(g for one in parts for g in one.gains), tuple(s for one in parts for s in one.skews), times)
+    return ToldByMeans(
+        tuple(g for one in parts for g in one.gains), tuple(s for one in parts for s in one.skews), times
+    )
 
 
 def _each(
@@ -103,7 +105,7 @@ def _each(
     target: str,
     rows: int,
     model: Model,
-) -> Iterator[Means]:
+) -> Iterator[ToldByMeans]:
     """What means over ever more rows tell as long as they leave the motion, one length after the other."""
     fitted, motion, wide = sum(int(use.fit.sum()) for use in uses), 0.0, rows
     free = (*(t for t in model if not isinstance(t.effect, (ScaleFactor, TimingSkew))), Term(ScaleFactor()))
@@ -120,5 +122,5 @@ def _each(
             return
         factor, c, sd = problem.gain, float(fit.theta[gain[0]]), float(fit.sd[gain[0]])
         late = ((wide, float(fit.theta[skew[0]]), float(fit.sd[skew[0]])),) if len(skew) == 1 else ()
-        yield Means(((wide, factor * (1 + c), abs(factor) * sd),), late)
+        yield ToldByMeans(((wide, factor * (1 + c), abs(factor) * sd),), late)
         wide *= 2

@@ -49,7 +49,7 @@ from insenv.identify.prepare.lines import (
     quantum,
     steps_of_encoder,
 )
-from insenv.identify.prepare.means import LEFT, Means, by_means, by_means_that_lose
+from insenv.identify.prepare.means import LEFT, ToldByMeans, by_means, by_means_that_lose
 from insenv.identify.prepare.samples import sample_spectrum
 from insenv.identify.prepare.widths import rows_of_motion, rows_per_bin, whole_holds, whole_rows
 
@@ -154,7 +154,7 @@ class _Ready:
     held: Look
     rows: int
     plain: Problem
-    means: Means
+    means: ToldByMeans
 
 
 def _ready(
@@ -177,7 +177,7 @@ def _ready(
     followed = told or settled(measured_parts(recordings, _spans(recordings, uses), target, fit))
     clean = _clean(recordings, target, rows, (*moving, *jumps), followed)
     recordings, rejected = clean.recordings, clean.rejected
-    means = Means()
+    means = ToldByMeans()
     if followed:
         means = (by_means if told else by_means_that_lose)(manifest, recordings, uses, target, rows, model)
     rows = means.rows if means.gains else rows
