@@ -13,9 +13,9 @@ a command held-out data tell the size of an effect without a shape too, and z gr
 ones tell at least half of one: a table that goes up in the fitted rows and down in the others shows an asymmetry to
 both together. Nor is a curve of the rate beside a
 reference that is late (a lag, or a skew in the model) named, if it has two shapes and more and the data tell none: then
-it is any curve. Beside a reference that was measured, a curve of its rate, a step and a line must have a size that is
-no chance of as many curves as were tried: its deviation holds what errors of the reference do, the likelihood ratio
-does not.
+it is any curve; nor a hysteresis whose radius is not told. Beside a reference that was measured, a curve of its rate, a
+step and a line must have a size that is no chance of as many curves as were tried: its deviation holds what errors of
+the reference do, the likelihood ratio does not.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from scipy.special import chdtrc, ndtri_exp
 
 from insenv.core.recording import Floats
 from insenv.effects.angle import AngleLockedRate
-from insenv.effects.rate.hysteresis import HOLDS, LEAST_HOLD
+from insenv.effects.rate.hysteresis import HOLDS, LEAST_HOLD, ScaleFactorHysteresis
 from insenv.effects.rate.lag import SelfHeating
 from insenv.effects.rate.scale import (
     ScaleFactor,
@@ -187,9 +187,12 @@ def _without_constant_gain(fit: Fit, term: Term) -> Term | None:
 
 
 def _shapes_untold(problem: Problem, fit: Fit, term: Term) -> str:
-    """The shapes of a term of several, if none of them differs from nothing: then it is any curve; else empty."""
+    """The shapes of a term of several, if none of them differs from nothing: then it is any curve; else empty.
+
+    So it is with the one of a hysteresis: of any radius it goes with which way the rate changes, as a lag does.
+    """
     names = [param.name for param in term.effect.shapes]
-    if len(names) < SEVERAL:
+    if len(names) < (1 if isinstance(term.effect, ScaleFactorHysteresis) else SEVERAL):
         return ""
     rows = [row for row in estimates(problem, fit)[term] if row.parameter in names]
     if any(abs(row.value) >= TOLD * row.sd for row in rows):

@@ -135,6 +135,18 @@ def test_a_curve_of_which_no_shape_is_told_is_any_curve(problem: Problem, wider:
     assert named or "is not told beside a reference that is late" in why
 
 
+@pytest.mark.parametrize(("share", "named"), [(0.1, True), (0.002, False)])
+def test_a_hysteresis_of_any_radius_is_what_a_lag_leaves(problem: Problem, share: float, named: bool) -> None:
+    """Of a radius next to nothing only which way the rate changes is told."""
+    largest = max(float(np.abs(e.u).max()) for e in problem.exposures)
+    loop = Term(by_key("scale_factor_hysteresis"), (share * largest,))
+    sized = with_size(problem, loop, 12.0)
+    model = (Term(by_key("bias")), Term(by_key("scale_factor")), Term(by_key("timing_skew")), loop)
+    why = unsized(sized, solve(sized, model), loop)
+    assert (why == "") is named
+    assert named or "its shape is not told beside a reference that is late: r = " in why
+
+
 def test_a_curve_of_the_rate_is_as_uncertain_as_the_report_says(problem: Problem) -> None:
     """Where the rate bends what is left by another curve, a cubic that the report calls nothing has no name."""
     cubic = Term(by_key("scale_factor_cubic"))
