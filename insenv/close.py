@@ -26,7 +26,7 @@ from insenv.identify.clean.gains import gain_cautions
 from insenv.identify.clean.motion import motion_cautions
 from insenv.identify.clean.plausibility import implausible, without_dead
 from insenv.identify.findings import Findings
-from insenv.identify.formula import formulas_of
+from insenv.identify.formula import formulas_of, with_laws
 from insenv.identify.loop import Outcome, trace
 from insenv.identify.positions.findings import position_findings
 from insenv.identify.positions.on_axes.findings import unit_findings
@@ -110,6 +110,7 @@ def close_on(  # noqa: PLR0913 -- as of `close`
         odd = (*remarks(recordings, [use.fit | use.held_out for use in uses]), *sentence_of_split(read, recordings))
         own = without_tails(recordings, uses) if read.procedure == "static" else (recordings, uses)
         outcome = trace(read, *own, catalogue() if tried is None else tried, alpha, seed, progress)
+        outcome = with_laws(outcome, progress) if tried is None else outcome
         said = [name for name, channel in read.channels.items() if channel.source is not None]
         found = findings(read, recordings, outcome, (*odd, *sentences(recordings, said)), limits)
         if formula:

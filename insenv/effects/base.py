@@ -300,6 +300,11 @@ class CurveEffect(Effect):
         del theta
         return ""
 
+    def consistent(self, theta: Floats) -> tuple[float, ...]:
+        """The nearest shapes with which parameters that contradict each other would not; empty if there are none."""
+        del theta
+        return ()
+
     @abstractmethod
     def curve(self, u: Floats, motion: Motion, theta: Floats) -> Floats:
         """The addition, shape (..., n), for parameters of shape (..., p)."""

@@ -240,6 +240,8 @@ def _doubts(
 ) -> tuple[str, ...]:
     """What was ``said`` against the search's being complete, and more: chance, and what is less sure by itself."""
     doubts = (*said, *unfinished(track, alpha), *_unforetold(track.problem, score)) or of_chance(track, errors, alpha)
+    if track.law is not None:  # what all rows follow beside it are parts of it
+        return doubts
     return (*doubts, *beside_doubts(track, bool(doubts)), *followers(track, alpha, bool(doubts)))
 
 

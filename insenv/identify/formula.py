@@ -38,8 +38,9 @@ from insenv.identify.loop import Outcome
 from insenv.identify.search.candidates import Candidate, candidates
 from insenv.identify.search.round import at_shape, search, with_term
 from insenv.identify.search.scan import Hit, Scores, likelihood_ratio, reference, score
+from insenv.identify.search.settle import dropped
 from insenv.identify.search.size import unsized
-from insenv.identify.search.tracks import Progress, Track
+from insenv.identify.search.tracks import Progress, Step, Track
 
 #: Candidates, best score first, whose likelihood ratios are taken: looks count all.
 MOST_REFITTED = 40
@@ -52,6 +53,11 @@ CONFIRMED = 1.645
 AS_WELL, TOLD = 4.0, 6.0
 #: Share of the largest rate that the least one must have where one over the rate is tried.
 LEAST_RATE = 0.02
+
+#: Probability, all that was tried paid for, from which on a product that nobody asked for is a doubt.
+CERTAIN = 1e-3
+#: Candidates whose likelihood ratios are taken there, and a score that none without significance has.
+FEW_REFITTED, SEEN = 8, 20.0
 
 #: What effects of the catalogue are, or become: one factor, and two.
 CATALOGUED = {
@@ -89,6 +95,66 @@ def formulas_of(outcome: Outcome, progress: Progress = lambda text: None) -> dic
     return {t.problem.target: sought(t, outcome.alpha, outcome.seed, progress) for t in outcome.tracks}
 
 
+def with_laws(outcome: Outcome, progress: Progress = lambda text: None) -> Outcome:
+    """The outcome with the product that what is left follows on each target that turns, a doubt and no finding.
+
+    What had been added, explains less than a product in its place and is nothing beside it, has no name any more.
+    """
+    tracks = tuple(_with_law(t, outcome.alpha, outcome.seed, progress) for t in outcome.tracks)
+    return replace(outcome, tracks=tracks)
+
+
+def _with_law(track: Track, alpha: float, seed: int, progress: Progress) -> Track:
+    problem = track.problem
+    if not problem.turns:
+        return track
+    tried = testable(problem, _refitted(track, _named(track)))
+    search_on = partial(_searched, track, tried=tried, alpha=CERTAIN, seed=seed, few=True)
+    for step in track.steps:
+        if not _may_be_a_part(step):
+            continue
+        others = tuple(term for term in _named(track) if term is not step.hit.term)
+        fit = _refitted(track, others)
+        found, hits, _ = search_on(fit)
+        base = reference(problem, fit.model, fit.noise.power)
+        own = at_shape(problem, fit, base, step.hit, step.hit.term)
+        if found is not None and found.rank >= own.rank + TOLD:
+            progress(f"{problem.target}: a product explains more than {step.hit.candidate.effect.key}")
+            return _in_its_place(track, step, _found(problem, fit, found, hits), found, alpha)
+    fit = _refitted(track, _named(track))
+    found, hits, _ = search_on(fit)
+    return track if found is None else replace(track, law=_found(problem, fit, found, hits))
+
+
+def _named(track: Track) -> Model:
+    return tuple(term for term in track.fit.model if not term.effect.generic)
+
+
+def _may_be_a_part(step: Step) -> bool:
+    """Whether what a step added may stand for a product: no response and no gain, and no joint cause."""
+    effect = step.hit.candidate.effect
+    return not (effect.generic or effect.of_response or effect.part == "gain" or step.together)
+
+
+def _in_its_place(track: Track, step: Step, law: FoundFormula, found: Hit, alpha: float) -> Track:
+    """The track with a law in the place of a step, and without what is nothing beside it."""
+    problem, behind = track.problem, [step]
+    model = with_term(tuple(t for t in _named(track) if t is not step.hit.term), found.term)
+    for other in track.steps:
+        if other is step or not (_may_be_a_part(other) or other.hit.candidate.generic):
+            continue
+        rest = tuple(t for t in model if t is not other.hit.term)
+        fit = solve(problem, rest, start=track.fit.noise.power)
+        base = reference(problem, fit.model, fit.noise.power)
+        if at_shape(problem, fit, base, other.hit, other.hit.term).log_p >= math.log(alpha):
+            behind.append(other)
+            model = rest
+    keys = tuple(s.hit.candidate.effect.key for s in behind if not s.hit.candidate.generic)
+    for gone in behind:
+        track = dropped(track, gone, "")
+    return replace(track, law=law, behind=keys)
+
+
 def sought(track: Track, alpha: float, seed: int, progress: Progress = lambda text: None) -> Formulas:
     """What a search among formulas comes to on a target: beside the effects that were added, or in their place."""
     problem = track.problem
@@ -116,11 +182,16 @@ def _refitted(track: Track, model: Model) -> Fit:
 
 
 def _searched(
-    track: Track, fit: Fit, tried: tuple[Candidate, ...], alpha: float, seed: int
+    track: Track, fit: Fit, tried: tuple[Candidate, ...], alpha: float, seed: int, few: bool = False
 ) -> tuple[Hit | None, list[Hit], str]:
-    """The formula that is told beside a model, all that are significant, and else why none is told."""
+    """The formula that is told beside a model, all that are significant, and else why none is told.
+
+    ``few``: of the best scores alone, and of none where none is large.
+    """
     problem = track.problem
-    best = _likeliest(score(problem, fit, tried, seed), tried)
+    best = _likeliest(scores := score(problem, fit, tried, seed), tried)
+    if few:
+        best = best[:FEW_REFITTED] if max((s.q.max() for s in scores if s.testable), default=0.0) >= SEEN else ()
     family = len(tried) + track.family
     hits = [h for h in search(problem, fit, best, seed, family, tones=False) if h.log_p < math.log(alpha)]
     reason = "none is significant"

@@ -51,7 +51,7 @@ from insenv.identify.search.earth_rate import due_level
 from insenv.identify.search.jumps import is_step, one_of_many
 from insenv.identify.search.round import at_shape, search, with_term
 from insenv.identify.search.scan import Hit, likelihood_ratio, reference
-from insenv.identify.search.settle import parted, settled, sized
+from insenv.identify.search.settle import parted, settled, sized, without_parts_of_a_curve
 from insenv.identify.search.size import follows_measured_rate, unsized, unsized_together
 from insenv.identify.search.tracks import Progress, Refusal, Step, Track
 from insenv.identify.search.undecided import with_sets
@@ -179,11 +179,23 @@ def _found(manifest: Manifest, tracks: list[Track], alpha: float, seed: int, pro
     """The tracks with all that was found, each effect tried against all others in its place."""
     for generic in (False, True):
         tracks = _exhausted(tracks, generic, alpha, seed, progress)
-        if not generic:
+        if generic:
+            tracks = [_as_one_curve(track, alpha, seed, progress) for track in tracks]
+        else:
             noise = [dict(manifest.noise.get(track.problem.target, {})) for track in tracks]
             tracks = [_strict(track, n, alpha, seed, progress) for track, n in zip(tracks, noise, strict=True)]
             tracks = [replace(track, hits=None, last_physical=track.hits or ()) for track in tracks]
     return [settled(track, alpha, seed, progress) for track in tracks]
+
+
+def _as_one_curve(track: Track, alpha: float, seed: int, progress: Progress) -> Track:
+    """The track with a curve of the rate in the place of laws that are parts of it, where it is found as one."""
+    fewer = without_parts_of_a_curve(track, alpha)
+    if fewer is track:
+        return track
+    (found,) = _exhausted([fewer], True, alpha, seed, progress)
+    curves = any(s.hit.candidate.generic and s.hit.candidate.effect.of_rate for s in found.steps)
+    return found if curves else track
 
 
 def _averaged(track: Track, times: int) -> Track:

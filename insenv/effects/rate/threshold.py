@@ -25,6 +25,8 @@ STANDS = 1e-5
 
 #: Share of a threshold over which a jump at it is blurred, and shares of what is below it that are all of it.
 SECANT, ALL = 0.05, (0.8, 1.25)
+#: Least share of what is below a threshold that is lost: numbers cut off towards zero lose half of a step.
+CUT_OFF = 0.25
 
 
 @final
@@ -73,12 +75,19 @@ class DeadBand(CurveEffect):
     def contradiction(self, theta: Floats) -> str:
         """Of the whole form, c = d: all below the threshold is lost, and what loses a part is another bend.
 
-        The first form may lose less: numbers cut off towards zero lose half a step on average.
+        The first form may lose less: numbers cut off towards zero lose half a step on average. What loses a hundredth
+        is a gain that is another one from a rate on.
         """
         share = float(theta[0] / theta[1])
-        if not self.whole or ALL[0] <= share <= ALL[1]:
+        low, high = ALL if self.whole else (CUT_OFF, np.inf)
+        if low <= share <= high:
             return ""
-        return f"it would lose {share:.0%} of the rates below its threshold, and a dead band loses all of them"
+        least = "all of them" if self.whole else "all of them, or half where numbers are cut off"
+        return f"it would lose {100 * share:.2g} % of the rates below its threshold, and a dead band loses {least}"
+
+    def consistent(self, theta: Floats) -> tuple[float, ...]:
+        """Of the first form the threshold of which so much would be lost: of few rates below it c alone is told."""
+        return () if self.whole else (float(theta[0]) / CUT_OFF,)
 
     def variants(self, motion: Motion) -> tuple[Self, ...]:
         """Both forms."""

@@ -8,6 +8,8 @@
    largest distance of the cumulated periodogram from a straight line, show a hump that no noise term can follow.
 3. Loudness: transformed back, the whitened residual is white in time; its power in windows of some bins and more, over
    a tolerance, shows what comes and goes. Single bins count for no more than three standard deviations.
+   And with the rate: its means over some bins are louder where the table turns faster, more clearly than bins are, as
+   errors of a reference would be.
 4. Angle: waves of the table's angle of any order, in windows of time (`insenv.identify.prepare.orders`).
 5. Lines that move (`insenv.identify.prepare.sweeps`).
 6. Held-out data: the same in groups of their modes, with the noise of the fitted data: what sets in after the fit.
@@ -23,7 +25,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.fft import idct
-from scipy.special import chdtr, chdtrc, fdtrc, kolmogorov
+from scipy.special import chdtr, chdtrc, fdtrc, kolmogorov, ndtr
 
 from insenv.core.recording import Floats
 from insenv.core.series.allan import QUANTIZATION, WHITE
@@ -41,6 +43,8 @@ Blocks = tuple[tuple[Block, Floats], ...]
 TOLERANCE = 0.15
 #: Bins of the shortest window, the share by which noise may be louder there, and what one bin counts at most.
 SHORTEST_WINDOW, LOUDER, LOUDEST = 8, 1.3, 3.0
+#: Fewest means that are compared with the rate, and doublings of a bin from which on they are slow.
+FEWEST_FAST, SLOW_FROM = 60, 2
 #: Eigenvalue below which a mode is slow: periods of more than about 60 bins.
 SLOW = 0.01
 #: Share of the table's rate that an axis sees at least where it tells how far the table has turned.
@@ -119,6 +123,7 @@ def _tests(problem: Problem, fit: Fit, declared: dict[str, float]) -> dict[str, 
             _shape_p(problem, q, residual),
         ),
         ("the residual is louder at some times than at others", _loudness_p(tuple(_in_time(problem, residual)))),
+        ("slow noise is louder where the table turns faster, which no noise term is", _fast_p(whole, everywhere)),
         ("the residual follows the table's angle in a way that no effect foresees", _angle_p(whole, everywhere)),
         ("the residual has a line whose frequency moves, which no effect has", sweeps_p(_by_run(whole, everywhere))),
         ("held-out data hold slow structure that neither model nor noise foretells", _later_p(problem, fit)),
@@ -308,6 +313,35 @@ def _loudness_p(blocks: Blocks) -> float:
             width *= 2
     windows = sum(4 * block.n / SHORTEST_WINDOW for block, _ in blocks)
     return float(min(1.0, min(tails) * windows))
+
+
+def _fast_p(problem: Problem, blocks: Blocks) -> float:
+    """Whether means over some bins of the whitened residual are louder where the table turns faster, by ranks.
+
+    Errors of a reference, such as late stamps, are louder there too: in single bins first of all.
+    """
+    if not problem.turns:
+        return 1.0
+    rate = np.abs(problem.bins.mean(tuple(e.u for e in problem.exposures)))
+    found, count = [], 1
+    while True:
+        power, means = [], []
+        for block, white in blocks:
+            n = block.n // count
+            power.append(np.sum(white[: n * count].reshape(n, count), axis=1) ** 2 / count)
+            means.append(np.mean(rate[block.start : block.start + n * count].reshape(n, count), axis=1))
+        loud, fast = np.minimum(np.concatenate(power), LOUDEST**2), np.concatenate(means)
+        if len(loud) < FEWEST_FAST:
+            break
+        rank = np.argsort(np.argsort(fast)) / len(fast) - 0.5
+        ratio = loud[rank > 1 / 6].mean() / max(float(loud[rank < -1 / 6].mean()), 1e-300)
+        deviate = float(rank @ (loud - loud.mean()) / np.sqrt((rank @ rank) * max(float(loud.var()), 1e-300)))
+        found.append(deviate if ratio > LOUDER else min(deviate, 0.0))
+        count *= 2
+    slow = found[SLOW_FROM:]
+    if not slow or max(slow) <= found[0]:
+        return 1.0
+    return float(min(1.0, ndtr(-max(slow)) * len(slow)))
 
 
 def _later_p(problem: Problem, fit: Fit) -> float:

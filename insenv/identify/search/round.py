@@ -40,6 +40,8 @@ from insenv.identify.search.unit.shaken import beside_shaking
 MOST_LOBES = 64
 #: Share beyond its least credible value within which a shape stands at it.
 EDGE = 0.01
+#: Likelihood ratio by which a shape that contradicts its coefficients is told from one that does not.
+NEARER = 6.0
 #: Candidates whose shapes are refined, best first.
 REFINED = 4
 #: What refining shapes and choosing among held-out deviates adds to the looks: with it 5 of 300 simulated recordings
@@ -123,6 +125,7 @@ def no_law(problem: Problem, fit: Fit, base: Reference, larger: Fit) -> str:
     term = larger.model[-1]
     return (
         _beyond_bounds(problem, larger)
+        or _contradicted(problem, base, larger)
         or _over_at_once(term)
         or _leads(larger)
         or _counts(problem, larger)
@@ -150,11 +153,24 @@ def _beyond_bounds(problem: Problem, fit: Fit) -> str:
             return f"its {name} would be {value:.3g}, but even {most:.3g}, the largest credible, would not stand out"
         if abs(value) + slack < params[name].least:
             return f"its {name} would be {value:.3g}, less than the credible {params[name].least:.3g}"
+    return ""
+
+
+def _contradicted(problem: Problem, base: Reference, fit: Fit) -> str:
+    """Why the last term's coefficients and shapes together are none; empty if they, or others as likely, may be."""
     term = fit.model[-1]
     if not isinstance(term.effect, CurveEffect) or term.per_run:
         return ""
     theta = fit.theta[fit.design.term == len(fit.model) - 1]
-    return term.effect.contradiction(np.concatenate([theta, term.shape])) if len(theta) == len(params) else ""
+    if len(theta) != len(term.effect.linear):
+        return ""
+    parameters = np.concatenate([theta, term.shape])
+    why, shape = term.effect.contradiction(parameters), term.effect.consistent(parameters)
+    if not why or not shape or min(shape) <= 0:
+        return why
+    other = (*fit.model[:-1], Term(term.effect, shape))
+    lost = likelihood_ratio(problem, base, fit.model)[0] - likelihood_ratio(problem, base, other)[0]
+    return why if lost > NEARER else ""
 
 
 def _over_at_once(term: Term) -> str:

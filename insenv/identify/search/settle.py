@@ -5,15 +5,20 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from insenv.effects.base import MemoryEffect
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.heldout import held_out_score
 from insenv.identify.fit.problem import Model
 from insenv.identify.search.rivals import RICHER_GAIN, Rivalry, rivalry
 from insenv.identify.search.round import at_shape, search
-from insenv.identify.search.scan import Hit, reference
+from insenv.identify.search.scan import Hit, likelihood_ratio, reference
 from insenv.identify.search.size import own_size, unsized
 from insenv.identify.search.tracks import Progress, Refusal, Step, Track
 from insenv.identify.search.unit.one_box import DOUBT
+
+#: Laws of the rate from which on they may be parts of one curve, and why they have no name then.
+SEVERAL = 2
+OF_A_CURVE = "it is a part of a curve of the rate that no effect of the catalogue is"
 
 
 def settled(track: Track, alpha: float, seed: int, progress: Progress) -> Track:
@@ -49,6 +54,40 @@ def sized(track: Track) -> Track:
             return track
         step, why = weak
         track = dropped(track, step, why)
+
+
+def without_parts_of_a_curve(track: Track, alpha: float) -> Track:
+    """The track without laws of the rate that are parts of one curve of it, of which they are the best approximations.
+
+    A characteristic with a corner has a cube named, then a ripple of what that leaves. Where several laws of the rate
+    were added, or one and a curve without a cause, and none explains anything beside a smooth curve of the rate in the
+    place of all, they have no name.
+    """
+    laws = [s for s in track.steps if _is_curve_of_rate(s)]
+    curve = next((c for c in track.candidates if c.generic and c.effect.of_rate), None)
+    beside = {t for t in track.fit.model if t.effect.generic and t.effect.of_rate}
+    if not laws or len(laws) + len(beside) < SEVERAL or curve is None:
+        return track
+    gone = {s.hit.term for s in laws} | beside
+    rest = tuple(term for term in track.fit.model if term not in gone)
+    fit = solve(track.problem, rest, start=track.fit.noise.power)
+    base = reference(track.problem, rest, fit.noise.power)
+    _, best = max((likelihood_ratio(track.problem, base, (*rest, t))[0], k) for k, t in enumerate(curve.terms))
+    fit = solve(track.problem, (*rest, curve.terms[best]), start=fit.noise.power)
+    base = reference(track.problem, fit.model, fit.noise.power)
+    alone = [at_shape(track.problem, fit, base, step.hit, step.hit.term) for step in laws]
+    if any(hit.log_p < math.log(alpha) for hit in alone):
+        return track
+    for step in (*laws, *(s for s in track.steps if s.hit.term in beside)):
+        track = dropped(track, step, "" if step.hit.candidate.generic else OF_A_CURVE)
+    return track
+
+
+def _is_curve_of_rate(step: Step) -> bool:
+    """Whether a step added a law of the present rate that has a name; a response and a gain are certain otherwise."""
+    effect = step.hit.candidate.effect
+    remembers = isinstance(effect, MemoryEffect)
+    return effect.of_rate and not (effect.generic or effect.of_response or remembers or effect.part == "gain")
 
 
 def parted(tracks: list[Track]) -> list[Track]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from insenv.identify.findings import NotTestable
+from insenv.identify.findings import FoundFormula, NotTestable
 from insenv.identify.fit.gls import Fit
 from insenv.identify.fit.heldout import Score
 from insenv.identify.fit.problem import Model, Problem
@@ -74,7 +74,9 @@ class Track:
     ``loudest`` is the frequency of the loudest vibration that the longer means no longer resolve [Hz]; else 0.
     ``one_mounting`` says that no run was mounted otherwise than the others. ``few_waves`` are effects of the table's
     angle that are never named, for it turns by too little beside a reference that comes late; ``local`` are faults at
-    one rate, which such a reference hides, and which may be what another law of the rate is taken for.
+    one rate, which such a reference hides, and which may be what another law of the rate is taken for. ``law`` is a
+    product of what was recorded that what is left follows, and ``behind`` are effects that had been added and explain
+    less than it does (`insenv.identify.formula`).
     """
 
     prepared: Prepared
@@ -96,6 +98,8 @@ class Track:
     one_mounting: bool = True
     few_waves: tuple[Candidate, ...] = ()
     local: tuple[Candidate, ...] = ()
+    law: FoundFormula | None = None
+    behind: tuple[str, ...] = ()
 
     @property
     def problem(self) -> Problem:

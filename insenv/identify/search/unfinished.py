@@ -17,6 +17,7 @@
 * A law of the rate beside a gain that no gyro has: then the reference is not the rate that it turns by.
 * One law of the rate twice: a curve of a form that neither has.
 * An effect of the angle, of few waves, of a table that swings at one frequency: there its angle is its acceleration.
+* A product of what was recorded that no effect of the catalogue is, and that what is left follows.
 * As many effects as are added at most.
 """
 
@@ -84,6 +85,7 @@ def unfinished(track: Track, alpha: float) -> tuple[str, ...]:
         *_swung(track),
         *_by_another_rate(track),
         *_twice(track),
+        *_follows_a_product(track),
         *_as_many_as_may_be(track),
     )
 
@@ -142,13 +144,14 @@ def untold(track: Track, own: Mapping[Term, tuple[Estimate, ...]]) -> tuple[str,
 
 
 def nothing_as_well(track: Track, own: Mapping[Term, tuple[Estimate, ...]]) -> tuple[Step, str] | None:
-    """A law of the motion whose stated deviations hold nothing as well, and why; None where there is none.
+    """A law of a unit that turns whose stated deviations hold nothing as well, and why; None where there is none.
 
     Of an error of the reference, which may be as large, it is not told: it is said, and has no name. A skew has one:
-    that there is a lag is certain, only its form is not.
+    that there is a lag is certain, only its form is not. Nor has a slow change of the bias one: a step of a third of
+    its deviation was named with a walk as its rival, and says nothing about the bias.
     """
     for step in track.steps:
-        if step.together or not track.problem.turns or not _of_motion(step.hit.candidate.effect):
+        if step.together or not track.problem.turns or not _has_one_size(step.hit.candidate.effect):
             continue
         sizes = {param.name for param in step.hit.candidate.effect.linear}
         rows = [row for row in own.get(step.hit.term, ()) if row.parameter in sizes and row.sd > 0]
@@ -160,11 +163,9 @@ def nothing_as_well(track: Track, own: Mapping[Term, tuple[Estimate, ...]]) -> t
     return None
 
 
-def _of_motion(effect: Effect) -> bool:
-    """Whether it has a name and goes with rate, angle or gain, as what errors of a reference leave does, and no lag."""
-    gain = effect.part == "gain"
-    law = (effect.of_rate or "angle" in effect.needs) and not effect.of_response
-    return (gain or law) and not effect.generic and not effect.line
+def _has_one_size(effect: Effect) -> bool:
+    """Whether it has a name and coefficients that must be something: it is no lag, and no line."""
+    return not (effect.generic or effect.line or (effect.of_response and effect.part != "gain"))
 
 
 def _one_size(step: Step, own: Mapping[Term, tuple[Estimate, ...]]) -> Estimate | None:
@@ -359,6 +360,20 @@ def swings_at_one_frequency(problem: Problem) -> bool:
     angle, change = np.concatenate([[0.0], *angles]), np.concatenate([[0.0], *changes])
     size = float(np.linalg.norm(angle) * np.linalg.norm(change))
     return size > 0 and -float(angle @ change) > ONE_CURVE * size
+
+
+def _follows_a_product(track: Track) -> tuple[str, ...]:
+    """What is left goes with several things at once."""
+    law = track.law
+    if law is None:
+        return ()
+    share = 1 - (law.held_out_after / law.held_out_before) ** 2
+    alike = f", or {' or '.join(law.alike[:2])}, which are not told from it" if law.alike else ""
+    behind = f"; explains less, and is not named: {', '.join(dict.fromkeys(track.behind))}" if track.behind else ""
+    return (
+        f"what is left goes with {law.formula}{alike}: a product that no effect of the catalogue is (p = "
+        f"{law.p_value:.1g}), {share:.2g} of the variance of held-out data{behind}",
+    )
 
 
 def _as_many_as_may_be(track: Track) -> tuple[str, ...]:

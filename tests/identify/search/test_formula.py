@@ -97,6 +97,18 @@ def test_the_formula_of_a_law_that_no_effect_is_is_found_with_its_coefficient(la
     assert found.p_value < 1e-6
 
 
+def test_what_is_left_is_said_to_go_with_a_product_though_nobody_asks_for_a_formula(law: tuple[Path, Findings]) -> None:
+    (target,) = law[1].targets
+    assert any("goes with u^2 * (T - T_ref)" in reason for reason in target.reasons)
+    assert not {a.effect for a in target.added} & {"bias_temperature", "scale_factor_temperature"}
+
+
+def test_a_characteristic_with_a_corner_is_a_curve_of_the_rate_and_no_dead_band(tmp_path: Path) -> None:
+    """It was a dead band that loses some 1e-5 of the rates below it, and had no doubt."""
+    (target,) = close(recorded(tmp_path, lambda u, warm: 4e-5 * np.sign(u) * np.maximum(np.abs(u) - 0.3, 0.0))).targets
+    assert [a.effect for a in target.added] == ["spline_rate"]
+
+
 def test_what_was_found_is_in_text_html_and_json(law: tuple[Path, Findings]) -> None:
     (sentence, *_) = sentences(law[1].targets[0])
     assert "c u^2 * (T - T_ref)" in sentence
@@ -133,6 +145,7 @@ def test_where_nothing_is_missing_no_formula_is_told_and_no_file_written(tmp_pat
     found = close(recorded(tmp_path, nothing), formula=True)
     assert sought(found).found is None
     assert sought(found).reason
+    assert found.targets[0].verdict == "nothing-significant"
     assert write_effects(found, tmp_path / "my_effect.py") is None
     assert not (tmp_path / "my_effect.py").exists()
     assert "formula" not in to_json(close(recorded(tmp_path, nothing)))

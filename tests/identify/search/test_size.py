@@ -242,6 +242,10 @@ def test_a_dead_band_that_jumps_has_a_size(problem: Problem) -> None:
 def test_what_loses_a_part_of_the_low_rates_is_no_dead_band(share: float, is_one: bool) -> None:
     assert (not DeadBand(whole=True).contradiction(np.array([share * 0.1, 0.1]))) == is_one
     assert not DeadBand().contradiction(np.array([0.05, 0.1]))  # numbers cut off towards zero
+    bend = np.array([0.0015, 0.5])
+    assert "lose 0.3 % of" in DeadBand().contradiction(bend)
+    (d,) = DeadBand().consistent(bend)
+    assert not DeadBand().contradiction(np.array([bend[0], d]))
 
 
 @pytest.mark.parametrize("reference", ["command", "exact", "noisy"])
