@@ -211,10 +211,11 @@ def _normals(rng: np.random.Generator, shape: tuple[int, ...], size: float) -> F
 
 
 def play(
-    policy: Policy, estimator: Estimator, case: Case, errors: Errors, seed: int = 0, longest: float = 900.0
+    policy: Policy, estimator: Estimator, case: Case, errors: Errors, seed: int, last: int
 ) -> tuple[Floats, Floats, list[tuple[float, float]]]:
-    """A batch under a policy in steps of a second, each run until it stops.
+    """A batch under a policy in steps of a second, each run until it stops, 900 s at most.
 
+    What the estimator knows is told after the turn number ``last``: before its last turn the policy does not ask.
     Returns the installation angle as known at each run's end, the time used, and the turns (time, angle), which all
     runs take at once.
     """
@@ -225,7 +226,7 @@ def play(
     turns: list[tuple[float, float]] = []
     chunk, estimate = None, None
     position = (LATITUDE, 0.0, ALTITUDE)
-    for step in range(round(longest)):
+    for step in range(900):
         action, state = policy.act(state, chunk, estimate)
         stops = (action[:, 1] >= 0.5) & np.isnan(used)
         if estimate is not None:
@@ -247,7 +248,7 @@ def play(
         z = rng.standard_normal((2, batch, n, 3))
         chunk = _chunk(case, errors, (gyro, accel), z, step, moves)
         memory = estimator.update(memory, chunk)
-        estimate = estimator.estimate(memory)
+        estimate = estimator.estimate(memory) if len(turns) == last and not plan else None
     return found, used, turns
 
 

@@ -158,13 +158,14 @@ def test_the_names_are_installed() -> None:
 def test_the_demanded_deviation_is_reached_in_time(
     policy: type[CovarianceTriggered] | type[ThreeRests], kind: type[Alignment], longest: float
 ) -> None:
-    case = Case(noise=A2, sampling=20.0)
+    case = Case(noise=A2, sampling=10.0)
     errors = drawn(case, 300, 3)
     errors = replace(errors, sight=0 * errors.sight)
     told = replace(sheet(), sampling=case.sampling)
-    found, used, turns = play(policy(told), kind(told), case, errors, 4)
+    last = 2 if policy is ThreeRests else 1
+    found, used, turns = play(policy(told), kind(told), case, errors, 4, last)
     assert used.max() <= longest
-    assert len(turns) == (2 if policy is ThreeRests else 1)
+    assert len(turns) == last
     wrong = found - errors.installation
     assert np.sqrt(np.mean(wrong**2)) <= 1.15 * DEMANDED
     assert np.sqrt(np.mean(wrong**2)) >= 0.85 * DEMANDED

@@ -62,7 +62,6 @@ EXPECTED = {
     "warm-up": ("confounded", {"bias_thermal_lag"}),
     "scale-warm-up": ("effects-found", set()),
     "magnetic": ("effects-found", set()),  # more than a mount along the table's axis can see of the Earth's rate
-    "magnetic-2": ("effects-found", set()),
 }
 
 
@@ -77,8 +76,8 @@ def test_the_local_fault_is_named_and_mended(told: Callable[[str, int], Any]) ->
 
 
 # A case is named unless noise hides it: the weakest, the asymmetry, is 60 ppm of 6.6 ppm (one deviation), 9 of them,
-# where 4 are needed: a miss in 3e-7. Something else beside it has a nominal probability of 1 %, in 7 runs 7 %: one of
-# the seven may have something more.
+# where 4 are needed: a miss in 3e-7. Something else beside it has a nominal probability of 1 %, in 6 runs 6 %: one of
+# the six may have something more.
 @pytest.mark.slow
 def test_each_effect_is_named(story: ModuleType, told: Callable[[str, int], Any]) -> None:
     spoiled = []
@@ -111,11 +110,11 @@ def test_a_tenth_of_a_ripple_is_nearly_a_cubic(told: Callable[[str, int], Any]) 
 
 @pytest.mark.slow
 def test_nothing_is_named_where_nothing_is_undeclared(told: Callable[[str, int], Any]) -> None:
-    """A false discovery has a probability of 1 % a campaign: refused with 1e-3, and every second one accepted with 0.2.
+    """A false discovery has a probability of 1 % a campaign: refused with 1e-3, every second one accepted with 0.26.
 
-    As two of five campaigns would be, in three where nothing is named.
+    As two of five campaigns would be with 0.36, in two where nothing is named.
     """
-    false = Shares(good=0.01, bad=0.5, alarm=1e-3, miss=0.2)
+    false = Shares(good=0.01, bad=0.5, alarm=1e-3, miss=0.26)
     assert false.accept(bool(told("none", seed).named) for seed in range(1, 10))
 
 
