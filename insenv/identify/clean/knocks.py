@@ -2,8 +2,9 @@
 
 Somebody touches the table, a motor starts, the unit is put down at the very start: for a second a channel rings. Single
 rows of that are outliers (`insenv.identify.clean.outliers`); the others are within the noise of no other second, and
-with them in the fit the noise is louder and slower than it is, and hides every drift. Of windows of `WINDOW` seconds
-and `ROWS` rows at least, one is a knock where the scatter s about its mean is beyond `LOUDER` times the median one,
+with them in the fit the noise is louder and slower than it is, and hides every drift. Of windows of `WINDOW` seconds,
+of less in a run that has no `FEWEST` of them, and `ROWS` rows at least, one is a knock where the scatter s about its
+mean is beyond `LOUDER` times the median one,
 
     s^2 > LOUDER^2 max(median s^2, q^2 / 4),      q the step to which readings are rounded,
 
@@ -38,7 +39,7 @@ def knocks(recording: Recording, target: str, run: int = 0) -> tuple[RejectedRow
     if {"table_angle", "table_rate"} & set(recording.channels) or recording.mounting.table_axis:
         return ()
     values = recording.channels[target].values
-    rows = max(ROWS, int(round(WINDOW / recording.dt)))
+    rows = max(ROWS, min(int(round(WINDOW / recording.dt)), len(values) // FEWEST))
     count = len(values) // rows
     if count < FEWEST:
         return ()

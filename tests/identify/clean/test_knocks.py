@@ -52,6 +52,15 @@ def test_what_lasts_or_comes_all_the_time_is_how_the_unit_is() -> None:
     assert knocks(rest(1, tuple(np.arange(0.0, 60.0, 4.0)), 30.0), "gyro_x") == ()
 
 
+def test_a_touch_is_found_in_twelve_seconds_as_well() -> None:
+    t: Floats = np.arange(1.0, 1201.0) / 100.0
+    for seed in range(10):
+        noise = np.random.default_rng(seed).standard_normal(len(t))
+        (found,) = knocks(recorded(t, noise + ringing(t - 5.0, 40.0)), "gyro_x")
+        assert 470 <= found.start <= 505 < found.stop <= 700
+        assert knocks(recorded(t, noise), "gyro_x") == ()
+
+
 @pytest.mark.parametrize("rate", [50.0, 16.0])
 def test_a_burst_of_noise_of_a_twentieth_of_the_run_is_an_event(rate: float) -> None:
     """Eight times as loud for 3 s of a minute: too long for a knock, and no mean leaves its level. It was not told."""
