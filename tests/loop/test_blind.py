@@ -199,7 +199,6 @@ MORE = (
     ("exact", 2, 40.0, "angle_locked_rate:3"),
     ("exact", 5, 40.0, "bias_step"),
     ("exact", 11, 40.0, "encoder_harmonic:1"),
-    ("exact", 13, 40.0, "encoder_harmonic:3"),
     ("exact", 24, 40.0, "tone"),
     ("realistic", 6, 40.0, "bias_thermal_lag"),
 )

@@ -28,19 +28,19 @@ def said(path: Path) -> str:
 
 
 def test_sound_declarations_pass(tmp_path: Path) -> None:
-    """500 sound benches: gains within 6 sd of 2 % never come near a gain of 0.5 or 1.5."""
-    assert [text for seed in range(500) if (text := said(bench(seed).write(tmp_path, "sound")))] == []
+    """200 sound benches: gains within 6 sd of 2 % never come near a gain of 0.5 or 1.5; 2 % of words pass with 2 %."""
+    assert [text for seed in range(200) if (text := said(bench(seed).write(tmp_path, "sound")))] == []
 
 
 def test_wrong_declarations_are_stopped_or_cautioned(tmp_path: Path) -> None:
     silent, tried = [], 0
-    for seed in range(60):
+    for seed in range(40):
         one = bench(1000 + seed)
         for name, spoil in damages(one).items():
             tried += 1
             if not said(spoil(one).write(tmp_path, "wrong")):
                 silent.append((seed, name))
-    assert tried >= 200
+    assert tried >= 130
     assert silent == []
 
 

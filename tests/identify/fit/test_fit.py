@@ -167,7 +167,7 @@ def test_runs_with_biases_of_their_own_share_the_scale_factor() -> None:
 
 #: Runs whose scale factor is looked at, and of these the ones that further effects are fitted to, with the widest
 #: spread that their deviates may have.
-SCATTERED, FURTHER = 300, 120
+SCATTERED, FURTHER = 220, 120
 WIDEST = {"bias_drift": 1.5, "encoder_harmonic:1": 1.25, "scale_factor_cubic": 1.25}
 
 
@@ -189,13 +189,13 @@ def deviates() -> dict[str, list[float]]:
 
 @pytest.mark.slow
 def test_estimates_scatter_as_their_standard_deviations_say(deviates: dict[str, list[float]]) -> None:
-    """z-scores of the scale factor over 300 runs of mixed profiles: spread 1 +- 0.15.
+    """z-scores of the scale factor over 220 runs of mixed profiles: spread 1 +- 0.15.
 
-    The spread of 300 normal deviates has a standard deviation of 0.041: false alarm 3e-4.
+    The spread of 220 normal deviates has a standard deviation of 0.048: false alarm 2e-3.
     """
     z = deviates["scale_factor"]
     assert np.std(z) == pytest.approx(1, abs=0.15)
-    assert abs(np.mean(z)) < 0.2  # 3.5 standard deviations
+    assert abs(np.mean(z)) < 0.2  # 3 standard deviations
 
 
 @pytest.mark.slow
