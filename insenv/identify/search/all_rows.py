@@ -112,14 +112,14 @@ def of_longer_means(track: Track, seed: int = 0) -> AllRows | None:
     return None if longer is None else _beside(track, longer, seed)
 
 
-def longer_means(track: Track) -> Problem | None:
+def longer_means(track: Track, fewest: int = FEWEST_LONG) -> Problem | None:
     """All rows of a track in so few means that noise of slow modes alone is fitted; None where there are no more."""
     whole = whole_of(track)
-    times = int(math.log2(max(whole.bins.n / FEWEST_LONG, 1.0)))
+    times = int(math.log2(max(whole.bins.n / fewest, 1.0)))
     if not times:
         return None
-    merged: Problem = track.problem.remember("longer means", lambda: averaged(whole, times))
-    return merged if merged.bins.n >= FEWEST_LONG // 2 else None
+    merged: Problem = track.problem.remember(("longer means", times), lambda: averaged(whole, times))
+    return merged if merged.bins.n >= fewest // 2 else None
 
 
 def _beside(track: Track, whole: Problem, seed: int) -> AllRows | None:

@@ -135,7 +135,7 @@ def _beside_a_reference(track: Track) -> tuple[str, ...]:
             return (_better_than_noise(*found),)
     sure = [one for rows in asked for one in _sure_beside(rows, track)]
     walk = _in_place_of_a_walk([one for one in sure if one.odds >= math.log(LIKELIER)])
-    return walk or (() if _may_be_named(track) else _by_rests(track))
+    return walk or (() if may_be_slow(track) else _by_rests(track))
 
 
 def beside_doubts(track: Track, doubted: bool) -> tuple[str, ...]:
@@ -151,7 +151,7 @@ def beside_doubts(track: Track, doubted: bool) -> tuple[str, ...]:
     doubted : bool
         Whether there is a doubt.
     """
-    if not doubted or not track.problem.turns or _may_be_named(track) or _beside_a_reference(track):
+    if not doubted or not track.problem.turns or may_be_slow(track) or _beside_a_reference(track):
         return ()
     rows = of_longer_means(track)
     if rows is None:
@@ -163,7 +163,7 @@ def beside_doubts(track: Track, doubted: bool) -> tuple[str, ...]:
 
 def _rows_beside(track: Track) -> tuple[AllRows, ...]:
     """All rows of a unit that turns, in its means and in longer ones, of which no slow cause was named."""
-    if _may_be_named(track):
+    if may_be_slow(track):
         return ()
     asked = (of_all_rows_beside_a_reference(track), of_longer_means(track))
     return tuple(rows for rows in asked if rows is not None)
@@ -230,7 +230,7 @@ def _by_rests(track: Track) -> tuple[str, ...]:
     )
 
 
-def _may_be_named(track: Track) -> bool:
+def may_be_slow(track: Track) -> bool:
     """Whether a slow cause is named, or a rival of what is named."""
     rivals = {key for one in track.rivalries for key in (*one.rivals, *one.rarer)}
     slow = {c.effect.key for c in track.candidates if is_of_bias(c.effect) or is_thermal(c.effect)}

@@ -18,6 +18,7 @@
 * One law of the rate twice: a curve of a form that neither has.
 * An effect of the angle, of few waves, of a table that swings at one frequency: there its angle is its acceleration.
 * A product of what was recorded that no effect of the catalogue is, and that what is left follows.
+* A bias, beside a reference, that goes to and fro between two levels, or bends as no drift does.
 * As many effects as are added at most.
 """
 
@@ -29,13 +30,18 @@ import numpy as np
 
 from insenv.core.recording import Floats
 from insenv.effects.base import Effect, MemoryEffect
+from insenv.effects.spline import SplineTime
 from insenv.identify.clean.doubtful import agreeing
 from insenv.identify.clean.plausibility import INCREDIBLE
 from insenv.identify.findings import Estimate
 from insenv.identify.fit.evidence import log_tail
+from insenv.identify.fit.gls import solve
+from insenv.identify.fit.noise import transform
 from insenv.identify.fit.problem import Problem, Term
 from insenv.identify.fit.uncertainty import SCALE
+from insenv.identify.prepare.two_levels import two_levels
 from insenv.identify.prepare.wandering import of_counts
+from insenv.identify.search.all_rows import longer_means
 from insenv.identify.search.candidates import turns_few_waves
 from insenv.identify.search.jumps import is_step
 from insenv.identify.search.reference_errors import log_p_alone
@@ -43,8 +49,9 @@ from insenv.identify.search.round import against
 from insenv.identify.search.rounded import log_p_unrounded
 from insenv.identify.search.scan import Hit
 from insenv.identify.search.size import LEAST, follows_measured_rate
+from insenv.identify.search.staying import Staying
 from insenv.identify.search.tracks import MOST_ADDED, Step, Track
-from insenv.identify.search.undecided import leaning
+from insenv.identify.search.undecided import leaning, may_be_slow
 from insenv.identify.search.unit.one_box import DRIFTS
 from insenv.identify.search.unit.turn_on import turned_on_anew
 
@@ -61,6 +68,11 @@ FAR, CERTAIN = 10.0, 1e-6
 LONGER = 4.0
 #: Correlation from which on angle and acceleration are one curve, and fewest bins of a block that are asked.
 ONE_CURVE, LEAST_BINS = 0.95, 32
+#: Odds over noise that wanders from which on a bias is said to go to and fro, and fewest changes: fewer are steps; and
+#: odds from which on it bends. Of 26 tables with neither the largest were 1 and 220, and for one bend 3e4.
+ODDS, MANY_CHANGES, BENDS = 3e3, 4, 1e5
+#: Fewest means in which they are looked for.
+FEWEST_SLOW = 100
 #: Tones at multiples of one frequency that are no chance.
 MOST_BY_CHANCE = 2
 #: Waves in the fitted time of a frequency whose multiples are not just any frequencies, and how far off a multiple may
@@ -86,6 +98,7 @@ def unfinished(track: Track, alpha: float) -> tuple[str, ...]:
         *_by_another_rate(track),
         *_twice(track),
         *_follows_a_product(track),
+        *_slow_without_a_name(track),
         *_as_many_as_may_be(track),
     )
 
@@ -373,6 +386,39 @@ def _follows_a_product(track: Track) -> tuple[str, ...]:
     return (
         f"what is left goes with {law.formula}{alike}: a product that no effect of the catalogue is (p = "
         f"{law.p_value:.1g}), {share:.2g} of the variance of held-out data{behind}",
+    )
+
+
+def _slow_without_a_name(track: Track) -> tuple[str, ...]:
+    """A bias that goes to and fro between two levels, or bends, far likelier than noise that wanders; none at rest."""
+    if not track.problem.turns or len(track.problem.exposures) > 1 or may_be_slow(track):
+        return ()
+    longer = longer_means(track, FEWEST_SLOW)
+    return () if longer is None else track.problem.remember(("slow", track.fit.model), lambda: _slow(track, longer))
+
+
+def _slow(track: Track, longer: Problem) -> tuple[str, ...]:
+    model, width = track.fit.model, longer.bins.width
+    fit = solve(longer, model, start=track.fit.noise.power)
+    left = longer.y - fit.predicted()
+    variance = longer.modes().shapes @ fit.noise.power
+    wandering = -0.5 * float(np.sum(np.log(2 * np.pi * variance) + transform(longer.fitted, left) ** 2 / variance))
+    found = two_levels(left)
+    if found.changes >= MANY_CHANGES and found.loglik - wandering > np.log(ODDS):
+        return (
+            f"the bias goes to and fro between two levels {found.apart:.2g} {longer.unit} apart, {found.changes} times "
+            f"(upper one {found.share:.0%} of the time, by means over {width:.2g} s): "
+            f"{np.exp(min(found.loglik - wandering, 99.0)):.1g} times as likely as noise that wanders, and no effect",
+        )
+    noise = Staying.of(longer, model)
+    curve = Term(SplineTime(count=3).over(longer.exposures[0].motion))
+    odds = noise.loglik((*model, curve)) - noise.walking - (curve.size - 1)
+    if odds <= np.log(BENDS):
+        return ()
+    return (
+        f"the bias bends in time, by means over {width:.2g} s: a smooth curve beside noise that stays is "
+        f"{np.exp(min(odds, 99.0)):.1g} times as likely as the walk of the noise that stands for it, and no drift, "
+        "warm-up or step is told",
     )
 
 

@@ -1,0 +1,66 @@
+"""A bias that goes to and fro between two levels, or bends, beside a table that turns: said, with its size.
+
+Flicker and a walk of the noise stand for both, and nothing was said of either.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from insenv.close import close
+from insenv.identify.findings import TargetFindings
+from insenv.identify.prepare.two_levels import two_levels
+
+Floats = NDArray[np.float64]
+N, DT = 2400, 0.1
+
+
+def flips(rng: np.random.Generator, mean: float, n: int = N) -> Floats:
+    """0 or 1, which changes after times that are exponential, of so many rows in the mean."""
+    edges = np.cumsum(rng.exponential(mean, n))
+    return np.asarray(np.searchsorted(edges, np.arange(n)) % 2, np.float64)
+
+
+def judged(folder: Path, bias: Floats, rng: np.random.Generator) -> TargetFindings:
+    t = DT * np.arange(1.0, N + 1)
+    rate = 0.5 * np.sin(2 * np.pi * t / 7.3)
+    gyro = rate + bias + 2e-4 * rng.standard_normal(N)
+    np.savetxt(folder / "run.csv", np.column_stack([t, gyro, rate]), "%.12g", ",", header="t,g,u", comments="")
+    (folder / "run.toml").write_text(
+        'data = "run.csv"\n[channels]\ntime = { column = "t", unit = "s" }\n'
+        'gyro = { column = "g", unit = "rad/s" }\n'
+        'table_rate = { column = "u", unit = "rad/s", source = "encoder" }\n'
+        '[model]\ntarget = "gyro"\ndeclared = ["bias", "scale_factor"]\n'
+    )
+    (target,) = close(folder / "run.toml").targets
+    return target
+
+
+@pytest.mark.parametrize(("kind", "word"), [("flips", "to and fro between"), ("bends", "bends in time"), ("none", "")])
+def test_a_bias_that_no_effect_is_is_said_with_its_size(tmp_path: Path, kind: str, word: str) -> None:
+    rng = np.random.default_rng(4)
+    bend = (np.arange(N) / N - 0.45) ** 2
+    bias = {"flips": 3e-4 * flips(rng, 100.0), "bends": 1.2e-3 * bend, "none": np.zeros(N)}[kind]
+    found = judged(tmp_path, bias, rng)
+    said = [reason for reason in found.reasons if "to and fro" in reason or "bends in time" in reason]
+    assert [word in reason for reason in said] == ([True] if word else [])
+    assert not {a.effect for a in found.added} - {"spline_time"}
+    if kind == "flips":
+        apart = float(said[0].split("two levels ")[1].split(" ")[0])
+        assert apart == pytest.approx(3e-4, rel=0.2)
+
+
+def test_a_chain_of_two_levels_is_told_from_white_noise() -> None:
+    rng = np.random.default_rng(0)
+    for _ in range(6):
+        white = rng.standard_normal(150)
+        plain = -0.5 * 150 * (np.log(2 * np.pi * white.var()) + 1)
+        assert two_levels(white).loglik - plain < np.log(3000)  # four parameters more: chance 2e-3 at most each
+    state = flips(rng, 15.0, 150)
+    found = two_levels(2.5 * state + rng.standard_normal(150))
+    assert found.apart == pytest.approx(2.5, abs=0.6)
+    assert np.mean(found.upper != (state > 0.5)) < 0.15
