@@ -41,7 +41,7 @@ from insenv.identify.fit.problem import Problem, Term
 from insenv.identify.fit.uncertainty import SCALE
 from insenv.identify.prepare.two_levels import two_levels
 from insenv.identify.prepare.wandering import of_counts
-from insenv.identify.search.all_rows import longer_means
+from insenv.identify.search.all_rows import is_of_bias, longer_means
 from insenv.identify.search.candidates import turns_few_waves
 from insenv.identify.search.jumps import is_step
 from insenv.identify.search.reference_errors import log_p_alone
@@ -60,8 +60,9 @@ _BESIDE_THE_REFERENCE = (
 )
 _BY_ITS_DEVIATION = "by a deviation that holds what the form of its curve and errors of the reference leave open"
 
-#: Stated deviations from nothing below which a law of a rate that was measured has no name.
-HELD = 2.0
+#: Stated deviations from nothing below which a law of a rate that was measured has no name, and a step or a
+#: warm-up of the bias.
+HELD, HELD_SLOW = 2.0, 1.0
 #: What is far beyond the level: so many times less likely; and a probability that leaves no doubt.
 FAR, CERTAIN = 10.0, 1e-6
 #: How many times as long as was chosen means are that tell a gain of their own.
@@ -169,7 +170,8 @@ def nothing_as_well(track: Track, own: Mapping[Term, tuple[Estimate, ...]]) -> t
         sizes = {param.name for param in step.hit.candidate.effect.linear}
         rows = [row for row in own.get(step.hit.term, ()) if row.parameter in sizes and row.sd > 0]
         best = max(rows, key=lambda row: abs(row.value) / row.sd, default=None)
-        if best is None or not 0 < abs(best.value) < HELD * best.sd:
+        least = HELD_SLOW if is_of_bias(step.hit.candidate.effect) else HELD
+        if best is None or not 0 < abs(best.value) < least * best.sd:
             continue
         off = f"{abs(best.value) / best.sd:.2g} standard deviations from nothing"
         return step, f"its size is not told beside errors of the reference: {best.value:.2g} ± {best.sd:.2g}, {off}"
@@ -177,8 +179,12 @@ def nothing_as_well(track: Track, own: Mapping[Term, tuple[Estimate, ...]]) -> t
 
 
 def _has_one_size(effect: Effect) -> bool:
-    """Whether it has a name and coefficients that must be something: it is no lag, and no line."""
-    return not (effect.generic or effect.line or (effect.of_response and effect.part != "gain"))
+    """Whether it has a name and coefficients that must be something: it is no lag, no line, and no drift.
+
+    Of a drift that is not told from a walk the held-out rows tell what fitted ones, beside that walk, do not.
+    """
+    drifts = is_of_bias(effect) and not effect.shapes
+    return not (effect.generic or effect.line or drifts or (effect.of_response and effect.part != "gain"))
 
 
 def _one_size(step: Step, own: Mapping[Term, tuple[Estimate, ...]]) -> Estimate | None:

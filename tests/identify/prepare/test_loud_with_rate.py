@@ -38,5 +38,12 @@ def test_slow_noise_that_goes_with_the_rate_is_seen(seed: int) -> None:
 
 def test_a_lag_and_a_line_have_a_name_without_a_size_and_a_step_has_none() -> None:
     """A step of a third of its deviation was named beside a walk, and says nothing of the bias."""
-    sized = {"bias_step": True, "scale_factor": True, "scale_factor_cubic": True, "timing_skew": False, "tone": False}
+    sized = {
+        "bias_step": True,
+        "bias_drift": False,
+        "scale_factor": True,
+        "scale_factor_cubic": True,
+        "timing_skew": False,
+        "tone": False,
+    }
     assert {key: _has_one_size(by_key(key)) for key in sized} == sized
