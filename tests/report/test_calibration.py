@@ -60,12 +60,11 @@ SINE = 'kind = "sine"\namplitude = "30 deg/s"\nfrequency = "0.02 Hz"'
 ASYMMETRY = 'scale_factor_asymmetry = { c = "20 ppm" }'
 WARM_UP = 'bias_warm_up = { c = "3 deg/h", tau = "200 s" }'
 LAG = 'bias_thermal_lag = { c = "0.3 deg/h/K", tau = "150 s" }'
-#: Undeclared effects, by what they are called here, with their profiles.
+#: Undeclared effects, by what they are called here, with their profiles; a warm-up is one of "two".
 CASES = {
     "asymmetry": (ASYMMETRY, STAIRCASE),
     "encoder": ('encoder_harmonic = { c = "3 arcsec", s = "-1 arcsec" }', STAIRCASE),
     "thermal lag": (LAG, STAIRCASE),
-    "warm-up": (WARM_UP, STAIRCASE),
     "tone": ('tone = { c = "1 deg/h", s = "1 deg/h", f = "0.0431 Hz" }', STAIRCASE),
     "fast tone": ('tone = { c = "20 deg/h", s = "10 deg/h", f = "3.3 Hz" }', STAIRCASE),
     "step": ('bias_step = { c = "1.2 deg/h", t0 = "423 s" }', STAIRCASE),
