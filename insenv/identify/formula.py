@@ -37,7 +37,7 @@ from insenv.identify.fit.uncertainty import estimates
 from insenv.identify.loop import Outcome
 from insenv.identify.search.candidates import Candidate, candidates
 from insenv.identify.search.round import at_shape, search, with_term
-from insenv.identify.search.scan import Hit, Scores, likelihood_ratio, reference, score
+from insenv.identify.search.scan import Hit, Scores, likelihood_ratio, reference, score_alone
 from insenv.identify.search.settle import dropped
 from insenv.identify.search.size import unsized
 from insenv.identify.search.tracks import Progress, Step, Track
@@ -189,7 +189,7 @@ def _searched(
     ``few``: of the best scores alone, and of none where none is large.
     """
     problem = track.problem
-    best = _likeliest(scores := score(problem, fit, tried, seed), tried)
+    best = _likeliest(scores := score_alone(problem, fit, tried), tried)
     if few:
         best = best[:FEW_REFITTED] if max((s.q.max() for s in scores if s.testable), default=0.0) >= SEEN else ()
     family = len(tried) + track.family

@@ -51,7 +51,7 @@ class Scores:
     q : ndarray, shape (shapes,)
         Score of each shape; -1 where it cannot be told from the model.
     null_median : float
-        Median over simulated noise of the best score over the shapes.
+        Median over simulated noise of the best score over the shapes; 0 where none was drawn.
     rank : int
         Degrees of freedom at one shape.
     """
@@ -139,6 +139,12 @@ def score(problem: Problem, fit: Fit, found: tuple[Candidate, ...], seed: int) -
     return [_score_one(block, weight, q, residual, noise) for block in stacked(problem, found)]
 
 
+def score_alone(problem: Problem, fit: Fit, found: tuple[Candidate, ...]) -> list[Scores]:
+    """As `score`, of the data alone: who asks only which scores are large draws no noise to compare them with."""
+    weight, q, residual = whitened(problem, fit)
+    return [_score_one(block, weight, q, residual, None) for block in stacked(problem, found)]
+
+
 def _noise(seed: int, modes: int) -> Floats:
     """White noise of the null distribution, shape (modes, runs): the same in every round and of every target alike.
 
@@ -152,7 +158,7 @@ def _drawn(seed: int, modes: int) -> Floats:
     return np.random.Generator(np.random.SFC64(seed)).standard_normal((modes, NULL_RUNS))
 
 
-def _score_one(block: Floats, weight: Floats, q: Floats, residual: Floats, noise: Floats) -> Scores:
+def _score_one(block: Floats, weight: Floats, q: Floats, residual: Floats, noise: Floats | None) -> Scores:
     """Scores of regressors of shape (k, shapes, modes); what the model spans of the noise, no basis sees."""
     k, shapes, _ = block.shape
     rows, rank = _beside_model(block, weight, q)
@@ -160,8 +166,11 @@ def _score_one(block: Floats, weight: Floats, q: Floats, residual: Floats, noise
         return Scores(np.full(shapes, -1.0), 0.0, 0)
     values = np.sum((rows @ residual).reshape(k, shapes) ** 2, axis=0)
     usable = rank > 0
-    null = np.sum((rows @ noise).reshape(k, shapes, -1) ** 2, axis=0)[usable].max(axis=0)
-    return Scores(np.where(usable, values, -1.0), float(np.median(null)), int(np.median(rank[usable])))
+    median = 0.0
+    if noise is not None:
+        null = np.sum((rows @ noise).reshape(k, shapes, -1) ** 2, axis=0)[usable].max(axis=0)
+        median = float(np.median(null))
+    return Scores(np.where(usable, values, -1.0), median, int(np.median(rank[usable])))
 
 
 def _beside_model(block: Floats, weight: Floats, q: Floats) -> tuple[Floats, NDArray[np.int64]]:
