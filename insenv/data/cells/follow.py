@@ -42,6 +42,8 @@ NARROW, LARGEST = 5, 2.5
 #: Rows of the longest shift that is looked for, the correlation from which on there is one, and the shift in rows and
 #: the departure of a gain from one that do not matter.
 LONGEST, CORRELATED, NEAR, SMALL = 64, 0.7, 0.1, 0.2
+#: Share of the square sum of a rate up to which it is one rate but for rounding, which tells no shift and no ratio.
+STEADY = 1e-20
 #: By what was read: variance of the third differences of its jitter, in that of one rate, and the power of the window's
 #: width with which its standard deviation falls. An angle whose rows stand between the edges is first averaged over two
 #: of them, (1, -3, 2, 2, -3, 1)^2 / 2; where they stand at the edges it is (1, -4, 6, -4, 1)^2 / 2 = 35, and the
@@ -92,6 +94,9 @@ def _alongside(rate: Floats, reading: Floats, known: NDArray[np.bool_]) -> Float
     if most < 1 or not known.any():
         return reading
     rest = known.astype(np.float64)
+    varied = float(np.sum(rest * (rate - np.average(rate, weights=rest)) ** 2))
+    if varied <= STEADY * float(np.sum(rest * rate**2)):
+        return reading
     both, power = correlation(rate, reading, rest, most + 1)
     near = both / np.sqrt(np.maximum(power, 1e-300))
     at = 1 + int(np.argmax(np.abs(near[1:-1])))
@@ -101,7 +106,7 @@ def _alongside(rate: Floats, reading: Floats, known: NDArray[np.bool_]) -> Float
     shift = at - most - 1 + (0.5 * float(near[at - 1] - near[at + 1]) / bend if bend else 0.0)
     rows = np.arange(float(len(rate)))
     moved = np.interp(rows + shift, rows, reading) if abs(shift) > NEAR else reading
-    gain = float(both[at]) / float(np.sum(rest * (rate - np.average(rate, weights=rest)) ** 2))
+    gain = float(both[at]) / varied
     return moved / gain if abs(gain - 1) > SMALL else moved
 
 

@@ -70,7 +70,7 @@ LONGER = 4.0
 #: Correlation from which on angle and acceleration are one curve, and fewest bins of a block that are asked.
 ONE_CURVE, LEAST_BINS = 0.95, 32
 #: Odds over noise that wanders from which on a bias is said to go to and fro, and fewest changes: fewer are steps; and
-#: odds from which on it bends. Of 26 tables with neither the largest were 1 and 220, and for one bend 3e4.
+#: odds from which on it bends. Of 21 tables with neither the largest were 1 and 220, and for one bend 3e4.
 ODDS, MANY_CHANGES, BENDS = 3e3, 4, 1e5
 #: Fewest means in which they are looked for.
 FEWEST_SLOW = 100

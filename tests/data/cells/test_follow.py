@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from insenv.core.recording import Floats
-from insenv.data.cells.follow import correlation, followed
+from insenv.data.cells.follow import correlation, followed, follows
 
 N, DT, JITTER = 8000, 0.1, 1e-5
 
@@ -103,3 +103,10 @@ def test_rows_that_are_lost_make_no_peak_where_nothing_is_shifted() -> None:
     known[np.random.default_rng(7).integers(0, rows.size, 24)] = 0.0
     both, power = correlation(rate, np.interp(rows + 6.0, rows, rate), known, 40)
     assert int(np.argmax(both**2 / power)) - 40 == -6
+
+
+def test_one_rate_tells_no_shift_and_no_ratio() -> None:
+    """An encoder's rate of one value but for rounding where rows were left out: the ratio was a division by nothing."""
+    rate, known, reading = np.full(N, 0.5), np.ones(N, bool), np.zeros(N)
+    rate[4000], known[4000], reading[4001] = 0.5 + 3.5e-12, False, 1.0
+    assert not follows(rate, rate - 1e-3, reading, known)
