@@ -21,7 +21,7 @@ from insenv.effects.noise import readings_density
 from insenv.effects.rate.threshold import DeadBand
 from insenv.effects.timing import SampleHold, TimingSkew
 from insenv.identify.clean import systematic
-from insenv.identify.clean.outliers import rows_of_bins
+from insenv.identify.clean.outliers import rows_of_bins, too_many
 from insenv.identify.clean.plausibility import UNMOVED
 from insenv.identify.earth.findings import (
     EarthFindings,
@@ -180,9 +180,9 @@ def _target(
     declared_noise = dict(manifest.noise.get(problem.target, {}))
     left = structure(problem, track.fit, declared_noise, alpha)
     lost = systematic.sentences(recordings, problem.target, track.prepared.rejected)
-    went = went_away(problem, track.fit) if track.finer and not declared_noise else ()
+    kept = _kept(track, recordings) if not declared_noise else ()
     scores = held_out_score(plain, before), held_out_score(problem, track.fit)
-    apart = (*_follows_nothing(problem, own), *uncertain, *lost, *went, *resumed(problem, track.fit))
+    apart = (*_follows_nothing(problem, own), *uncertain, *lost, *kept, *resumed(problem, track.fit))
     errors = whole_errors(track, seed)
     left = replace(left, reasons=_doubts(track, (*left.reasons, *apart), scores[1], errors, alpha))
     lines, hold = tuple(x for x in track.prepared.lines if not x.of_counts), track.prepared.held.hold
@@ -233,6 +233,12 @@ def _target(
         switchable=Lazy(partial(switchable, track)),
         samples=Lazy(track.prepared.samples),
     )
+
+
+def _kept(track: Track, recordings: tuple[Recording, ...]) -> tuple[str, ...]:
+    """Reasons where free noise has taken in what is none: a bias that went away, rows that are no measurements."""
+    went = went_away(track.problem, track.fit) if track.finer else ()
+    return (*went, *too_many(recordings, track.problem.target, track.prepared.rejected))
 
 
 def _doubts(

@@ -33,6 +33,8 @@ Mask = NDArray[np.bool_]
 
 #: Largest share of the table's rate that is rounding.
 ROUNDED_SHARE = 0.05
+#: Share of the rows of a run at rest up to which outliers that are too many to be left out are single ones.
+SINGLE = 0.1
 #: Each scale has so many rows of the one below.
 SCALE = 8
 #: A gap longer than this many periods parts what is compared.
@@ -68,6 +70,32 @@ def without_outliers(
         cleaned.append(recording)
         rejected += found
     return tuple(cleaned), tuple(rejected)
+
+
+def too_many(recordings: tuple[Recording, ...], target: str, rejected: tuple[RejectedRows, ...]) -> tuple[str, ...]:
+    """A reason where single rows of a run at rest are far off their neighbours, and too many to be left out.
+
+    They are in the fit as noise, which knows nothing of them. Rows that are ``rejected`` are not asked.
+    """
+    said = []
+    for run, recording in enumerate(recordings):
+        sound = np.ones(len(recording), bool)
+        for one in rejected:
+            if one.run == run:
+                sound[one.start : one.stop] = False
+        if table_rate_of_rows(recording, target) is not None or sound.sum() < 4 * NEIGHBOURS:
+            continue
+        values = recording.channels[target].values[sound]
+        rest = np.zeros(len(values))
+        away = far(values, rest, rest, rounding(values))
+        hit = away > 1
+        if MOST < hit.mean() <= SINGLE:
+            least, most = FAR * float(away[hit].min()), min(FAR * float(away[hit].max()), 999.0)
+            said.append(
+                f"{hit.sum()} of {len(values)} rows are {least:.0f} to {most:.0f} robust deviations off their "
+                "neighbours: too many to be left out, and no noise term has them"
+            )
+    return tuple(said)
 
 
 def leaving_out(recording: Recording, target: str, mask: Mask) -> Recording:

@@ -226,8 +226,10 @@ def went_away(problem: Problem, fit: Fit) -> tuple[str, ...]:
         most = max(most, away / max(white, 1e-300))
     if most < AWAY:
         return ()
+    # A reading that stands still scatters by nothing.
+    times = f"{most:.2g}" if most < 1000 else "more than 1000"
     return (
-        f"on held-out data the bias is {most:.2g} times as far from where it was fitted as noise from one mean to the "
+        f"on held-out data the bias is {times} times as far from where it was fitted as noise from one mean to the "
         "next would leave it: a drift, a warm-up or a random walk, which this record does not tell apart",
     )
 

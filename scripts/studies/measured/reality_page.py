@@ -84,6 +84,10 @@ that are missed are knocks on one channel: one of 0.16 s on a gyro that starts, 
 (with it the other two would not be called a warm-up of 0.5 s), and 14 single rows of 315, found, kept since they are
 more than one in a hundred, and not told.
 
+By `1c7eae3`, after it, a knock is one in a rest of some seconds too: `adamshiau/start` would be right, its second gyro
+a drift as the fit has it and no warm-up of its knock. Since single rows that are too many to be left out are a reason,
+`will-aleyegn/still` would be honest.
+
 By `e2de2a7` weak lines in noise of a count or more are named, and those that means need not reject: of four of the
 part that were asked again `bryantaoli/parked`, `lauratrain99/unit1` and `unit2` would be right, and
 `fabs3007/printed` honest.

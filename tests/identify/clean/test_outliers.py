@@ -13,7 +13,7 @@ from simulated_runs import KINDS, closed, declared_for, gyro_run, manifest, scal
 
 from insenv.core.recording import Channel, Floats, Recording
 from insenv.effects.catalogue import by_key
-from insenv.identify.clean.outliers import without_outliers
+from insenv.identify.clean.outliers import too_many, without_outliers
 from insenv.identify.findings import RejectedRows
 from insenv.report.json import to_json
 from insenv.report.text import summary
@@ -141,6 +141,26 @@ def test_rows_are_named_after_their_place_in_a_file_with_gaps() -> None:
     values = recording.channels["gyro"].values
     spiked = changed(recording, "gyro", [2000], values[2000] - 50 * scatter(recording))
     assert [(r.start, r.stop) for r in rejected(spiked)] == [(2000, 2001)]
+
+
+@pytest.mark.parametrize("every, told", [(20, True), (5, False), (500, False)])
+def test_single_rows_that_are_too_many_to_be_left_out_are_told(every: int, told: bool) -> None:
+    """Of a link one row in twenty was wrong, by either sign: it was kept as how the unit is, and no word said so."""
+    recording = gyro_run("rest", 5, duration=900.0).recording
+    rng = np.random.default_rng(1)
+    rows = np.sort(rng.choice(np.arange(50, len(recording) - 50), len(recording) // every, replace=False)).tolist()
+    signs = rng.choice([-1.0, 1.0], len(rows))
+    wrong = changed(recording, "gyro", rows, recording.channels["gyro"].values[rows] + 20 * signs * scatter(recording))
+    left_out = without_outliers((wrong,), "gyro", 1)[1]
+    said = too_many((wrong,), "gyro", left_out)
+    assert bool(left_out) is (every == 500)
+    assert bool(said) is told
+    if told:
+        assert int(said[0].split()[0]) == pytest.approx(len(rows), rel=0.1)
+        found = closed(wrong, manifest(declared=declared_for(recording)))
+        assert found.verdict == "unexplained-structure"
+        assert said[0] in found.targets[0].reasons
+    assert too_many((recording,), "gyro", ()) == ()
 
 
 def test_the_report_counts_and_names_what_was_left_out() -> None:
