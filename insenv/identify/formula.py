@@ -83,6 +83,12 @@ def grammar() -> tuple[Product, ...]:
     return tuple(sorted(kept, key=lambda p: p.simplicity))
 
 
+@cache
+def at_once() -> tuple[Product, ...]:
+    """Those of them that follow what was recorded at once: lags, each of several times, are two thirds of the work."""
+    return tuple(formula for formula in grammar() if not formula.lagged)
+
+
 def _plain(formula: Product) -> bool:
     """Whether its first-order lag is tried: of one factor, and of two that are plain; without angle and time."""
     if any(f.driver in ("a", "t") for f in formula.factors):
@@ -108,8 +114,8 @@ def _with_law(track: Track, alpha: float, seed: int, progress: Progress) -> Trac
     problem = track.problem
     if not problem.turns:
         return track
-    tried = testable(problem, _refitted(track, _named(track)))
-    search_on = partial(_searched, track, tried=tried, alpha=CERTAIN, seed=seed, few=True)
+    tried = testable(problem, _refitted(track, _named(track)), at_once())
+    search_on = partial(_seen, track, tried=tried, seed=seed)
     for step in track.steps:
         if not _may_be_a_part(step):
             continue
@@ -160,7 +166,7 @@ def sought(track: Track, alpha: float, seed: int, progress: Progress = lambda te
     problem = track.problem
     named = tuple(term for term in track.fit.model if not term.effect.generic)
     fit = _refitted(track, named)
-    tried = testable(problem, fit)
+    tried = testable(problem, fit, grammar())
     if not tried:
         return Formulas(0, None, "nothing was recorded of which products could be told")
     progress(f"{problem.target}: trying {len(tried)} formulas")
@@ -182,17 +188,26 @@ def _refitted(track: Track, model: Model) -> Fit:
 
 
 def _searched(
-    track: Track, fit: Fit, tried: tuple[Candidate, ...], alpha: float, seed: int, few: bool = False
+    track: Track, fit: Fit, tried: tuple[Candidate, ...], alpha: float, seed: int
 ) -> tuple[Hit | None, list[Hit], str]:
-    """The formula that is told beside a model, all that are significant, and else why none is told.
+    """The formula that is told beside a model, all that are significant, and else why none is told."""
+    best = _likeliest(score_alone(track.problem, fit, tried), tried)
+    return _judged(track, fit, best, len(tried), alpha, seed)
 
-    ``few``: of the best scores alone, and of none where none is large.
-    """
-    problem = track.problem
-    best = _likeliest(scores := score_alone(problem, fit, tried), tried)
-    if few:
-        best = best[:FEW_REFITTED] if max((s.q.max() for s in scores if s.testable), default=0.0) >= SEEN else ()
-    family = len(tried) + track.family
+
+def _seen(track: Track, fit: Fit, tried: tuple[Candidate, ...], seed: int) -> tuple[Hit | None, list[Hit], str]:
+    """The same of the largest scores alone, and of none where none is large: where nobody asked for a formula."""
+    scores = score_alone(track.problem, fit, tried)
+    if max((one.q.max() for one in scores if one.testable), default=0.0) < SEEN:
+        return None, [], "none is significant"
+    return _judged(track, fit, _likeliest(scores, tried)[:FEW_REFITTED], len(tried), CERTAIN, seed)
+
+
+def _judged(
+    track: Track, fit: Fit, best: tuple[Candidate, ...], tried: int, alpha: float, seed: int
+) -> tuple[Hit | None, list[Hit], str]:
+    """The same of the ``best`` of so many that were ``tried``."""
+    problem, family = track.problem, tried + track.family
     hits = [h for h in search(problem, fit, best, seed, family, tones=False) if h.log_p < math.log(alpha)]
     reason = "none is significant"
     for hit in hits[:MOST_JUDGED]:
@@ -230,15 +245,15 @@ def _instead(
     return replace(_found(problem, fit, found, hits), instead_of=tuple(s.hit.candidate.effect.key for s in steps))
 
 
-def testable(problem: Problem, fit: Fit) -> tuple[Candidate, ...]:
-    """The formulas that a recording can show, as candidates of the search."""
+def testable(problem: Problem, fit: Fit, formulas: tuple[Product, ...]) -> tuple[Candidate, ...]:
+    """Those of the formulas that a recording can show, as candidates of the search."""
     instrument: Instrument = "accelerometer" if problem.unit == "m/s^2" else "gyro"
     drivers = set(_drivers(problem, instrument))
     size = float(np.std(problem.y - fit.predicted()[: len(problem.y)])) or 1e-9
     barred = () if _never_slow(problem) else ("1/u",)
     effects = [
         _scaled(problem, formula, instrument, size)
-        for formula in grammar()
+        for formula in formulas
         if all((f.driver in drivers or f.text in drivers) and f.text not in barred for f in formula.factors)
     ]
     return candidates(problem, tuple(effects))[0]
