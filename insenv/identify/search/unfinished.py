@@ -165,7 +165,7 @@ def nothing_as_well(track: Track, own: Mapping[Term, tuple[Estimate, ...]]) -> t
     its deviation was named with a walk as its rival, and says nothing about the bias.
     """
     for step in track.steps:
-        if step.together or not track.problem.turns or not _has_one_size(step.hit.candidate.effect):
+        if step.together or not track.problem.turns or not _has_a_size(step.hit.candidate.effect):
             continue
         sizes = {param.name for param in step.hit.candidate.effect.linear}
         rows = [row for row in own.get(step.hit.term, ()) if row.parameter in sizes and row.sd > 0]
@@ -178,13 +178,16 @@ def nothing_as_well(track: Track, own: Mapping[Term, tuple[Estimate, ...]]) -> t
     return None
 
 
-def _has_one_size(effect: Effect) -> bool:
-    """Whether it has a name and coefficients that must be something: it is no lag, no line, and no drift.
+def _has_a_size(effect: Effect) -> bool:
+    """Whether it has a name and goes with rate, angle or gain, as what errors of a reference leave does, and no lag.
 
-    Of a drift that is not told from a walk the held-out rows tell what fitted ones, beside that walk, do not.
+    Or is a step or a warm-up of the bias. Of a drift that is not told from a walk the held-out rows tell what fitted
+    ones, beside that walk, do not; of a polynomial of the temperature the coefficients are told together alone.
     """
-    drifts = is_of_bias(effect) and not effect.shapes
-    return not (effect.generic or effect.line or drifts or (effect.of_response and effect.part != "gain"))
+    gain = effect.part == "gain"
+    law = (effect.of_rate or "angle" in effect.needs) and not effect.of_response
+    slow = is_of_bias(effect) and bool(effect.shapes)
+    return (gain or law or slow) and not effect.generic and not effect.line
 
 
 def _one_size(step: Step, own: Mapping[Term, tuple[Estimate, ...]]) -> Estimate | None:

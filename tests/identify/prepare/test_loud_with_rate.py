@@ -9,7 +9,7 @@ import pytest
 
 from insenv.effects.catalogue import by_key
 from insenv.identify.prepare.excess import _fast_p
-from insenv.identify.search.unfinished import _has_one_size
+from insenv.identify.search.unfinished import _has_a_size
 
 N, HOLD = 8000, 16
 
@@ -41,9 +41,10 @@ def test_a_lag_and_a_line_have_a_name_without_a_size_and_a_step_has_none() -> No
     sized = {
         "bias_step": True,
         "bias_drift": False,
+        "bias_temperature:1": False,
         "scale_factor": True,
         "scale_factor_cubic": True,
         "timing_skew": False,
         "tone": False,
     }
-    assert {key: _has_one_size(by_key(key)) for key in sized} == sized
+    assert {key: _has_a_size(by_key(key)) for key in sized} == sized
