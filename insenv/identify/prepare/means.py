@@ -60,28 +60,16 @@ class ToldByMeans:
         return min(self.times * agreeing(list(self.gains)), self.gains[-1][0])
 
 
-def by_means(
-    manifest: Manifest,
-    recordings: tuple[Recording, ...],
-    uses: tuple[RowUse, ...],
-    target: str,
-    rows: int,
-    model: Model,
-) -> ToldByMeans:
-    """By means over so many ``rows`` and ever twice as many, beside a reference that has errors of its own."""
-    return _together(_each(manifest, recordings, uses, target, rows, model), 1)
+def of_known_errors(each: Iterable[ToldByMeans]) -> ToldByMeans:
+    """What all lengths (`by_means`) tell, beside a reference that has errors of its own."""
+    return _together(each, 1)
 
 
-def by_means_that_lose(
-    manifest: Manifest,
-    recordings: tuple[Recording, ...],
-    uses: tuple[RowUse, ...],
-    target: str,
-    rows: int,
-    model: Model,
-) -> ToldByMeans:
-    """The same beside a reference of whose errors nothing is known, where short means tell that it has some."""
-    each = _each(manifest, recordings, uses, target, rows, model)
+def of_unknown_errors(each: Iterator[ToldByMeans]) -> ToldByMeans:
+    """The same beside a reference of whose errors nothing is known; nothing, unless short means tell that it has some.
+
+    One length is asked alone where that reads the motion.
+    """
     first = next(each, ToldByMeans())
     if not first.gains or abs(first.gains[0][1]) > 1 - LOST:
         return ToldByMeans()
@@ -98,7 +86,7 @@ def _together(each: Iterable[ToldByMeans], times: int) -> ToldByMeans:
     )
 
 
-def _each(
+def by_means(
     manifest: Manifest,
     recordings: tuple[Recording, ...],
     uses: tuple[RowUse, ...],
@@ -106,7 +94,7 @@ def _each(
     rows: int,
     model: Model,
 ) -> Iterator[ToldByMeans]:
-    """What means over ever more rows tell as long as they leave the motion, one length after the other."""
+    """What means over so many ``rows``, and ever twice as many, tell as long as they leave the motion, one by one."""
     fitted, motion, wide = sum(int(use.fit.sum()) for use in uses), 0.0, rows
     free = (*(t for t in model if not isinstance(t.effect, (ScaleFactor, TimingSkew))), Term(ScaleFactor()))
     while manifest.held_out.averaging is None and (wide == rows or fitted >= FEWEST_AGREEING * wide):

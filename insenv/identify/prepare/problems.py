@@ -49,7 +49,7 @@ from insenv.identify.prepare.lines import (
     quantum,
     steps_of_encoder,
 )
-from insenv.identify.prepare.means import LEFT, ToldByMeans, by_means, by_means_that_lose
+from insenv.identify.prepare.means import LEFT, ToldByMeans, by_means, of_known_errors, of_unknown_errors
 from insenv.identify.prepare.samples import sample_spectrum
 from insenv.identify.prepare.widths import rows_of_motion, rows_per_bin, whole_holds, whole_rows
 
@@ -177,9 +177,8 @@ def _ready(
     followed = told or settled(measured_parts(recordings, _spans(recordings, uses), target, fit))
     clean = _clean(recordings, target, rows, (*moving, *jumps), followed)
     recordings, rejected = clean.recordings, clean.rejected
-    means = ToldByMeans()
-    if followed:
-        means = (by_means if told else by_means_that_lose)(manifest, recordings, uses, target, rows, model)
+    each = by_means(manifest, recordings, uses, target, rows, model) if followed else iter(())
+    means = of_known_errors(each) if told else of_unknown_errors(each)
     rows = means.rows if means.gains else rows
     plain = binned(manifest, recordings, uses, target, rows)
     kept = without_turns(recordings, uses, plain, model)

@@ -14,7 +14,7 @@ from insenv.identify.findings import Estimate
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.uncertainty import estimates
 from insenv.identify.prepare.declared import declared_model
-from insenv.identify.prepare.means import by_means
+from insenv.identify.prepare.means import by_means, of_known_errors
 from insenv.identify.prepare.problems import prepare
 
 STEP = np.deg2rad(0.1)
@@ -94,7 +94,7 @@ def test_however_gains_differ_bins_keep_half_of_the_motion() -> None:
     angle = np.sin(2 * np.pi * t) / np.pi
     run = Recording(t, {"gyro": Channel(gyro, "rad/s"), "table_angle": Channel(angle, "rad", source="encoder")})
     asked, uses = manifest(), (use(len(t)),)
-    gains = by_means(asked, (run,), uses, "gyro", 5, declared_model(asked, (run,), "gyro")).gains
+    gains = of_known_errors(by_means(asked, (run,), uses, "gyro", 5, declared_model(asked, (run,), "gyro"))).gains
     assert gains[-1][0] == 40  # a mean over T keeps sinc(T f)^2 of the power: 0.57 at 0.4 s, 0.05 at 0.8 s
 
 
