@@ -44,6 +44,8 @@ TOGETHER = 250
 #: Degrees of freedom of noise that is as good as known; those below which the noise is fitted anew, to one of so many
 #: residuals, those with the largest scores, in so many steps.
 KNOWN, FEW, MOST_SHARE, STEPS = 1e6, 100.0, 8, 30
+#: Times its size in the fitted modes that a curve has in a held-out one at most: its square is a number as well.
+FARTHEST = 1e12
 #: Logarithm of a probability below which the incomplete beta function has no digits.
 SMALLEST = -600.0
 
@@ -315,7 +317,7 @@ def whole(problem: Problem, fit: Fit, power: Floats, found: tuple[Candidate, ...
             Directions(
                 candidate.effect.key,
                 rows[..., :modes].astype(np.float32),
-                later.astype(np.float32),
+                np.clip(later, -FARTHEST, FARTHEST).astype(np.float32),
                 rank,
                 freedom,
                 sd,
