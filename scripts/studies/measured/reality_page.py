@@ -88,6 +88,17 @@ By `1c7eae3`, after it, a knock is one in a rest of some seconds too: `adamshiau
 a drift as the fit has it and no warm-up of its knock. Since single rows that are too many to be left out are a reason,
 `will-aleyegn/still` would be honest.
 
+By `0ebac1a` and `863a34a` the twenty-fifth part was asked again: 25 of 28 would be right or honest
+(`anh-lxn/rate_z`, `shimotoriharuki/sequence`, all of `lauratrain99` but `unit4` among them). By `ff8d736` a reference
+of whose errors nothing is known is judged by means that are long enough: the scale factor of `tuc-proaut/hall` is
+0.009 ± 0.010, where -0.75 ± 0.05 had been said, and the gyro of `mtahakoroglu/foot35_y` is 13 ± 4 ms late. By
+`1c7eae3` 48 recordings beside a reference of which a law had been named were asked again: none is worse than told here,
+and six are better (`jaminwza/robot_z`, `cra-ros-pkg/husky`, `jaroslav/day_y`, `north_x` and `north_y` right,
+`zelanzou/still` honest); of others that were wrong `kerikun11/new_robot` and `jaroslav/night_one` would be right. By
+`aa335f9` 82 of 382 further ones, drawn at random: `parabiomech/android_raw_z` and `klelkov/nine` right that were
+honest, `catsystems/piccard_x` honest that was right (its scale factor, -0.0025 ± 0.0044, has no name), and
+`brightside/swung` wrong and flagged, as it was by `0862439`.
+
 By `e2de2a7` weak lines in noise of a count or more are named, and those that means need not reject: of four of the
 part that were asked again `bryantaoli/parked`, `lauratrain99/unit1` and `unit2` would be right, and
 `fabs3007/printed` honest.
