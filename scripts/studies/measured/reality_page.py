@@ -95,9 +95,10 @@ of whose errors nothing is known is judged by means that are long enough: the sc
 `1c7eae3` 48 recordings beside a reference of which a law had been named were asked again: none is worse than told here,
 and six are better (`jaminwza/robot_z`, `cra-ros-pkg/husky`, `jaroslav/day_y`, `north_x` and `north_y` right,
 `zelanzou/still` honest); of others that were wrong `kerikun11/new_robot` and `jaroslav/night_one` would be right. By
-`aa335f9` 82 of 382 further ones, drawn at random: `parabiomech/android_raw_z` and `klelkov/nine` right that were
-honest, `catsystems/piccard_x` honest that was right (its scale factor, -0.0025 ± 0.0044, has no name), and
-`brightside/swung` wrong and flagged, as it was by `0862439`.
+`aa335f9` 146 of 382 further ones, drawn at random: `parabiomech/android_raw_z`, `klelkov/nine`,
+`kalebburnham/flight_x`, `yladzislay/long_z` and `long_y_heat` right that were honest, `catsystems/piccard_x` honest
+that was right (its scale factor, -0.0025 ± 0.0044, has no name), `nathanrgodwin/flat_z` wrong and flagged (a warm-up
+of the bias of 0.8 s), and `brightside/swung` so too, as it was by `0862439`.
 
 By `e2de2a7` weak lines in noise of a count or more are named, and those that means need not reject: of four of the
 part that were asked again `bryantaoli/parked`, `lauratrain99/unit1` and `unit2` would be right, and
