@@ -306,12 +306,8 @@ class LaggedFormula(_OfFormula, MemoryEffect):
 
     def begin(self, motion: Motion, theta: Floats) -> Floats:
         """The product at the start of a run, shape (...): before it nothing changed."""
-        # Kept with the motion, which is never written to: a search asks it for each of its time constants.
-        starts: dict[str, Floats] = vars(motion).setdefault("starts of formulas", {})
-        start = starts.get(self.formula)
-        if start is None:
-            first = replace(motion.interval(0, 1), step=motion.dt)
-            start = starts[self.formula] = self._product(first.rate, first)[..., 0]
+        first = replace(motion.interval(0, 1), step=motion.dt)
+        start = self._product(first.rate, first)[..., 0]
         return np.broadcast_to(start, np.broadcast_shapes(start.shape, np.shape(theta)[:-1])).copy()
 
     def carry(self, u: Floats, motion: Motion, theta: Floats, state: Any) -> tuple[Floats, Floats]:

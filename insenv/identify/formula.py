@@ -114,12 +114,12 @@ def _with_law(track: Track, alpha: float, seed: int, progress: Progress) -> Trac
     problem = track.problem
     if not problem.turns:
         return track
-    tried = testable(problem, _refitted(track, _named(track)), at_once())
+    tried = testable(problem, _refitted(track, track.fit.named), at_once())
     search_on = partial(_seen, track, tried=tried, seed=seed)
     for step in track.steps:
         if not _may_be_a_part(step):
             continue
-        others = tuple(term for term in _named(track) if term is not step.hit.term)
+        others = tuple(term for term in track.fit.named if term is not step.hit.term)
         fit = _refitted(track, others)
         found, hits, _ = search_on(fit)
         base = reference(problem, fit.model, fit.noise.power)
@@ -127,13 +127,9 @@ def _with_law(track: Track, alpha: float, seed: int, progress: Progress) -> Trac
         if found is not None and found.rank >= own.rank + TOLD:
             progress(f"{problem.target}: a product explains more than {step.hit.candidate.effect.key}")
             return _in_its_place(track, step, _found(problem, fit, found, hits), found, alpha)
-    fit = _refitted(track, _named(track))
+    fit = _refitted(track, track.fit.named)
     found, hits, _ = search_on(fit)
     return track if found is None else replace(track, law=_found(problem, fit, found, hits))
-
-
-def _named(track: Track) -> Model:
-    return tuple(term for term in track.fit.model if not term.effect.generic)
 
 
 def _may_be_a_part(step: Step) -> bool:
@@ -145,7 +141,7 @@ def _may_be_a_part(step: Step) -> bool:
 def _in_its_place(track: Track, step: Step, law: FoundFormula, found: Hit, alpha: float) -> Track:
     """The track with a law in the place of a step, and without what is nothing beside it."""
     problem, behind = track.problem, [step]
-    model = with_term(tuple(t for t in _named(track) if t is not step.hit.term), found.term)
+    model = with_term(tuple(t for t in track.fit.named if t is not step.hit.term), found.term)
     for other in track.steps:
         if other is step or not (_may_be_a_part(other) or other.hit.candidate.generic):
             continue
@@ -164,7 +160,7 @@ def _in_its_place(track: Track, step: Step, law: FoundFormula, found: Hit, alpha
 def sought(track: Track, alpha: float, seed: int, progress: Progress = lambda text: None) -> Formulas:
     """What a search among formulas comes to on a target: beside the effects that were added, or in their place."""
     problem = track.problem
-    named = tuple(term for term in track.fit.model if not term.effect.generic)
+    named = track.fit.named
     fit = _refitted(track, named)
     tried = testable(problem, fit, grammar())
     if not tried:

@@ -44,7 +44,7 @@ def _own_estimates(track: Track) -> dict[Term, tuple[Estimate, ...]]:
     """
     problem, fit = track.problem, track.fit
     added = tuple(step.hit.term for step in track.steps)
-    named = tuple(term for term in fit.model if not term.effect.generic)
+    named = fit.named
     if len(named) == len(fit.model):
         return estimates(problem, fit, added)
     return estimates(problem, fit) | estimates(problem, solve(problem, named), added)
@@ -58,7 +58,7 @@ def _by_parts(
     term = next((t for t, rows in own.items() if t.effect.id == SCALE and len(rows) == 1), None)
     if term is None or not problem.turns or not problem.target.startswith("gyro"):
         return own, ()
-    named = tuple(t for t in track.fit.model if not t.effect.generic)
+    named = track.fit.named
     fit = track.fit if len(named) == len(track.fit.model) else solve(problem, named)
     (row,) = own[term]
     found = parts_apart(problem, fit, term)

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from strangers import closed_rate_file
 
-from insenv.close import close
 from insenv.identify.findings import TargetFindings
 from insenv.identify.prepare.two_levels import two_levels
 
@@ -29,15 +29,7 @@ def judged(folder: Path, bias: Floats, rng: np.random.Generator) -> TargetFindin
     t = DT * np.arange(1.0, N + 1)
     rate = 0.5 * np.sin(2 * np.pi * t / 7.3)
     gyro = rate + bias + 2e-4 * rng.standard_normal(N)
-    np.savetxt(folder / "run.csv", np.column_stack([t, gyro, rate]), "%.12g", ",", header="t,g,u", comments="")
-    (folder / "run.toml").write_text(
-        'data = "run.csv"\n[channels]\ntime = { column = "t", unit = "s" }\n'
-        'gyro = { column = "g", unit = "rad/s" }\n'
-        'table_rate = { column = "u", unit = "rad/s", source = "encoder" }\n'
-        '[model]\ntarget = "gyro"\ndeclared = ["bias", "scale_factor"]\n'
-    )
-    (target,) = close(folder / "run.toml").targets
-    return target
+    return closed_rate_file(folder, t, gyro, rate)
 
 
 @pytest.mark.parametrize(("kind", "word"), [("flips", "to and fro between"), ("bends", "bends in time"), ("none", "")])

@@ -33,7 +33,7 @@ def borne_out(problem: Problem, fit: Fit, own: Own) -> tuple[dict[Term, tuple[Es
     asked = [term for term in own if not term.effect.generic and term.effect.part != "level" and term in fit.model]
     if problem.turns or not asked or not problem.held_out:
         return found, ()
-    named = tuple(term for term in fit.model if not term.effect.generic)
+    named = fit.named
     whole = problem.all_fitted()
     by_all = estimates(whole, solve(whole, named))
     for term in asked:

@@ -76,7 +76,7 @@ def skews_apart(problem: Problem, fit: Fit) -> Skews | None:
     """Skews of the quarters of one run, where they differ by more than chance."""
     if len(np.unique(problem.bins.run)) > 1:
         return None
-    named = tuple(t for t in fit.model if not t.effect.generic)
+    named = fit.named
     term = next((t for t in named if isinstance(t.effect, TimingSkew)), None)
     if term is None:
         term = Term(TimingSkew())

@@ -51,6 +51,11 @@ class Fit:
         """Standard deviations of ``theta``, shape (p,)."""
         return np.sqrt(np.diag(self.cov)) / self.design.scale
 
+    @property
+    def named(self) -> Model:
+        """The model without curves that explain and name no cause."""
+        return tuple(term for term in self.model if not term.effect.generic)
+
     def predicted(self) -> Floats:
         """The model over all bins, shape (bins,); free bins are not part of it."""
         return self.design.matrix @ (self.beta * (self.design.term >= 0))

@@ -324,24 +324,27 @@ def _fast_p(problem: Problem, blocks: Blocks) -> float:
         return 1.0
     rate = np.abs(problem.bins.mean(tuple(e.u for e in problem.exposures)))
     found, count = [], 1
-    while True:
-        power, means = [], []
-        for block, white in blocks:
-            n = block.n // count
-            power.append(np.sum(white[: n * count].reshape(n, count), axis=1) ** 2 / count)
-            means.append(np.mean(rate[block.start : block.start + n * count].reshape(n, count), axis=1))
-        loud, fast = np.minimum(np.concatenate(power), LOUDEST**2), np.concatenate(means)
-        if len(loud) < FEWEST_FAST:
-            break
-        rank = np.argsort(np.argsort(fast)) / len(fast) - 0.5
-        ratio = loud[rank > 1 / 6].mean() / max(float(loud[rank < -1 / 6].mean()), 1e-300)
-        deviate = float(rank @ (loud - loud.mean()) / np.sqrt((rank @ rank) * max(float(loud.var()), 1e-300)))
-        found.append(deviate if ratio > LOUDER else min(deviate, 0.0))
+    while sum(block.n // count for block, _ in blocks) >= FEWEST_FAST:
+        found.append(_louder_where_fast(blocks, rate, count))
         count *= 2
     slow = found[SLOW_FROM:]
     if not slow or max(slow) <= found[0]:
         return 1.0
     return float(min(1.0, ndtr(-max(slow)) * len(slow)))
+
+
+def _louder_where_fast(blocks: Blocks, rate: Floats, count: int) -> float:
+    """Deviate by which means over ``count`` bins go with the rate in rank; none that is not `LOUDER` is positive."""
+    power, means = [], []
+    for block, white in blocks:
+        n = block.n // count
+        power.append(np.sum(white[: n * count].reshape(n, count), axis=1) ** 2 / count)
+        means.append(np.mean(rate[block.start : block.start + n * count].reshape(n, count), axis=1))
+    loud, fast = np.minimum(np.concatenate(power), LOUDEST**2), np.concatenate(means)
+    rank = np.argsort(np.argsort(fast)) / len(fast) - 0.5
+    ratio = loud[rank > 1 / 6].mean() / max(float(loud[rank < -1 / 6].mean()), 1e-300)
+    deviate = float(rank @ (loud - loud.mean()) / np.sqrt((rank @ rank) * max(float(loud.var()), 1e-300)))
+    return deviate if ratio > LOUDER else min(deviate, 0.0)
 
 
 def _later_p(problem: Problem, fit: Fit) -> float:

@@ -52,8 +52,8 @@ def undeclared_gain(problem: Problem, fit: Fit, declared: Model, scores: tuple[S
     if not is_undeclared(problem, declared) or any(term.effect.id == SCALE for term in fit.model):
         return ()
     # A curve of the rate without a cause would hold it.
-    named, term = tuple(term for term in fit.model if not term.effect.generic), Term(ScaleFactor())
-    rows = estimates(problem, solve(problem, (*named, term), start=fit.noise.power))[term]
+    term = Term(ScaleFactor())
+    rows = estimates(problem, solve(problem, (*fit.named, term), start=fit.noise.power))[term]
     if not rows:
         return ()
     (left,) = rows

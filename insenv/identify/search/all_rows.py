@@ -76,8 +76,7 @@ def of_all_rows(track: Track, seed: int = 0) -> AllRows | None:
     tried = tuple(c for c in track.candidates if c.effect.key in DRIFTS or is_thermal(c.effect) or is_step(c.effect))
     if track.problem.turns or all(is_step(c.effect) for c in tried):
         return None
-    model = tuple(term for term in track.fit.model if not term.effect.generic)
-    return _asked(track, whole_of(track), model, tried, seed)
+    return _asked(track, whole_of(track), track.fit.named, tried, seed)
 
 
 def of_all_rows_beside_a_reference(track: Track, seed: int = 0) -> AllRows | None:

@@ -118,7 +118,7 @@ def of_few_means(problem: Problem, fit: Fit, term: Term) -> str:
         return ""
     fitted = ~problem.bins.held_out
     design, columns = fit.design.matrix[fitted], problem.columns(term)[fitted]
-    left = columns - design @ np.linalg.lstsq(design, columns, rcond=1e-10)[0]
+    left = _outside(design, columns)
     energy = np.sum(left**2, axis=1)
     means = float(energy.sum()) ** 2 / max(float(energy @ energy), 1e-300)
     if means >= FEWEST_MEANS:
@@ -242,7 +242,7 @@ def of_a_rest(problem: Problem, fit: Fit, term: Term) -> str:
     if not 0 < len(wanders) <= FEW:
         return ""
     design, column = fit.design.matrix[fitted], problem.columns(term)[fitted, 0]
-    column = column - design @ np.linalg.lstsq(design, column, rcond=1e-10)[0]
+    column = _outside(design, column)
     left = (problem.y - fit.predicted())[fitted]
     size = float(column @ left / (column @ column))
     explained = np.zeros(len(u))
@@ -251,6 +251,11 @@ def of_a_rest(problem: Problem, fit: Fit, term: Term) -> str:
     if at_rest < ALL_OF_IT * float(explained.sum()):
         return ""
     return "all of it lies in a rest, in which the reference wanders by itself, as an estimated attitude does"
+
+
+def _outside(design: Floats, columns: Floats) -> Floats:
+    """What is left of columns, or of one, beside those of a design, by plain least squares."""
+    return np.asarray(columns - design @ np.linalg.lstsq(design, columns, rcond=1e-10)[0])
 
 
 def _knows_change(effect: Effect) -> bool:
