@@ -93,7 +93,8 @@ class Bins:
 
     def mean(self, values: tuple[Floats, ...]) -> Floats:
         """Weighted means over the kept bins of cell values, one array (cells, ...) per run; shape (n, ...)."""
-        return np.concatenate([self._mean_of_run(i, v) for i, v in enumerate(values)])
+        means = [self._mean_of_run(i, v) for i, v in enumerate(values)]
+        return means[0] if len(means) == 1 else np.concatenate(means)
 
     def change(self, values: Floats) -> Floats:
         """Change of values of the bins from one to the next, within each block, shape (n,); 0 in one of a bin."""

@@ -41,18 +41,29 @@ def held_out_deviate(problem: Problem, small: Fit, large: Fit, freedom: float) -
     """
     power = np.maximum(small.noise.power, large.noise.power)
     anchored = _Anchored.of(problem, power)
-    left = residual(problem, small)
+    left, left_modes, columns = _beside(problem, small, anchored)
     free = _free_of_run(problem, small, anchored)
-    r, phi = free(anchored.whiten(left)), free(anchored.whiten(left - residual(problem, large)))
+    r, phi = free(anchored.scaled(left_modes)), free(anchored.whiten(left - residual(problem, large)))
     if not small.design.matrix.shape[1]:
         information = float(phi @ phi)
         return _deviate(float(r @ phi), information, freedom), information
     # V^-1 by the matrix inversion lemma, in the whitened domain where the noise is the identity.
-    half = free(anchored.whiten(small.design.matrix)) @ np.linalg.cholesky(small.cov)
+    half = free(anchored.scaled(columns)) @ np.linalg.cholesky(small.cov)
     inner = np.eye(half.shape[1]) + half.T @ half
     damped = phi - half @ np.linalg.solve(inner, half.T @ phi)
     information = float(phi @ damped)
     return _deviate(float(r @ damped), information, freedom), information
+
+
+def _beside(problem: Problem, fit: Fit, anchored: _Anchored) -> tuple[Floats, Floats, Floats]:
+    """What is left of all bins, its held-out modes and those of the columns: the same for all beside the fit."""
+    found: dict[tuple[tuple[int, int], ...], tuple[Floats, Floats, Floats]]
+    found = problem.remember_last("held-out modes beside", fit, dict)
+    where = tuple((a.start, a.stop) if a is not None else (0, 0) for a in anchored.anchors)
+    if where not in found:
+        left = residual(problem, fit)
+        found[where] = left, anchored.modes(left), anchored.modes(fit.design.matrix)
+    return found[where]
 
 
 def held_out_information(problem: Problem, fit: Fit, phi: Floats) -> float:
@@ -123,12 +134,19 @@ class _Anchored:
 
     def whiten(self, values: Floats) -> Floats:
         """Whitened modes of the held-out blocks of values over all bins, shape (modes, ...)."""
+        return self.scaled(self.modes(values))
+
+    def scaled(self, changed: Floats) -> Floats:
+        """Modes whitened."""
+        return changed / (self.root if changed.ndim == 1 else self.root[:, None])
+
+    def modes(self, values: Floats) -> Floats:
+        """Modes of the held-out blocks of values over all bins, relative to the anchors, shape (modes, ...)."""
         parts = []
         for block, anchor in zip(self.blocks, self.anchors, strict=True):
             level = 0.0 if anchor is None else values[anchor].mean(axis=0)
             parts.append(dct(values[block.start : block.stop] - level, type=2, norm="ortho", axis=0))
-        changed = np.concatenate(parts)
-        return changed / (self.root if changed.ndim == 1 else self.root[:, None])
+        return np.concatenate(parts)
 
 
 def _anchor(problem: Problem, block: Block, most: int) -> slice | None:

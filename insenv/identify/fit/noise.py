@@ -45,7 +45,17 @@ _MOST = 1e8
 
 def transform(blocks: tuple[Block, ...], values: Floats) -> Floats:
     """Orthonormal DCT-II of each block along the first axis; rows in the order of the blocks."""
-    return np.concatenate([dct(values[b.start : b.stop], type=2, norm="ortho", axis=0) for b in blocks])
+    return _joined([dct(values[b.start : b.stop], type=2, norm="ortho", axis=0) for b in blocks], 0)
+
+
+def transform_rows(blocks: tuple[Block, ...], rows: Floats) -> Floats:
+    """The same along the second axis of ``rows``, shape (k, bins), to (k, modes): next to each other, twice as fast."""
+    return _joined([dct(rows[:, b.start : b.stop], type=2, norm="ortho", axis=1) for b in blocks], 1)
+
+
+def _joined(parts: list[Floats], axis: int) -> Floats:
+    """Parts behind each other; most recordings have one, which is not copied."""
+    return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=axis)
 
 
 def eigenvalues(blocks: tuple[Block, ...]) -> Floats:

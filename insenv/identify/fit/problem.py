@@ -23,7 +23,7 @@ from insenv.data.exposure import Exposure, turns
 from insenv.effects.base import OUTPUT, CurveEffect, Effect, LinearEffect, NoiseEffect, Param
 from insenv.effects.noise import AngleRandomWalk, BiasInstability, Quantization, RateRandomWalk
 from insenv.identify.fit.bins import Bins, Block, without
-from insenv.identify.fit.noise import Grouping, Modes, Pooled, grouping, modes, transform
+from insenv.identify.fit.noise import Grouping, Modes, Pooled, grouping, modes, transform, transform_rows
 
 #: Noise terms of every fit, in this order.
 NOISE_TERMS: tuple[NoiseEffect, ...] = (
@@ -218,9 +218,9 @@ class Problem:
         if len(fresh) > 1:
             columns = [self.columns(term) for term in fresh]
             ends = np.cumsum([c.shape[1] for c in columns])
-            changed = transform(self.fitted, np.concatenate(columns, axis=1))
+            changed = transform_rows(self.fitted, np.concatenate([c.T for c in columns]))
             for term, end, own in zip(fresh, ends, columns, strict=True):
-                part = np.ascontiguousarray(changed[:, end - own.shape[1] : end])
+                part = np.ascontiguousarray(changed[end - own.shape[1] : end].T)
                 self.cache[("transformed", term)] = part
         return [self.transformed(term) for term in terms]
 

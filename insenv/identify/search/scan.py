@@ -148,14 +148,20 @@ def score_alone(problem: Problem, fit: Fit, found: tuple[Candidate, ...]) -> lis
 def _noise(seed: int, modes: int) -> Floats:
     """White noise of the null distribution, shape (modes, runs): the same in every round and of every target alike.
 
-    The first of more modes are those of fewer: most problems of a seed take theirs of what was drawn once.
+    The first of more modes are those of fewer: problems of a seed take theirs of what was drawn for the largest.
     """
-    return _drawn(seed, max(modes, MOST_SHARED))[:modes]
+    drawn = _of_seed(seed)
+    if len(drawn[0]) < modes:
+        size = max(modes, MOST_SHARED)
+        drawn[0] = np.random.Generator(np.random.SFC64(seed)).standard_normal((size, NULL_RUNS))
+    return drawn[0][:modes]
 
 
 @lru_cache(maxsize=2)
-def _drawn(seed: int, modes: int) -> Floats:
-    return np.random.Generator(np.random.SFC64(seed)).standard_normal((modes, NULL_RUNS))
+def _of_seed(seed: int) -> list[Floats]:
+    """The most that was drawn of a seed so far."""
+    del seed
+    return [np.empty((0, NULL_RUNS))]
 
 
 def _score_one(block: Floats, weight: Floats, q: Floats, residual: Floats, noise: Floats | None) -> Scores:
@@ -168,7 +174,10 @@ def _score_one(block: Floats, weight: Floats, q: Floats, residual: Floats, noise
     usable = rank > 0
     median = 0.0
     if noise is not None:
-        null = np.sum((rows @ noise).reshape(k, shapes, -1) ** 2, axis=0)[usable].max(axis=0)
+        null = rows @ noise
+        null *= null
+        null = null if k == 1 else null.reshape(k, shapes, -1).sum(axis=0)
+        null = (null if usable.all() else null[usable]).max(axis=0)
         median = float(np.median(null))
     return Scores(np.where(usable, values, -1.0), median, int(np.median(rank[usable])))
 
