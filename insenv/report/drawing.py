@@ -79,7 +79,9 @@ def cloud(ax: Axes, x: Floats, y: Floats, color: str) -> None:
     codes = np.tile([MplPath.MOVETO, MplPath.LINETO], len(points) // 2)
     path = MplPath(points, codes)
     path.should_simplify = False
-    ax.add_patch(PathPatch(path, fill=False, ec=color, lw=stroke, alpha=alpha, capstyle="round", snap=False, zorder=2))
+    ax.add_artist(PathPatch(path, fill=False, ec=color, lw=stroke, alpha=alpha, capstyle="round", snap=False, zorder=2))
+    # As a patch its limits would be sought curve by curve, a tenth of the time of a page.
+    ax.update_datalim(points)
     ax.autoscale_view()
 
 

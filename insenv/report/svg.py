@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 from html import escape
 from io import StringIO
+from typing import Any
 
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 
 from insenv.report.drawing import PALETTE, style
 
@@ -52,12 +54,22 @@ def inline(figure: Figure, prefix: str, description: str) -> str:
 
 
 def _lay_out(figure: Figure) -> None:
-    """Give everything its place, as saving does, which draws all of it once more for that."""
+    """Give everything its place, as saving does, which draws all of it once more for that.
+
+    Small ticks bear no letters and so take no room: without them, which are most ticks, it takes half the time.
+    """
     engine = figure.get_layout_engine()
     if engine is not None:
         FigureCanvasSVG(figure)
         figure.set_dpi(POINTS)
+        # Axes that share a scale share what places their ticks.
+        small: dict[int, Any] = {id(axis.minor): axis.minor for ax in figure.axes for axis in (ax.xaxis, ax.yaxis)}
+        placed = [minor.locator for minor in small.values()]
+        for minor in small.values():
+            minor.locator = NullLocator()
         engine.execute(figure)
+        for minor, locator in zip(small.values(), placed, strict=True):
+            minor.locator = locator
         figure.set_layout_engine(None)
 
 

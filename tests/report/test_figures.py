@@ -18,6 +18,7 @@ from insenv.report import (
     drawing,
     figures,
 )
+from insenv.report.svg import _lay_out
 
 
 def test_bins_mean_what_they_hold() -> None:
@@ -64,7 +65,7 @@ def test_labels_of_logarithmic_axes_are_few_and_do_not_overlap(low: float, ratio
         allan_upper=deviation, allan_fitted=deviation, allan_declared=None,
     )  # fmt: skip
     figure = figures.allan(replace(gyro(60), spectra=made))
-    figure.draw_without_rendering()
+    _lay_out(figure)
     (ax,) = figure.axes
     for axis, (first, last), side in ((ax.xaxis, ax.get_xlim(), "x"), (ax.yaxis, ax.get_ylim(), "y")):
         boxes = [t.label1.get_window_extent() for t in axis.get_major_ticks() if t.label1.get_text()]
@@ -84,7 +85,7 @@ def test_a_residual_of_any_size_needs_no_factor_that_the_legend_would_hide(size:
     target = gyro(60)
     traces = replace(target.traces, before=size * target.traces.before, after=size * target.traces.after)
     figure = figures.against_time(replace(target, traces=traces))
-    figure.draw_without_rendering()
+    _lay_out(figure)
     assert [ax.yaxis.get_offset_text().get_text() for ax in figure.axes] == ["", ""]
 
 
