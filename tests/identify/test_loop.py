@@ -41,6 +41,8 @@ class Case:
 
 
 DEG = np.pi / 180
+#: As long as what is as strong as this asks for [s]: strength, not time, is what tells an effect.
+HALF_AN_HOUR = 1800.0
 CASES = (
     Case("constant", "bias_drift", (1.0,)),
     Case("reversal", "bias_warm_up", (1.0, 300.0), 100.0),
@@ -80,7 +82,8 @@ def accepted(found: TargetFindings, key: str) -> bool:
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case.kind}-{case.key}")
 def test_an_undeclared_effect_is_named_and_lowers_the_held_out_error(case: Case) -> None:
-    run, ((_, theta),) = with_effects(case.kind, 11, ((case.key, shaped(case.key, case.theta)),), snr=20)
+    wanted = ((case.key, shaped(case.key, case.theta)),)
+    run, ((_, theta),) = with_effects(case.kind, 11, wanted, snr=20, duration=HALF_AN_HOUR)
     findings = closed(run.recording)
     found = findings.targets[0]
     assert accepted(found, case.key), (
@@ -107,7 +110,7 @@ def test_an_undeclared_effect_is_named_and_lowers_the_held_out_error(case: Case)
 @pytest.mark.parametrize("kind", ["constant", "staircase", "reversal", "sine", "rest"])
 def test_a_complete_model_gives_nothing_significant(kind: str) -> None:
     """Verdict and list agree; the error does not change. Chance of a false alarm 1 %; none at this seed."""
-    run = gyro_run(kind, 40)
+    run = gyro_run(kind, 40, duration=HALF_AN_HOUR)
     found = closed(run.recording)
     assert found.verdict == "nothing-significant"
     target = found.targets[0]
@@ -118,7 +121,7 @@ def test_a_complete_model_gives_nothing_significant(kind: str) -> None:
 
 
 def test_a_declared_effect_is_part_of_the_model_and_not_found_again() -> None:
-    run, ((key, theta),) = with_effects("sine", 12, (("scale_factor_cubic", np.array([1.0])),), snr=30)
+    run, ((key, theta),) = with_effects("sine", 12, (("scale_factor_cubic", np.array([1.0])),), 30, HALF_AN_HOUR)
     found = closed(run.recording, manifest(declared=("bias", "scale_factor", key))).targets[0]
     assert found.verdict == "nothing-significant"
     estimate = next(e for e in found.estimates_after if e.effect == key)
@@ -138,7 +141,8 @@ def test_two_undeclared_effects_are_both_named() -> None:
 
 def test_one_turn_at_a_single_rate_is_reported_as_the_set_that_it_is() -> None:
     """Encoder eccentricity and a rate locked to the angle are one curve there; one name would be a guess."""
-    run, _ = with_effects("constant", 14, (("encoder_harmonic:1", np.array([1.0, 0.5])),), snr=30)
+    wanted = (("encoder_harmonic:1", np.array([1.0, 0.5])),)
+    run, _ = with_effects("constant", 14, wanted, snr=30, duration=HALF_AN_HOUR)
     findings = closed(run.recording)
     found = findings.targets[0]
     assert findings.verdict == "confounded"
@@ -151,7 +155,7 @@ def test_one_turn_at_a_single_rate_is_reported_as_the_set_that_it_is() -> None:
 
 def test_several_rates_separate_the_two() -> None:
     for key in ("encoder_harmonic:1", "angle_locked_rate:1"):
-        run, _ = with_effects("staircase", 15, ((key, np.array([1.0, 0.5])),), snr=30)
+        run, _ = with_effects("staircase", 15, ((key, np.array([1.0, 0.5])),), snr=30, duration=HALF_AN_HOUR)
         found = closed(run.recording).targets[0]
         assert named(found)[0] == key
         rivals = set(found.added[0].confounded_with) - {"earth_rate"}
@@ -302,7 +306,7 @@ def test_gaps_are_no_obstacle() -> None:
 
 
 def test_the_same_seed_gives_the_same_findings() -> None:
-    run, _ = with_effects("staircase", 25, (("encoder_harmonic:2", np.array([1.0, 0.4])),), snr=12, duration=1800.0)
+    run, _ = with_effects("staircase", 25, (("encoder_harmonic:2", np.array([1.0, 0.4])),), snr=12, duration=600.0)
     first, second = (closed(run.recording, seed=3) for _ in range(2))
     assert facts(first) == facts(second)
     assert first.seed == 3

@@ -147,11 +147,15 @@ def _reference(parts: Sequence[Readings], name: str) -> Floats:
     return np.concatenate([np.ravel(p.references[name].values) for p in parts])
 
 
-def told(job: tuple[str, int]) -> Told:
-    """Play a campaign, write it with its manifest, close the loop on that; ``job``: name of the case, seed."""
+def told(job: tuple[str, int], steps: Sequence[Sequence[str]] = ()) -> Told:
+    """Play a campaign, write it with its manifest, close the loop on that.
+
+    ``job``: name of the case, seed; ``steps``: of the profile, if not the scenario's.
+    """
     name, seed = job
     case = CASES[name]
-    changes = {"instrument.sampling": SAMPLING, "undeclared": dict(case.undeclared)}
+    changes: dict[str, Any] = {"instrument.sampling": SAMPLING, "undeclared": dict(case.undeclared)}
+    changes |= {"profile.steps": [*steps]} if steps else {}
     scenario = load(f"rate_table/{case.scenario}", changes | (full_range(case.scenario) if case.full else {}))
     recordings = played(scenario, seed, case.preheat)
     reference = quantity(scenario.table.instrument.reference_temperature, "temperature", "reference_temperature")
