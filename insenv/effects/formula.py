@@ -216,9 +216,13 @@ class Product:
 
     def means(self, u: Floats, motion: Motion, key: str) -> tuple[Floats, ...]:
         """The product of the means over the intervals: one column, two where the table's angle is in it."""
+        return self.of(lambda factor: factor.means(u, motion, key))
+
+    def of(self, means: Callable[[Factor], tuple[Floats, ...]]) -> tuple[Floats, ...]:
+        """The same of the means of each factor."""
         out: tuple[Floats, ...] = ()
         for factor in self.factors:
-            own = factor.means(u, motion, key)
+            own = means(factor)
             out = tuple(a * b for a in out for b in own) if out else own
         return out
 

@@ -223,4 +223,4 @@ def _renewals(ratio: float, start: int, n: int) -> tuple[NDArray[np.int64], NDAr
     first = np.ceil(cells * ratio - 0.5 - _ROUNDING).astype(int) - start
     begin = np.ceil((cells - _ROUNDING) * ratio - 0.5).astype(int) - start
     begin[0] = 0
-    return np.maximum(first + 1, 0), np.diff(begin, append=n)
+    return np.maximum(first + 1, 0), np.concatenate([begin[1:], [n]]) - begin

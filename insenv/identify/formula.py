@@ -23,6 +23,7 @@ from itertools import combinations
 
 import numpy as np
 
+from insenv.core.recording import Floats
 from insenv.effects.acceleration import VibrationRectification
 from insenv.effects.angle import AngleLockedRate
 from insenv.effects.base import Effect, Instrument
@@ -247,8 +248,11 @@ def testable(problem: Problem, fit: Fit, formulas: tuple[Product, ...]) -> tuple
     drivers = set(_drivers(problem, instrument))
     size = float(np.std(problem.y - fit.predicted()[: len(problem.y)])) or 1e-9
     barred = () if _never_slow(problem) else ("1/u",)
+    longest = max(problem.exposures, key=lambda e: e.motion.n)
+    # Of each factor once: hundreds of products are made of some thirty.
+    means = cache(lambda text: FACTORS[text].means(longest.u, longest.motion, "formula"))
     effects = [
-        _scaled(problem, formula, instrument, size)
+        _scaled(formula.of(lambda factor: means(factor.text)), formula, instrument, size)
         for formula in formulas
         if all((f.driver in drivers or f.text in drivers) and f.text not in barred for f in formula.factors)
     ]
@@ -282,10 +286,8 @@ def _never_slow(problem: Problem) -> bool:
     return len(moving) > 0 and float(np.quantile(moving, 0.02)) >= LEAST_RATE * float(moving.max())
 
 
-def _scaled(problem: Problem, formula: Product, instrument: Instrument, size: float) -> Effect:
+def _scaled(columns: tuple[Floats, ...], formula: Product, instrument: Instrument, size: float) -> Effect:
     """The effect of a formula, with a prior by which it makes no more of the reading than what is left of it."""
-    exposure = max(problem.exposures, key=lambda e: e.motion.n)
-    columns = formula.means(exposure.u, exposure.motion, "formula")
     most = max(float(np.sqrt(np.mean(np.square(c)))) for c in columns)
     return made(formula.text, instrument, float(f"{3 * size / max(most, 1e-30):.2g}"), name_of(formula.text))
 

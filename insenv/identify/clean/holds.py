@@ -17,6 +17,7 @@ a late, coarse or interpolated reference leaves is a sawtooth for a while, with 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -412,6 +413,16 @@ class _Search:
     left: Floats
     seen: dict[tuple[float, float], _Gain] = field(default_factory=dict)
 
+    @cached_property
+    def follow(self) -> bool:
+        """Whether the cells follow each other without a gap."""
+        return int(self.cells[-1] - self.cells[0]) + 1 == len(self.cells)
+
+    @cached_property
+    def total(self) -> float:
+        """Square sum of the differences."""
+        return float(self.left @ self.left)
+
     def gain(self, ratio: float, phase: float) -> _Gain:
         """Gain of a hold of ``ratio`` samples that was renewed ``phase`` samples before the start of the run."""
         key = ratio, phase % ratio
@@ -425,11 +436,12 @@ class _Search:
         start, stop = max(0, int(cells[0]) - int(ratio) - 1), int(cells[-1]) + 1  # from a whole cell of the hold on
         u = self.exposure.u[start:stop]
         motion = Motion(whole.t[start : stop + 1], u, step=whole.step)  # a hold needs no more of it
-        column = held_addition(u, motion, np.array([1.0, ratio * whole.dt]), phase * whole.dt)
-        return np.diff(column[cells - start])
+        column = held_part(motion, u, ratio * whole.dt, phase * whole.dt)
+        told = column[int(cells[0]) - start :] if self.follow else column[cells - start]
+        return told[1:] - told[:-1]
 
     def _gain(self, ratio: float, phase: float) -> _Gain:
-        change, total = self.change(ratio, phase), float(self.left @ self.left)
+        change, total = self.change(ratio, phase), self.total
         along = self.q.T @ change  # what is left has no part there
         power = float(change @ change)
         size = power - float(along @ along)

@@ -105,8 +105,7 @@ def _filtered(u: Floats, dt: float, edges: Floats) -> Floats:
     out = np.empty((n, 2 * (len(edges) - 1)))
     for j, (low, high) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
         band = np.where((at >= low) & (at < high), spectrum, 0.0)
-        out[:, 2 * j] = irfft(band, size)[:n]
-        out[:, 2 * j + 1] = irfft(-1j * band, size)[:n]
+        out[:, 2 * j : 2 * j + 2] = irfft(np.stack([band, -1j * band]), size)[:, :n].T
     return out
 
 

@@ -184,12 +184,19 @@ def at_all_times(whole: Problem, one: Candidate) -> Candidate:
 def _unseen(track: Track, whole: Problem, tried: tuple[Candidate, ...]) -> bool:
     """Whether no cause stands out of noise that does not wander, of all noise the one that hides least of it.
 
-    Nothing else is asked then: most recordings are spared two fits of noise for each cause.
+    Nothing else is asked then: most recordings are spared two fits of noise for each cause. Remembered, as it is asked
+    for each word that is said of what is slow.
     """
-    most = np.where([term.id in WANDERING for term in NOISE_TERMS], 0.0, np.inf)
-    most = most if whole.most is None else np.minimum(most, whole.most)
-    base = reference(replace(whole, most=most), track.fit.model, track.fit.noise.power)
-    return largest_statistic(whole, base, tried) < SEEN
+
+    def unseen() -> bool:
+        most = np.where([term.id in WANDERING for term in NOISE_TERMS], 0.0, np.inf)
+        most = most if whole.most is None else np.minimum(most, whole.most)
+        base = reference(replace(whole, most=most), track.fit.model, track.fit.noise.power)
+        return largest_statistic(whole, base, tried) < SEEN
+
+    causes = tuple((one.effect.key, one.terms) for one in tried)
+    known: bool = whole.remember(("unseen", track.fit.model, track.fit.noise.power.tobytes(), causes), unseen)
+    return known
 
 
 def whole_of(track: Track) -> Problem:
