@@ -107,14 +107,17 @@ class Bins:
     def _mean_of_run(self, run: int, values: Floats) -> Floats:
         weights, kept = self.weights[run], self.kept[run]
         per_bin = weights.shape[1]
+        # Without gaps, as most runs are, a slice of them, which costs nothing.
+        follow = len(kept) > 0 and int(kept[-1]) - int(kept[0]) + 1 == len(kept)
+        chosen = slice(int(kept[0]), int(kept[-1]) + 1) if follow else kept
         if per_bin == 1:
-            return values[kept]
+            return np.array(values[chosen])
         if values.ndim == 2 and values.shape[1] == 1:  # an axis of one costs the sums over cells their speed
             return self._mean_of_run(run, values[:, 0])[:, None]
         whole = len(values) // per_bin
         gathered = values[: whole * per_bin].reshape(whole, per_bin, *values.shape[1:])
         if len(kept) < whole:
-            gathered = gathered[kept]
+            gathered = gathered[chosen]
         return np.einsum("bc,bc...->b...", weights, gathered)
 
 
