@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from insenv.campaign.pool import FEWEST, Pool, discoveries, pool
-from insenv.close import close
+from insenv.close import close, opened
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats
 from insenv.identify.findings import Added, Estimate, Findings, TargetFindings
@@ -125,6 +125,8 @@ def campaign(
     def say(unit: str) -> Callable[[str], None]:
         return lambda text: progress(f"{unit}: {text}")
 
+    for name, manifest in zip(names, manifests, strict=True):
+        opened(manifest, say(name), allow_code)  # what cannot be used is refused before the work on the others
     found = [
         close(manifest, effects, alpha, seed, say(name), allow_code=allow_code)
         for name, manifest in zip(names, manifests, strict=True)

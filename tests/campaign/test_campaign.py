@@ -103,6 +103,14 @@ def test_what_belongs_to_one_recording_is_refused_for_several(units: list[Path],
     assert "belongs to one recording" in str(run.exception)
 
 
+def test_a_manifest_that_is_not_there_is_refused_before_any_is_closed(
+    units: list[Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("insenv.campaign.run.close", lambda *_, **__: pytest.fail("closed"))
+    with pytest.raises(InputError, match="nowhere"):
+        campaign([units[0], "nowhere.toml"])
+
+
 def test_units_are_called_by_their_files() -> None:
     assert unit_names(["a/one.toml", "a/two.toml"]) == ("one", "two")
     assert unit_names(["a/gyro.toml", "b/gyro.toml"]) == (str(Path("a/gyro")), str(Path("b/gyro")))
