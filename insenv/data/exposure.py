@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from insenv.core.earth import EARTH_RATE
 from insenv.core.motion import Motion, interval_mean, reading_noise
 from insenv.core.recording import Floats, Recording, Response
-from insenv.data.cells.rows import cells_of, interpolated, means_of_rows
+from insenv.data.cells.rows import cells_of, covered_by, interpolated, means_of_rows
 from insenv.data.cells.table import STEADY, TargetCells, integral
 from insenv.data.reference import is_set, order
 from insenv.data.smooth import smoothed
@@ -78,6 +78,8 @@ class Exposure:
     beside : ndarray, shape (n,), optional
         What the reading of the angle has beside the motion behind it, over whole cells: the part of ``motion.rate`` of
         which a mean of cells wants all, those too of which rows are lost, for it cancels from one to the next.
+    covered : ndarray, shape (n,), optional
+        Time that the rows of each cell cover together, in sampling periods, where rows cover other times than one.
     """
 
     y: Floats
@@ -86,6 +88,7 @@ class Exposure:
     motion: Motion
     u: Floats
     beside: Floats | None = None
+    covered: Floats | None = None
 
 
 def turns(exposures: Sequence[Exposure]) -> bool:
@@ -165,11 +168,12 @@ def _exposed(
         cell_of_row[recording.left_out[target]] = -1
     step = rows_per_cell * recording.dt
     edges: Floats = start + step * np.arange(n + 1.0)
-    count, y = means_of_rows(channel.values, cell_of_row, n)
+    covered = covered_by(recording, target)
+    count, y = means_of_rows(channel.values, cell_of_row, n, covered)
     projection, upwards = _shares(recording, target)
     share = projection * response.gain
     vertical = EARTH_RATE * np.sin(recording.site.latitude or 0.0) * upwards * with_earth * response.gain
-    cells = TargetCells(recording, target, cell_of_row, count, edges)
+    cells = TargetCells(recording, target, cell_of_row, count, edges, covered)
     table = cells.table(share, y - vertical)
     motion = Motion(
         t=edges - start,
@@ -193,7 +197,8 @@ def _exposed(
         reading=reading_noise((y - table.reference * share)[count > 0]) if table.rate.any() else None,
     )
     beside = None if table.beside is None else table.beside * share
-    return Exposure(y, count, cell_of_row, motion, table.rate * share + vertical, beside)
+    weight = None if covered is None else count * means_of_rows(covered, cell_of_row, n)[1]
+    return Exposure(y, count, cell_of_row, motion, table.rate * share + vertical, beside, weight)
 
 
 def rates_of_angles(recording: Recording, target: str, rows_per_cell: int, angles: Floats) -> Floats:

@@ -104,6 +104,7 @@ def findings(
         *_longer_means(outcome.tracks),
         *(text for track in outcome.tracks if (text := _outliers(track, recordings))),
         *(text for track in outcome.tracks if (text := _patterns_of_counts(track))),
+        *(text for track in outcome.tracks if (text := _ripple(track))),
     )
     found = findings_of(manifest, recordings, targets, said, outcome.alpha, outcome.seed)
     return replace(found, rows_rejected=tuple(r for track in outcome.tracks for r in _rejected_rows(track)))
@@ -123,6 +124,17 @@ def _longer_means(tracks: tuple[Track, ...]) -> tuple[str, ...]:
     return (
         f"means over {width:.3g} s are judged: those over {finer:.3g} s hold vibration, or what a filter leaves, "
         "beyond all lines, which no noise term follows" + (f"; loudest {where}" if where else ""),
+    )
+
+
+def _ripple(track: Track) -> str:
+    """Which lines were damped that go with the motion; empty if none."""
+    found = sorted({f"{line.frequency:.4g}" for line in track.prepared.lines if line.of_motion}, key=float)
+    if not found:
+        return ""
+    return (
+        f"{track.problem.target}: about {', '.join(found)} Hz the residual goes with what the reference has there: "
+        "motion, as a motor's ripple, of which a filter or a lag leaves some; damped, and no error of the instrument"
     )
 
 
@@ -185,7 +197,7 @@ def _target(
     apart = (*_follows_nothing(problem, own), *uncertain, *lost, *kept, *resumed(problem, track.fit))
     errors = whole_errors(track, seed)
     left = replace(left, reasons=_doubts(track, (*left.reasons, *apart), scores[1], errors, alpha))
-    lines, hold = tuple(x for x in track.prepared.lines if not x.of_counts), track.prepared.held.hold
+    lines, hold = tuple(x for x in track.prepared.lines if x.own), track.prepared.held.hold
     earth = earth_findings(track, alpha)
     coarse = _rounding(track, alpha, scores)
     gain = undeclared_gain(problem, track.fit, track.prepared.model, scores)

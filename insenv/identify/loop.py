@@ -20,14 +20,16 @@ from insenv.data.reference import with_reference
 from insenv.data.split import RowUse
 from insenv.effects.base import Effect
 from insenv.effects.catalogue import CATALOGUE
-from insenv.effects.timing import SampleHold
+from insenv.effects.timing import SampleHold, TimingSkew
 from insenv.effects.tone import Tone
 from insenv.identify.clean.holds import Hold, Look
 from insenv.identify.clean.settling import settled_by, without_start
+from insenv.identify.clean.unreached import rows_of, unreached
 from insenv.identify.findings import NotTestable
 from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.heldout import CHANCE, MOST_GROWTH, confirms, held_out_score, rescored
+from insenv.identify.fit.lag_form import is_skew
 from insenv.identify.fit.problem import NOISE_TERMS
 from insenv.identify.fit.uncertainty import estimates
 from insenv.identify.prepare.excess import most_power, order_of_line, structure
@@ -79,6 +81,10 @@ LEAST_SUPPORT = 1.0
 
 #: Fits at most in which an effect that is linear only for small parameters comes to those that it has.
 MOST_PASSES = 6
+
+#: Log likelihood ratio by which an effect that is exact at its size may explain less than one that is for small ones:
+#: at one frequency they are one curve and differ in the gain.
+AS_LIKELY = 2.0
 
 #: Share by which bins of two targets may differ in length and be as good as one.
 SAME = 1e-6
@@ -268,7 +274,7 @@ def _with_told(track: Track, other: Track, width: float) -> Track:
     if track.problem.turns:
         return track
     known = tuple(step.hit.term.shape[0] for step in track.steps if step.hit.term.effect.line)
-    told = tuple(line for line in other.prepared.fast(width) if not line.of_counts)
+    told = tuple(line for line in other.prepared.fast(width) if line.own)
     return replace(track, prepared=replace(track.prepared, lines=unnamed(track.problem, told, known)))
 
 
@@ -456,9 +462,8 @@ def _tried(track: Track, hit: Hit, proposal: Proposal, names: tuple[str, ...], a
     if nothing := _nothing(track, hit, joined):
         said = bool(_turns_along(track, hit))
         return replace(track, refusals=(*track.refusals, Refusal(hit, nothing, unsized=said))), False
-    until = settled_by(problem, hit.term)
-    if until is not None:
-        return _without_start(track, until, hit), True
+    if (shorter := _without_ends(track, hit)) is not track:
+        return shorter, True
     asked, hit = _as_judged(hit, proposal), _centred(track, hit)
     model = with_term(track.fit.model, hit.term)
     fit = solve(problem, model, start=track.fit.noise.power)
@@ -505,7 +510,7 @@ def _nothing(track: Track, hit: Hit, joined: tuple[str, ...]) -> str:
         return ""
     frequency = hit.term.shape[0]
     if damped := _left_of(track, hit):
-        return OF_COUNTS if damped.of_counts else OF_DAMPED
+        return OF_COUNTS if damped.of_counts else OF_MOTION if damped.of_motion else OF_DAMPED
     if order := _turns_along(track, hit):
         return OF_TURNS.format("once" if order == 1 else f"{order} times")
     if stands_in_reference(track.problem, track.fit, frequency):
@@ -571,6 +576,14 @@ def _damped(track: Track, wander: Line, hit: Hit) -> Track:
     return replace(track, prepared=prepared, fit=fit, score=held_out_score(problem, fit), hits=None)
 
 
+def _without_ends(track: Track, hit: Hit) -> Track:
+    """The track without the start of its run that settled, or ends whose reference was not recorded; itself if none."""
+    until = settled_by(track.problem, hit.term)
+    if until is not None:
+        return _without_start(track, until, hit)
+    return _without_unreached(track, hit) if is_skew(hit.term) else track
+
+
 def _without_start(track: Track, until: float, hit: Hit) -> Track:
     """The track without the start of its run, in which something settled."""
     fit = solve(track.problem, with_term(track.fit.model, hit.term), start=track.fit.noise.power)
@@ -585,8 +598,23 @@ def _without_start(track: Track, until: float, hit: Hit) -> Track:
     return replace(track, prepared=prepared, fit=fit, score=held_out_score(problem, fit), hits=None)
 
 
+def _without_unreached(track: Track, hit: Hit) -> Track:
+    """The track without means whose reference was not recorded, of a reading that is late or early; itself if none."""
+    problem, plain = track.problem, track.prepared.plain
+    fit = solve(problem, with_term(track.fit.model, hit.term), start=track.fit.noise.power)
+    own = fit.theta[fit.design.term == len(fit.model) - 1]
+    if not len(own) or not (gone := unreached(problem, fit, float(own[0]))).any():
+        return track
+    rows = rows_of(problem, gone, float(own[0]))
+    shorter = problem.without_bins(gone)
+    also = plain.without_bins(unreached(plain, solve(plain, (*track.prepared.model, hit.term)), float(own[0])))
+    prepared = replace(track.prepared, problem=shorter, plain=also, rejected=(*track.prepared.rejected, *rows))
+    fit = solve(shorter, track.fit.model, start=track.fit.noise.power)
+    return replace(track, prepared=prepared, fit=fit, score=held_out_score(shorter, fit), hits=None)
+
+
 def _centred(track: Track, hit: Hit) -> Hit:
-    """The hit with its effect exact at the size at which it is found, where that explains more."""
+    """The hit with its effect exact at the size at which it is found, but where that explains less."""
     problem, base = track.problem, reference(track.problem, track.fit.model, track.fit.noise.power)
     for _ in range(MOST_PASSES):
         fit = solve(problem, with_term(track.fit.model, hit.term), start=track.fit.noise.power)
@@ -594,11 +622,13 @@ def _centred(track: Track, hit: Hit) -> Hit:
         # Of one in every run, the mean: what is left at each is small beside it.
         whole = len(theta) > 0 and len(theta) % len(hit.term.effect.linear) == 0
         mean = theta.reshape(len(hit.term.effect.linear), -1).mean(axis=1) if whole else theta
+        # What was read late is the input times the gain.
+        mean = mean / (1 + fit.scale_factor) if hit.term.effect.id == TimingSkew.id else mean
         effect = hit.term.effect.near(mean) if whole else hit.term.effect
         if effect == hit.term.effect:
             break
         moved = at_shape(problem, track.fit, base, hit, replace(hit.term, effect=effect))
-        if moved.likelihood_ratio <= hit.likelihood_ratio or moved.remark:
+        if moved.likelihood_ratio < hit.likelihood_ratio - AS_LIKELY or moved.remark:
             break
         hit = moved
     return hit

@@ -39,13 +39,30 @@ def cells_of(
     return cell, float(middle[first] + (phase - 0.5 - ahead) * dt), int(cell.max()) + 1
 
 
-def means_of_rows(values: Floats, cell_of_row: NDArray[np.int64], n: int) -> tuple[NDArray[np.int64], Floats]:
-    """Rows per cell and their mean; 0 where there is none."""
+def means_of_rows(
+    values: Floats, cell_of_row: NDArray[np.int64], n: int, covered: Floats | None = None
+) -> tuple[NDArray[np.int64], Floats]:
+    """Rows per cell and their mean, of rows that cover other times weighted by these; 0 where there is none."""
     # Rows of no cell are counted in a place before the first one: to pick the others costs more than to count all.
     place = np.maximum(cell_of_row, -1) + 1
     count = np.bincount(place, minlength=n + 1)[1:]
-    total = np.bincount(place, weights=values, minlength=n + 1)[1:]
-    return count, total / np.maximum(count, 1)
+    if covered is None:
+        return count, np.bincount(place, weights=values, minlength=n + 1)[1:] / np.maximum(count, 1)
+    total = np.bincount(place, weights=covered * values, minlength=n + 1)[1:]
+    time = np.bincount(place, weights=covered, minlength=n + 1)[1:]
+    return count, total / np.where(count > 0, time, 1.0)
+
+
+def covered_by(recording: Recording, target: str) -> Floats | None:
+    """Time that each row of ``target`` covers, in sampling periods, shape (n,); None where that is one period each.
+
+    Rates of uneven rows are what was turned in them over their steps. Of steps that are wrong by s of a period their
+    plain mean is 1 + 2 s^2 times too large; weighted by these steps it is what was turned over the time of all.
+    """
+    if recording.channel(target).covers != "interval" or is_even(recording, target):
+        return None
+    start, end = intervals(recording, target)
+    return (end - start) / recording.dt
 
 
 def interpolated(

@@ -58,6 +58,7 @@ class TargetCells:
     cell_of_row: NDArray[np.int64]
     count: NDArray[np.int64]
     edges: Floats
+    covered: Floats | None = None
     angles: dict[tuple[str, ...], _Angle] = field(default_factory=dict)
 
     def table(self, share: float, reading: Floats) -> TableMotion:
@@ -134,7 +135,7 @@ class TargetCells:
         start, end = intervals(self.recording, self.target)
         moved = behind.angle_at(end) - behind.angle_at(start)
         full = np.diff(behind.angle_at(self.edges)) / self._step
-        _, mean = means_of_rows(moved / (end - start), self.cell_of_row, len(self.count))
+        _, mean = means_of_rows(moved / (end - start), self.cell_of_row, len(self.count), self.covered)
         kept = ~self.recording.left_out.get(self.target, np.zeros(len(times), dtype=bool))
         rest = without_leaps(
             times[kept], (channel.values - behind.angle_at(times))[kept], self.recording.dt, behind.noise
@@ -180,7 +181,7 @@ class TargetCells:
         else:
             rates = table_rate_of_rows(self.recording, self.target, names)
         assert rates is not None
-        _, mean = means_of_rows(rates, self.cell_of_row, len(self.count))
+        _, mean = means_of_rows(rates, self.cell_of_row, len(self.count), self.covered)
         return np.where(self.count > 0, mean, full)
 
     def _read_beside(self, names: tuple[str, ...]) -> bool:

@@ -5,8 +5,8 @@ model of the samples is the same linear model of the bins, without approximation
 
     mean_w(y) = mean_w(basis) @ theta + mean_w(noise)
 
-The weights are the number of rows in each cell, times a Hann window where lines above the bin rate must be rejected
-(a plain mean lets a line of frequency f through with 1 / (pi f T), a Hann window with about 1 / (f T)^3).
+The weights are the time that the rows of each cell cover, times a Hann window where lines above the bin rate must be
+rejected (a plain mean lets a line of frequency f through with 1 / (pi f T), a Hann window with about 1 / (f T)^3).
 
 A block is a stretch of consecutive bins of one run with one use (fitted or held out): one DCT each. A run that a bad
 link has cut into many pieces is not cut into as many blocks: short gaps are bridged.
@@ -250,7 +250,8 @@ def _bin_use(
     fitted, held = rows(fit), rows(held_out)
     use = np.where(fitted == present, _FITTED, np.where(held == present, _HELD_OUT, _UNUSED))
     use[present < FULL * cells_per_bin * rows_per_cell] = _UNUSED
-    return total / rows_per_cell, use
+    covered = total if exposure.covered is None else exposure.covered[:cut].reshape(bins, cells_per_bin)
+    return covered / rows_per_cell, use
 
 
 def _breaks(lost: NDArray[np.int64], changed: NDArray[np.bool_]) -> NDArray[np.int64]:

@@ -56,6 +56,12 @@ class Fit:
         """The model without curves that explain and name no cause."""
         return tuple(term for term in self.model if not term.effect.generic)
 
+    @property
+    def scale_factor(self) -> float:
+        """What the fit adds to the gain of the input; of one in every run the mean."""
+        own = [k >= 0 and self.model[k].effect.part == "gain" for k in self.design.term]
+        return float(np.mean(self.theta[own])) if any(own) else 0.0
+
     def predicted(self) -> Floats:
         """The model over all bins, shape (bins,); free bins are not part of it."""
         return self.design.matrix @ (self.beta * (self.design.term >= 0))

@@ -18,7 +18,7 @@ from insenv.data.manifest import checks
 from insenv.effects.base import CurveEffect
 from insenv.effects.rate.scale import ScaleFactor
 from insenv.identify.findings import Covariance, Estimate
-from insenv.identify.fit import discrepancy, other_forms
+from insenv.identify.fit import discrepancy, lag_form, other_forms
 from insenv.identify.fit.gls import Fit, noise_freedom, spectrum
 from insenv.identify.fit.noise import transform
 from insenv.identify.fit.problem import NOISE_TERMS, Problem, Term
@@ -50,14 +50,15 @@ def estimates(problem: Problem, fit: Fit, inexact: tuple[Term, ...] = ()) -> dic
 
     The shapes of ``inexact`` are taken to be right only nearly (`insenv.identify.fit.discrepancy`), and their curves
     may have other forms (`insenv.identify.fit.other_forms`). Beside a reference whose errors go with the motion all are
-    less certain (`insenv.identify.fit.reference_variance`), and so they are where readings are rounded
-    (`insenv.identify.fit.rounded`).
+    less certain (`insenv.identify.fit.reference_variance`), beside a lag of unknown form too
+    (`insenv.identify.fit.lag_form`), and so they are where readings are rounded (`insenv.identify.fit.rounded`).
     """
     slopes, beside = _all_slopes(problem, fit), beside_response(problem, fit)
     sd = np.sqrt(np.diag(_joint(problem, fit, slopes, beside)))
     linear_sd, shape_sd = _standard_deviations(sd, fit, slopes)
     if beside:
-        linear_sd = np.hypot(linear_sd, np.sqrt(beside.added) / fit.design.scale)
+        added = beside.added + lag_form.added_variance(problem, fit)
+        linear_sd = np.hypot(linear_sd, np.sqrt(added) / fit.design.scale)
     if inexact:
         linear_sd = np.hypot(linear_sd, np.sqrt(discrepancy.added_variance(problem, fit, inexact)) / fit.design.scale)
         linear_sd = np.hypot(linear_sd, np.sqrt(other_forms.added_variance(problem, fit, inexact)))
@@ -68,12 +69,10 @@ def estimates(problem: Problem, fit: Fit, inexact: tuple[Term, ...] = ()) -> dic
         # A parameter of its own in every run keeps its plain name where only one run was fitted.
         single = len(own) <= len(term.effect.linear)
         names = [fit.design.labels[j][1].partition("[")[0] if single else fit.design.labels[j][1] for j in own]
-        gain = problem.gain if key == SCALE else 1.0
+        gain, zero = _as_stated(problem, fit, term)
         rows = [
-            Estimate(
-                key, n, gain - 1 + gain * float(fit.theta[j]), abs(gain) * float(linear_sd[j]), fit.design.labels[j][2]
-            )
-            for j, n in zip(own, names, strict=True)
+            Estimate(key, n, zero + gain * theta, abs(gain) * float(linear_sd[j]), fit.design.labels[j][2])
+            for j, n, theta in zip(own, names, fit.theta[own].tolist(), strict=True)
         ]
         rows += [_root(row, problem.unit) for row in rows if row.parameter.endswith(_SQUARED) and row.value > 0]
         if term in slopes:
@@ -109,11 +108,11 @@ def covariance(problem: Problem, fit: Fit) -> Covariance:
     shapes = [(term.effect.key, name, value) for term, s in slopes.items() for name, _, value, _ in s.rows]
     labels = [fit.design.labels[j][:2] for j in kept]
     index = np.concatenate([kept, len(fit.design.term) + np.arange(len(shapes))]).astype(int)
-    gains = np.array([problem.gain if key == SCALE else 1.0 for key, _ in labels])
+    gains, zeros = np.array([_as_stated(problem, fit, fit.model[j]) for j in fit.design.term[kept]]).reshape(-1, 2).T
     factor = np.concatenate([gains, np.ones(len(shapes))])
     return Covariance(
         (*((key, name) for key, name in labels), *((key, name) for key, name, _ in shapes)),
-        np.concatenate([gains - 1 + gains * fit.theta[kept], [value for *_, value in shapes]]),
+        np.concatenate([zeros + gains * fit.theta[kept], [value for *_, value in shapes]]),
         _joint(problem, fit, slopes, beside_response(problem, fit))[np.ix_(index, index)] * np.outer(factor, factor),
     )
 
@@ -124,6 +123,16 @@ def _all_slopes(problem: Problem, fit: Fit) -> dict[Term, _Slopes]:
 
     slopes: dict[Term, _Slopes] = problem.remember_last("slopes", fit, made)
     return slopes
+
+
+def _as_stated(problem: Problem, fit: Fit, term: Term) -> tuple[float, float]:
+    """Factor and zero of a term's coefficients as they are stated.
+
+    A scale factor counts from a gain of one; what is late is the input times the gain.
+    """
+    if term.effect.id == SCALE:
+        return problem.gain, problem.gain - 1
+    return (1 / (1 + fit.scale_factor), 0.0) if lag_form.is_skew(term) else (1.0, 0.0)
 
 
 def _root(row: Estimate, unit: str) -> Estimate:

@@ -124,6 +124,8 @@ class Line:
         Probability that noise alone has such a peak.
     of_counts : bool
         Whether it is the pattern of counts, of the table's encoder or of the reading's counter, and no line.
+    of_motion : bool
+        Whether it goes with what the reference has there: a motor's ripple, of which a filter or a lag leaves some.
     averaged : bool
         Whether it was left to means that are long beside it: nothing was subtracted.
     """
@@ -138,7 +140,13 @@ class Line:
     share: float
     p_value: float
     of_counts: bool = False
+    of_motion: bool = False
     averaged: bool = False
+
+    @property
+    def own(self) -> bool:
+        """Whether it is the target's own, which has a name."""
+        return not (self.of_counts or self.of_motion)
 
     def at(self, t: Floats) -> Floats:
         """The line at times from the start of the run [s]; zero unless it is steady."""
@@ -183,7 +191,9 @@ def find_lines(t: Floats, dt: float, values: Floats, quantum: float, run: int, l
         p = min(1.0, float(np.exp(-min(height[peak], 700.0)) * BETWEEN * n / 2))
         line = replace(line_at(t, dt, left, found, peak, run, SAME_LINE / 2), p_value=p)
         ratio[(f > low - SAME_LINE / 2) & (f < high + SAME_LINE / 2)] = 0
-        if blurred or not within_half_a_count(line.amplitude, line.frequency, quantum):
+        # One that wanders as far as half the sampling rate is noise that rises, as that of an angle in steps.
+        at_the_end = line.frequency + line.frequency_sd > 0.5 / dt
+        if not at_the_end and (blurred or not within_half_a_count(line.amplitude, line.frequency, quantum)):
             lines.append(line)
     return tuple(sorted(lines, key=lambda line: -line.amplitude))
 

@@ -38,6 +38,7 @@ from insenv.identify.findings import RejectedRows, SampleSpectrum
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Model, Problem, regressors
 from insenv.identify.prepare.binned import binned, enough
+from insenv.identify.prepare.coherence import follows
 from insenv.identify.prepare.declared import declared_model
 from insenv.identify.prepare.lines import (
     FASTEST,
@@ -393,7 +394,7 @@ def _spans(recordings: tuple[Recording, ...], uses: tuple[RowUse, ...]) -> tuple
 
 def _without_steady(recording: Recording, target: str, lines: tuple[Line, ...], run: int) -> Recording:
     """The recording with the steady lines of this run subtracted from the target, but for those of counts."""
-    own = [line for line in lines if line.run == run and line.steady and not line.of_counts]
+    own = [line for line in lines if line.run == run and line.steady and line.own]
     if not own:
         return recording
     channel = recording.channels[target]
@@ -426,11 +427,19 @@ def _lines(
         reference = channel.values[span] - values
         for line in find_lines(t, recording.dt, values, step, run, FASTEST / width):
             steps = steps_of_encoder(line, recording.dt, values, reference, problem.encoder)
-            moved = problem.turns and not steps and of_motion(line.frequency, recording.dt, values, reference)
+            moved = problem.turns and not steps and _of_motion(problem, line, recording.dt, values, reference)
             binned_too = not line.steady and line.frequency < least
             found += [] if moved or binned_too else [replace(line, of_counts=steps)]
     noise = _bin_noise(problem)
     return tuple(x for x in found if _matters(x, width, noise))
+
+
+def _of_motion(problem: Problem, line: Line, dt: float, left: Floats, reference: Floats) -> bool:
+    """Whether the motion has a line there as well, or goes with one whose frequency wanders."""
+    wanders = not (problem.commanded or line.steady)
+    return of_motion(line.frequency, dt, left, reference) or (
+        wanders and follows([(left, reference)], line.frequency * dt)
+    )
 
 
 def _confirmed(

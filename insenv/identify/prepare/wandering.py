@@ -23,6 +23,7 @@ from insenv.identify.fit.bins import Block
 from insenv.identify.fit.gls import Fit
 from insenv.identify.fit.heldout import residual
 from insenv.identify.fit.problem import Problem
+from insenv.identify.prepare.coherence import follows
 from insenv.identify.prepare.lines import (
     IN_REFERENCE,
     LEAST_STEADY,
@@ -62,7 +63,7 @@ def wanders(problem: Problem, fit: Fit, frequency: float, runs: tuple[int, ...] 
     found = [w for b in _stretches(problem, True, runs) if (w := _of_block(problem, fit, b, frequency)) is not None]
     if not found or any(w.steady for w in found):
         return None
-    return max(found, key=lambda w: w.amplitude)
+    return _said_of_motion(problem, fit, max(found, key=lambda w: w.amplitude))
 
 
 def of_counts(problem: Problem, fit: Fit, frequency: float) -> Line | None:
@@ -134,6 +135,14 @@ def moves_there(problem: Problem, fit: Fit, frequency: float) -> bool:
     return False
 
 
+def _said_of_motion(problem: Problem, fit: Fit, line: Line) -> Line:
+    """The line, and of it whether it goes with what a measured reference has there."""
+    if problem.commanded or not problem.turns:
+        return line
+    stretches = [(left, reference) for _, left, reference in _beside_reference(problem, fit)]
+    return replace(line, of_motion=follows(stretches, line.frequency * problem.bins.width))
+
+
 def _beside_reference(problem: Problem, fit: Fit) -> Iterator[tuple[Block, Floats, Floats]]:
     """The longest fitted stretch of each run, with what is left there and the reference."""
     left = residual(problem, fit)
@@ -152,7 +161,7 @@ def lost(problem: Problem, fit: Fit, frequency: float) -> Line | None:
     if max(w.amplitude for w in later) ** 2 < STILL_THERE * best.amplitude**2:
         return None
     width = max(best.frequency_sd, abs(max(later, key=lambda w: w.amplitude).frequency - frequency))
-    return replace(best, steady=False, phase=0.0, frequency_sd=width)
+    return _said_of_motion(problem, fit, replace(best, steady=False, phase=0.0, frequency_sd=width))
 
 
 def without_line(problem: Problem, fit: Fit, line: Line) -> Problem:

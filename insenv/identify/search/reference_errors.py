@@ -30,13 +30,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import ndtri_exp
 
-from insenv.core.motion import Motion
 from insenv.core.recording import Floats
 from insenv.core.series.tails import log_tail_of_t
-from insenv.effects.timing import TimingSkew
 from insenv.identify.fit.bands import in_bands, response
 from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.gls import Fit, solve
+from insenv.identify.fit.lag_form import second_order
 from insenv.identify.fit.noise import transform
 from insenv.identify.fit.problem import Problem, Term
 from insenv.identify.fit.swings import by_swings, in_few_swings, in_the_loudest
@@ -117,7 +116,7 @@ def _evidence(problem: Problem, fit: Fit, base: Reference, term: Term) -> _Evide
     if not span.shape[1] or alone <= 0:
         return None
     bands, frequency = _bands(problem, base)
-    crowding = np.column_stack([_crowding(problem, solve(problem, (*fit.model, term))), _bent(problem, fit)])
+    crowding = np.column_stack([_crowding(problem, solve(problem, (*fit.model, term))), second_order(problem, fit)])
     crowd = white_beside(base, transform(problem.fitted, crowding))
     gram = _Gram.of(span, data, bands, crowd)
     sizes, gained = gram.response(frequency, with_effect=True)
@@ -186,24 +185,6 @@ def _all_but_still(u: Floats, scatter: float) -> Iterator[Floats]:
     corners = scatter * np.array(STILL)
     for low, at, high in zip(corners[:-2], corners[1:-1], corners[2:], strict=True):
         yield np.sign(u) * np.interp(np.abs(u), [low, at, high], [0.0, max(at, scatter), 0.0])
-
-
-def _bent(problem: Problem, fit: Fit) -> Floats:
-    """What a lag of c leaves in the second order, u(t - c) + u(t + c) - 2 u(t), shape (bins, k); none without a lag."""
-    skew = next((float(fit.theta[fit.design.term == i][0]) for i, t in enumerate(fit.model) if _is_skew(t)), 0.0)
-    lag = max(abs(skew), *(abs(e.motion.lag) for e in problem.exposures))
-    if not lag:
-        return np.zeros((len(problem.y), 0))
-    return problem.bins.mean(tuple(_second_difference(e.u, e.motion, lag)[:, None] for e in problem.exposures))
-
-
-def _is_skew(term: Term) -> bool:
-    return isinstance(term.effect, TimingSkew) and not term.per_run
-
-
-def _second_difference(u: Floats, motion: Motion, lag: float) -> Floats:
-    at = motion.middle
-    return np.interp(at - lag, at, u) + np.interp(at + lag, at, u) - 2 * u
 
 
 def _smoothed(counts: Floats) -> Floats:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from insenv.core.recording import Floats
-from insenv.effects.base import CurveEffect, Effect
+from insenv.effects.base import CurveEffect, Effect, MemoryEffect
 from insenv.effects.rate.scale import ScaleFactor
 from insenv.effects.timing import SampleHold
 from insenv.effects.tone import Tone
@@ -174,11 +174,16 @@ def _contradicted(problem: Problem, base: Reference, fit: Fit) -> str:
 
 
 def _over_at_once(term: Term) -> str:
-    """Why a course of time is none: it is over as soon as the least credible one is; empty if it lasts."""
-    shapes = zip(term.effect.shapes, term.shape, strict=True) if term.effect.of_time else ()
-    for param, value in shapes:
+    """Why a course of time, or what remembers, is none: it is over as soon as the least credible is; empty if it lasts.
+
+    A memory that is over at once is a law of the rate itself beside a reference with noise, or what a lag leaves.
+    """
+    effect = term.effect
+    remembers = isinstance(effect, MemoryEffect) and not effect.of_response
+    what = "an event" if effect.of_time else "no memory"
+    for param, value in zip(effect.shapes, term.shape, strict=True) if effect.of_time or remembers else ():
         if 0 < value <= param.low * (1 + EDGE):
-            return f"its {param.name} would be {value:.3g} {param.unit}, the least that is credible, or less: an event"
+            return f"its {param.name} would be {value:.3g} {param.unit}, the least that is credible, or less: {what}"
     return ""
 
 

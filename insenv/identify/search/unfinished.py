@@ -60,9 +60,8 @@ _BESIDE_THE_REFERENCE = (
 )
 _BY_ITS_DEVIATION = "by a deviation that holds what the form of its curve and errors of the reference leave open"
 
-#: Stated deviations from nothing below which a law of a rate that was measured has no name, and a step or a
-#: warm-up of the bias.
-HELD, HELD_SLOW = 2.0, 1.0
+#: Stated deviations from nothing below which a law of a rate that was measured has no name, nor a step or a warm-up.
+HELD = 2.0
 #: What is far beyond the level: so many times less likely; and a probability that leaves no doubt.
 FAR, CERTAIN = 10.0, 1e-6
 #: How many times as long as was chosen means are that tell a gain of their own.
@@ -170,8 +169,7 @@ def nothing_as_well(track: Track, own: Mapping[Term, tuple[Estimate, ...]]) -> t
         sizes = {param.name for param in step.hit.candidate.effect.linear}
         rows = [row for row in own.get(step.hit.term, ()) if row.parameter in sizes and row.sd > 0]
         best = max(rows, key=lambda row: abs(row.value) / row.sd, default=None)
-        least = HELD_SLOW if is_of_bias(step.hit.candidate.effect) else HELD
-        if best is None or not 0 < abs(best.value) < least * best.sd:
+        if best is None or not 0 < abs(best.value) < HELD * best.sd:
             continue
         off = f"{abs(best.value) / best.sd:.2g} standard deviations from nothing"
         return step, f"its size is not told beside errors of the reference: {best.value:.2g} ± {best.sd:.2g}, {off}"

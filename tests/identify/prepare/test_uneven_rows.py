@@ -74,3 +74,18 @@ def test_a_scale_factor_beside_an_encoder_is_told_as_its_angle_tells_it() -> Non
     (found,) = [one for one in target.added if one.effect == "scale_factor"]
     (c,) = found.parameters
     assert abs(c.value - SIZE) < 4 * c.sd < SIZE / 6
+
+
+@pytest.mark.parametrize("rows", [1, 7])
+def test_increments_by_stamps_that_jitter_are_true_in_the_mean(rows: int) -> None:
+    """Steps that are wrong by 2 % make rates 8e-4 too large; what was turned over the time of all is right."""
+    rng = np.random.default_rng(4)
+    taken = DT * (np.arange(12000) + 0.06 * np.clip(rng.standard_normal(12000), -3, 3))
+    stamped = taken + 0.02 * DT * rng.standard_normal(len(taken))
+    increments = np.diff(angle(taken), prepend=angle(np.array([-DT]))[0])
+    read = increments / np.diff(stamped, prepend=-DT)
+    shown = angle(taken) + 1e-6 * rng.standard_normal(len(taken))
+    channels = {"gyro": Channel(read, "rad/s", "interval"), "table_angle": Channel(shown, "rad")}
+    problem = binned(manifest(), (with_reference(Recording(stamped, channels)),), (use(12000),), "gyro", rows)
+    u = problem.bins.mean(tuple(e.motion.rate for e in problem.exposures))
+    assert abs(float(problem.y @ u / (u @ u))) < 1e-4

@@ -72,7 +72,7 @@ def _distinct(frequencies: Iterable[float]) -> list[float]:
 
 def _frequencies(track: Track) -> list[float]:
     """Of the lines that a channel has [Hz]."""
-    lines = [line.frequency for line in track.prepared.lines if not line.of_counts]
+    lines = [line.frequency for line in track.prepared.lines if line.own]
     return [*lines, *(term.shape[0] for term in track.added if term.effect.line)]
 
 
