@@ -2,7 +2,10 @@
 
     timing_skew   -c du/dt         the reading is late (c > 0) or early by c seconds; about c0, c (u(t - c0) - u) / c0,
                    but exactly -c du/dt where the reference comes through a first-order filter of -c,
-                   and with the u whose mean it is for u(t - c0) where the reference is a mean over a window
+                   and with the u whose mean it is for u(t - c0) where the reference is a mean over a window;
+                   of a lag that is no delay with k (u(t - c0) - 2 u + u(t + c0)) in it: of mean delay c and spread s
+                   k = s^2 / (2 c^2), 0 for a delay, 1/6 for a mean, 1/2 for a first-order lag, -0.2 for a servo of
+                   damping 0.6
     force_delay   c [W x f]_i      an accelerometer on axis i of a turning unit is late by c seconds: -c df/dt
     sample_hold   c (held(u) - u)  the output repeats one value for a hold time
 
@@ -40,9 +43,12 @@ class TimingSkew(LinearEffect):
     about : float
         Skew at which it is exact [s]: there the secant stands for the derivative, which at a corner of the rate is
         wrong by as much as the rate changes in a skew. 0: at the motion's own ``lag``.
+    form : float
+        The k of a lag that is no delay.
     """
 
     about: float = 0.0
+    form: float = 0.0
 
     id = "timing_skew"
     title = "timing skew"
@@ -70,7 +76,10 @@ class TimingSkew(LinearEffect):
         if motion.filtered or not about:
             return columns(u, -interval_slope(edges, motion.dt))
         whole, at_edges = before_mean(u, edges, motion)
-        return columns(u, (earlier(whole, at_edges, motion, about) - u) / about)
+        past = earlier(whole, at_edges, motion, about)
+        if self.form:
+            past = past + self.form * (past + earlier(whole, at_edges, motion, -about) - 2 * whole)
+        return columns(u, (past - u) / about)
 
 
 def earlier(u: Floats, edges: Floats, motion: Motion, skew: float) -> Floats:

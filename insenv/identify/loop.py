@@ -30,7 +30,7 @@ from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.heldout import CHANCE, MOST_GROWTH, confirms, held_out_score, rescored
 from insenv.identify.fit.lag_form import is_skew
-from insenv.identify.fit.problem import NOISE_TERMS
+from insenv.identify.fit.problem import NOISE_TERMS, Problem
 from insenv.identify.fit.uncertainty import estimates
 from insenv.identify.prepare.excess import most_power, order_of_line, structure
 from insenv.identify.prepare.lines import Line
@@ -85,6 +85,8 @@ MOST_PASSES = 6
 #: Log likelihood ratio by which an effect that is exact at its size may explain less than one that is for small ones:
 #: at one frequency they are one curve and differ in the gain.
 AS_LIKELY = 2.0
+#: Forms that are tried, and the largest that a lag has: that of a first-order one. Beyond it something else is there.
+FORMS, LARGEST_FORM = (-0.6, 0.6), 0.55
 
 #: Share by which bins of two targets may differ in length and be as good as one.
 SAME = 1e-6
@@ -297,7 +299,8 @@ def _strict(track: Track, declared: dict[str, float], alpha: float, seed: int, p
     """
     if track.steps or not declared or structure(track.problem, track.fit, declared, alpha).p_value > SUSPECTED:
         return track
-    problem = replace(track.problem, most=most_power(declared))
+    bound, before = most_power(declared), track.problem.most
+    problem = replace(track.problem, most=bound if before is None else np.minimum(bound, before))
     assert problem.most is not None
     fit = solve(problem, track.fit.model)
     held = replace(track.prepared, problem=problem)
@@ -631,7 +634,25 @@ def _centred(track: Track, hit: Hit) -> Hit:
         if moved.likelihood_ratio < hit.likelihood_ratio - AS_LIKELY or moved.remark:
             break
         hit = moved
-    return hit
+    return _formed(problem, track, hit)
+
+
+def _formed(problem: Problem, track: Track, hit: Hit) -> Hit:
+    """The hit of a lag with the form that explains most, where that is beyond doubt no delay."""
+    from scipy.optimize import minimize_scalar  # slow to import
+
+    effect = hit.term.effect
+    if not isinstance(effect, TimingSkew) or not effect.about:
+        return hit
+    base = reference(problem, track.fit.model, track.fit.noise.power)
+
+    def of(form: float) -> Hit:
+        return at_shape(problem, track.fit, base, hit, replace(hit.term, effect=replace(effect, form=float(form))))
+
+    best = minimize_scalar(lambda k: -of(k).likelihood_ratio, bounds=FORMS, method="bounded", options={"xatol": 0.01})
+    formed = of(best.x)
+    better = formed.likelihood_ratio > hit.likelihood_ratio + MARGIN and abs(best.x) < LARGEST_FORM
+    return formed if better and not formed.remark else hit
 
 
 def _pruned(track: Track, alpha: float) -> Track:

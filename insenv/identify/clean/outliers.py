@@ -209,16 +209,13 @@ def _stuck(y: Floats, u: Floats) -> Mask:
 
 def rows_of_bins(problem: Problem) -> tuple[RejectedRows, ...]:
     """Rows of the bins that are left free as outliers."""
-    found = []
-    per_bin = problem.bins.weights[0].shape[1]
-    first = np.cumsum([0, *map(len, problem.bins.kept)])
-    for index in problem.outliers:
-        run = int(problem.bins.run[index])
-        cell = problem.exposures[run].cell_of_row
-        rows = np.flatnonzero((cell >= 0) & (cell // per_bin == problem.bins.kept[run][index - first[run]]))
-        reason = f"a mean over {problem.bins.width:.3g} s off its neighbours"
-        found.append(RejectedRows(problem.target, run, int(rows[0]), int(rows[-1]) + 1, reason))
-    return tuple(found)
+    reason = f"a mean over {problem.bins.width:.3g} s off its neighbours"
+    each = (problem.rows_in(np.arange(problem.bins.n) == index) for index in problem.outliers)
+    return tuple(
+        RejectedRows(problem.target, run, int(rows[0]), int(rows[-1]) + 1, reason)
+        for found in each
+        for run, rows in found.items()
+    )
 
 
 def outliers(y: Floats, blocks: tuple[Block, ...]) -> tuple[int, ...]:

@@ -39,11 +39,6 @@ def without_start(problem: Problem, until: float, size: float) -> tuple[Problem,
     """The problem without the fitted bins before ``until`` [s], and the rows in them."""
     run = problem.fitted[0].run
     gone = (problem.bins.run == run) & (problem.bins.time < until) & ~problem.bins.held_out
-    index = np.flatnonzero(gone)
-    per_bin = problem.bins.weights[run].shape[1]
-    cell = problem.exposures[run].cell_of_row
-    first = int(np.sum(problem.bins.run < run))
-    inside = (cell >= 0) & np.isin(cell // per_bin, problem.bins.kept[run][index - first])
-    rows = np.flatnonzero(inside)
+    rows = problem.rows_in(gone)[run]
     said = RejectedRows(problem.target, run, int(rows[0]), int(rows[-1]) + 1, "settling at the start", "burst", size)
     return problem.without_bins(gone), said

@@ -46,12 +46,8 @@ def unreached(problem: Problem, fit: Fit, skew: float) -> NDArray[np.bool_]:
 
 def rows_of(problem: Problem, gone: NDArray[np.bool_], skew: float) -> tuple[RejectedRows, ...]:
     """The rows in such means, by runs."""
-    found = []
-    when = "earlier" if skew > 0 else "later"
-    for run in np.unique(problem.bins.run[gone]):
-        kept = problem.bins.kept[run][gone[problem.bins.run == run]]
-        cell = problem.exposures[run].cell_of_row
-        rows = np.flatnonzero((cell >= 0) & np.isin(cell // problem.bins.weights[run].shape[1], kept))
-        why = f"what the table did {abs(skew):.2g} s {when} was not recorded"
-        found.append(RejectedRows(problem.target, int(run), int(rows[0]), int(rows[-1]) + 1, why))
-    return tuple(found)
+    why = f"what the table did {abs(skew):.2g} s {'earlier' if skew > 0 else 'later'} was not recorded"
+    return tuple(
+        RejectedRows(problem.target, run, int(rows[0]), int(rows[-1]) + 1, why)
+        for run, rows in problem.rows_in(gone).items()
+    )

@@ -150,6 +150,15 @@ class Problem:
         bins = without(self.bins, gone)
         return replace(self, bins=bins, y=self.y[~gone], outliers=outliers, steps=steps, cache={})
 
+    def rows_in(self, some: NDArray[np.bool_]) -> dict[int, NDArray[np.int64]]:
+        """Rows of each run in some bins, shape (bins,)."""
+        rows = {}
+        for run in np.unique(self.bins.run[some]).tolist():
+            kept = self.bins.kept[run][some[self.bins.run == run]]
+            cell = self.exposures[run].cell_of_row
+            rows[run] = np.flatnonzero((cell >= 0) & np.isin(cell // self.bins.weights[run].shape[1], kept))
+        return rows
+
     def measured_as(self, y: Floats) -> Problem:
         """The problem with other measured means; what no reading is in is kept."""
         return replace(self, y=y, cache=self._remembered("columns", "transformed"))
