@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from insenv.effects.timing import TimingSkew
+from insenv.identify.clean.plausibility import CHANGING, FOLLOWS
 from insenv.identify.findings import Estimate
 from insenv.identify.fit.borne_out import borne_out
 from insenv.identify.fit.clocks import skew_of_means, skews_apart
@@ -32,8 +33,9 @@ def stated(track: Track) -> tuple[Track, dict[Term, tuple[Estimate, ...]], tuple
     own, differs = _by_parts(track, _own_estimates(track))
     own, unborne = _by_skews_and_all_rows(track, own)
     own, skewed = _by_shorter_means(track, _by_held_out(track, own))
+    own, noisy = _by_the_reference(track, own)
     weak = nothing_as_well(track, own)
-    return (track, own, (*differs, *unborne, *skewed)) if weak is None else stated(dropped(track, *weak))
+    return (track, own, (*differs, *unborne, *skewed, *noisy)) if weak is None else stated(dropped(track, *weak))
 
 
 def _own_estimates(track: Track) -> dict[Term, tuple[Estimate, ...]]:
@@ -128,3 +130,51 @@ def _by_shorter_means(
             own = own | {term: (replace(rows[0], sd=math.sqrt(rows[0].sd ** 2 + added)),)}
             said = (word,) if word else ()
     return own, said
+
+
+def _by_the_reference(
+    track: Track, own: dict[Term, tuple[Estimate, ...]]
+) -> tuple[dict[Term, tuple[Estimate, ...]], tuple[str, ...]]:
+    """The estimates with gain and level no surer than noise of a measured reference lets them be, and a word on that.
+
+    Errors of the reference make the gain on it too small, those of the reading that of the reference on the reading:
+    the truth lies between (R. Frisch, Statistical confluence analysis, Oslo 1934). Said where noise is most of either.
+    """
+    problem = track.problem
+    term = next((t for t, rows in own.items() if t.effect.id == SCALE and len(rows) == 1), None)
+    if term is None or problem.commanded or not problem.turns or not problem.target.startswith("gyro"):
+        return own, ()
+    low, high = _between(problem)
+    if low > FOLLOWS * high:
+        return own, ()
+    half = min(0.5 * (high - low), 1.0)
+    # A table that turns one way more than the other: what the gain lacks, the level has.
+    mean = float(np.mean(problem.bins.mean(tuple(e.u for e in problem.exposures)))) / problem.gain
+    wider = {SCALE: half} | {t.effect.id: half * abs(mean) for t in own if t.effect.part == "level"}
+    own = {
+        t: tuple(replace(row, sd=math.hypot(row.sd, wider.get(t.effect.id, 0.0))) for row in rows)
+        for t, rows in own.items()
+    }
+    return own, (
+        "most of the change of the reference, or of the reading, is noise that the other has not: the gain is anything "
+        f"from {low:.2g}, by the reference, to {high:.2g}, by the reading",
+    )
+
+
+def _between(problem: Problem) -> tuple[float, float]:
+    """Size of the gain of the reading on the reference, and of one over that of the reference on the reading."""
+    rate = problem.bins.mean(tuple(e.motion.rate for e in problem.exposures))
+    used = ~problem.bins.held_out
+    used[list(problem.outliers)] = False
+    together = of_rate = of_reading = whole = 0.0
+    for run in np.unique(problem.bins.run[used]):
+        one = used & (problem.bins.run == run)
+        u, y = (values[one] - values[one].mean() for values in (rate, problem.y + rate))
+        together, of_rate, of_reading = together + float(u @ y), of_rate + float(u @ u), of_reading + float(y @ y)
+        whole += float(rate[one] @ rate[one])
+    if of_rate < CHANGING**2 * whole:  # at one rate a run, runs tell the gain
+        return 1.0, 1.0
+    if not together:
+        return 0.0, np.inf
+    gain = abs(problem.gain)  # the rate is that times it
+    return gain * abs(together) / of_rate, gain * of_reading / abs(together)

@@ -76,6 +76,8 @@ class Trajectory:
         What was read.
     still : bool
         Whether the table cannot be told from one that stands.
+    angle_sd : ndarray, shape (n,), optional
+        Of the smoothed angle, where it was read [rad].
     """
 
     t: Floats
@@ -84,6 +86,7 @@ class Trajectory:
     rate_sd: Floats
     of: Of
     still: bool = False
+    angle_sd: Floats | None = None
 
     @cached_property
     def _curve(self) -> Any:
@@ -112,13 +115,17 @@ class Trajectory:
         """Acceleration at times ``t`` [rad/s^2]."""
         return np.asarray(self._bend(np.clip(t, self.t[0], self.t[-1])))
 
-    def stops(self, t: Floats, rate: Floats) -> NDArray[np.bool_]:
-        """Where a mean ``rate`` around times ``t``, shape (n,), is nothing but noise for `STOP` of them and more.
+    def stops(self, t: Floats, rate: Floats, length: float) -> NDArray[np.bool_]:
+        """Where a mean ``rate`` over ``length`` around times ``t``, shape (n,), is noise for `STOP` of them and more.
 
         What is left of the noise there is no motion: a curve of it would explain the very noise that stands in y - u.
-        A rate that only passes through zero is larger at both ends.
+        A rate that only passes through zero is larger at both ends. A mean over long is as certain as the angles at its
+        ends, and knows motion that is lost in the noise of the rate at an instant.
         """
-        score = np.abs(rate) / np.maximum(np.interp(t, self.t, self.rate_sd), 1e-300)
+        deviation = np.interp(t, self.t, self.rate_sd)
+        if self.angle_sd is not None:
+            deviation = np.minimum(deviation, np.sqrt(2) * np.interp(t, self.t, self.angle_sd) / length)
+        score = np.abs(rate) / np.maximum(deviation, 1e-300)
         found = np.zeros(len(t), bool)
         for a, b in stretches(score < SLIGHT):
             found[a:b] = b - a >= STOP and float(np.mean(score[a:b] ** 2)) < NOISE_ALONE**2
@@ -181,7 +188,8 @@ def trajectory(  # noqa: PLR0913 -- what was read, when, of what and how surely
     if not _matters(states, float(np.sqrt(np.mean(each**2))), of):
         return None
     if of == "angle":
-        return Trajectory(at, states[:, 0], noise, np.sqrt(variances[:, 1]) / dt, of)
+        angle_sd, rate_sd = np.sqrt(variances[:, 0]), np.sqrt(variances[:, 1]) / dt
+        return Trajectory(at, states[:, 0], noise, rate_sd, of, angle_sd=angle_sd)
     from scipy.interpolate import CubicSpline  # slow to import
 
     rate, sd = states[:, 0], np.sqrt(variances[:, 0])

@@ -104,7 +104,7 @@ class TargetCells:
     def _smoothed(self, behind: Trajectory) -> tuple[Floats, Floats]:
         """The rate behind a noisy reading, over the cells and at the edges; zero where the table stops."""
         rate, at_edges = np.diff(behind.angle_at(self.edges)) / self._step, behind.rate_at(self.edges)
-        stops = behind.stops(0.5 * (self.edges[1:] + self.edges[:-1]), rate)
+        stops = behind.stops(0.5 * (self.edges[1:] + self.edges[:-1]), rate, self._step)
         inside = np.concatenate([stops[:1], stops[1:] & stops[:-1], stops[-1:]])
         return np.where(stops, 0.0, rate), np.where(inside, 0.0, at_edges)
 

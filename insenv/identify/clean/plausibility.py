@@ -197,10 +197,25 @@ def _turning(manifest: Manifest, recordings: Sequence[Recording], target: str) -
     if gain.rate < TURNING and gain.explained < FOLLOWS:
         return ()
     if size < UNMOVED and gain.explained < FOLLOWS and _travelled(recordings, target) > TRAVELLED:
-        raise InputError(
-            f"{manifest.path}: {target} reads {value:.2g} times the rate that it was exposed to: it does not turn with "
-            f"the table; wanted another column or mounting for channels.{target}, or a reference without rows that leap"
+        return _unmoved(manifest, recordings, target, value)
+    return _far_from_one(target, value)
+
+
+def _unmoved(manifest: Manifest, recordings: Sequence[Recording], target: str, value: float) -> tuple[str, ...]:
+    """A gyro that reads next to nothing of the changes of the rate; raise InputError unless it turns as far."""
+    if _turns_along(recordings, target):
+        return (
+            f"{target} turns as far as the table and reads {value:.2g} of the changes of its rate: those are errors of "
+            "the reference, and tell no gain.",
         )
+    raise InputError(
+        f"{manifest.path}: {target} reads {value:.2g} times the rate that it was exposed to: it does not turn with "
+        f"the table; wanted another column or mounting for channels.{target}, or a reference without rows that leap"
+    )
+
+
+def _far_from_one(target: str, value: float) -> tuple[str, ...]:
+    size = abs(value)
     if value < 0 and abs(size - 1) < INCREDIBLE:
         return (
             f"The input axis of {target} is reversed: it reads {value:.4g} times the rate that it was exposed to. "
@@ -260,6 +275,15 @@ def _travelled(recordings: Sequence[Recording], target: str) -> float:
     """How far the reference went in a run at most [rad]: the noise of an encoder of a table at rest goes nowhere."""
     motions = (expose(r, target, max(1, len(r) // CELLS)).motion for r in recordings if _has_table(r))
     return max(float(np.ptp(np.cumsum(m.rate * m.dt))) for m in motions)
+
+
+def _turns_along(recordings: Sequence[Recording], target: str) -> bool:
+    """Whether in a run the readings go as far as the table, far beyond any bias: what they do not follow is noise."""
+    for recording in (r for r in recordings if _has_table(r)):
+        u, y = (float(values.mean()) for values in _cells(recording, target))
+        if min(abs(u), abs(y)) > LARGEST_BIAS and abs(abs(y / u) - 1) < INCREDIBLE:
+            return True
+    return False
 
 
 def _gain(runs: Sequence[tuple[Floats, Floats]]) -> Gain | None:

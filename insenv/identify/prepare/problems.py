@@ -38,6 +38,7 @@ from insenv.identify.findings import RejectedRows, SampleSpectrum
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Model, Problem, regressors
 from insenv.identify.prepare.binned import binned, enough
+from insenv.identify.prepare.bounded import bounded
 from insenv.identify.prepare.coherence import follows
 from insenv.identify.prepare.declared import declared_model
 from insenv.identify.prepare.lines import (
@@ -58,6 +59,8 @@ from insenv.identify.prepare.widths import rows_of_motion, rows_per_bin, whole_h
 CYCLES_PER_BIN = 8
 #: Share of the samples' variance from which a line is worth a word though the bins do not feel it.
 LEAST_LINE = 0.01
+#: Probability of noise with such a peak from which on a slighter one, of a unit at rest, is worth a word as well.
+CERTAIN = 1e-8
 #: Frequency in bins from which on a line that wanders, for which all bins become longer, is not left to them.
 WANDERS = 0.6
 #: Share of the square sum of the acceleration below the frequency that the motion reaches.
@@ -124,7 +127,7 @@ def prepare(
     model = declared_model(manifest, recordings, target)
     ready = _ready(manifest, recordings, uses, target, model, holds, width)
     own = ready.recordings, ready.uses, ready.plain, model
-    lines = _recurring(_lines(*own), ready.plain) if tones else ()
+    lines = _recurring(_that_matter(*own), ready.plain) if tones else ()
     lines = tuple(line for line in lines if not _of_hold_or_motion(line, ready.held.hold, ready.plain))
     rows = _rejecting_rows(manifest, ready, lines)
     plain = ready.plain if rows == ready.rows else binned(manifest, ready.measured, ready.uses, target, rows)
@@ -133,11 +136,13 @@ def prepare(
     else:
         problem = plain if ready.held.hold is None else binned(manifest, ready.recordings, ready.uses, target, rows)
     plain = _clipping(manifest, ready.clean, ready.uses, target, rows, plain)
+    plain, problem = bounded(plain, model), bounded(problem, model)
     samples = partial(_samples, ready.recordings, ready.uses, plain, model, lines)
     fast = partial(_confirmed, *own) if tones else unanswered
     dt, rails = recordings[0].dt, ready.clean.rails
     gains, skews = (tuple((n * dt, c, sd) for n, c, sd in each) for each in (ready.means.gains, ready.means.skews))
-    return Prepared(plain, problem, model, lines, ready.held, ready.rejected, rails, samples, fast, gains, skews)
+    told = (*lines, *(_slight(*own, lines) if tones else ()))
+    return Prepared(plain, problem, model, told, ready.held, ready.rejected, rails, samples, fast, gains, skews)
 
 
 @dataclass(frozen=True)
@@ -413,7 +418,7 @@ def _scatter(problem: Problem, model: Model) -> float:
 def _lines(
     recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], problem: Problem, model: Model, width: float = 0.0
 ) -> tuple[Line, ...]:
-    """Lines that matter, above the bin rate or that of means over ``width`` [s].
+    """Lines above the bin rate, or that of means over ``width`` [s].
 
     They are of the longest contiguous stretch of each run that may be fitted.
     """
@@ -430,8 +435,34 @@ def _lines(
             moved = problem.turns and not steps and _of_motion(problem, line, recording.dt, values, reference)
             binned_too = not line.steady and line.frequency < least
             found += [] if moved or binned_too else [replace(line, of_counts=steps)]
+    return tuple(found)
+
+
+def _that_matter(
+    recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], problem: Problem, model: Model, width: float = 0.0
+) -> tuple[Line, ...]:
+    """Those of the lines that are a visible part of the samples, or leak into the means."""
     noise = _bin_noise(problem)
-    return tuple(x for x in found if _matters(x, width, noise))
+    found = _lines(recordings, uses, problem, model, width)
+    return tuple(x for x in found if _matters(x, width or problem.bins.width, noise))
+
+
+def _slight(
+    recordings: tuple[Recording, ...],
+    uses: tuple[RowUse, ...],
+    problem: Problem,
+    model: Model,
+    lines: tuple[Line, ...],
+) -> tuple[Line, ...]:
+    """Lines of a unit at rest beside ``lines`` that are certain and too slight to matter to any mean."""
+    if problem.turns:
+        return ()
+
+    def known(x: Line) -> bool:
+        return any(abs(x.frequency - one.frequency) < max(SAME_LINE, one.frequency_sd) for one in lines)
+
+    sure = (x for x in _lines(recordings, uses, problem, model) if x.p_value < CERTAIN and not known(x))
+    return tuple(replace(x, averaged=True) for x in sure if _recurs(x, recordings, uses, problem, model))
 
 
 def _of_motion(problem: Problem, line: Line, dt: float, left: Floats, reference: Floats) -> bool:
@@ -449,13 +480,17 @@ def _confirmed(
 
     The tallest peak of a hump is elsewhere in other data.
     """
+    found = _that_matter(recordings, uses, problem, model, width)
+    return tuple(x for x in found if _recurs(x, recordings, uses, problem, model))
 
-    def confirmed(line: Line) -> bool:
-        recording, use = recordings[line.run], uses[line.run]
-        span = _longest(recording, use.held_out)
-        return again(line, recording.dt, _sample_residual(recording, span, problem, model))
 
-    return tuple(x for x in _lines(recordings, uses, problem, model, width) if confirmed(x))
+def _recurs(
+    line: Line, recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], problem: Problem, model: Model
+) -> bool:
+    """Whether held-out samples of its run have a line as well."""
+    recording = recordings[line.run]
+    span = _longest(recording, uses[line.run].held_out)
+    return again(line, recording.dt, _sample_residual(recording, span, problem, model))
 
 
 def _samples(
