@@ -47,7 +47,14 @@ from insenv.identify.prepare.vibration import (
     unresolved,
     without,
 )
-from insenv.identify.prepare.wandering import left_of, lost, moves_there, stands_in_reference, without_line
+from insenv.identify.prepare.wandering import (
+    goes_with_motion,
+    left_of,
+    lost,
+    moves_there,
+    stands_in_reference,
+    without_line,
+)
 from insenv.identify.search.candidates import candidates, local_beside_lag, of_few_waves
 from insenv.identify.search.earth_rate import due_level
 from insenv.identify.search.jumps import is_step, one_of_many
@@ -518,7 +525,8 @@ def _nothing(track: Track, hit: Hit, joined: tuple[str, ...]) -> str:
         return OF_TURNS.format("once" if order == 1 else f"{order} times")
     if stands_in_reference(track.problem, track.fit, frequency):
         return OF_REFERENCE
-    return OF_MOTION if moves_there(track.problem, track.fit, frequency) else ""
+    moved = moves_there(track.problem, track.fit, frequency) or goes_with_motion(track.problem, track.fit, frequency)
+    return OF_MOTION if moved else ""
 
 
 def _left_of(track: Track, hit: Hit) -> Line | None:

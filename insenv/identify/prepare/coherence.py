@@ -5,7 +5,8 @@ the waves a_k of the residual and b_k of the reference in short windows the cohe
 
     g = |sum a_k b_k*|^2 / (sum |a_k|^2 sum |b_k|^2),      P(g > x) = (1 - x)^(K - 1)
 
-where neither knows of the other, K = (sum |a_k|^2)^2 / sum |a_k|^4 being how many windows count, or the same of b_k.
+where neither knows of the other, K = (sum |a_k|^2)^2 / sum |a_k|^4 being how many windows count, or the same of b_k,
+both waves over the root of their own and the median square, or one reversal would be all.
 Waves in raised cosines that overlap by half are 1/6 alike, which is as good as independent.
 
 Source: J. S. Bendat, A. G. Piersol, Random Data, 4th ed., Wiley 2010, 9.2.
@@ -36,13 +37,19 @@ def follows(stretches: Sequence[tuple[Floats, Floats]], cycles: float) -> bool:
     cycles : float
         Of the line, from one value to the next.
     """
-    own, other = (np.concatenate([_in_windows(s[k], cycles) for s in stretches]) for k in (0, 1))
+    own, other = (_tamed(np.concatenate([_in_windows(s[k], cycles) for s in stretches])) for k in (0, 1))
     power, of_other = np.abs(own) ** 2, np.abs(other) ** 2
     if not power.any() or not of_other.any():
         return False
     coherence = min(float(abs(np.vdot(own, other)) ** 2 / (power.sum() * of_other.sum())), 1.0)
     windows = min(float(p.sum() ** 2 / (p @ p)) for p in (power, of_other))
     return coherence > COHERENT and (1 - coherence) ** (windows - 1) < BY_CHANCE
+
+
+def _tamed(waves: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """Waves of which the loudest count little more than others: where a table reverses, one window has all of that."""
+    size = np.abs(waves)
+    return np.asarray(waves / np.maximum(np.hypot(size, np.median(size) if len(size) else 0.0), 1e-300))
 
 
 def _in_windows(values: Floats, cycles: float) -> NDArray[np.complex128]:

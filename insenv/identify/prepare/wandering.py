@@ -135,12 +135,17 @@ def moves_there(problem: Problem, fit: Fit, frequency: float) -> bool:
     return False
 
 
-def _said_of_motion(problem: Problem, fit: Fit, line: Line) -> Line:
-    """The line, and of it whether it goes with what a measured reference has there."""
+def goes_with_motion(problem: Problem, fit: Fit, frequency: float) -> bool:
+    """Whether what is left about ``frequency`` [Hz] goes, window by window, with what a measured reference has."""
     if problem.commanded or not problem.turns:
-        return line
+        return False
     stretches = [(left, reference) for _, left, reference in _beside_reference(problem, fit)]
-    return replace(line, of_motion=follows(stretches, line.frequency * problem.bins.width))
+    return follows(stretches, frequency * problem.bins.width)
+
+
+def _said_of_motion(problem: Problem, fit: Fit, line: Line) -> Line:
+    """The line, and of it whether it goes with the motion."""
+    return replace(line, of_motion=goes_with_motion(problem, fit, line.frequency))
 
 
 def _beside_reference(problem: Problem, fit: Fit) -> Iterator[tuple[Block, Floats, Floats]]:

@@ -62,3 +62,11 @@ def test_a_ripple_of_the_motor_is_no_tone_beside_a_filtered_rate(own: float) -> 
     (target,) = closed(rippled(3, own), manifest()).targets
     tones = [e.value for one in target.added if one.effect == "tone" for e in one.parameters if e.parameter == "f"]
     assert [round(f) for f in tones] == ([31] if own else [])
+
+
+def test_one_reversal_does_not_hide_that_a_ripple_is_followed() -> None:
+    rng = np.random.default_rng(4)
+    n = 3000
+    ripple = np.cos(2 * np.pi * 0.01 * np.arange(n))
+    turned = np.where(np.arange(n) < 1500, 200.0, -200.0)
+    assert follows([(0.1 * ripple + 0.02 * rng.standard_normal(n), turned + ripple)], 0.01)
