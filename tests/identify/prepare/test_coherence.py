@@ -66,7 +66,7 @@ def test_a_ripple_of_the_motor_is_no_tone_beside_a_filtered_rate(own: float) -> 
 
 def test_one_reversal_does_not_hide_that_a_ripple_is_followed() -> None:
     rng = np.random.default_rng(4)
-    n = 3000
+    n = 12_000
     ripple = np.cos(2 * np.pi * 0.01 * np.arange(n))
-    turned = np.where(np.arange(n) < 1500, 200.0, -200.0)
+    turned = np.where(np.arange(n) < 6000, 200.0, -200.0)
     assert follows([(0.1 * ripple + 0.02 * rng.standard_normal(n), turned + ripple)], 0.01)
