@@ -24,6 +24,8 @@ from insenv.identify.search.settle import dropped
 from insenv.identify.search.tracks import Track
 from insenv.identify.search.unfinished import nothing_as_well, untold
 
+#: Departure from one of a gain that a gyro may have.
+USUAL = 0.2
 #: Chance of so different a gain in the parts of a recording below which it is said.
 PARTS_APART = 1e-3
 
@@ -138,14 +140,16 @@ def _by_the_reference(
     """The estimates with gain and level no surer than noise of a measured reference lets them be, and a word on that.
 
     Errors of the reference make the gain on it too small, those of the reading that of the reference on the reading:
-    the truth lies between (R. Frisch, Statistical confluence analysis, Oslo 1934). Said where noise is most of either.
+    the truth lies between (R. Frisch, Statistical confluence analysis, Oslo 1934). Said of a gain that no gyro has,
+    where noise is most of either.
     """
     problem = track.problem
     term = next((t for t, rows in own.items() if t.effect.id == SCALE and len(rows) == 1), None)
     if term is None or problem.commanded or not problem.turns or not problem.target.startswith("gyro"):
         return own, ()
+    (row,) = own[term]
     low, high = _between(problem)
-    if low > FOLLOWS * high:
+    if low > FOLLOWS * high or abs(abs(1 + row.value) - 1) < USUAL:
         return own, ()
     half = min(0.5 * (high - low), 1.0)
     # A table that turns one way more than the other: what the gain lacks, the level has.
