@@ -143,6 +143,16 @@ def goes_with_motion(problem: Problem, fit: Fit, frequency: float) -> bool:
     return follows(stretches, frequency * problem.bins.width)
 
 
+def of_the_motion(problem: Problem, fit: Fit, frequency: float) -> Line | None:
+    """The line at ``frequency`` [Hz] in the residual of ``fit``, if it goes with the motion; else None."""
+    if not goes_with_motion(problem, fit, frequency):
+        return None
+    found = [w for b in _stretches(problem, True) if (w := _of_block(problem, fit, b, frequency)) is not None]
+    if not found:
+        return None
+    return replace(max(found, key=lambda w: w.amplitude), steady=False, phase=0.0, of_motion=True)
+
+
 def _said_of_motion(problem: Problem, fit: Fit, line: Line) -> Line:
     """The line, and of it whether it goes with the motion."""
     return replace(line, of_motion=goes_with_motion(problem, fit, line.frequency))

@@ -62,8 +62,9 @@ STEADY = 0.1
 #: Parts of a run in which a line is looked at, fewest bins and waves of each; share of the line's energy that the
 #: quieter half of them has at most, and probability of that of a steady line, where it comes and goes.
 PARTS, FEWEST_BINS, CYCLES, LEFT, CHANCE_OF_PART = 8, 8, 2.0, 0.05, 1e-3
-#: Means that a law must differ in from the model: (sum of squares)^2 over sum of fourth powers of what is left of it.
-FEWEST_MEANS = 3.0
+#: Means that a law must differ in from the model: (sum of squares)^2 over sum of fourth powers of what is left of it;
+#: and a course of time beside a reference, which may begin as a body does that is set in motion.
+FEWEST_MEANS, FEWEST_COURSE = 3.0, 6.0
 #: Share of the line's largest amplitude that a run must be able to show, in this many standard deviations.
 SHOWN, TOLD = 0.5, 3.0
 
@@ -121,7 +122,7 @@ def of_few_means(problem: Problem, fit: Fit, term: Term) -> str:
     left = _outside(design, columns)
     energy = np.sum(left**2, axis=1)
     means = float(energy.sum()) ** 2 / max(float(energy @ energy), 1e-300)
-    if means >= FEWEST_MEANS:
+    if means >= (FEWEST_COURSE if problem.turns and term.effect.of_time and term.effect.shapes else FEWEST_MEANS):
         return ""
     return f"it differs from what the model has in {means:.2g} means alone, and what these hold would decide it"
 

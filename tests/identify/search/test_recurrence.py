@@ -78,6 +78,14 @@ def test_a_step_where_a_table_turns_round_once_is_its_gain(instant: float, law: 
     assert (not of_few_means(problem, solve(problem, model), term)) == law
 
 
+@pytest.mark.parametrize(("means", "law"), [(2.0, False), (60.0, True)])
+def test_a_warm_up_of_a_few_means_beside_a_reference_is_how_it_was_set_in_motion(means: float, law: bool) -> None:
+    one = (run(4),)
+    problem = prepare(manifest(), one, (use(N),), "gyro", holds=False).problem
+    term = Term(by_key("bias_warm_up"), (means * problem.bins.width,))
+    assert (not of_few_means(problem, solve(problem, declared_model(manifest(), one, "gyro")), term)) == law
+
+
 def test_one_run_says_nothing_of_others() -> None:
     assert said((run(1, 3e-4),), Term(by_key("scale_factor_cubic"))) == ""
 

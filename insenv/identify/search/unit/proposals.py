@@ -21,7 +21,7 @@ from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Term
 from insenv.identify.prepare.line_effects import IN_BINS
 from insenv.identify.prepare.lines import Line
-from insenv.identify.prepare.wandering import of_counts, wanders
+from insenv.identify.prepare.wandering import of_counts, of_the_motion, wanders
 from insenv.identify.search.candidates import stacked_terms
 from insenv.identify.search.round import at_shape, with_term
 from insenv.identify.search.scan import Hit, likelihood_ratio, reference, statistics
@@ -141,7 +141,7 @@ def _in_common(tracks: list[Track], able: list[int], hits: dict[int, Hit]) -> Fl
 
 
 def wandering(track: Track, hit: Hit) -> Line | None:
-    """The line of a tone that is none, because its phase does not hold, or it is the pattern of an encoder."""
+    """The line of a tone that is none: its phase does not hold, or it is an encoder's pattern or the motion's."""
     if not hit.candidate.effect.line or not may_damp(track):
         return None
     found: Line | None = track.problem.remember(
@@ -149,6 +149,7 @@ def wandering(track: Track, hit: Hit) -> Line | None:
         lambda: (
             of_counts(track.problem, track.fit, hit.term.shape[0])
             or wanders(track.problem, track.fit, hit.term.shape[0])
+            or of_the_motion(track.problem, track.fit, hit.term.shape[0])
         ),
     )
     return found
