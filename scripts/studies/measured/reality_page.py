@@ -96,6 +96,14 @@ of the reference leaves open is as uncertain as that, motion in long means is no
 instant (`henriksdu/plain` read 0.21 of 1.02), and slight lines of a rest are told where they are certain: 32 of 34
 would be right or honest (`henriksdu/plain`, `vladislavert/turned`, `kokiyamane/long_table`, `msplr/mtig`).
 
+By `5bb729f` 224 recordings beside a reference and 90 rests of the parts from the ninth on were asked again (the first
+118 of them by an engine some hours older): no judgement is worse than by `f0e931f`, before it. Against what is said
+here six are worse, each by an engine before: `brightside/swung`, `nathanrgodwin/flat_z`, `carbonixuav/standing` as
+below, `mad-lab-fau/left_y` (a cubic of four deviations), `joeydouglas/flight2_x` (a step of 3.6 in a set with noise),
+both flagged, and `klelkov/eight` is honest that was right. Better are `anh-lxn/rate_z` and `martycochrane/turn_roll`,
+right that were wrong and honest, beside those that are said above. Since `e5e0126` a warm-up of a few means beside a
+reference has no name.
+
 By `1c7eae3`, after it, a knock is one in a rest of some seconds too: `adamshiau/start` would be right, its second gyro
 a drift as the fit has it and no warm-up of its knock. Since single rows that are too many to be left out are a reason,
 `will-aleyegn/still` would be honest.
