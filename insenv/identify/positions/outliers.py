@@ -60,7 +60,8 @@ def _one_by_one(problem: Magnitudes, terms: Sequence[Any]) -> tuple[NDArray[np.b
         if fit.freedom < FREEDOM:
             break
         own = fit.residual[:, 0] ** 2 / (1 - np.minimum(_leverage(fit), 1 - 1e-9))
-        ratio = own / (np.maximum(fit.rss - own, 1e-300) / (fit.freedom - 1))
+        with np.errstate(over="ignore"):  # of one beside which nothing is left it is beyond all numbers
+            ratio = own / (np.maximum(fit.rss - own, 1e-300) / (fit.freedom - 1))
         worst = int(np.argmax(np.where(problem.fitted & ~left, ratio, -1.0)))
         if float(fdtrc(1, fit.freedom - 1, ratio[worst])) * (problem.fitted & ~left).sum() > OUTLIER:
             break

@@ -58,3 +58,15 @@ def test_rests_that_fit_no_triad_are_left_out_though_they_hide_each_other(seed: 
     every = np.ones(26, dtype=bool)
     problem = Magnitudes(measured, np.full(26, STANDARD_GRAVITY), Surroundings(np.arange(26.0)), every, every)
     assert np.flatnonzero(outliers(problem, [*DECLARED, *TRIED])).tolist() == list(off)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_rest_beside_which_nothing_is_left_is_no_overflow() -> None:
+    """A rest in cm/s^2 among rests in m/s^2."""
+    rng = np.random.default_rng(3)
+    up = rng.standard_normal((26, 3))
+    measured = STANDARD_GRAVITY * up / np.linalg.norm(up, axis=1)[:, None]
+    measured[5] *= 100
+    every = np.ones(26, dtype=bool)
+    problem = Magnitudes(measured, np.full(26, STANDARD_GRAVITY), Surroundings(np.arange(26.0)), every, every)
+    assert outliers(problem, [*DECLARED, *TRIED])[5]
