@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -59,6 +59,7 @@ from insenv.identify.prepare.declared import without_north
 from insenv.identify.prepare.excess import Structure, structure
 from insenv.identify.prepare.gain import as_declared, undeclared_gain
 from insenv.identify.prepare.line_effects import hold_effect, line_effects, rounding_effect, saturation_effect
+from insenv.identify.prepare.lines import Line
 from insenv.identify.prepare.vibration import went_away
 from insenv.identify.search.detectable import Sensitivity
 from insenv.identify.search.followers import followers
@@ -127,23 +128,28 @@ def _longer_means(tracks: tuple[Track, ...]) -> tuple[str, ...]:
     )
 
 
+def _hertz(lines: Iterable[Line]) -> str:
+    """Frequencies of lines as they are said, lowest first; empty if there are none."""
+    return ", ".join(sorted({f"{line.frequency:.4g}" for line in lines}, key=float))
+
+
 def _ripple(track: Track) -> str:
     """Which lines were damped that go with the motion; empty if none."""
-    found = sorted({f"{line.frequency:.4g}" for line in track.prepared.lines if line.of_motion}, key=float)
+    found = _hertz(line for line in track.prepared.lines if line.of_motion)
     if not found:
         return ""
     return (
-        f"{track.problem.target}: about {', '.join(found)} Hz the residual goes with what the reference has there: "
+        f"{track.problem.target}: about {found} Hz the residual goes with what the reference has there: "
         "motion, as a motor's ripple, of which a filter or a lag leaves some; damped, and no error of the instrument"
     )
 
 
 def _patterns_of_counts(track: Track) -> str:
     """Which lines were taken out as the pattern of counts, of an encoder or of the readings; empty if none."""
-    found = sorted({f"{line.frequency:.4g}" for line in track.prepared.lines if line.of_counts}, key=float)
+    found = _hertz(line for line in track.prepared.lines if line.of_counts)
     if not found:
         return ""
-    what = f"{track.problem.target}: lines at {', '.join(found)} Hz"
+    what = f"{track.problem.target}: lines at {found} Hz"
     if not track.problem.encoder and not track.problem.counter:
         return f"{what} stand in the reference and not in the readings: taken out, and no error of the instrument"
     if not track.problem.encoder:

@@ -30,7 +30,7 @@ from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.heldout import CHANCE, MOST_GROWTH, confirms, held_out_score, rescored
 from insenv.identify.fit.lag_form import is_skew
-from insenv.identify.fit.problem import NOISE_TERMS, Problem
+from insenv.identify.fit.problem import NOISE_TERMS
 from insenv.identify.fit.uncertainty import estimates
 from insenv.identify.prepare.excess import most_power, order_of_line, structure
 from insenv.identify.prepare.lines import Line
@@ -59,7 +59,7 @@ from insenv.identify.search.candidates import candidates, local_beside_lag, of_f
 from insenv.identify.search.earth_rate import due_level
 from insenv.identify.search.jumps import is_step, one_of_many
 from insenv.identify.search.round import at_shape, search, with_term
-from insenv.identify.search.scan import Hit, likelihood_ratio, reference
+from insenv.identify.search.scan import Hit, Reference, likelihood_ratio, reference
 from insenv.identify.search.settle import parted, settled, sized, without_parts_of_a_curve
 from insenv.identify.search.size import follows_measured_rate, unsized, unsized_together
 from insenv.identify.search.tracks import Progress, Refusal, Step, Track
@@ -634,7 +634,7 @@ def _centred(track: Track, hit: Hit) -> Hit:
         whole = len(theta) > 0 and len(theta) % len(hit.term.effect.linear) == 0
         mean = theta.reshape(len(hit.term.effect.linear), -1).mean(axis=1) if whole else theta
         # What was read late is the input times the gain.
-        mean = mean / (1 + fit.scale_factor) if hit.term.effect.id == TimingSkew.id else mean
+        mean = mean / (1 + fit.scale_factor) if isinstance(hit.term.effect, TimingSkew) else mean
         effect = hit.term.effect.near(mean) if whole else hit.term.effect
         if effect == hit.term.effect:
             break
@@ -642,20 +642,20 @@ def _centred(track: Track, hit: Hit) -> Hit:
         if moved.likelihood_ratio < hit.likelihood_ratio - AS_LIKELY or moved.remark:
             break
         hit = moved
-    return _formed(problem, track, hit)
+    return _formed(track, base, hit)
 
 
-def _formed(problem: Problem, track: Track, hit: Hit) -> Hit:
+def _formed(track: Track, base: Reference, hit: Hit) -> Hit:
     """The hit of a lag with the form that explains most, where that is beyond doubt no delay."""
     from scipy.optimize import minimize_scalar  # slow to import
 
     effect = hit.term.effect
     if not isinstance(effect, TimingSkew) or not effect.about:
         return hit
-    base = reference(problem, track.fit.model, track.fit.noise.power)
 
     def of(form: float) -> Hit:
-        return at_shape(problem, track.fit, base, hit, replace(hit.term, effect=replace(effect, form=float(form))))
+        formed = replace(hit.term, effect=replace(effect, form=float(form)))
+        return at_shape(track.problem, track.fit, base, hit, formed)
 
     best = minimize_scalar(lambda k: -of(k).likelihood_ratio, bounds=FORMS, method="bounded", options={"xatol": 0.01})
     formed = of(best.x)

@@ -215,6 +215,7 @@ def _unmoved(manifest: Manifest, recordings: Sequence[Recording], target: str, v
 
 
 def _far_from_one(target: str, value: float) -> tuple[str, ...]:
+    """A gain that no gyro has: of an axis that points the other way, of another range, or of one that leans."""
     size = abs(value)
     if value < 0 and abs(size - 1) < INCREDIBLE:
         return (

@@ -127,7 +127,8 @@ def prepare(
     model = declared_model(manifest, recordings, target)
     ready = _ready(manifest, recordings, uses, target, model, holds, width)
     own = ready.recordings, ready.uses, ready.plain, model
-    lines = _recurring(_that_matter(*own), ready.plain) if tones else ()
+    seen = _lines(*own) if tones else ()
+    lines = _recurring(_that_matter(seen, ready.plain, ready.plain.bins.width), ready.plain)
     lines = tuple(line for line in lines if not _of_hold_or_motion(line, ready.held.hold, ready.plain))
     rows = _rejecting_rows(manifest, ready, lines)
     plain = ready.plain if rows == ready.rows else binned(manifest, ready.measured, ready.uses, target, rows)
@@ -141,7 +142,7 @@ def prepare(
     fast = partial(_confirmed, *own) if tones else unanswered
     dt, rails = recordings[0].dt, ready.clean.rails
     gains, skews = (tuple((n * dt, c, sd) for n, c, sd in each) for each in (ready.means.gains, ready.means.skews))
-    told = (*lines, *(_slight(*own, lines) if tones else ()))
+    told = (*lines, *_slight(seen, lines, *own))
     return Prepared(plain, problem, model, told, ready.held, ready.rejected, rails, samples, fast, gains, skews)
 
 
@@ -438,30 +439,28 @@ def _lines(
     return tuple(found)
 
 
-def _that_matter(
-    recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], problem: Problem, model: Model, width: float = 0.0
-) -> tuple[Line, ...]:
-    """Those of the lines that are a visible part of the samples, or leak into the means."""
+def _that_matter(found: tuple[Line, ...], problem: Problem, width: float) -> tuple[Line, ...]:
+    """Those of the lines that are a visible part of the samples, or leak into means over ``width`` [s]."""
     noise = _bin_noise(problem)
-    found = _lines(recordings, uses, problem, model, width)
-    return tuple(x for x in found if _matters(x, width or problem.bins.width, noise))
+    return tuple(x for x in found if _matters(x, width, noise))
 
 
 def _slight(
+    found: tuple[Line, ...],
+    lines: tuple[Line, ...],
     recordings: tuple[Recording, ...],
     uses: tuple[RowUse, ...],
     problem: Problem,
     model: Model,
-    lines: tuple[Line, ...],
 ) -> tuple[Line, ...]:
-    """Lines of a unit at rest beside ``lines`` that are certain and too slight to matter to any mean."""
+    """Those that a unit at rest has beside ``lines``, certain and too slight to matter to any mean."""
     if problem.turns:
         return ()
 
     def known(x: Line) -> bool:
         return any(abs(x.frequency - one.frequency) < max(SAME_LINE, one.frequency_sd) for one in lines)
 
-    sure = (x for x in _lines(recordings, uses, problem, model) if x.p_value < CERTAIN and not known(x))
+    sure = (x for x in found if x.p_value < CERTAIN and not known(x))
     return tuple(replace(x, averaged=True) for x in sure if _recurs(x, recordings, uses, problem, model))
 
 
@@ -480,7 +479,7 @@ def _confirmed(
 
     The tallest peak of a hump is elsewhere in other data.
     """
-    found = _that_matter(recordings, uses, problem, model, width)
+    found = _that_matter(_lines(recordings, uses, problem, model, width), problem, width)
     return tuple(x for x in found if _recurs(x, recordings, uses, problem, model))
 
 

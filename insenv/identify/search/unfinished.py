@@ -345,8 +345,7 @@ def _swung(track: Track) -> tuple[str, ...]:
 def _by_another_rate(track: Track) -> tuple[str, ...]:
     """Laws of the rate beside a gain that no gyro has: of wheels that slip, or whose track is not the drawing's."""
     problem, fit = track.problem, track.fit
-    scale = sum(float(fit.theta[fit.design.term == i].sum()) for i, t in enumerate(fit.model) if t.effect.id == SCALE)
-    gain = abs(problem.gain * (1 + scale))
+    gain = abs(problem.gain * (1 + fit.scale_factor))
     laws = [s.hit.candidate.effect for s in track.steps if follows_measured_rate(problem, s.hit.term)]
     names = ", ".join(dict.fromkeys(law.key for law in laws if law.id != SCALE and not law.generic))
     if not names or abs(gain - 1) <= INCREDIBLE:
