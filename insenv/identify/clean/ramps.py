@@ -5,8 +5,9 @@ less the command,
 
     r_i = y_i - u_i,
 
-goes from about -D to the line through the later half of the dwell. The rows until then are left out. A reference that
-is merely late or early leaves the whole of D or nothing of it: that is a `timing_skew`, and stays.
+goes from about -D to the line through the later half of the dwell, or through the part of it in which it stands. The
+rows until then are left out, and all of a dwell in which it never stands. A reference that is merely late or early
+leaves the whole of D or nothing of it: that is a `timing_skew`, and stays.
 
 A table has one acceleration: where large jumps show it, smaller ones, whose way hides in the noise of single rows, are
 given the time that they take, and so is the start of a recording before which the table was at rest.
@@ -27,8 +28,10 @@ are left out: half a row of delay would be named for them, and a held output.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, median_filter, uniform_filter1d
 
 from insenv.core.recording import Floats, Recording
@@ -48,6 +51,10 @@ ON_ITS_WAY, LEAST_ROWS = (0.1, 0.9), 2
 ROWS, OFF = 9, 5.0
 #: Share by which the time until then is prolonged: the end of an approach hides in the noise.
 LONGER = 0.5
+#: Fewest rows that tell whether a rate stands, and the share of its pace before within which it does.
+FEWEST, SLOWED = 8, 0.5
+#: Share of a dwell, at its end, by which the gain is told.
+END = 0.25
 #: First rows that tell the rate at the start of a recording, and the times by which its way may be longer than others.
 FIRST, SLOWER = 3, 3.0
 
@@ -68,7 +75,7 @@ def slewed(recording: Recording, target: str) -> Recording:
     """The recording with a command on whose integral the table is: it comes to each rate as the reading shows."""
     ways = [way for way in approaching(recording, target, 0) if way.start > 0]
     u = table_rate_of_rows(recording, target) if len(ways) >= LEAST_JUMPS else None
-    if u is None:
+    if u is None or any(then.start < way.stop for way, then in pairwise(ways)):  # it does not come to each rate
         return recording
     share = table_share(recording, target)
     left = recording.channels[target].values / share - u
@@ -117,14 +124,8 @@ def approaching(recording: Recording, target: str, run: int) -> tuple[RejectedRo
     u = table_rate_of_rows(recording, target)
     assert u is not None
     u = u * share
-    jumps = np.flatnonzero(np.abs(np.diff(u)) > 1e-6 * np.abs(u).max(initial=0.0)) + 1
-    if not len(jumps) or len(jumps) > MOST_CHANGES * len(u):
-        return ()
-    # A command that is logged at instants changes from one row to the next, its means over rows in two steps.
-    first = jumps[np.concatenate([[True], np.diff(jumps) > 2])]
-    ends = np.concatenate([first[1:], [len(u)]])
+    dwells = _dwells(u)
     left = recording.channels[target].values - u
-    dwells = [(int(a), int(b)) for a, b in zip(first, ends, strict=True)]
     seen = [_approach(left, u, a, b) for a, b in dwells]
     found = [one for one in seen if one is not None]
     if not found:
@@ -146,6 +147,34 @@ def approaching(recording: Recording, target: str, run: int) -> tuple[RejectedRo
     )
 
 
+def ends_of_dwells(recording: Recording, target: str) -> NDArray[np.bool_] | None:
+    """Rows at the ends of the dwells of a commanded rate that jumps; None of any other reference.
+
+    There a table is at its rate, if anywhere.
+    """
+    if order(recording)[:1] != ("table_rate",) or recording.channels["table_rate"].source != "command":
+        return None
+    u = table_rate_of_rows(recording, target)
+    dwells = [] if u is None else _dwells(u)
+    if not len(dwells):
+        return None
+    at_end = np.zeros(len(recording), bool)
+    for start, end in [(0, dwells[0][0]), *dwells]:
+        at_end[end - int(np.ceil(END * (end - start))) : end] = True
+    return at_end
+
+
+def _dwells(u: Floats) -> list[tuple[int, int]]:
+    """First row and the row behind the last of each dwell after a jump of a command that holds; none of another."""
+    jumps = np.flatnonzero(np.abs(np.diff(u)) > 1e-6 * np.abs(u).max(initial=0.0)) + 1
+    # A command that is logged at instants changes from one row to the next, its means over rows in two steps.
+    first = jumps[np.diff(jumps, prepend=-3) > 2]
+    changes = len(first) if len(jumps) <= 2 * len(first) else len(jumps)
+    if not 0 < changes <= MOST_CHANGES * len(u):
+        return []
+    return [(int(a), int(b)) for a, b in pairwise((*first, len(u)))]
+
+
 def _approach(left: Floats, u: Floats, start: int, end: int) -> _Approach | None:
     """The approach after the jump at row ``start`` of a dwell up to row ``end``; None where none could be seen."""
     if end - start < LEAST_DWELL or start == 0:
@@ -161,20 +190,42 @@ def _jump(u: Floats, start: int, end: int) -> float:
 def _way(left: Floats, jump: float, start: int, end: int) -> _Approach | None:
     """The rows from ``start`` on until the rate is there; None where the noise of a row hides the jump."""
     x = left[start:end]
-    t, half = np.arange(len(x)), len(x) // 2
-    line = np.polynomial.Polynomial.fit(t[half:], x[half:], 1)
-    x = x - line(t)
-    noise = 1.4826 * float(np.median(np.abs(x[half:] - np.median(x[half:]))))
+    stands = _stands(x, jump)
+    if stands is None:
+        return _Approach(start, end, end - start, jump)
+    t, still = np.arange(len(x)), slice(stands, None)
+    x = x - np.polynomial.Polynomial.fit(t[still], x[still], 1)(t)
+    noise = 1.4826 * float(np.median(np.abs(x[still] - np.median(x[still]))))
     if abs(jump) < JUMP * noise:
         return None
     way = -x / jump
     # The extrapolated line is itself uncertain: at the start of the dwell by sqrt(14 / n) of a row's noise.
-    allowed = OFF * noise * float(np.hypot(1 / np.sqrt(ROWS), np.sqrt(14 / half)))
+    allowed = OFF * noise * float(np.hypot(1 / np.sqrt(ROWS), np.sqrt(14 / (len(x) - stands))))
     there = np.abs(uniform_filter1d(x, ROWS, mode="nearest")) < max(allowed, 1e-12 * abs(jump))
-    until = int(np.argmax(there)) if there.any() else half
+    until = int(np.argmax(there)) if there.any() else stands
     between = int(np.sum((way[:until] > ON_ITS_WAY[0]) & (way[:until] < ON_ITS_WAY[1])))
-    stop = start + min(half, until + int(np.ceil(LONGER * until)) + ROWS // 2) if between else start
+    stop = start + min(stands, until + int(np.ceil(LONGER * until)) + ROWS // 2) if between else start
     return _Approach(start, stop, between, jump)
+
+
+def _stands(x: Floats, jump: float) -> int | None:
+    """The row of a dwell from which on the rate stands: its middle, or a later one; None where it never does.
+
+    It comes no nearer in what follows, by the noise, by a small share of the jump or beside how it came before.
+    """
+    steps = np.diff(x)
+    noise = 1.4826 / np.sqrt(2) * float(np.median(np.abs(steps - np.median(steps))))
+    stands, pace = len(x) // 2, np.inf
+    while len(x) - stands >= FEWEST:
+        middle = (stands + len(x)) // 2
+        rows = min(ROWS, middle - stands)
+        came = float(np.mean(x[middle:]) - np.mean(x[stands : stands + rows])) * float(np.sign(jump))
+        apart = 0.5 * (middle + len(x)) - stands - 0.5 * rows
+        unseen = OFF * noise * float(np.sqrt(2 / rows))
+        if came < min(max(unseen, AS_ONE * abs(jump)), SLOWED * pace * apart):
+            return stands if came < unseen else middle
+        stands, pace = middle, max(came / apart, 0.0)
+    return None if np.isfinite(pace) else stands
 
 
 def _paced(u: Floats, start: int, end: int, pace: float) -> _Approach:

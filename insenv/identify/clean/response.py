@@ -6,7 +6,8 @@ A gain of -0.87 is an axis that points the other way with a scale of its own: no
 rate (a skew, a held output, an asymmetry) is a share of what the instrument makes of it, g u. g is one for all runs,
 the lag tau_r one for each: clocks are started anew. u is the motion behind the encoder's noise
 (`insenv.core.series.trajectory`), shifted exactly. Gauss and Newton from the lag at which y and u correlate most, with
-Tukey's weights: rows in which a table is on its way to a commanded rate are not to bend the gain.
+Tukey's weights: rows in which a table is on its way to a commanded rate are not to bend the gain. Of a command that
+jumps the ends of its dwells are asked alone.
 
 Nothing is taken out by this. Gains near one and lags beside an exact reference stay as they are: the search has effects
 for them. Source of the weights: P. J. Huber and E. M. Ronchetti, Robust Statistics (2009), section 4.8.
@@ -25,6 +26,7 @@ from insenv.data.cells.follow import correlation
 from insenv.data.exposure import Exposure, expose
 from insenv.data.reference import order
 from insenv.effects.timing import before_mean, earlier, held_values
+from insenv.identify.clean.ramps import ends_of_dwells
 from insenv.identify.fit.problem import Model
 
 #: Departure of a gain from one up to which it is a small error, as any other.
@@ -224,7 +226,7 @@ def responding(
     """
     if not target.startswith("gyro"):
         return recordings
-    parts = stretches(recordings, spans, target, rows)
+    parts = [_at_rates(s, recordings[s.run], target) for s in stretches(recordings, spans, target, rows)]
     if sum(float(s.known.sum()) for s in parts) < 0.75 * FEWEST:
         return recordings
     noisy = {s.run for s in parts if (table := recordings[s.run].table) is not None and not table.still}
@@ -238,6 +240,18 @@ def responding(
     found = likelier(parts, lags, own) if forms else _followed(parts, lags, own, None, filtered=False)
     gain = found.gain if _other(found.gain, found.sd, model) else 1.0
     return with_response(recordings, target, gain, found)
+
+
+def _at_rates(one: Stretch, recording: Recording, target: str) -> Stretch:
+    """Of a run whose command jumps the ends of its dwells alone: a table is late, now and then by most of a dwell."""
+    rows = ends_of_dwells(recording, target)
+    if rows is None:
+        return one
+    cells = one.exposure.cell_of_row[rows]
+    cells = cells[(cells >= one.start) & (cells < one.stop)] - one.start
+    at_rate = np.zeros(one.stop - one.start, bool)
+    at_rate[cells] = True
+    return replace(one, used=at_rate if one.used is None else at_rate & one.used)
 
 
 def _smoothed(parts: list[Stretch], recordings: tuple[Recording, ...], read: dict[int, float]) -> set[int]:

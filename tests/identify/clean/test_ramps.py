@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from simulated_runs import DEG_PER_HOUR, closed
+from simulated_runs import DEG_PER_HOUR, closed, manifest
 
 from insenv.core.recording import Channel, Floats, Recording
 from insenv.identify.clean.ramps import approaching, jumping, slewed
@@ -127,3 +127,35 @@ def test_a_rate_that_jumps_within_a_row_is_no_delay_and_no_hold() -> None:
 
 def test_a_reading_that_is_late_by_rows_keeps_them() -> None:
     assert jumping(beside_angle(3), "gyro", 0) == ()
+
+
+@pytest.mark.parametrize("gain", [1.0, -0.87])
+@pytest.mark.parametrize("acceleration", [2.0, 3.0])
+def test_a_table_on_its_way_for_most_of_its_dwells_tells_its_gain(acceleration: float, gain: float) -> None:
+    """It is at its rate from 27 s on of dwells of 30 s, or never after the largest jumps: what is left is clean."""
+    declared = manifest(declared=("bias", "scale_factor"))
+    found = closed(recording(gain * ramped(LEVELS, acceleration), 10), declared)
+    (own,) = found.targets
+    (scale,) = [e for e in own.estimates_after if e.effect == "scale_factor"]
+    assert abs(1 + scale.value - gain) < 3 * scale.sd < 1e-4  # false-alarm probability 0.3 %, the seed is fixed
+    assert (own.verdict, own.added) == ("nothing-significant", ())
+
+
+@pytest.mark.parametrize("acceleration", [1.5, 2.7, 3.5, 5.0])
+def test_no_row_of_a_way_is_kept_however_long_it_is(acceleration: float) -> None:
+    rate = ramped(LEVELS, acceleration)
+    kept = np.ones(N, bool)
+    for one in approaching(recording(rate, 11), "gyro", 0):
+        kept[one.start : one.stop] = False
+    there = np.abs(rate - LEVELS) * 3600 < 5.0
+    assert not np.any(kept & ~there) and np.sum(kept) > 0.75 * np.sum(there)
+
+
+def test_a_swing_between_two_rates_is_one_of_jumps_however_it_was_logged() -> None:
+    """A jump every 60 rows, read at instants: its mean over a row changes twice."""
+    levels = np.repeat(np.resize([10.0, -10.0], N // 60 + 1), 60)[:N]
+    rate = ramped(levels, 20.0)
+    run = recording(rate, 12)
+    told = replace(run.channels["table_rate"], values=np.deg2rad(levels), covers="instant")
+    run = replace(run, channels={**run.channels, "table_rate": told})
+    assert sum(one.stop - one.start for one in approaching(run, "gyro", 0)) > 0.3 * N
