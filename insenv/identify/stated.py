@@ -170,14 +170,16 @@ def _between(problem: Problem) -> tuple[float, float]:
     rate = problem.bins.mean(tuple(e.motion.rate for e in problem.exposures))
     used = ~problem.bins.held_out
     used[list(problem.outliers)] = False
-    together = of_rate = of_reading = whole = 0.0
+    together = of_rate = of_reading = 0.0
+    means = np.zeros_like(rate)
     for run in np.unique(problem.bins.run[used]):
         one = used & (problem.bins.run == run)
+        means[one] = rate[one].mean()
         u, y = (values[one] - values[one].mean() for values in (rate, problem.y + rate))
         together, of_rate, of_reading = together + float(u @ y), of_rate + float(u @ u), of_reading + float(y @ y)
-        whole += float(rate[one] @ rate[one])
-    if of_rate < CHANGING**2 * whole:  # at one rate a run, runs tell the gain
-        return 1.0, 1.0
+    whole = float(rate[used] @ rate[used])
+    if of_rate < CHANGING**2 * whole and np.ptp(means[used]) > CHANGING * np.abs(means[used]).max():
+        return 1.0, 1.0  # at one rate a run, runs tell the gain
     if not together:
         return 0.0, np.inf
     gain = abs(problem.gain)  # the rate is that times it

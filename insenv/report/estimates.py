@@ -34,6 +34,11 @@ class EstimatePair:
     shift: str
     large: bool
 
+    @property
+    def stated(self) -> str:
+        """The estimate where nothing was added: as sure as parts of the recording, held-out rows and noise bear out."""
+        return self.before if self.after == NONE else self.after
+
 
 def value(estimate: Estimate) -> str:
     """``value ± sd`` with the unit that suits it; the azimuth's deviation in arcsec too where it is small."""

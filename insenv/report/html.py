@@ -201,7 +201,7 @@ def _next(experiment: NextExperiment) -> Row:
 
 
 def _estimate(pair: estimates.EstimatePair) -> Row:
-    return {**asdict(pair), "name": words.name(pair.effect)}
+    return {**asdict(pair), "stated": pair.stated, "name": words.name(pair.effect)}
 
 
 def _candidates(target: TargetFindings) -> list[Row]:

@@ -105,7 +105,7 @@ def _estimates(target: TargetFindings, width: int) -> Iterator[str]:
     for pair in pairs:
         name = f"{pair.effect} {pair.parameter}" + (f" [{pair.unit}]" if pair.unit else "")
         shift = pair.shift if pair.shift == estimates.NONE else f"{pair.shift} sd"
-        rows.append((name, pair.before, pair.after, shift) if changed else (name, pair.before))
+        rows.append((name, pair.before, pair.after, shift) if changed else (name, pair.stated))
     yield ""
     yield from _table(rows, "lrrr"[: len(rows[0])])
     if changed and any(estimates.NONE in (pair.before, pair.after) for pair in pairs):

@@ -6,6 +6,7 @@ Generated with NumPy; the seed is fixed. The scale factor has 11 standard deviat
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from simulated_runs import closed, manifest
 
 from insenv.core.recording import Channel, Mounting, Recording, Site
@@ -48,3 +49,17 @@ def test_the_earths_rate_in_two_positions_is_no_turn() -> None:
     seen = [expose(run, "gyro", with_earth=True) for run in (up, down)]
     assert seen[0].u[0] == -seen[1].u[0] != 0
     assert not turns(seen)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_noise_of_an_encoder_at_one_rate_tells_no_gain(seed: int) -> None:
+    """Steps of the angle are all that changes in the reference, and the reading knows nothing of them."""
+    rng, t = np.random.default_rng(seed), 0.1 * np.arange(1.0, 1301.0)
+    step = 2 * np.pi / 2**12
+    angle = np.floor(0.087 * t / step) * step + 0.4 * step * rng.standard_normal(len(t))
+    y = (1 + SCALE) * 0.087 + BIAS + 1e-4 * rng.standard_normal(len(t))
+    channels = {"gyro": Channel(y, "rad/s"), "table_angle": Channel(angle, "rad", source="encoder")}
+    (found,) = closed(Recording(t, channels), manifest()).targets
+    told = [one for one in found.estimates_after if one.effect == "scale_factor"]  # of some no gain is stated at all
+    assert all(abs(one.value - SCALE) < 3 * one.sd for one in told)
+    assert not any("does not follow" in text for text in found.reasons)

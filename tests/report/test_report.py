@@ -238,6 +238,17 @@ def test_an_estimate_that_only_one_model_has_shows_a_dash() -> None:
         assert "that model has no estimate of its own" not in " ".join(show(whole).split())
 
 
+def test_an_estimate_is_shown_as_sure_as_it_is_stated_where_nothing_was_added() -> None:
+    """Parts of a recording, or noise of a reference, may bear out less than the fit says of itself."""
+    fitted = _estimate("bias")
+    stated = replace(fitted, sd=40 * fitted.sd)
+    made = with_added(estimates_before=(fitted,), estimates_after=(stated,), verdict="nothing-significant")
+    (pair,) = estimates.pairs((fitted,), (stated,))
+    assert pair.before != pair.after == pair.stated
+    for show in (summary, as_read):
+        assert pair.after in show(made) and pair.before not in show(made)
+
+
 def _confounded(*others: Added) -> TargetFindings:
     rivals = replace(effect("timing_skew"), confounded_with=("tone", "sample_hold"))
     experiment = NextExperiment(("timing_skew", "tone", "sample_hold"), "a staircase of rates", None)

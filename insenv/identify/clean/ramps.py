@@ -300,9 +300,11 @@ def bending(recording: Recording, target: str, run: int) -> tuple[RejectedRows, 
     bend = np.pad(np.abs(np.diff(told.values * share, 2)), 1)
     sharp = (bend > SHARP * median_filter(bend, AROUND)) & (bend > 8 * SEEN * noise)
     reason, found = "the table's rate bends within this row, and its reading does not tell when", []
+    if abs(told.values[1] - told.values[0]) * abs(share) > 8 * SEEN * noise:
+        found.append(RejectedRows(target, run, 0, 1, "the table's rate before this row was not read", "ramp"))
     late = 0
     for first, last in stretches(np.asarray(maximum_filter1d(sharp, 3), bool)):
-        before, after = slice(max(first - STANDS, 0), first), slice(last, last + STANDS)
+        before, after = slice(max(first - STANDS, 1), first), slice(last, last + STANDS)
         beside = np.concatenate([x - np.median(x) for x in (left[before], left[after]) if len(x)])
         allowed = OFF * noise + AS_ONE * float(np.ptp(u[before.start : after.stop]))
         if np.abs(beside).max(initial=0.0) > allowed:

@@ -151,7 +151,8 @@ class _Beside:
         """Of columns over all bins, shape (bins, k), the noise fitted beside them."""
         others = fit.design.term != fit.model.index(term)
         own = transform(problem.fitted, columns)
-        size = np.maximum(np.sqrt(np.mean(own**2, axis=0)), 1e-300)
+        size = np.sqrt(np.mean(own**2, axis=0))
+        size[size == 0] = 1.0  # behind the last change of the rate nothing tells a skew: it has its prior
         matrix = np.column_stack([own / size, fit.design.transformed[:, others]])
         prior = np.concatenate([1 / (problem.priors(term)[0] * size) ** 2, fit.design.prior[others]])
         noise = noise_beside(problem, matrix, prior, restricted=False, start=fit.noise.power)

@@ -51,6 +51,9 @@ def candidates(
     for effect in catalogue:
         if isinstance(effect, NoiseEffect) or effect.line or not _fits_instrument(problem, effect):
             continue
+        if effect.of_rate and not problem.turns and any(np.any(e.motion.rate) for e in problem.exposures):
+            blind.append(NotTestable(effect.key, (), "the table turns at one rate, which tells no law of it"))
+            continue
         needs = _missing(problem, effect)
         if needs:
             blind.append(NotTestable(effect.key, needs, "the recording has no such channel"))

@@ -9,7 +9,7 @@ import pytest
 from simulated_runs import DEG_PER_HOUR, closed, manifest
 
 from insenv.core.recording import Channel, Floats, Recording
-from insenv.identify.clean.ramps import approaching, jumping, slewed
+from insenv.identify.clean.ramps import approaching, bending, jumping, slewed
 
 N, DT = 12_000, 0.05
 T = DT * np.arange(1.0, N + 1)
@@ -159,3 +159,14 @@ def test_a_swing_between_two_rates_is_one_of_jumps_however_it_was_logged() -> No
     told = replace(run.channels["table_rate"], values=np.deg2rad(levels), covers="instant")
     run = replace(run, channels={**run.channels, "table_rate": told})
     assert sum(one.stop - one.start for one in approaching(run, "gyro", 0)) > 0.3 * N
+
+
+@pytest.mark.parametrize("start", [0.0, 5.0])
+def test_of_a_first_row_that_began_before_the_rate_was_read_nothing_is_known(start: float) -> None:
+    """Means of a gyro beside a rate that was read at the ends of rows, on a ramp from the first one on."""
+    levels = np.repeat([start, 20.0, -20.0, 10.0], N // 4)
+    fine = ramped(np.repeat(levels, 10), 1.0, first=0.0)  # of a tenth of a row each
+    y = np.deg2rad(fine.reshape(N, 10).mean(axis=1)) + 1e-6 * np.random.default_rng(13).standard_normal(N)
+    told = Channel(np.deg2rad(fine[9::10]), "rad/s", "instant", source="command")
+    found = bending(Recording(T, {"gyro": Channel(y, "rad/s", "interval"), "table_rate": told}), "gyro", 0)
+    assert any((one.start, one.stop) == (0, 1) for one in found) == bool(start)
