@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from insenv.effects.timing import TimingSkew
+from insenv.identify.clean.doubtful import agreeing
 from insenv.identify.clean.plausibility import CHANGING, FOLLOWS
 from insenv.identify.findings import Estimate
 from insenv.identify.fit.borne_out import borne_out
@@ -141,7 +142,7 @@ def _by_the_reference(
 
     Errors of the reference make the gain on it too small, those of the reading that of the reference on the reading:
     the truth lies between (R. Frisch, Statistical confluence analysis, Oslo 1934). Said of a gain that no gyro has,
-    where noise is most of either.
+    where noise is most of either, or where the gain still grew with the length of the longest means.
     """
     problem = track.problem
     term = next((t for t, rows in own.items() if t.effect.id == SCALE and len(rows) == 1), None)
@@ -149,9 +150,10 @@ def _by_the_reference(
         return own, ()
     (row,) = own[term]
     low, high = _between(problem)
-    if low > FOLLOWS * high or abs(abs(1 + row.value) - 1) < USUAL:
+    if abs(abs(1 + row.value) - 1) < USUAL or (low > FOLLOWS * high and not _grows(track.prepared.gains)):
         return own, ()
-    half = min(0.5 * (high - low), 1.0)
+    much, gain = "much" if low > FOLLOWS * high else "most", abs(1 + row.value)
+    half = min(0.5 * (high - low) + max(low - gain, gain - high, 0.0), 1.0)
     # A table that turns one way more than the other: what the gain lacks, the level has.
     mean = float(np.mean(problem.bins.mean(tuple(e.u for e in problem.exposures)))) / problem.gain
     wider = {SCALE: half} | {t.effect.id: half * abs(mean) for t in own if t.effect.part == "level"}
@@ -160,9 +162,15 @@ def _by_the_reference(
         for t, rows in own.items()
     }
     return own, (
-        "most of the change of the reference, or of the reading, is noise that the other has not: the gain is anything "
-        f"from {low:.2g}, by the reference, to {high:.2g}, by the reading",
+        f"{much} of the change of the reference, or of the reading, is noise that the other has not: the gain is "
+        f"anything from {low:.2g}, by the reference, to {high:.2g}, by the reading",
     )
+
+
+def _grows(gains: tuple[tuple[float, float, float], ...]) -> bool:
+    """Whether gains by ever longer means, (length [s], gain, deviation), agree with none but the longest."""
+    told = [(k, gain, sd) for k, (_, gain, sd) in enumerate(gains)]
+    return len(told) > 1 and agreeing(told) == len(told) - 1
 
 
 def _between(problem: Problem) -> tuple[float, float]:

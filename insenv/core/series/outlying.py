@@ -11,6 +11,8 @@ by how much the rate changes there; a table's disturbance at one angle comes bac
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,6 +26,8 @@ FAR = 8.0
 ROUNDED = 5.0
 #: Bins whose median a bin is compared with.
 NEIGHBOURS = 9
+#: Steps of the readings that their deviation must have to be told by the median.
+FINE = 2.0
 #: Largest share that may be outliers: more of them are how the instrument is.
 MOST = 0.01
 #: Longest outlier that a scale finds, in its means: three neighbours on, medians begin.
@@ -45,44 +49,67 @@ def far(x: Floats, high: Floats, low: Floats, coarse: float) -> Floats:
     coarse : float
         What rounding moves a value by.
     """
-    from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d  # slow to import
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d  # slow to import
 
-    half = NEIGHBOURS // 2
-    reach = LONGEST + half
+    least, left = _off_neighbours(x)
+    width = 2 * (LONGEST + 2 * (NEIGHBOURS // 2)) + 1
+    moved = maximum_filter1d(high, width) - minimum_filter1d(low, width)
+    noise = _local(np.abs(left), _robust)
+    allowed = np.maximum(FAR * noise, ROUNDED * noise + 1.1 * coarse) + moved
+    return np.nan_to_num(least / np.where(allowed > 0, allowed, np.inf))
+
+
+def far_of_many(x: Floats, coarse: float) -> Floats:
+    """The same of a series that does not move, where up to a third of the values may be far off.
+
+    The deviation is told by the median alone: a tenth of the values that is far off makes the other one as large as
+    they are. Of readings as ``coarse`` as their noise nothing is told.
+    """
+    least, left = _off_neighbours(x)
+    noise = _local(np.abs(left), _by_median)
+    return np.nan_to_num(least / np.where(noise > FINE * coarse, FAR * noise, np.inf))
+
+
+def _off_neighbours(x: Floats) -> tuple[Floats, Floats]:
+    """Distance of each value from the medians before, after and around it, 0 where they disagree; less the last one."""
+    from scipy.ndimage import median_filter  # slow to import
+
+    reach = LONGEST + NEIGHBOURS // 2
     middle = median_filter(x, size=NEIGHBOURS, mode="nearest")
     before, after = np.full(len(x), np.nan), np.full(len(x), np.nan)
     before[reach:], after[:-reach] = middle[:-reach], middle[reach:]
     a, b, c = x - before, x - after, x - middle
     alike = (np.sign(a) == np.sign(b)) & (np.sign(a) == np.sign(c))
     # Far from the median around it as well: the crest of a slow wave is far from both sides, but not from that.
-    least = np.where(alike, np.minimum(np.minimum(np.abs(a), np.abs(b)), np.abs(c)), 0.0)
-    width = 2 * (reach + half) + 1
-    moved = maximum_filter1d(high, width) - minimum_filter1d(low, width)
-    noise = _deviation(x - middle)
-    allowed = np.maximum(FAR * noise, ROUNDED * noise + 1.1 * coarse) + moved
-    return np.nan_to_num(least / np.where(allowed > 0, allowed, np.inf))
+    return np.where(alike, np.minimum(np.minimum(np.abs(a), np.abs(b)), np.abs(c)), 0.0), c
 
 
-def _deviation(left: Floats) -> Floats:
-    """Local robust standard deviation, shape (n,): the largest of a stretch and those beside it, or of the whole.
-
-    By the median, or by the 90 % quantile where that is more, as of coarse readings.
-    """
+def _local(size: Floats, robust: Callable[[Floats], Floats]) -> Floats:
+    """Local deviation of what has these sizes, shape (n,): the largest of a stretch and those beside, or of all."""
     from scipy.ndimage import maximum_filter1d  # slow to import
 
-    n, size = len(left), np.abs(left)
+    n = len(size)
     count = max(1, n // LOCAL)
     length = n // count
-    local = _robust(size[: count * length].reshape(count, length))
-    whole = _robust(size[None, :: max(1, n // 20000)])[0]
+    local = robust(size[: count * length].reshape(count, length))
+    whole = robust(size[None, :: max(1, n // 20000)])[0]
     return np.maximum(maximum_filter1d(local, 3), whole)[np.minimum(np.arange(n) // length, count - 1)]
 
 
 def _robust(size: Floats) -> Floats:
-    """Deviation of each row of sizes, shape (rows,)."""
+    """Deviation of each row of sizes, shape (rows,): by the median, or the 90 % quantile where that is more.
+
+    Of coarse readings most may be the same.
+    """
     middle, high = size.shape[1] // 2, int(0.9 * (size.shape[1] - 1))
     parted = np.partition(size, (middle, high), axis=1)
     return np.maximum(1.4826 * parted[:, middle], parted[:, high] / 1.645)
+
+
+def _by_median(size: Floats) -> Floats:
+    """The same by the median."""
+    deviation: Floats = 1.4826 * np.median(size, axis=1)
+    return deviation
 
 
 def at_one_angle(angle: Floats, spikes: NDArray[np.bool_]) -> bool:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from insenv.core.recording import Floats, Recording
-from insenv.core.series.outlying import FAR, MOST, NEIGHBOURS, at_one_angle, far
+from insenv.core.series.outlying import FAR, MOST, NEIGHBOURS, at_one_angle, far, far_of_many
 from insenv.core.series.rounding import rounding
 from insenv.core.series.stretches import stretches
 from insenv.data.cells.table import table_rate_of_rows
@@ -34,7 +34,7 @@ Mask = NDArray[np.bool_]
 #: Largest share of the table's rate that is rounding.
 ROUNDED_SHARE = 0.05
 #: Share of the rows of a run at rest up to which outliers that are too many to be left out are single ones.
-SINGLE = 0.1
+SINGLE = 0.15
 #: Each scale has so many rows of the one below.
 SCALE = 8
 #: A gap longer than this many periods parts what is compared.
@@ -86,8 +86,8 @@ def too_many(recordings: tuple[Recording, ...], target: str, rejected: tuple[Rej
         if table_rate_of_rows(recording, target) is not None or sound.sum() < 4 * NEIGHBOURS:
             continue
         values = recording.channels[target].values[sound]
-        rest = np.zeros(len(values))
-        away = far(values, rest, rest, rounding(values))
+        rest, coarse = np.zeros(len(values)), rounding(values)
+        away = np.maximum(far(values, rest, rest, coarse), far_of_many(values, coarse))
         hit = away > 1
         if MOST < hit.mean() <= SINGLE:
             least, most = FAR * float(away[hit].min()), min(FAR * float(away[hit].max()), 999.0)

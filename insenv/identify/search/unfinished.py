@@ -253,9 +253,10 @@ def gain_of_means(gains: tuple[tuple[float, float, float], ...]) -> tuple[str, .
     (short, first, of_first), (long, last, of_last) = gains[0], gains[least]
     if long < LONGER * short:
         return ()
+    more = " and more" if least < len(gains) - 1 else ", as long as could be asked"
     return (
-        f"the gain is not the same by means over {short:.2g} s ({first:.4g} ± {of_first:.1g}) and over {long:.2g} s "
-        f"and more ({last:.4g} ± {of_last:.1g}), which are judged: errors of the reference, or what goes with the "
+        f"the gain is not the same by means over {short:.2g} s ({first:.4g} ± {of_first:.1g}) and over {long:.2g} "
+        f"s{more} ({last:.4g} ± {of_last:.1g}), which are judged: errors of the reference, or what goes with the "
         "motion and cancels in long means, of which they tell nothing",
     )
 

@@ -143,7 +143,7 @@ def test_rows_are_named_after_their_place_in_a_file_with_gaps() -> None:
     assert [(r.start, r.stop) for r in rejected(spiked)] == [(2000, 2001)]
 
 
-@pytest.mark.parametrize("every, told", [(20, True), (5, False), (500, False)])
+@pytest.mark.parametrize("every, told", [(20, True), (8, True), (5, False), (500, False)])
 def test_single_rows_that_are_too_many_to_be_left_out_are_told(every: int, told: bool) -> None:
     """Of a link one row in twenty was wrong, by either sign: it was kept as how the unit is, and no word said so."""
     recording = gyro_run("rest", 5, duration=900.0).recording
