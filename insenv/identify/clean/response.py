@@ -41,6 +41,8 @@ TOLD = 4.0
 BENT = 0.2
 #: Share of the range of a command within a row from which on it jumps, which no table does.
 JUMP = 0.05
+#: Share of all its changes that jumps may have.
+OF_JUMPS = 0.1
 #: Share of the largest correlation, squared, from which a peak is as good.
 AS_GOOD = 0.9
 #: Share of the fitted rows below which the longest stretch without a gap is one of many pieces.
@@ -460,9 +462,13 @@ def _measured(recording: Recording) -> bool:
 
 
 def _ramps(one: Stretch) -> bool:
-    """Whether a command goes from rate to rate as a table does, row by row: then it is the motion."""
+    """Whether a command goes from rate to rate as a table does, row by row: then it is the motion.
+
+    A jump now and then makes it none of jumps.
+    """
     u = one.exposure.u[one.start : one.stop]
-    return float(np.abs(np.diff(u)).max(initial=0.0)) < JUMP * float(np.ptp(u))
+    changes = np.abs(np.diff(u))
+    return float(changes[changes >= JUMP * np.ptp(u)].sum()) <= OF_JUMPS * float(changes.sum())
 
 
 def _bent(one: Stretch, lag: float) -> bool:

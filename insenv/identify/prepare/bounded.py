@@ -1,4 +1,4 @@
-r"""Noise that may not stand for the motion: a bound beside a reference that was measured and that the reading follows.
+r"""Noise that may not stand for the motion: a bound beside a reference that the reading follows.
 
 Of y = g u + n with errors in u the likelihood has two ends. At the true gain what is left is small and rough, as the
 errors of u are; at a gain of nothing it is the motion itself, large and smooth, which a gyro reads better than a noisy
@@ -8,7 +8,8 @@ power that they leave,
 
     P_j sum_k s_jk <= `TIMES` sum_k e_k^2,      s_jk the term's shape over the modes k
 
-The reference's own noise stands in y - u, whatever curve of its motion the gain is fitted to, and so in e.
+The reference's own noise stands in y - u, whatever curve of its motion the gain is fitted to, and so in e. What a craft
+did not do that it was told to is an error of the reference too.
 """
 
 from __future__ import annotations
@@ -34,11 +35,11 @@ def bounded(problem: Problem, model: Model) -> Problem:
     Parameters
     ----------
     problem : Problem
-        Of a gyro beside a measured reference.
+        Of a gyro beside a reference.
     model : Model
         The declared one; a lag that it lacks is left, and is no noise that is too small.
     """
-    if problem.commanded or not problem.turns or not problem.target.startswith("gyro"):
+    if not problem.turns or not problem.target.startswith("gyro"):
         return problem
     rate = problem.bins.mean(tuple(e.motion.rate for e in problem.exposures))
     reading = problem.data() + transform(problem.fitted, rate[:, None])[:, 0]

@@ -17,8 +17,11 @@ from insenv.effects.angle import EncoderHarmonic
 from insenv.effects.base import CurveEffect, Effect, LinearEffect, NoiseEffect
 from insenv.identify.findings import NotTestable
 from insenv.identify.fit.problem import Problem, Term
+from insenv.identify.prepare.obeyed import disobeyed
 from insenv.identify.search.unit.real_motion import unmoved
 
+#: Why no law of the motion is told beside a command.
+DISOBEYED = "what the unit did not do that it was told to goes with the motion as well"
 #: Share of the fitted time at either end in which no step is looked for.
 END_SHARE = 0.05
 #: Means over which a hold must last to be more than a delay in them.
@@ -48,38 +51,42 @@ def candidates(
     """Candidates of a problem, and the effects that its recording cannot show."""
     found: list[Candidate] = []
     blind: list[NotTestable] = []
+    told = not disobeyed(problem)
     for effect in catalogue:
         if isinstance(effect, NoiseEffect) or effect.line or not _fits_instrument(problem, effect):
             continue
-        if effect.of_rate and not problem.turns and any(np.any(e.motion.rate) for e in problem.exposures):
-            blind.append(NotTestable(effect.key, (), "the table turns at one rate, which tells no law of it"))
-            continue
-        needs = _missing(problem, effect)
-        if needs:
-            blind.append(NotTestable(effect.key, needs, "the recording has no such channel"))
-            continue
-        if resting := unmoved(problem, effect):
-            blind.append(NotTestable(effect.key, ("motion",), resting))
-            continue
-        if effect.id == EncoderHarmonic.id and not any(e.motion.projection for e in problem.exposures):
-            blind.append(NotTestable(effect.key, (), "the axis sees nothing of the table's rate"))
-            continue
-        if "angle" in effect.needs and (still := _without_motion(problem, effect)):
-            blind.append(NotTestable(effect.key, (), still))
-            continue
-        if all(own := [effect.blind(e.motion) for e in problem.exposures]):
-            blind.append(NotTestable(effect.key, (), own[0]))
-            continue
-        terms = _terms(problem, effect)
+        needs, reason = _unseen(problem, effect) if told or not _of_the_motion(effect) else ((), DISOBEYED)
+        terms = () if reason else _terms(problem, effect)
         if terms:
             found.append(Candidate(effect, terms))
         else:
-            blind.append(NotTestable(effect.key, (), "no shape of it can be told on this recording"))
+            blind.append(NotTestable(effect.key, needs, reason or "no shape of it can be told on this recording"))
     return tuple(found), tuple(blind)
+
+
+def _unseen(problem: Problem, effect: Effect) -> tuple[tuple[str, ...], str]:
+    """What a recording lacks to show an effect, and why it cannot; nothing and an empty reason where it may."""
+    if effect.of_rate and not problem.turns and any(np.any(e.motion.rate) for e in problem.exposures):
+        return (), "the table turns at one rate, which tells no law of it"
+    if needs := _missing(problem, effect):
+        return needs, "the recording has no such channel"
+    if resting := unmoved(problem, effect):
+        return ("motion",), resting
+    if effect.id == EncoderHarmonic.id and not any(e.motion.projection for e in problem.exposures):
+        return (), "the axis sees nothing of the table's rate"
+    if "angle" in effect.needs and (still := _without_motion(problem, effect)):
+        return (), still
+    own = [effect.blind(e.motion) for e in problem.exposures]
+    return (), own[0] if all(own) else ""
 
 
 def _fits_instrument(problem: Problem, effect: Effect) -> bool:
     return ("accelerometer" if problem.unit == "m/s^2" else "gyro") in effect.instruments
+
+
+def _of_the_motion(effect: Effect) -> bool:
+    """Whether an effect is a law of the rate or the angle, but for a gain and what makes an output late."""
+    return (effect.of_rate or "angle" in effect.needs) and not effect.of_response and effect.part != "gain"
 
 
 def _missing(problem: Problem, effect: Effect) -> tuple[str, ...]:
@@ -130,7 +137,7 @@ def of_few_waves(problem: Problem, catalogue: tuple[Effect, ...]) -> tuple[Candi
 
     Nobody has seen their wave come again, so none is named; that what is left follows one may be said.
     """
-    if not problem.turns or any(e.motion.angle is None for e in problem.exposures):
+    if not problem.turns or any(e.motion.angle is None for e in problem.exposures) or disobeyed(problem):
         return ()
     tried = (e for e in catalogue if "angle" in e.needs and _fits_instrument(problem, e) and not e.generic)
     tried = (e for e in tried if not _missing(problem, e) and _of_few_waves(problem, e))
@@ -144,6 +151,8 @@ def local_beside_lag(problem: Problem, catalogue: tuple[Effect, ...]) -> tuple[C
 
     None is named there; but another law of the rate that such a fault explains as well may be one.
     """
+    if disobeyed(problem):
+        return ()
     tried = (
         e for e in catalogue if e.local and e.of_rate and _fits_instrument(problem, e) and not _missing(problem, e)
     )

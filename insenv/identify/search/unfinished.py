@@ -39,6 +39,7 @@ from insenv.identify.fit.gls import solve
 from insenv.identify.fit.noise import transform
 from insenv.identify.fit.problem import Problem, Term
 from insenv.identify.fit.uncertainty import SCALE
+from insenv.identify.prepare.obeyed import disobeyed
 from insenv.identify.prepare.two_levels import two_levels
 from insenv.identify.prepare.wandering import of_counts
 from insenv.identify.search.all_rows import is_of_bias, longer_means
@@ -83,6 +84,7 @@ LEAST_WAVES, OFF = 10.0, 0.3
 def unfinished(track: Track, alpha: float) -> tuple[str, ...]:
     """Reasons to take the search for incomplete."""
     return (
+        *_not_as_told(track),
         *_what_does_not_last(track),
         *_without_a_size(track, alpha),
         *_with_the_motion(track, alpha),
@@ -100,6 +102,17 @@ def unfinished(track: Track, alpha: float) -> tuple[str, ...]:
         *_follows_a_product(track),
         *_slow_without_a_name(track),
         *_as_many_as_may_be(track),
+    )
+
+
+def _not_as_told(track: Track) -> tuple[str, ...]:
+    """That a unit did not do what it was told, and how much of what it did."""
+    share = disobeyed(track.problem)
+    if not share:
+        return ()
+    return (
+        f"the unit did not do what it was told: gain and lag of the command leave {share:.2g} of the power of the "
+        "reading, and beside that no law of the rate or of the angle is told",
     )
 
 

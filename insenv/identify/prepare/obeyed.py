@@ -1,0 +1,41 @@
+r"""Whether a unit did what it was told, where that is all that is known of its motion.
+
+    y = b + (1 + c) u(t - tau) + e,        sum e^2 <= `LEFT` sum (y - mean y)^2
+
+by plain least squares. A table follows its command but for the ramps, which are left out; a craft flies a course, a
+robot drives a speed, as well as it can. What it did not do is as large as a third of what it did, comes back with every
+lap and goes with the rate: no law of the rate or of the angle is told beside it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from insenv.core.recording import Floats
+from insenv.effects.bias import Bias
+from insenv.effects.rate.scale import ScaleFactor
+from insenv.effects.timing import TimingSkew
+from insenv.identify.fit.noise import transform
+from insenv.identify.fit.problem import Problem, Term, design
+
+#: Share of the power of the reading that a command may leave.
+LEFT = 0.05
+
+
+def disobeyed(problem: Problem) -> float:
+    """Share of the power of a gyro's reading that gain, level and lag of a command leave; 0 where it may be the gyro's.
+
+    Beside a reference that was measured it is not asked.
+    """
+    if not problem.commanded or not problem.turns or not problem.target.startswith("gyro"):
+        return 0.0
+    level = (Term(Bias()),)
+    rate = problem.bins.mean(tuple(e.motion.rate for e in problem.exposures))
+    reading = problem.data() + transform(problem.fitted, rate[:, None])[:, 0]
+    own = design(problem, (*level, Term(ScaleFactor()), Term(TimingSkew(), per_run=True))).transformed
+    share = _left(own, problem.data()) / max(_left(design(problem, level).transformed, reading), 1e-300)
+    return share if share > LEFT else 0.0
+
+
+def _left(columns: Floats, data: Floats) -> float:
+    return float(np.sum((data - columns @ np.linalg.lstsq(columns, data, rcond=1e-10)[0]) ** 2))
