@@ -229,7 +229,6 @@ def _renewals(ratio: float, start: int, n: int) -> tuple[NDArray[np.int64], NDAr
     """
     low, high = (int(np.floor((start + k + 0.5) / ratio + _ROUNDING)) for k in (0, n - 1))
     cells = np.arange(low, high + 1)
-    first = np.ceil(cells * ratio - 0.5 - _ROUNDING).astype(int) - start
-    begin = np.ceil((cells - _ROUNDING) * ratio - 0.5).astype(int) - start
-    begin[0] = 0
-    return np.maximum(first + 1, 0), np.concatenate([begin[1:], [n]]) - begin
+    first = np.ceil((cells - _ROUNDING) * ratio - 0.5).astype(int) - start
+    begin = np.concatenate([[0], first[1:], [n]])
+    return np.maximum(first + 1, 0), np.diff(begin)
