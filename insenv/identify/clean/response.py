@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from insenv.core.motion import Motion, interval_slope
 from insenv.core.recording import Floats, Recording, Response
+from insenv.core.series.stretches import stretches as in_a_row
 from insenv.data.cells.follow import correlation
 from insenv.data.exposure import Exposure, expose
 from insenv.data.reference import order
@@ -39,8 +40,8 @@ CHANGING = 0.01
 TOLD = 4.0
 #: Share of what a lag changes beyond which it is no longer a straight line in the lag, as a `timing_skew` is.
 BENT = 0.2
-#: Share of the range of a command within a row from which on it jumps, which no table does.
-JUMP = 0.05
+#: Rows within which a command jumps, which no table does, and the share of its largest change that is none.
+JUMP, STANDS = 2, 1e-6
 #: Share of all its changes that jumps may have.
 OF_JUMPS = 0.1
 #: Share of the largest correlation, squared, from which a peak is as good.
@@ -466,9 +467,9 @@ def _ramps(one: Stretch) -> bool:
 
     A jump now and then makes it none of jumps.
     """
-    u = one.exposure.u[one.start : one.stop]
-    changes = np.abs(np.diff(u))
-    return float(changes[changes >= JUMP * np.ptp(u)].sum()) <= OF_JUMPS * float(changes.sum())
+    changes = np.abs(np.diff(one.exposure.u[one.start : one.stop]))
+    jumps = [slice(a, b) for a, b in in_a_row(changes > STANDS * changes.max(initial=0.0)) if b - a <= JUMP]
+    return float(sum(changes[one].sum() for one in jumps)) <= OF_JUMPS * float(changes.sum())
 
 
 def _bent(one: Stretch, lag: float) -> bool:

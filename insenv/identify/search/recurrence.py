@@ -65,6 +65,9 @@ PARTS, FEWEST_BINS, CYCLES, LEFT, CHANCE_OF_PART = 8, 8, 2.0, 0.05, 1e-3
 #: Means that a law must differ in from the model: (sum of squares)^2 over sum of fourth powers of what is left of it;
 #: and a course of time beside a reference, which may begin as a body does that is set in motion.
 FEWEST_MEANS, FEWEST_COURSE = 3.0, 6.0
+#: Share of the fitted means within which the rate changes once, part of what tells a curve that lies there, and times
+#: the usual change of the rate from mean to mean that are quick.
+ONE_CHANGE, TOLD_THERE, QUICK = 0.03, 0.7, 3.0
 #: Share of the line's largest amplitude that a run must be able to show, in this many standard deviations.
 SHOWN, TOLD = 0.5, 3.0
 
@@ -122,9 +125,31 @@ def of_few_means(problem: Problem, fit: Fit, term: Term) -> str:
     left = _outside(design, columns)
     energy = np.sum(left**2, axis=1)
     means = float(energy.sum()) ** 2 / max(float(energy @ energy), 1e-300)
-    if means >= (FEWEST_COURSE if problem.turns and term.effect.of_time and term.effect.shapes else FEWEST_MEANS):
-        return ""
-    return f"it differs from what the model has in {means:.2g} means alone, and what these hold would decide it"
+    if means < (FEWEST_COURSE if problem.turns and term.effect.of_time and term.effect.shapes else FEWEST_MEANS):
+        return f"it differs from what the model has in {means:.2g} means alone, and what these hold would decide it"
+    if lasts := _of_one_change(problem, energy):
+        return (
+            f"it differs from what the model has within {lasts:.2g} s alone, in which the rate changes once: a lag or "
+            "a filter would as well"
+        )
+    return ""
+
+
+def _of_one_change(problem: Problem, energy: Floats) -> float:
+    """Time within which what tells a curve lies [s], if it is one quick change of the rate; 0 if it is more.
+
+    A table that goes at two rates tells their gain and level, and a third parameter by its way from one to the other.
+    """
+    if not problem.turns or not problem.target.startswith("gyro"):
+        return 0.0
+    whole, length = max(float(energy.sum()), 1e-300), max(int(ONE_CHANGE * len(energy)), 1)
+    held = np.cumsum(np.concatenate([[0.0], energy]))
+    if float(np.max(held[length:] - held[:-length])) < TOLD_THERE * whole:
+        return 0.0
+    u = problem.bins.mean(tuple(e.u for e in problem.exposures))[~problem.bins.held_out]
+    quick = np.abs(np.gradient(u))
+    told_by = float(quick @ energy) / whole
+    return length * problem.bins.width if told_by > QUICK * np.sqrt(np.mean(quick**2)) else 0.0
 
 
 def comes_and_goes(problem: Problem, fit: Fit, term: Term) -> str:
