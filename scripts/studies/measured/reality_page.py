@@ -96,6 +96,26 @@ of the reference leaves open is as uncertain as that, motion in long means is no
 instant (`henriksdu/plain` read 0.21 of 1.02), and slight lines of a rest are told where they are certain: 32 of 34
 would be right or honest (`henriksdu/plain`, `vladislavert/turned`, `kokiyamane/long_table`, `msplr/mtig`).
 
+`twentyeighth`, of 22 owners, none of whom was looked at before, is half rests (boards, telephones, a standing robot,
+a car, a machine), with an accelerometer in twelve positions, gyros of a laboratory beside its rate table (five of
+them as means of ten seconds at eleven rates, two in a step at 1 kHz), a platform with encoders, stands, hands, a
+helicopter before cameras, and a satellite and a craft beside what they were told. It was opened once on 0425f41: 34
+of 41 right or honest at first sight (30 right, four honest), four missed, two wrong under a flag, nothing wrong
+stated, one refused (nine means at as many rates, three parameters). In 18 something must be named that is no delay,
+and 15 of those are right or honest; a delay alone is asked of 11 (10), nothing of 12 (9). No fact was changed after.
+Since then rows that are far off and too many to be left out are told up to a seventh of all (`ishaangupta2311/still`
+and `off`: words torn between their bytes), a command that a unit does not follow has no law of the rate or of the
+angle (`stevemessinger/course`), and a gain that grows until the longest means is as uncertain as that
+(`simorxb/flips`): by `5b2a2ec` 38 of 41 would be right or honest. A satellite's way of twenty rows to the rate that
+it was told is left out with its rows and called no lag (`ivanvnucec/regulated`), and of a reading that goes by two
+values in turn, row by row, nothing is said (`jk-ameriakol/still`).
+
+By `bcea925`, before that, the 315 recordings of the parts `dev`, `sealed` and the second to the eighth were asked
+again: 306 are right or honest, six wrong and flagged, one stated, one missed, one refused. Seven judgements are
+better than they were (`astro_pi`, `cra-ros-pkg/husky`, `adarshb/manual`, `android_raw_z`, `hcuhh/turn` and
+`kalebburnham/flight_x` right, `balzer82/car` honest); `tobiasenk/cabinet`, `catsystems/piccard_x` and
+`ansfl_wid/wheel02` are honest that were right, `isaacbergstrom/accel42_real` is missed that was honest.
+
 By `5bb729f` 224 recordings beside a reference and 90 rests of the parts from the ninth on were asked again (the first
 118 of them by an engine some hours older): no judgement is worse than by `f0e931f`, before it. Against what is said
 here six are worse, each by an engine before: `brightside/swung`, `nathanrgodwin/flat_z`, `carbonixuav/standing` as
@@ -169,7 +189,7 @@ all of it:
 
     python library.py ninth FOLDER && python board.py FOLDER/ninth ANSWERS && python judge.py facts_ninth.toml ANSWERS
 
-No public recording of a fibre-optic or ring-laser gyro on a rate table was found, and no thermal soak of hours with its
+No public recording of a ring-laser gyro on a rate table was found, and no thermal soak of hours with its
 times (`tofupilot` came without them).
 """
 
