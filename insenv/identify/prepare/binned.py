@@ -26,7 +26,7 @@ from insenv.identify.prepare.widths import rows_per_cell
 #: Zeros of an encoder at which its steps are tried; noise of a reading, in steps, that is more than what these make.
 DRAWS, BLURRED = 16, 0.6
 #: Bins that the noise wants beside the declared parameters.
-SPARE = 8
+SPARE = 6
 
 
 def binned(
