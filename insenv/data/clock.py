@@ -397,7 +397,7 @@ def _adds_up(left: Floats, period: float) -> bool:
     up, 2.8 times less.
     """
     near, far = (max(len(left) // parts, 1) for parts in (64, 8))
-    if float(np.std(left)) <= WANDER * period or far <= near:
+    if not WANDER < float(np.std(left)) / period <= UNEVEN or far <= near:  # what is farther is uneven anyway
         return False
     apart = [float(np.std(left[lag:] - left[:-lag])) for lag in (near, far)]
     return apart[1] > GROWTH * apart[0]
