@@ -421,7 +421,9 @@ def test_rows_lost_at_random_are_no_jitter(seed: int) -> None:
 def test_uneven_steps_of_a_short_recording_add_up(seed: int) -> None:
     """Steps of 19 to 28 ms: about an even clock the stamps were said to jitter by 81 %, and its times were taken."""
     rng = np.random.default_rng(seed)
-    stamps = np.cumsum(np.round(np.clip(0.022 + 2e-3 * rng.standard_normal(2054), 0.018, 0.029), 3))
+    stamps: Floats = np.cumsum(
+        np.round(np.clip(0.022 + 2e-3 * rng.standard_normal(2054), 0.018, 0.029), 3), dtype=float
+    )
     clock = clock_of(stamps)
     assert not clock.steady or np.abs(clock.even - stamps).max() < 0.0155
     jitter = 0.022 * np.arange(2054) + 0.3 * 0.022 * rng.uniform(-1, 1, 2054)
