@@ -49,7 +49,8 @@ def recorded(case: Case, size: float = 0.0, ideal: bool = False) -> Recording:
     cause = case.cause
     if cause is not None and size:
         added = cause.law(exposed, size, case.shape, case.rng(3))
-        rate = rate + added if cause.on == "rate" else rate
+        # An axis that is mounted the other way round loses of its own reading what lock-in and dead bands take.
+        rate = rate + np.sign(gyro.gain) * added if cause.on == "rate" else rate
         shown = shown + added if cause.on == "angle" else shown
         late = float(added[0]) if cause.on == "late" else 0.0
         hold = int(added[0]) if cause.on == "held" else 1
