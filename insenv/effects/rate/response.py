@@ -74,6 +74,7 @@ class CompensationRipple(CurveEffect):
     linear = (Param("c", OUTPUT, sd=0.01, bound=0.02, per_rate=True),)
     shapes = (Param("m", "1", sd=1.0, low=1.0), Param("u_m", OUTPUT, sd=1.0, low=1e-2))
     becomes = ("scale_factor_cubic",)
+    unusual = True
     source = "T. J. Rivlin, Chebyshev Polynomials (1990): remainder of the best polynomial fit"
     instruments = ("gyro",)
     of_rate = True

@@ -29,7 +29,8 @@ FORM = 0.25
 
 def second_order(problem: Problem, fit: Fit) -> Floats:
     """What a lag of c leaves in the second order, u(t - c) + u(t + c) - 2 u(t), shape (bins, k); none without a lag."""
-    skew = next((float(fit.theta[fit.design.term == i][0]) for i, t in enumerate(fit.model) if is_skew(t)), 0.0)
+    # Where the rate never changes a design has no skew.
+    skew = sum(float(fit.theta[fit.design.term == i].sum()) for i, t in enumerate(fit.model) if is_skew(t))
     lag = max(abs(skew), *(abs(e.motion.lag) for e in problem.exposures))
     if not lag:
         return np.zeros((len(problem.y), 0))
