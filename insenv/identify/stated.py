@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from insenv.effects.timing import TimingSkew
-from insenv.identify.clean.doubtful import agreeing
+from insenv.identify.clean.doubtful import shortest_agreeing
 from insenv.identify.clean.plausibility import CHANGING, FOLLOWS
 from insenv.identify.findings import Estimate
 from insenv.identify.fit.borne_out import borne_out
@@ -150,7 +150,9 @@ def _by_the_reference(
         return own, ()
     (row,) = own[term]
     low, high = _between(problem)
-    if abs(abs(1 + row.value) - 1) < USUAL or (low > FOLLOWS * high and not _grows(track.prepared.gains)):
+    gains = track.prepared.gains
+    grows = len(gains) > 1 and shortest_agreeing(gains) == len(gains) - 1
+    if abs(abs(1 + row.value) - 1) < USUAL or (low > FOLLOWS * high and not grows):
         return own, ()
     much, gain = "much" if low > FOLLOWS * high else "most", abs(1 + row.value)
     half = min(0.5 * (high - low) + max(low - gain, gain - high, 0.0), 1.0)
@@ -165,12 +167,6 @@ def _by_the_reference(
         f"{much} of the change of the reference, or of the reading, is noise that the other has not: the gain is "
         f"anything from {low:.2g}, by the reference, to {high:.2g}, by the reading",
     )
-
-
-def _grows(gains: tuple[tuple[float, float, float], ...]) -> bool:
-    """Whether gains by ever longer means, (length [s], gain, deviation), agree with none but the longest."""
-    told = [(k, gain, sd) for k, (_, gain, sd) in enumerate(gains)]
-    return len(told) > 1 and agreeing(told) == len(told) - 1
 
 
 def _between(problem: Problem) -> tuple[float, float]:

@@ -27,6 +27,7 @@ in the variable moves one more than the other; O. V. Lepskii, Theory Probab. App
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -153,6 +154,11 @@ def agreeing(found: list[tuple[int, float, float]]) -> int:
             break
         least = rows
     return least
+
+
+def shortest_agreeing(gains: Sequence[tuple[float, float, float]]) -> int:
+    """Index of the shortest means from which on gains agree, of (length [s], gain, deviation) in rising order."""
+    return agreeing([(k, gain, sd) for k, (_, gain, sd) in enumerate(gains)])
 
 
 def doubtful(recording: Recording) -> bool:

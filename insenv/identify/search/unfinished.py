@@ -31,7 +31,7 @@ import numpy as np
 from insenv.core.recording import Floats
 from insenv.effects.base import Effect, MemoryEffect
 from insenv.effects.spline import SplineTime
-from insenv.identify.clean.doubtful import agreeing
+from insenv.identify.clean.doubtful import shortest_agreeing
 from insenv.identify.clean.plausibility import INCREDIBLE
 from insenv.identify.findings import Estimate
 from insenv.identify.fit.evidence import log_tail
@@ -262,7 +262,7 @@ def gain_of_means(gains: tuple[tuple[float, float, float], ...]) -> tuple[str, .
     """
     if not gains:
         return ()
-    least = agreeing([(k, gain, sd) for k, (_, gain, sd) in enumerate(gains)])
+    least = shortest_agreeing(gains)
     (short, first, of_first), (long, last, of_last) = gains[0], gains[least]
     if long < LONGER * short:
         return ()
