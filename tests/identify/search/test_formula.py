@@ -9,6 +9,7 @@ import importlib
 import json
 import sys
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -27,7 +28,10 @@ from insenv.effects.check import check_effect
 from insenv.effects.formula import product
 from insenv.effects.own import CATALOGUE
 from insenv.identify.findings import Findings, Formulas
-from insenv.identify.formula import CATALOGUED, grammar
+from insenv.identify.fit.problem import Term
+from insenv.identify.formula import CATALOGUED, explains_more, grammar
+from insenv.identify.search.candidates import Candidate
+from insenv.identify.search.scan import Hit
 from insenv.report.formula import sentences, write_effects
 from insenv.report.html import to_html
 from insenv.report.json import to_json
@@ -240,3 +244,13 @@ def test_seven_of_ten_laws_of_strangers_are_found_and_none_where_there_is_none(s
     assert words.count("wrong") <= 1
     nulls = (study.of_null(n, 11).get("targets", []) for n in range(40))
     assert OF_NOTHING.accept(any("found" in target for target in targets) for targets in nulls)
+
+
+def test_a_product_explains_more_than_an_effect_by_itself_too() -> None:
+    """Of an encoder's wave errors of the reference took 127 of 151, of |u| u cos 2a 92 of 147: it lost its name."""
+    wave = Term(by_key("encoder_harmonic:2"))
+    own = Hit(Candidate(wave.effect, (wave,)), wave, 150.6, 62.0, 7.5, 2, alone=15.4)
+    alike = replace(own, likelihood_ratio=147.2, looks=458.0, deviate=9.03, alone=15.3)
+    assert alike.rank > own.rank + 6 and not explains_more(alike, own)
+    assert explains_more(replace(alike, likelihood_ratio=190.0), own)
+    assert not explains_more(replace(alike, likelihood_ratio=190.0, deviate=5.0), own)
