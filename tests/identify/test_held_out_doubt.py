@@ -62,3 +62,27 @@ def test_faster_turns_alone_are_none(tmp_path: Path, seed: int) -> None:
     found = closed(tmp_path, 0.0, seed)
     assert found.verdict == "nothing-significant"
     assert not found.reasons
+
+
+def tilted(folder: Path, begins: int, lasts: int, by: float = 0.25, seed: int = 0) -> TargetFindings:
+    """Forty minutes of a tag, a mean a minute, whose accelerometer tilts ``by`` so much [m/s^2] in the fitted part."""
+    n = np.arange(40)
+    read = by * np.clip((n - begins) / lasts, 0, 1) + 0.02 * np.random.default_rng(seed).standard_normal(len(n))
+    np.savetxt(folder / "run.csv", np.column_stack([60.0 * n, read]), "%.9g", ",", header="t,a", comments="")
+    (folder / "run.toml").write_text(
+        'data = "run.csv"\n[channels]\ntime = { column = "t", unit = "s" }\n'
+        'accel_x = { column = "a", unit = "m/s^2" }\n[model]\ntarget = "accel_x"\ndeclared = ["bias"]\n[held_out]\naveraging = "60 s"\n'
+    )
+    (found,) = close(folder / "run.toml").targets
+    return found
+
+
+@pytest.mark.parametrize(("begins", "lasts"), [(8, 8), (12, 8), (16, 4), (16, 8)])
+def test_a_level_that_went_far_since_the_fit_is_not_called_nothing(tmp_path: Path, begins: int, lasts: int) -> None:
+    """So few means tell no tilt from noise that wanders, which then explains all but that the level is elsewhere."""
+    found = tilted(tmp_path, begins, lasts)
+    assert found.verdict != "nothing-significant"
+
+
+def test_a_level_that_stays_is_no_doubt(tmp_path: Path) -> None:
+    assert tilted(tmp_path, 8, 8, 0.0, seed=1).verdict == "nothing-significant"
