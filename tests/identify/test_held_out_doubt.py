@@ -71,7 +71,8 @@ def tilted(folder: Path, begins: int, lasts: int, by: float = 0.25, seed: int = 
     np.savetxt(folder / "run.csv", np.column_stack([60.0 * n, read]), "%.9g", ",", header="t,a", comments="")
     (folder / "run.toml").write_text(
         'data = "run.csv"\n[channels]\ntime = { column = "t", unit = "s" }\n'
-        'accel_x = { column = "a", unit = "m/s^2" }\n[model]\ntarget = "accel_x"\ndeclared = ["bias"]\n[held_out]\naveraging = "60 s"\n'
+        'accel_x = { column = "a", unit = "m/s^2" }\n[model]\ntarget = "accel_x"\ndeclared = ["bias"]\n'
+        '[held_out]\naveraging = "60 s"\n'
     )
     (found,) = close(folder / "run.toml").targets
     return found
