@@ -122,10 +122,11 @@ row in thirty the times of a clock of 97 Hz were taken, 46 ms off (`prahershk/ho
 and uneven steps of 19 to 28 ms were called jitter (`aaronpb`): both mended since.
 
 By a forerunner of `4b461a3`, before both, the 315 recordings of the parts `dev`, `sealed` and the second to the
-eighth were asked again: 306 are right or honest, six wrong and flagged, one stated, one missed, one refused. Seven
+eighth were asked again: 306 are right or honest, six wrong and flagged, one stated, one missed, one refused. Eight
 judgements are better than they were (`astro_pi`, `cra-ros-pkg/husky`, `adarshb/manual`, `android_raw_z`, `hcuhh/turn`
-and `kalebburnham/flight_x` right, `balzer82/car` honest); `tobiasenk/cabinet`, `catsystems/piccard_x` and
-`ansfl_wid/wheel02` are honest that were right, `isaacbergstrom/accel42_real` is missed that was honest.
+and `kalebburnham/flight_x` right, `balzer82/car` and `dlaidig-vqf/two_rests` honest); `tobiasenk/cabinet`,
+`catsystems/piccard_x` and `ansfl_wid/wheel02` are honest that were right, `isaacbergstrom/accel42_real` is missed
+that was honest.
 
 By `60a886f` 330 recordings of the parts from the ninth on (240 beside a reference, 90 rests) were asked again: 321
 are right or honest, five wrong and flagged, four missed, none stated. Against what is said here 25 are better, among
