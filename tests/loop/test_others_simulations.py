@@ -239,3 +239,21 @@ def test_a_gain_that_the_rate_of_the_rows_would_make_is_said_to_be_that_where_no
     (found,) = close(tmp_path / "run.toml").targets
     assert "scale_factor" in {a.effect for a in found.added}
     assert any("rate of the rows is stated, 100 Hz" in caution for caution in found.cautions) is not recorded
+
+
+def test_means_of_ten_seconds_at_nine_rates_are_an_ordinary_test(tmp_path: Path) -> None:
+    """Two runs of a table's own means, one held out: nine of them were said to be too few for three parameters."""
+    rates = np.concatenate([np.linspace(-50, 50, 11), np.linspace(-80, 80, 9)])
+    gyro = 1.0008 * rates + 0.04 + 2e-3 * np.random.default_rng(1).standard_normal(20)
+    for name, rows in (("a", slice(0, 11)), ("b", slice(11, 20))):
+        table = np.column_stack([13.0 * np.arange(len(rates[rows])), rates[rows], gyro[rows]])
+        np.savetxt(tmp_path / f"{name}.csv", table, "%.9g", ",", header="t,u,y", comments="")
+    (tmp_path / "run.toml").write_text(
+        'data = ["a.csv", "b.csv"]\n[channels]\ntime = { column = "t", unit = "s" }\n'
+        'gyro = { column = "y", unit = "deg/s" }\n'
+        'table_rate = { column = "u", unit = "deg/s", source = "command" }\n'
+        '[model]\ntarget = "gyro"\ndeclared = ["bias", "scale_factor"]\n[held_out]\nruns = [1]\n'
+    )
+    found = of(close(tmp_path / "run.toml"))
+    (scale,) = [e for e in found.estimates_after if e.effect == "scale_factor"]
+    assert abs(scale.value - 8e-4) < 4 * scale.sd < 1e-3

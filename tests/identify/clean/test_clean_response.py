@@ -183,3 +183,14 @@ def test_a_gyro_that_reads_one_number_most_of_the_time_has_no_gain_of_nothing(se
     channels = {"gyro": Channel(gyro, "rad/s"), "table_rate": Channel(encoder, "rad/s", source="encoder")}
     (found,) = responding((with_reference(Recording(t, channels)),), (slice(0, len(t)),), "gyro", ())
     assert abs(found.responses.get("gyro", Response()).gain) > 0.4
+
+
+@pytest.mark.parametrize("gain", [1.0, -0.99])
+def test_a_command_that_ramps_within_a_few_rows_is_the_motion_behind_it(gain: float) -> None:
+    """Steps of 5 % of its range a row were jumps, of which no lag is asked: a gain of -0.99 was -0.86 +- 0.06."""
+    t: Floats = 0.008 * np.arange(8000, dtype=np.float64)
+    told = 20 * np.clip(np.sin(2 * np.pi * t / 1.6) * 8, -1, 1)
+    y = np.deg2rad(gain * np.interp(t - 0.032, t, told)) + 3e-4 * np.random.default_rng(3).standard_normal(len(t))
+    channels = {"gyro": Channel(y, "rad/s"), "table_rate": Channel(np.deg2rad(told), "rad/s", source="command")}
+    (found,) = responding((with_reference(Recording(t, channels)),), (slice(0, len(t)),), "gyro", ())
+    assert found.responses["gyro"].lag == pytest.approx(0.032, abs=2e-3)

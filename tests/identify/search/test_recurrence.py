@@ -9,6 +9,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fit_cases import problem_of, terms
+from motions import edges
 from scipy.signal import lfilter
 from simulated_runs import closed, manifest, use
 
@@ -204,3 +206,24 @@ def test_what_a_heading_wanders_in_one_stop_is_no_law() -> None:
     for seed in range(4):
         (found,) = closed(drive(seed, stops=1), manifest(declared=("bias", "scale_factor"))).targets
         assert not {a.effect for a in found.added} & {"lock_in", "dead_band", "scale_factor_anomaly"}
+
+
+def said_of_a_cubic(rates: Floats, way: int) -> str:
+    """What is said of a cubic beside bias and scale factor, ``way`` rows from rate to rate."""
+    rate = np.convolve(np.repeat(rates, 2700 // len(rates)), np.ones(way) / way, "same")[way:-way]
+    t = edges(len(rate), 0.05)[1:]
+    y = rate + 3e-4 * np.random.default_rng(1).standard_normal(len(rate))
+    channels = {"gyro": Channel(y, "rad/s", "interval"), "table_rate": Channel(rate, "rad/s", "interval")}
+    problem, _ = problem_of(Recording(t, channels))
+    fit = solve(problem, terms("bias", "scale_factor"))
+    return of_few_means(problem, fit, Term(by_key("scale_factor_cubic")))
+
+
+def test_a_law_that_one_quick_change_of_the_rate_tells_is_none() -> None:
+    """A cubic of 23 % and a gain of 1.6 were told by 0.7 s in which a filter was behind."""
+    assert "the rate changes once" in said_of_a_cubic(np.array([3.4, 1.4]), 14)
+
+
+def test_at_three_rates_or_in_a_slow_ramp_it_may_be_one() -> None:
+    assert said_of_a_cubic(np.tile([3.4, 1.4, -2.0], 3), 14) == ""
+    assert said_of_a_cubic(np.array([3.4, 1.4]), 1200) == ""
