@@ -368,7 +368,7 @@ class _Piece:
 
 def _piece(t: Floats, period: float) -> _Piece:
     n = len(t)
-    index = np.arange(n)
+    index, steps = np.arange(n), np.diff(t)
     window = max(1, min(WINDOW, n // 8))
     whole = n // window * window
     phase = np.median((t - period * index)[:whole].reshape(-1, window), axis=1)
@@ -377,13 +377,14 @@ def _piece(t: Floats, period: float) -> _Piece:
     bent = phase - (slope * centre + level)
     noise = _spread(np.diff(bent))
     far = _spread(bent[FAR:] - bent[:-FAR]) if len(bent) > 2 * FAR else 0.0
+    uneven = _Piece(t, period, wander=float(np.std(steps)))
     if far > max(WANDER * period, GROWTH * noise):
-        return _Piece(t, period, wander=float(np.std(np.diff(t))))
+        return uneven
     if np.abs(bent).max() <= max(WANDER * period, 4 * noise):
         slope, level = np.polyfit(index, t, 1)
         even = slope * index + level
-        if float(np.mean(np.diff(t) == 0)) <= FEW and _adds_up(t - even, period):
-            return _Piece(t, period, wander=float(np.std(np.diff(t))))
+        if float(np.mean(steps == 0)) <= FEW and _adds_up(t - even, period):
+            return uneven
         return _Piece(even, float(slope), straight=True)
     # Rows were lost on the way: the phase leaps, and its running median leaps with it.
     even = period * index + _running_median(t - period * index, 2 * WINDOW + 1)

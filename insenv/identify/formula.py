@@ -138,11 +138,8 @@ def explains_more(product: Hit, own: Hit) -> bool:
 
     Of an encoder's wave these errors take most and of a product like it less, though it explains no more of the data.
     """
-
-    def by_itself(hit: Hit) -> float:
-        return hit.likelihood_ratio - 2 * hit.size - 2 * math.log(hit.looks)
-
-    return min(product.rank - own.rank, by_itself(product) - by_itself(own)) >= TOLD
+    by_itself = product.likelihood_ratio - product.spent - (own.likelihood_ratio - own.spent)
+    return min(product.rank - own.rank, by_itself) >= TOLD
 
 
 def _may_be_a_part(step: Step) -> bool:
@@ -242,7 +239,7 @@ def _instead(
         return None
     base = reference(problem, fit.model, fit.noise.power)
     named = (*fit.model, *(s.hit.term for s in steps))
-    spent = sum(2 * s.hit.size + 2 * math.log(s.hit.looks) for s in steps)
+    spent = sum(s.hit.spent for s in steps)
     rank = likelihood_ratio(problem, base, named)[0] - spent + (beside.rank if beside is not None else 0.0)
     if found.rank < rank + TOLD:
         return None

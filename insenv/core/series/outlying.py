@@ -54,8 +54,7 @@ def far(x: Floats, high: Floats, low: Floats, coarse: float) -> Floats:
     least, left = _off_neighbours(x)
     width = 2 * (LONGEST + 2 * (NEIGHBOURS // 2)) + 1
     moved = maximum_filter1d(high, width) - minimum_filter1d(low, width)
-    noise = _local(np.abs(left), _robust)
-    allowed = np.maximum(FAR * noise, ROUNDED * noise + 1.1 * coarse) + moved
+    allowed = _allowed(_local(np.abs(left), _robust), coarse) + moved
     return np.nan_to_num(least / np.where(allowed > 0, allowed, np.inf))
 
 
@@ -63,11 +62,18 @@ def far_of_many(x: Floats, coarse: float) -> Floats:
     """The same of a series that does not move, where up to a third of the values may be far off.
 
     The deviation is told by the median alone: a tenth of the values that is far off makes the other one as large as
-    they are. Of readings as ``coarse`` as their noise nothing is told.
+    they are. Of readings as ``coarse`` as their noise it tells nothing.
     """
     least, left = _off_neighbours(x)
-    noise = _local(np.abs(left), _by_median)
-    return np.nan_to_num(least / np.where(noise > FINE * coarse, FAR * noise, np.inf))
+    size = np.abs(left)
+    noise, robust = _local(size, _by_median), _local(size, _robust)
+    allowed = np.where(noise > FINE * coarse, FAR * noise, _allowed(robust, coarse))
+    return np.nan_to_num(least / np.where(allowed > 0, allowed, np.inf))
+
+
+def _allowed(noise: Floats, coarse: float) -> Floats:
+    """How far noise and rounding may move a value."""
+    return np.maximum(FAR * noise, ROUNDED * noise + 1.1 * coarse)
 
 
 def _off_neighbours(x: Floats) -> tuple[Floats, Floats]:

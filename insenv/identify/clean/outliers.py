@@ -86,8 +86,7 @@ def too_many(recordings: tuple[Recording, ...], target: str, rejected: tuple[Rej
         if table_rate_of_rows(recording, target) is not None or sound.sum() < 4 * NEIGHBOURS:
             continue
         values = recording.channels[target].values[sound]
-        rest, coarse = np.zeros(len(values)), rounding(values)
-        away = np.maximum(far(values, rest, rest, coarse), far_of_many(values, coarse))
+        away = far_of_many(values, rounding(values))
         hit = away > 1
         if MOST < hit.mean() <= SINGLE:
             least, most = FAR * float(away[hit].min()), min(FAR * float(away[hit].max()), 999.0)

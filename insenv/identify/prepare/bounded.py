@@ -41,14 +41,12 @@ def bounded(problem: Problem, model: Model) -> Problem:
     """
     if not problem.turns or not problem.target.startswith("gyro"):
         return problem
-    rate = problem.bins.mean(tuple(e.motion.rate for e in problem.exposures))
-    reading = problem.data() + transform(problem.fitted, rate[:, None])[:, 0]
     level = tuple(term for term in model if term.effect.part == "level")
     with_gain = (*(term for term in model if term.effect.part != "gain"), Term(ScaleFactor()))
     own = design(problem, with_gain)
-    theta, left = _plain(own.transformed, problem.data())
+    theta, left = least_squares(own.transformed, problem.data())
     gain = own.term == len(with_gain) - 1
-    if not gain.any() or left > (1 - FOLLOWED) * _plain(design(problem, level).transformed, reading)[1]:
+    if not gain.any() or left > (1 - FOLLOWED) * unexplained(problem, level):
         return problem
     by_rows = 1 + float((theta / own.scale)[gain][0])
     if abs(1 + solve(problem, with_gain).scale_factor) > (1 - LOST) * abs(by_rows):
@@ -57,7 +55,14 @@ def bounded(problem: Problem, model: Model) -> Problem:
     return replace(problem, most=most if problem.most is None else np.minimum(most, problem.most))
 
 
-def _plain(columns: Floats, data: Floats) -> tuple[Floats, float]:
+def unexplained(problem: Problem, level: Model) -> float:
+    """Square sum of the reading of a gyro in the modes, the motion in it, beside its ``level`` alone."""
+    rate = problem.bins.mean(tuple(e.motion.rate for e in problem.exposures))
+    reading = problem.data() + transform(problem.fitted, rate[:, None])[:, 0]
+    return least_squares(design(problem, level).transformed, reading)[1]
+
+
+def least_squares(columns: Floats, data: Floats) -> tuple[Floats, float]:
     """Coefficients by plain least squares in the modes, and the square sum that they leave."""
     theta = np.asarray(np.linalg.lstsq(columns, data, rcond=1e-10)[0])
     return theta, float(np.sum((data - columns @ theta) ** 2))

@@ -9,14 +9,11 @@ lap and goes with the rate: no law of the rate or of the angle is told beside it
 
 from __future__ import annotations
 
-import numpy as np
-
-from insenv.core.recording import Floats
 from insenv.effects.bias import Bias
 from insenv.effects.rate.scale import ScaleFactor
 from insenv.effects.timing import TimingSkew
-from insenv.identify.fit.noise import transform
 from insenv.identify.fit.problem import Problem, Term, design
+from insenv.identify.prepare.bounded import least_squares, unexplained
 
 #: Share of the power of the reading that a command may leave.
 LEFT = 0.05
@@ -29,13 +26,11 @@ def disobeyed(problem: Problem) -> float:
     """
     if not problem.commanded or not problem.turns or not problem.target.startswith("gyro"):
         return 0.0
-    level = (Term(Bias()),)
-    rate = problem.bins.mean(tuple(e.motion.rate for e in problem.exposures))
-    reading = problem.data() + transform(problem.fitted, rate[:, None])[:, 0]
-    own = design(problem, (*level, Term(ScaleFactor()), Term(TimingSkew(), per_run=True))).transformed
-    share = _left(own, problem.data()) / max(_left(design(problem, level).transformed, reading), 1e-300)
+    share: float = problem.remember("disobeyed", lambda: _share(problem))
     return share if share > LEFT else 0.0
 
 
-def _left(columns: Floats, data: Floats) -> float:
-    return float(np.sum((data - columns @ np.linalg.lstsq(columns, data, rcond=1e-10)[0]) ** 2))
+def _share(problem: Problem) -> float:
+    level = (Term(Bias()),)
+    own = design(problem, (*level, Term(ScaleFactor()), Term(TimingSkew(), per_run=True))).transformed
+    return least_squares(own, problem.data())[1] / max(unexplained(problem, level), 1e-300)

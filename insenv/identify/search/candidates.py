@@ -55,7 +55,7 @@ def candidates(
     for effect in catalogue:
         if isinstance(effect, NoiseEffect) or effect.line or not _fits_instrument(problem, effect):
             continue
-        needs, reason = _unseen(problem, effect) if told or not _of_the_motion(effect) else ((), DISOBEYED)
+        needs, reason = _unseen(problem, effect) if told or not law_of_motion(effect) else ((), DISOBEYED)
         terms = () if reason else _terms(problem, effect)
         if terms:
             found.append(Candidate(effect, terms))
@@ -84,9 +84,9 @@ def _fits_instrument(problem: Problem, effect: Effect) -> bool:
     return ("accelerometer" if problem.unit == "m/s^2" else "gyro") in effect.instruments
 
 
-def _of_the_motion(effect: Effect) -> bool:
-    """Whether an effect is a law of the rate or the angle, but for a gain and what makes an output late."""
-    return (effect.of_rate or "angle" in effect.needs) and not effect.of_response and effect.part != "gain"
+def law_of_motion(effect: Effect) -> bool:
+    """Whether an effect is a law of the rate or the angle: a gain, and what makes an output late, is a response."""
+    return (effect.of_rate or "angle" in effect.needs) and not effect.of_response
 
 
 def _missing(problem: Problem, effect: Effect) -> tuple[str, ...]:

@@ -39,6 +39,7 @@ from insenv.identify.fit.lag_form import second_order
 from insenv.identify.fit.noise import transform
 from insenv.identify.fit.problem import Problem, Term
 from insenv.identify.fit.swings import by_swings, in_few_swings, in_the_loudest
+from insenv.identify.search.candidates import law_of_motion
 from insenv.identify.search.scan import Hit, Reference, beside, white_beside
 
 #: Largest p-value at which an effect is worth the test.
@@ -128,7 +129,7 @@ def _evidence(problem: Problem, fit: Fit, base: Reference, term: Term) -> _Evide
     # As the response sees them: what it would take of the curve, it takes of it here too.
     left, curve_left = data - curve - seen @ own.left, curve - seen @ own.curve
     factor, freedom = by_swings(problem, curve_left, left)
-    few, moves = in_few_swings(problem, curve_left), term.effect.of_rate or "angle" in term.effect.needs
+    few, moves = in_few_swings(problem, curve_left), law_of_motion(term.effect)
     for one in _of_motion(problem, base) if few or moves else ():
         if few:
             factor = max(factor, 1 + few * (in_the_loudest(problem, one, left) - 1))

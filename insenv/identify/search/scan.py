@@ -119,7 +119,12 @@ class Hit:
         Of the ratio counts what errors of the reference leave of the evidence: of two laws the one that errors of the
         motion follow as well may be the likelier by far.
         """
-        return self.left * self.likelihood_ratio - 2 * self.size - 2 * float(np.log(self.looks))
+        return self.left * self.likelihood_ratio - self.spent
+
+    @property
+    def spent(self) -> float:
+        """What its parameters and looks gain by chance."""
+        return 2 * self.size + 2 * float(np.log(self.looks))
 
     @property
     def left(self) -> float:

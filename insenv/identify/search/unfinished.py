@@ -43,7 +43,7 @@ from insenv.identify.prepare.obeyed import disobeyed
 from insenv.identify.prepare.two_levels import two_levels
 from insenv.identify.prepare.wandering import of_counts
 from insenv.identify.search.all_rows import is_of_bias, longer_means
-from insenv.identify.search.candidates import turns_few_waves
+from insenv.identify.search.candidates import law_of_motion, turns_few_waves
 from insenv.identify.search.jumps import is_step
 from insenv.identify.search.reference_errors import log_p_alone
 from insenv.identify.search.round import against
@@ -196,9 +196,8 @@ def _has_a_size(effect: Effect) -> bool:
     ones, beside that walk, do not; of a polynomial of the temperature the coefficients are told together alone.
     """
     gain = effect.part == "gain"
-    law = (effect.of_rate or "angle" in effect.needs) and not effect.of_response
     slow = is_of_bias(effect) and bool(effect.shapes)
-    return (gain or law or slow) and not effect.generic and not effect.line
+    return (gain or law_of_motion(effect) or slow) and not effect.generic and not effect.line
 
 
 def _one_size(step: Step, own: Mapping[Term, tuple[Estimate, ...]]) -> Estimate | None:
