@@ -6,7 +6,12 @@
                              t, t^2                         time from the start of the run
                              cos(n a + p), n = 1 to 4       table angle; c cos p and -c sin p are the coefficients
                              f_x, |f_x|, f_x^2, v_x, ...    specific force along an axis, mean square of the vibration
+    c x (T - T_0) + ...                            the same with an origin of its own: (T - T_0), (T - T_0)^2, (t - t_0)
     c lag(x y)     tau dL/dt = x y - L,    L = x y at the start of the run
+
+Of a factor with an origin of its own each power is a column: c x (T - T_ref) + c_0 x, where T_0 = T_ref - c_0 / c, and
+c x (T - T_ref)^2 + c_1 x (T - T_ref) + c_0 x. Nobody knows where a law over the temperature is nothing; at a reference
+that was chosen for another reason it is not, and its part that does not change hides the one that does.
 
 The mean of each factor over the interval stands for the factor; 1/u is nothing where the table stands (`STANDS`). The
 coefficient has the unit of what is measured over that of the product, in base units. An effect of this kind is a class
@@ -26,6 +31,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cache
+from itertools import product as iterate
 from typing import Any, ClassVar
 
 import numpy as np
@@ -41,6 +47,8 @@ from insenv.effects.thermal import temperature_excess
 STANDS = 1e-3
 #: Orders of the table's angle.
 ORDERS = (1, 2, 3, 4)
+#: How a factor is written whose origin is its own, and how it is with the one of the recording.
+FREE = {"T - T_0": "T - T_ref", "t - t_0": "t"}
 #: Between the factors of a formula, and what opens one of which the first-order lag is meant.
 TIMES, LAG = " * ", "lag("
 #: Base units, in the order in which they are written.
@@ -59,13 +67,15 @@ class Factor:
     driver : str
         What was recorded: factors of one driver are not multiplied with each other.
     unit : dict
-        Exponents of the base units.
+        Exponents of the base units of its first column.
     simplicity : int
         Rank among the factors of the driver, 1 for the plainest.
     means : callable
-        Means over the intervals, one column or two: of the input and the motion, for an effect of this name.
+        Means over the intervals, a column for each part: of the input and the motion, for an effect of this name.
     needs : tuple of str
     of_rate, of_time : bool
+    parts : tuple of (str, dict)
+        What each column adds to the name of a coefficient, and its unit where that is another one.
     """
 
     text: str
@@ -76,6 +86,17 @@ class Factor:
     needs: tuple[str, ...] = ()
     of_rate: bool = False
     of_time: bool = False
+    parts: tuple[tuple[str, dict[str, int] | None], ...] = (("", None),)
+
+    @property
+    def columns(self) -> list[tuple[str, dict[str, int]]]:
+        """What each column adds to the name of a coefficient, and its unit."""
+        return [(part, self.unit if own is None else own) for part, own in self.parts]
+
+    @property
+    def free(self) -> bool:
+        """Whether its origin is its own."""
+        return any(word in self.text for word in FREE)
 
 
 def _powers(
@@ -105,12 +126,31 @@ def _powers(
     return [factor(kind) for kind in kinds]
 
 
+def _free(bare: str, base: str, mean: Callable[[Floats, Motion, str], Floats], power: int, **flags: Any) -> Factor:
+    """A power of a driver with an origin of its own: a column for each power of what is measured from the usual one."""
+    text = f"({bare})" if power == 1 else f"({bare})^{power}"
+    parts = tuple(("" if k == power else f"_{k}", {base: k}) for k in range(power, -1, -1))
+
+    def means(u: Floats, motion: Motion, key: str) -> tuple[Floats, ...]:
+        x = mean(u, motion, key)
+        return tuple(x**k for k in range(power, -1, -1))
+
+    return Factor(text, bare[0], {base: power}, power + 1, means, parts=parts, **flags)
+
+
 def _word(text: str) -> str:
     """A factor in letters and digits: "abs_temp_rate"."""
     if text.startswith("cos("):
         return f"angle{text[4] if text[4].isdigit() else 1}"
     word = {"u|u|": "u_abs_u", "1/u": "inverse_u"}.get(text, text)
-    for old, new in (("du/dt", "u_rate"), ("dT/dt", "temp_rate"), ("T - T_ref", "temp"), ("^", "")):
+    for old, new in (
+        ("T - T_0", "free_temp"),
+        ("t - t_0", "free_time"),
+        ("du/dt", "u_rate"),
+        ("dT/dt", "temp_rate"),
+        ("T - T_ref", "temp"),
+        ("^", ""),
+    ):
         word = word.replace(old, new)
     opened = "abs_" if word.startswith("|") else ""
     return opened + "".join(c for c in word if c.isalnum() or c == "_")
@@ -129,7 +169,8 @@ def _waves() -> list[Factor]:
 
         return both
 
-    return [Factor(f"cos({'' if n == 1 else f'{n} '}a + p)", "a", {}, n, means(n), needs=("angle",)) for n in ORDERS]
+    phases: dict[str, Any] = {"needs": ("angle",), "parts": (("", None), ("s", None))}
+    return [Factor(f"cos({'' if n == 1 else f'{n} '}a + p)", "a", {}, n, means(n), **phases) for n in ORDERS]
 
 
 def _of_axes(letter: str, name: str, unit: dict[str, int], kinds: tuple[str, ...]) -> list[Factor]:
@@ -165,6 +206,14 @@ def _temperature_slope(u: Floats, motion: Motion, key: str) -> Floats:
     return interval_slope(known(motion, "temperature", key), motion.dt)
 
 
+def _temperature(u: Floats, motion: Motion, key: str) -> Floats:
+    return temperature_excess(motion, key)
+
+
+def _time(u: Floats, motion: Motion, key: str) -> Floats:
+    return motion.middle
+
+
 _WARM = {"needs": ("temperature",)}
 #: All factors, by their text.
 FACTORS: dict[str, Factor] = {
@@ -180,11 +229,11 @@ FACTORS: dict[str, Factor] = {
             needs=("rate_edges",),
             of_rate=True,
         ),
-        *_powers(
-            "T", "T - T_ref", {"K": 1}, lambda u, m, key: temperature_excess(m, key), ("1", "||", "2", "3"), **_WARM
-        ),
+        *_powers("T", "T - T_ref", {"K": 1}, _temperature, ("1", "||", "2", "3"), **_WARM),
+        *(_free("T - T_0", "K", _temperature, power, **_WARM) for power in (1, 2)),
         *_powers("dT/dt", "dT/dt", {"K": 1, "s": -1}, _temperature_slope, ("1", "||", "2"), **_WARM),
-        *_powers("t", "t", {"s": 1}, lambda u, m, key: m.middle, ("1", "2"), of_time=True),
+        *_powers("t", "t", {"s": 1}, _time, ("1", "2"), of_time=True),
+        _free("t - t_0", "s", _time, 1, of_time=True),
         *_waves(),
         *_of_axes("f", "force", {"m": 1, "s": -2}, ("1", "||", "2")),
         *_of_axes("v", "vibration", {"m": 2, "s": -4}, ("1",)),
@@ -215,7 +264,7 @@ class Product:
         return sum(factor.simplicity for factor in self.factors) + 3 * self.lagged + 3 * (len(self.factors) - 1)
 
     def means(self, u: Floats, motion: Motion, key: str) -> tuple[Floats, ...]:
-        """The product of the means over the intervals: one column, two where the table's angle is in it."""
+        """The product of the means over the intervals: a column for each coefficient."""
         return self.of(lambda factor: factor.means(u, motion, key))
 
     def of(self, means: Callable[[Factor], tuple[Floats, ...]]) -> tuple[Floats, ...]:
@@ -226,15 +275,33 @@ class Product:
             out = tuple(a * b for a in out for b in own) if out else own
         return out
 
+    def coefficients(self, instrument: str) -> dict[str, str]:
+        """Names of the coefficients, one for each column, with their units in base units."""
+        return {
+            _name([part for part, _ in column]): _unit([unit for _, unit in column], instrument)
+            for column in iterate(*(factor.columns for factor in self.factors))
+        }
+
     def unit(self, instrument: str) -> str:
-        """Unit of the coefficient, in base units."""
-        left = dict.fromkeys(_BASES, 0) | _MEASURED[instrument]
-        for factor in self.factors:
-            for base, exponent in factor.unit.items():
-                left[base] -= exponent
-        above = " ".join(_power(base, n) for base, n in left.items() if n > 0) or "1"
-        below = [_power(base, -n) for base, n in left.items() if n < 0]
-        return above if not below else f"{above}/{below[0]}" if len(below) == 1 else f"{above}/({' '.join(below)})"
+        """Unit of the first coefficient, in base units."""
+        return next(iter(self.coefficients(instrument).values()))
+
+
+def _name(parts: list[str]) -> str:
+    """The name of a coefficient: a letter, and what its origin's own power is."""
+    letter = "".join(part for part in parts if not part.startswith("_"))
+    return (letter or "c") + "".join(part for part in parts if part.startswith("_"))
+
+
+def _unit(units: list[dict[str, int]], instrument: str) -> str:
+    """What is measured over the units of the factors."""
+    left = dict.fromkeys(_BASES, 0) | _MEASURED[instrument]
+    for unit in units:
+        for base, exponent in unit.items():
+            left[base] -= exponent
+    above = " ".join(_power(base, n) for base, n in left.items() if n > 0) or "1"
+    below = [_power(base, -n) for base, n in left.items() if n < 0]
+    return above if not below else f"{above}/{below[0]}" if len(below) == 1 else f"{above}/({' '.join(below)})"
 
 
 def _power(base: str, exponent: int) -> str:
@@ -256,16 +323,22 @@ def product(text: str) -> Product:
         if name not in FACTORS:
             raise InputError(f"formula {text!r}: unknown factor {name!r}; wanted a product of {', '.join(FACTORS)}")
     factors = tuple(FACTORS[name] for name in names)
-    if lagged and any(factor.driver == "a" for factor in factors):
-        raise InputError(f"formula {text!r}: a lag of the table's angle has a phase of its own; wanted it without")
+    if lagged and any(len(factor.parts) > 1 for factor in factors):
+        raise InputError(
+            f"formula {text!r}: a lag of the table's angle has a phase of its own, and of a product with an origin "
+            "two parts; wanted it without"
+        )
     if sum(factor.driver == "a" for factor in factors) > 1:
         raise InputError(f"formula {text!r}: two waves of the table's angle; wanted one")
+    if sum(factor.free for factor in factors) > 1:
+        raise InputError(f"formula {text!r}: two origins of their own; wanted one")
     return Product(factors, lagged)
 
 
 def coefficient(formula: str, instrument: Instrument, sd: float, bound: float = np.inf, name: str = "c") -> Param:
-    """A coefficient of a formula, with the unit that it has on an instrument."""
-    return Param(name, product(formula).unit(instrument), sd=sd, bound=bound)
+    """A coefficient of a formula, with the unit that it has on an instrument; another ``name`` is of the first one."""
+    read = product(formula)
+    return Param(name, read.coefficients(instrument).get(name, read.unit(instrument)), sd=sd, bound=bound)
 
 
 def name_of(formula: str) -> str:
@@ -298,7 +371,7 @@ class Formula(_OfFormula, LinearEffect):
     """A product of powers of what was recorded: the author writes ``formula``."""
 
     def basis(self, u: Floats, motion: Motion) -> Floats:
-        """The product, shape (..., n, 1); with the table's angle in it, (..., n, 2)."""
+        """The product, shape (..., n, k), with a column for each coefficient."""
         return columns(u, *product(self.formula).means(u, motion, self.id))
 
 
@@ -333,10 +406,10 @@ class LaggedFormula(_OfFormula, MemoryEffect):
 
 
 @cache
-def made(formula: str, instrument: Instrument, sd: float, name: str) -> Effect:
-    """The effect of a formula, with coefficients of this standard deviation; equal to any other made of the same."""
-    waves = any(factor.driver == "a" for factor in product(formula).factors)
-    params = tuple(coefficient(formula, instrument, sd, name=c) for c in (("c", "s") if waves else ("c",)))
+def made(formula: str, instrument: Instrument, sd: tuple[float, ...], name: str) -> Effect:
+    """The effect of a formula, with coefficients of these standard deviations; equal to any other made of the same."""
+    names = product(formula).coefficients(instrument)
+    params = tuple(coefficient(formula, instrument, own, name=c) for c, own in zip(names, sd, strict=True))
     effect: Effect = _kind(formula, instrument, name)(params)
     return effect
 

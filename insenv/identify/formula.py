@@ -28,17 +28,18 @@ from insenv.effects.acceleration import VibrationRectification
 from insenv.effects.angle import AngleLockedRate
 from insenv.effects.base import Effect, Instrument
 from insenv.effects.cross import GSensitivity
-from insenv.effects.formula import FACTORS, STANDS, Product, made, name_of, product
+from insenv.effects.formula import FACTORS, FREE, STANDS, Product, made, name_of, product
+from insenv.effects.rate.lag import SLOWEST
 from insenv.effects.spline import SplineRate, SplineTemperature, SplineTime
 from insenv.identify.findings import Formulas, FoundFormula
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.heldout import confirms, held_out_score, rescored
-from insenv.identify.fit.problem import Model, Problem
+from insenv.identify.fit.problem import Model, Problem, Term
 from insenv.identify.fit.uncertainty import estimates
 from insenv.identify.loop import Outcome
 from insenv.identify.search.candidates import Candidate, candidates
 from insenv.identify.search.round import at_shape, search, with_term
-from insenv.identify.search.scan import Hit, Scores, likelihood_ratio, reference, score_alone
+from insenv.identify.search.scan import Hit, Reference, Scores, likelihood_ratio, reference, score_alone
 from insenv.identify.search.settle import dropped
 from insenv.identify.search.size import unsized
 from insenv.identify.search.tracks import Progress, Step, Track
@@ -57,8 +58,11 @@ LEAST_RATE = 0.02
 
 #: Probability, all that was tried paid for, from which on a product that nobody asked for is a doubt.
 CERTAIN = 1e-3
-#: Candidates whose likelihood ratios are taken there, and a score that none without significance has.
-FEW_REFITTED, SEEN = 8, 20.0
+#: Normal deviate by which held-out data must support such a doubt, whose probability has their evidence in it already.
+SUPPORTED = 1.0
+#: Candidates whose likelihood ratios are taken there, and the least score that has any: a third of the likelihood ratio
+#: where the noise was fitted, which took in what has no name.
+FEW_REFITTED, SEEN = 8, 10.0
 
 #: What effects of the catalogue are, or become: one factor, and two.
 CATALOGUED = {
@@ -67,8 +71,12 @@ CATALOGUED = {
     *("f_x", "f_y", "f_z", "v_x", "v_y", "v_z"),
     *("u * (T - T_ref)", "u * t"),
     *(f"u * cos({n}a + p)" for n in ("", "2 ", "3 ", "4 ")),
-    *("lag(u)", "lag(|u|)", "lag(u^2)", "lag(du/dt)", "lag((T - T_ref))", "lag(t)", "lag(t^2)"),
+    *("lag(|u|)", "lag(u^2)", "lag(du/dt)", "lag((T - T_ref))", "lag(t)", "lag(t^2)"),
 }
+#: Columns of a formula at most.
+MOST_COLUMNS = 4
+#: What follows the rate by a lag, which an output's filter does where it is fast.
+AFTER_EFFECT = "lag(u)"
 #: Of these alone no formula is made: any slow noise follows the time.
 _TIME_ALONE = ("t", "t^2")
 
@@ -77,22 +85,33 @@ _TIME_ALONE = ("t", "t^2")
 def grammar() -> tuple[Product, ...]:
     """All formulas that are tried, plainest first."""
     single = [product(text) for text in FACTORS]
-    pairs = [Product((a, b)) for a, b in combinations(FACTORS.values(), 2) if a.driver != b.driver]
+    several = [(a, b) for a, b in combinations(FACTORS.values(), 2) if a.driver != b.driver and not (a.free and b.free)]
+    pairs = [Product(both) for both in several if len(both[0].parts) * len(both[1].parts) <= MOST_COLUMNS]
     plain = [p for p in (*single, *pairs) if _plain(p)]
     found = (*single, *pairs, *(Product(p.factors, lagged=True) for p in plain))
-    kept = [p for p in found if p.text not in CATALOGUED and p.text not in _TIME_ALONE]
+    kept = [p for p in found if _usual(p.text) not in CATALOGUED and _usual(p.text) not in _TIME_ALONE]
     return tuple(sorted(kept, key=lambda p: p.simplicity))
 
 
 @cache
-def at_once() -> tuple[Product, ...]:
-    """Those of them that follow what was recorded at once: lags, each of several times, are two thirds of the work."""
-    return tuple(formula for formula in grammar() if not formula.lagged)
+def unasked() -> tuple[Product, ...]:
+    """Those of them that are tried in any case: lags, each of several times, are two thirds of the work.
+
+    Of these only the rate's own, far slower than an output's filter: an after-effect of the rates before.
+    """
+    return tuple(formula for formula in grammar() if not formula.lagged or formula.text == AFTER_EFFECT)
+
+
+def _usual(text: str) -> str:
+    """A formula with the origins of the recording in the place of those of its own."""
+    for own, usual in FREE.items():
+        text = text.replace(f"({own})", usual if usual == "t" else f"({usual})")
+    return text
 
 
 def _plain(formula: Product) -> bool:
     """Whether its first-order lag is tried: of one factor, and of two that are plain; without angle and time."""
-    if any(f.driver in ("a", "t") for f in formula.factors):
+    if any(f.driver in ("a", "t") or f.free for f in formula.factors):
         return False
     return len(formula.factors) == 1 or all(f.simplicity <= 2 for f in formula.factors)
 
@@ -115,7 +134,7 @@ def _with_law(track: Track, alpha: float, seed: int, progress: Progress) -> Trac
     problem = track.problem
     if not problem.turns:
         return track
-    tried = testable(problem, _refitted(track, track.fit.named), at_once())
+    tried = testable(problem, _refitted(track, track.fit.named), unasked())
     search_on = partial(_seen, track, tried=tried, seed=seed)
     for step in track.steps:
         if not _may_be_a_part(step):
@@ -125,7 +144,7 @@ def _with_law(track: Track, alpha: float, seed: int, progress: Progress) -> Trac
         found, hits, _ = search_on(fit)
         base = reference(problem, fit.model, fit.noise.power)
         own = at_shape(problem, fit, base, step.hit, step.hit.term)
-        if found is not None and explains_more(found, own):
+        if found is not None and explains_more(found, own) and not _holds(problem, base, found.term, step.hit.term):
             progress(f"{problem.target}: a product explains more than {step.hit.candidate.effect.key}")
             return _in_its_place(track, step, _found(problem, fit, found, hits), found, alpha)
     fit = _refitted(track, track.fit.named)
@@ -140,6 +159,12 @@ def explains_more(product: Hit, own: Hit) -> bool:
     """
     by_itself = product.likelihood_ratio - product.spent - (own.likelihood_ratio - own.spent)
     return min(product.rank - own.rank, by_itself) >= TOLD
+
+
+def _holds(problem: Problem, base: Reference, law: Term, part: Term) -> bool:
+    """Whether a law with an origin of its own holds an effect: beside that the part that changes is a law by itself."""
+    gained = [likelihood_ratio(problem, base, (*base.model, law, *more))[1] for more in ((), (part,))]
+    return gained[0] == gained[1]
 
 
 def _may_be_a_part(step: Step) -> bool:
@@ -206,19 +231,25 @@ def _seen(track: Track, fit: Fit, tried: tuple[Candidate, ...], seed: int) -> tu
     scores = score_alone(track.problem, fit, tried)
     if max((one.q.max() for one in scores if one.testable), default=0.0) < SEEN:
         return None, [], "none is significant"
-    return _judged(track, fit, _likeliest(scores, tried)[:FEW_REFITTED], len(tried), CERTAIN, seed)
+    return _judged(track, fit, _likeliest(scores, tried)[:FEW_REFITTED], len(tried), CERTAIN, seed, SUPPORTED)
 
 
 def _judged(
-    track: Track, fit: Fit, best: tuple[Candidate, ...], tried: int, alpha: float, seed: int
+    track: Track,
+    fit: Fit,
+    best: tuple[Candidate, ...],
+    tried: int,
+    alpha: float,
+    seed: int,
+    confirmed: float = CONFIRMED,
 ) -> tuple[Hit | None, list[Hit], str]:
-    """The same of the ``best`` of so many that were ``tried``."""
+    """The same of the ``best`` of so many that were ``tried``, ``confirmed`` by so large a deviate of held-out data."""
     problem, family = track.problem, tried + track.family
     hits = [h for h in search(problem, fit, best, seed, family, tones=False) if h.log_p < math.log(alpha)]
     reason = "none is significant"
     for hit in hits[:MOST_JUDGED]:
         told = _plainest(hit, hits)
-        against = _against(track, fit, told, alpha, seed)
+        against = _against(track, fit, told, alpha, seed, confirmed)
         if not against:
             return told, hits, ""
         reason = against if hit is hits[0] else reason
@@ -265,7 +296,14 @@ def testable(problem: Problem, fit: Fit, formulas: tuple[Product, ...]) -> tuple
         for formula in formulas
         if all((f.driver in drivers or f.text in drivers) and f.text not in barred for f in formula.factors)
     ]
-    return candidates(problem, tuple(effects))[0]
+    return tuple(
+        _slow(one) if one.effect.title == AFTER_EFFECT else one for one in candidates(problem, tuple(effects))[0]
+    )
+
+
+def _slow(after_effect: Candidate) -> Candidate:
+    """The candidate without time constants of an output's filter."""
+    return replace(after_effect, terms=tuple(term for term in after_effect.terms if term.shape[0] > SLOWEST))
 
 
 def _drivers(problem: Problem, instrument: Instrument) -> Iterator[str]:
@@ -297,8 +335,10 @@ def _never_slow(problem: Problem) -> bool:
 
 def _scaled(columns: tuple[Floats, ...], formula: Product, instrument: Instrument, size: float) -> Effect:
     """The effect of a formula, with a prior by which it makes no more of the reading than what is left of it."""
-    most = max(float(np.sqrt(np.mean(np.square(c)))) for c in columns)
-    return made(formula.text, instrument, float(f"{3 * size / max(most, 1e-30):.2g}"), name_of(formula.text))
+    most = [float(np.sqrt(np.mean(np.square(c)))) for c in columns]
+    most = most if any(f.free for f in formula.factors) else [max(most)] * len(most)  # of a wave both are one
+    sds = tuple(float(f"{3 * size / max(one, 1e-30):.2g}") for one in most)
+    return made(formula.text, instrument, sds, name_of(formula.text))
 
 
 def _likeliest(scores: list[Scores], tried: tuple[Candidate, ...]) -> tuple[Candidate, ...]:
@@ -323,10 +363,10 @@ def _gain(hit: Hit) -> float:
     return hit.likelihood_ratio - 2 * hit.size
 
 
-def _against(track: Track, fit: Fit, hit: Hit, alpha: float, seed: int) -> str:
+def _against(track: Track, fit: Fit, hit: Hit, alpha: float, seed: int, confirmed: float) -> str:
     """Why a significant formula is not told; empty if it is."""
     problem, text = track.problem, _formula(hit).text
-    if hit.held_out < CONFIRMED:
+    if hit.held_out < confirmed:
         return f"{text} follows the fitted data, and held-out data do not confirm it"
     larger = solve(problem, with_term(fit.model, hit.term), start=fit.noise.power)
     before, after = held_out_score(problem, fit), held_out_score(problem, larger)

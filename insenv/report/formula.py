@@ -11,7 +11,7 @@ from typing import Any
 from insenv.core.console.progress import check_folder
 from insenv.core.errors import InputError
 from insenv.core.files import write_whole
-from insenv.effects.formula import LAG, name_of
+from insenv.effects.formula import LAG, name_of, product
 from insenv.identify.findings import Estimate, Findings, FoundFormula, TargetFindings
 from insenv.report.estimates import value
 from insenv.report.quantities import p_value, unit_for
@@ -19,6 +19,8 @@ from insenv.report.words import listing
 
 #: Credible coefficients of an effect that was found: up to so many times the one that was.
 _BOUND = 10.0
+#: Deviations within which a coefficient may be.
+_UP_TO = 3.0
 
 
 def sentences(target: TargetFindings) -> list[str]:
@@ -123,10 +125,7 @@ def _class(
     where = f"{findings.title or findings.manifest} ({findings.manifest}{hashed})"
     said = "; ".join(f"{t.target}: " + ", ".join(_plain(p) for p in one.parameters) for t, one in each)
     alike = f"As good on that recording: {', '.join(found.alike)}." if found.alike else "No other formula is as good."
-    names = ["c", "s"] if any(p.parameter == "s" for p in found.parameters) else ["c"]
-    size = max(abs(p.value) for _, one in each for p in one.parameters if p.parameter in names)
-    sizes = f"sd={_rounded(size):.2g}, bound={_rounded(_BOUND * size):.2g}"
-    linear = ", ".join(f'coefficient(formula, "{instrument}", {sizes}, name="{n}")' for n in names)
+    linear = ", ".join(_coefficient(name, instrument, [one for _, one in each]) for name in _names(found.formula))
     source = (
         f"found on {where}: p = {found.p_value:.1g} with all {tried} formulas counted; held-out error "
         f"{found.held_out_before:.3g} -> {found.held_out_after:.3g} {target.held_out.unit}. No cause is known"
@@ -146,6 +145,20 @@ def _class(
         f"    instruments = ({instrument!r},)",
         f"    source = {source!r}",
     ]
+
+
+def _names(formula: str) -> list[str]:
+    return list(product(formula).coefficients("gyro"))
+
+
+def _coefficient(name: str, instrument: str, found: Sequence[FoundFormula]) -> str:
+    """The line of a coefficient; one that the model had already, as a gain, was not fitted: it may be what it will."""
+    # Both of a wave are one amplitude, and an origin that is where it was measured from may be elsewhere the next time.
+    alike = [p for one in found for p in one.parameters if p.parameter[1:] == name[1:]]
+    sizes = [max(abs(p.value), _UP_TO * p.sd) for p in alike]
+    size = max(sizes, default=0.0)
+    bound = f", bound={_rounded(_BOUND * size):.2g}" if size else ""
+    return f'coefficient(formula, "{instrument}", sd={_rounded(size) if size else 1.0:.2g}{bound}, name="{name}")'
 
 
 def _plain(p: Estimate) -> str:

@@ -41,7 +41,7 @@ def motion() -> Motion:
 
 
 def effect(formula: str, name: str = "formula_test") -> Effect:
-    return made(formula, "gyro", 1e-4, name)
+    return made(formula, "gyro", (1e-4,) * len(product(formula).coefficients("gyro")), name)
 
 
 def curve(formula: str, *theta: float) -> Floats:
@@ -50,7 +50,17 @@ def curve(formula: str, *theta: float) -> Floats:
     return np.asarray(one.apply(given.rate, given, values, one.begin(given, values))[0])
 
 
-PRODUCTS = ("u^2 * (T - T_ref)", "u * dT/dt", "1/u * f_x", "t^2 * cos(3 a + p)", "du/dt * v_z", "u|u| * |T - T_ref|")
+PRODUCTS = (
+    "u^2 * (T - T_ref)",
+    "|u| * (T - T_0)",
+    "(T - T_0)^2 * cos(2 a + p)",
+    "u^3 * (t - t_0)",
+    "u * dT/dt",
+    "1/u * f_x",
+    "t^2 * cos(3 a + p)",
+    "du/dt * v_z",
+    "u|u| * |T - T_ref|",
+)
 LAGS = ("lag(|dT/dt|)", "lag(u^2 * (T - T_ref))", "lag(|u| * f_y)")
 
 
@@ -72,6 +82,8 @@ def test_a_formula_is_the_product_of_what_was_recorded() -> None:
     assert curve("|u| * (dT/dt)^2", 2.0) == pytest.approx(2 * np.abs(given.rate) * slope**2)
     assert curve("u|u| * t", 1.0) == pytest.approx(given.rate * np.abs(given.rate) * given.middle)
     assert curve("f_x^2 * |T - T_ref|", 1.0) == pytest.approx(given.force["x"] ** 2 * np.abs(warm))
+    assert curve("|u| * (T - T_0)", 2.0, -6.0) == pytest.approx(2 * np.abs(given.rate) * (warm - 3.0))
+    assert curve("u * (T - T_0)^2", 2.0, -12.0, 18.0) == pytest.approx(2 * given.rate * (warm - 3.0) ** 2)
     both = curve("(T - T_ref) * cos(2 a + p)", 1.0, 0.5)
     assert both == pytest.approx(warm * (np.cos(2 * middle) + 0.5 * np.sin(2 * middle)), abs=1e-3 * np.ptp(both))
 
@@ -121,7 +133,16 @@ def test_what_a_formula_needs_and_follows_is_read_from_its_text() -> None:
     assert effect("f_x * v_y").missing(replace(motion(), force={})) == ("force.x",)
 
 
-@pytest.mark.parametrize("text", ["u^7", "u*t", "lag(cos(a + p))", "cos(a + p) * cos(2 a + p)", ""])
+def test_each_column_of_a_law_with_an_origin_of_its_own_has_a_coefficient_with_a_unit() -> None:
+    assert product("u * (T - T_0)^2").coefficients("gyro") == {"c": "1/K^2", "c_1": "1/K", "c_0": "1"}
+    names = product("(t - t_0) * cos(a + p)").coefficients("gyro")
+    assert names == {"c": "rad/s^2", "s": "rad/s^2", "c_0": "rad/s", "s_0": "rad/s"}
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["u^7", "(T - T_0) * (t - t_0)", "lag((T - T_0) * u)", "u*t", "lag(cos(a + p))", "cos(a + p) * cos(2 a + p)", ""],
+)
 def test_what_is_no_formula_is_refused(text: str) -> None:
     with pytest.raises(InputError, match="formula"):
         product(text)

@@ -19,8 +19,9 @@ from scipy.special import chdtri
 from insenv.core.recording import Floats
 from insenv.effects.catalogue import plug_in_of
 from insenv.identify.fit.evidence import log_tail
+from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Model, Problem, Term
-from insenv.identify.search.round import UNUSUAL, against, refined
+from insenv.identify.search.round import UNUSUAL, against, beyond_bounds, refined
 from insenv.identify.search.scan import (
     Hit,
     Reference,
@@ -180,7 +181,13 @@ def _gain_by_itself(term: Term, extra: int, alpha: float, gain: float) -> float:
 
 
 def _still_needed(problem: Problem, model: Model, term: Term, alpha: float) -> bool:
-    """Whether ``term`` adds significantly to ``model``."""
+    """Whether ``term`` adds significantly to ``model``, with coefficients that are credible.
+
+    Two waves of one rate, of the encoder and of the gyro, are one curve: together they follow the noise of the
+    reference, with amplitudes of a radian that cancel.
+    """
     base = reference(problem, model)
     ratio, gained = likelihood_ratio(problem, base, (*model, term))
-    return log_significance(ratio, gained, term_freedom(problem, base, term)) < math.log(alpha)
+    if log_significance(ratio, gained, term_freedom(problem, base, term)) >= math.log(alpha):
+        return False
+    return not beyond_bounds(problem, solve(problem, (*model, term), start=base.noise.power))

@@ -107,14 +107,18 @@ def confronted(problem: Problem, fit: Fit, base: Reference, hit: Hit) -> Hit:
 
 def _confronted(problem: Problem, fit: Fit, base: Reference, hit: Hit) -> Hit:
     larger = solve(problem, with_term(fit.model, hit.term), start=fit.noise.power)
-    if why := no_law(problem, fit, base, larger):
-        return replace(hit, deviate=-np.inf, remark=why)
+    beyond = beyond_bounds(problem, larger)
+    if why := _no_law_of_any_size(problem, fit, base, larger):
+        return replace(hit, deviate=-np.inf, remark=beyond or why)
     freedom = term_freedom(problem, base, hit.term)
     z, information = held_out_deviate(problem, fit, larger, freedom)
     joint = joint_deviate(log_tail(hit.deviate), hit.likelihood_ratio, z, information)
     hit = beside_rounding(problem, larger, replace(hit, deviate=joint, held_out=z, alone=0.0, unrounded=0.0))
     hit = hit if damped_as_steps(problem, hit.term) else beside_steps(problem, larger, hit)
-    return beside_reference_errors(problem, fit, base, beside_shaking(problem, base, hit))
+    hit = beside_reference_errors(problem, fit, base, beside_shaking(problem, base, hit))
+    if not beyond:
+        return hit
+    return replace(hit, deviate=-np.inf, remark=beyond, incredible=hit.deviate, alone=0.0, unrounded=0.0)
 
 
 def no_law(problem: Problem, fit: Fit, base: Reference, larger: Fit) -> str:
@@ -122,10 +126,14 @@ def no_law(problem: Problem, fit: Fit, base: Reference, larger: Fit) -> str:
 
     Its coefficients are not credible, or what it explains is not the same in all of the recording.
     """
+    return beyond_bounds(problem, larger) or _no_law_of_any_size(problem, fit, base, larger)
+
+
+def _no_law_of_any_size(problem: Problem, fit: Fit, base: Reference, larger: Fit) -> str:
+    """The same, whatever its coefficients are."""
     term = larger.model[-1]
     return (
-        _beyond_bounds(problem, larger)
-        or _contradicted(problem, base, larger)
+        _contradicted(problem, base, larger)
         or _over_at_once(term)
         or _leads(larger)
         or _counts(problem, larger)
@@ -138,7 +146,7 @@ def no_law(problem: Problem, fit: Fit, base: Reference, larger: Fit) -> str:
     )
 
 
-def _beyond_bounds(problem: Problem, fit: Fit) -> str:
+def beyond_bounds(problem: Problem, fit: Fit) -> str:
     """Why the last term's coefficients are not credible; empty if they are."""
     params = {p.name: p for p in fit.model[-1].effect.linear}
     for j in np.flatnonzero(fit.design.term == len(fit.model) - 1):

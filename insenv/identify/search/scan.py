@@ -94,6 +94,8 @@ class Hit:
         Deviate that it would have beside a reference without errors, where those are why it has less; else 0.
     unrounded : float
         The same of readings that are not rounded (`insenv.identify.search.rounded`).
+    incredible : float
+        Deviate that it would have if its coefficients, which are beyond what is credible, were not; else 0.
     """
 
     candidate: Candidate
@@ -106,6 +108,7 @@ class Hit:
     remark: str = ""
     alone: float = 0.0
     unrounded: float = 0.0
+    incredible: float = 0.0
 
     @property
     def log_p(self) -> float:

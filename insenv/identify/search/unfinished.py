@@ -14,6 +14,7 @@
 * A step of a unit at rest that noise which does not jump would make less than once in a thousand times.
 * Tones at multiples of one frequency: one wave that is no sine, and has a cause that no tone names.
 * A curve without a cause beside effects that have one.
+* What is beyond all doubt, and would be of a size that its effect cannot have: another cause is there.
 * A law of the rate beside a gain that no gyro has: then the reference is not the rate that it turns by.
 * One law of the rate twice: a curve of a form that neither has.
 * An effect of the angle, of few waves, of a table that swings at one frequency: there its angle is its acceleration.
@@ -96,6 +97,7 @@ def unfinished(track: Track, alpha: float) -> tuple[str, ...]:
         *_jumping(track, alpha),
         *_waves(track),
         *_curves(track),
+        *_of_no_credible_size(track),
         *_swung(track),
         *_by_another_rate(track),
         *_twice(track),
@@ -123,6 +125,24 @@ def _what_does_not_last(track: Track) -> tuple[str, ...]:
         for r in track.refusals
         if r.fails or r.hit.candidate.generic
     )
+
+
+def _of_no_credible_size(track: Track) -> tuple[str, ...]:
+    """What explains what is left beyond all doubt, with coefficients that no such effect has: the likeliest of them.
+
+    Another cause imitates it: a wave of the encoder, of which a table that turns half a turn shows less than two, is a
+    backlash of the wrong sign.
+    """
+    left = [hit for hit in track.last_physical if hit.incredible > 0]
+    best = min(left, key=_log_p_incredible, default=None)
+    if best is None or _log_p_incredible(best) >= np.log(CERTAIN):
+        return ()
+    chance = float(np.exp(_log_p_incredible(best)))
+    return (f"{_what(best)} would explain more (p = {chance:.1g}), but {best.remark}: another cause is there",)
+
+
+def _log_p_incredible(hit: Hit) -> float:
+    return log_tail(hit.incredible) + float(np.log(hit.looks))
 
 
 def _what(hit: Hit) -> str:

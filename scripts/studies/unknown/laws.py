@@ -153,6 +153,8 @@ def _factor(text: str, at: Mapping[str, Any]) -> Floats:
         return np.where(moves, 1 / np.where(moves, at["u"], 1.0), 0.0)[:, None]
     names = {"u": "u", "du/dt": "du", "T - T_ref": "T", "dT/dt": "dT", "t": "t"}
     bare, _, power = text.partition("^")
+    if bare in ("(T - T_0)", "(t - t_0)"):
+        return np.vander(at[bare[1]], int(power or 1) + 1)
     value = at[names[bare.strip("()|")]]
     value = np.abs(value) if bare.startswith("|") else value
     return (value ** int(power or 1))[:, None]

@@ -107,6 +107,39 @@ def test_what_is_left_is_said_to_go_with_a_product_though_nobody_asks_for_a_form
     assert not {a.effect for a in target.added} & {"bias_temperature", "scale_factor_temperature"}
 
 
+def test_a_law_that_is_nothing_at_a_temperature_of_its_own_is_found_with_its_origin(tmp_path: Path) -> None:
+    """Neither the law at the reference of the recording nor its part that does not change explains a half of it."""
+    found = close(recorded(tmp_path, lambda u, warm: 1.5e-7 * np.abs(u) * (warm - 4.0)), formula=True)
+    law = sought(found).found
+    assert law is not None
+    assert "|u| * (T - T_0)" in (law.formula, *law.alike)
+    assert found.targets[0].verdict in ("unexplained-structure", "effects-found-incomplete")
+    file = write_effects(found, tmp_path / "my_effect.py")
+    assert file is not None
+    assert check_effect(by_key(str(file))) == []
+
+
+def test_an_effect_that_a_temperature_changes_keeps_its_name(tmp_path: Path) -> None:
+    """A law with an origin of its own holds the asymmetry too, which is there by itself."""
+    found = close(recorded(tmp_path, lambda u, warm: 4e-5 * np.abs(u) + 4e-7 * np.abs(u) * warm))
+    (target,) = found.targets
+    assert "scale_factor_asymmetry" in [a.effect for a in target.added]
+    assert any("|u| * (T - T_ref)" in reason for reason in target.reasons)
+
+
+def test_what_follows_the_rates_of_the_minute_before_is_said(tmp_path: Path) -> None:
+    """An after-effect is no filter of the output, which is over in seconds, and no effect has it."""
+
+    def after(u: Floats, warm: Floats) -> Floats:
+        slow = np.zeros(len(u))
+        for i in range(1, len(u)):
+            slow[i] = slow[i - 1] + (u[i] - slow[i - 1]) * DT / 60.0
+        return 1e-5 * slow
+
+    (target,) = close(recorded(tmp_path, after)).targets
+    assert any("goes with lag(u)" in reason for reason in target.reasons)
+
+
 def test_a_characteristic_with_a_corner_is_a_curve_of_the_rate_and_no_dead_band(tmp_path: Path) -> None:
     """It was a dead band that loses some 1e-5 of the rates below it, and had no doubt."""
     (target,) = close(recorded(tmp_path, lambda u, warm: 4e-5 * np.sign(u) * np.maximum(np.abs(u) - 0.3, 0.0))).targets
