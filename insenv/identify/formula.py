@@ -296,14 +296,15 @@ def testable(problem: Problem, fit: Fit, formulas: tuple[Product, ...]) -> tuple
         for formula in formulas
         if all((f.driver in drivers or f.text in drivers) and f.text not in barred for f in formula.factors)
     ]
-    return tuple(
-        _slow(one) if one.effect.title == AFTER_EFFECT else one for one in candidates(problem, tuple(effects))[0]
-    )
+    slow = (_without_filters(one) for one in candidates(problem, tuple(effects))[0])
+    return tuple(one for one in slow if one.terms)
 
 
-def _slow(after_effect: Candidate) -> Candidate:
-    """The candidate without time constants of an output's filter."""
-    return replace(after_effect, terms=tuple(term for term in after_effect.terms if term.shape[0] > SLOWEST))
+def _without_filters(one: Candidate) -> Candidate:
+    """The candidate, an after-effect without time constants of an output's filter: none where a run is short."""
+    if one.effect.title != AFTER_EFFECT:
+        return one
+    return replace(one, terms=tuple(term for term in one.terms if term.shape[0] > SLOWEST))
 
 
 def _drivers(problem: Problem, instrument: Instrument) -> Iterator[str]:

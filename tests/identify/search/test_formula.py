@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from sequential import Shares
+from simulated_runs import gyro_run, manifest, use
 
 from insenv.close import close
 from insenv.core.errors import InputError
@@ -27,9 +28,12 @@ from insenv.effects.catalogue import by_key
 from insenv.effects.check import check_effect
 from insenv.effects.formula import product
 from insenv.effects.own import CATALOGUE
+from insenv.identify import formula as formulas
 from insenv.identify.findings import Findings, Formulas
+from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Term
-from insenv.identify.formula import CATALOGUED, explains_more, grammar
+from insenv.identify.formula import AFTER_EFFECT, CATALOGUED, explains_more, grammar
+from insenv.identify.prepare.problems import prepare
 from insenv.identify.search.candidates import Candidate
 from insenv.identify.search.scan import Hit
 from insenv.report.formula import sentences, write_effects
@@ -138,6 +142,18 @@ def test_what_follows_the_rates_of_the_minute_before_is_said(tmp_path: Path) -> 
 
     (target,) = close(recorded(tmp_path, after)).targets
     assert any("goes with lag(u)" in reason for reason in target.reasons)
+
+
+@pytest.mark.parametrize(("duration", "tried"), [(8.0, False), (900.0, True)])
+def test_an_after_effect_is_tried_where_a_run_is_longer_than_any_filter_of_an_output(
+    duration: float, tried: bool
+) -> None:
+    run = gyro_run("sine", 7, duration=duration, noise={"angle_random_walk": 1e-5})
+    prepared = prepare(manifest(), (run.recording,), (use(len(run.recording)),), "gyro")
+    fit = solve(prepared.problem, prepared.model)
+    found = formulas.testable(prepared.problem, fit, grammar())
+    assert found and all(one.terms for one in found)
+    assert (AFTER_EFFECT in [one.effect.title for one in found]) == tried
 
 
 def test_a_characteristic_with_a_corner_is_a_curve_of_the_rate_and_no_dead_band(tmp_path: Path) -> None:
