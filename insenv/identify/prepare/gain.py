@@ -37,8 +37,12 @@ def as_declared(problem: Problem, declared: Model) -> Problem:
     return problem.measured_as(problem.y + (1 - 1 / problem.gain) * seen)
 
 
-def undeclared_gain(problem: Problem, fit: Fit, declared: Model, scores: tuple[Score, Score]) -> tuple[Added, ...]:
-    """The gain as a finding; none where it is declared, or what the search has found holds what is left of it.
+def undeclared_gain(
+    problem: Problem, fit: Fit, declared: Model, scores: tuple[Score, Score], alpha: float
+) -> tuple[tuple[Added, ...], tuple[str, ...]]:
+    """The gain as a finding, and why it is none where it is not told by ``alpha``.
+
+    Neither where it is declared, or what the search has found holds what is left of it.
 
     Parameters
     ----------
@@ -50,26 +54,28 @@ def undeclared_gain(problem: Problem, fit: Fit, declared: Model, scores: tuple[S
         Held-out errors of the declared and of the final model.
     """
     if not is_undeclared(problem, declared) or any(term.effect.id == SCALE for term in fit.model):
-        return ()
+        return (), ()
     # A curve of the rate without a cause would hold it.
     term = Term(ScaleFactor())
     rows = estimates(problem, solve(problem, (*fit.named, term), start=fit.noise.power))[term]
     if not rows:
-        return ()
+        return (), ()
     (left,) = rows
     value = problem.gain - 1
     row = replace(left, value=value, sd=math.hypot(left.sd, left.value - value))
     p_value = min(1.0, 2 * math.exp(max(log_tail(abs(row.value) / row.sd), -690.0)))
-    return (
-        Added(
-            effect=SCALE,
-            order=None,
-            parameters=(row,),
-            p_value=p_value,
-            likelihood_ratio=-2 * math.log(max(p_value, 1e-300)),
-            confounded_with=(),
-            held_out_before=scores[0].rms,
-            held_out_after=scores[1].rms,
-            remark="seen in the response of the readings; everything else is relative to that gain",
-        ),
+    if p_value > alpha:
+        told = f"{1 + row.value:.2g} ± {row.sd:.1g}"
+        return (), (f"the gain that the response shows, to which all else is relative, is not told: {told}",)
+    found = Added(
+        effect=SCALE,
+        order=None,
+        parameters=(row,),
+        p_value=p_value,
+        likelihood_ratio=-2 * math.log(max(p_value, 1e-300)),
+        confounded_with=(),
+        held_out_before=scores[0].rms,
+        held_out_after=scores[1].rms,
+        remark="seen in the response of the readings; everything else is relative to that gain",
     )
+    return (found,), ()

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
+from simulated_runs import gyro_run, manifest, use
 
 from insenv.close import close
 from insenv.core.errors import InputError
+from insenv.identify.fit.gls import solve
+from insenv.identify.fit.heldout import Score
+from insenv.identify.prepare.gain import undeclared_gain
+from insenv.identify.prepare.problems import prepare
 
 DT, N = 0.02, 4000
 
@@ -41,6 +48,18 @@ def test_an_undeclared_gain_is_named_with_its_size(tmp_path: Path, gain: float) 
     assert scale.p_value < 1e-6
     assert found.held_out.after < 0.1 * found.held_out.before
     assert found.verdict in ("effects-found", "effects-found-incomplete")
+
+
+def test_a_gain_of_the_response_that_the_fit_does_not_bear_out_is_said_and_not_named() -> None:
+    """By the response 0.5 of a rate that the bins see whole: a reference that is late by a second showed such a one."""
+    run = gyro_run("sine", 7, duration=600.0, noise={"angle_random_walk": 1e-5})
+    prepared = prepare(manifest(declared=("bias",)), (run.recording,), (use(len(run.recording)),), "gyro")
+    scores, fit = (Score(1.0, 1.0, 1.0, 1.0),) * 2, solve(prepared.problem, prepared.model)
+    halved = partial(undeclared_gain, replace(prepared.problem, gain=0.5), fit, prepared.model, scores)
+    assert halved(alpha=0.01)[0] == ()
+    (said,) = halved(alpha=0.01)[1]
+    assert "0.5 ± 0.5" in said
+    assert halved(alpha=1.0)[0] and not halved(alpha=1.0)[1]
 
 
 def test_it_is_named_beside_a_curve_without_a_cause(tmp_path: Path) -> None:
