@@ -55,10 +55,13 @@ def test_a_gain_of_the_response_that_the_fit_does_not_bear_out_is_said_and_not_n
     run = gyro_run("sine", 7, duration=600.0, noise={"angle_random_walk": 1e-5})
     prepared = prepare(manifest(declared=("bias",)), (run.recording,), (use(len(run.recording)),), "gyro")
     scores, fit = (Score(1.0, 1.0, 1.0, 1.0),) * 2, solve(prepared.problem, prepared.model)
-    halved = partial(undeclared_gain, replace(prepared.problem, gain=0.5), fit, prepared.model, scores)
+    (seen,) = prepared.problem.exposures
+    problem = replace(prepared.problem, exposures=(replace(seen, motion=replace(seen.motion, gain=0.5)),))
+    whole = problem.measured_as(problem.y + 0.5 * problem.bins.mean((seen.motion.rate,)))
+    halved = partial(undeclared_gain, whole, fit, prepared.model, scores)
     assert halved(alpha=0.01)[0] == ()
     (said,) = halved(alpha=0.01)[1]
-    assert "0.5 ± 0.5" in said
+    assert "is not told: 0.5 ±" in said
     assert halved(alpha=1.0)[0] and not halved(alpha=1.0)[1]
 
 
