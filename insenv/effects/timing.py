@@ -179,7 +179,7 @@ class SampleHold(MemoryEffect):
     id = "sample_hold"
     title = "sample and hold"
     meaning = "the output repeats its last value for a while"
-    linear = (Param("c", "1", sd=0.5, bound=1.5, least=0.5),)  # an output is held whole, or it is something else
+    linear = (Param("c", "1", sd=0.5, bound=1.5, least=0.8),)  # an output is held whole, or it is something else
     shapes = (Param("hold", "s", sd=0.1, low=0.0),)
     source = "Zero-order hold: Oppenheim and Schafer, Discrete-Time Signal Processing, section 4.8"
     exact = True

@@ -60,7 +60,7 @@ from insenv.identify.search.earth_rate import due_level
 from insenv.identify.search.jumps import is_step, one_of_many
 from insenv.identify.search.round import at_shape, search, with_term
 from insenv.identify.search.scan import Hit, Reference, likelihood_ratio, reference
-from insenv.identify.search.settle import parted, settled, sized, without_parts_of_a_curve
+from insenv.identify.search.settle import parted, settled, sized, without_parts_of_a_curve, without_repeated
 from insenv.identify.search.size import follows_measured_rate, unsized, unsized_together
 from insenv.identify.search.tracks import Progress, Refusal, Step, Track
 from insenv.identify.search.undecided import with_sets
@@ -204,13 +204,17 @@ def _found(manifest: Manifest, tracks: list[Track], alpha: float, seed: int, pro
 
 
 def _as_one_curve(track: Track, alpha: float, seed: int, progress: Progress) -> Track:
-    """The track with a curve of the rate in the place of laws that are parts of it, where it is found as one."""
-    fewer = without_parts_of_a_curve(track, alpha)
+    """The track with a curve of the rate in the place of laws that are parts of it, where it is found as one.
+
+    What was added twice has no name in any case.
+    """
+    once = without_repeated(track)
+    fewer = without_parts_of_a_curve(once, alpha)
     if fewer is track:
         return track
     (found,) = _exhausted([fewer], True, alpha, seed, progress)
     curves = any(s.hit.candidate.generic and s.hit.candidate.effect.of_rate for s in found.steps)
-    return found if curves else track
+    return found if curves or fewer is once else once
 
 
 def _averaged(track: Track, times: int) -> Track:

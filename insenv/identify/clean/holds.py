@@ -39,7 +39,7 @@ MOST_ROWS = 40000
 #: A false alarm in so many recordings is allowed.
 FALSE_ALARM = 1e-4
 #: Least and largest share that is held (a smaller one is what a skew leaves), and its largest relative deviation.
-LEAST_SHARE, MOST_SHARE, LARGEST_SD = 0.3, 1.5, 0.1
+LEAST_SHARE, MOST_SHARE, LARGEST_SD = 0.8, 1.5, 0.1
 #: Standard deviations up to which a share is taken for a whole.
 WHOLE = 4.0
 #: Standard deviations at which a hold would have been seen for certain.

@@ -21,7 +21,8 @@ from insenv.effects.catalogue import plug_in_of
 from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Model, Problem, Term
-from insenv.identify.search.round import UNUSUAL, against, beyond_bounds, refined
+from insenv.identify.search.candidates import Candidate
+from insenv.identify.search.round import UNUSUAL, against, at_shape, refined
 from insenv.identify.search.scan import (
     Hit,
     Reference,
@@ -181,13 +182,16 @@ def _gain_by_itself(term: Term, extra: int, alpha: float, gain: float) -> float:
 
 
 def _still_needed(problem: Problem, model: Model, term: Term, alpha: float) -> bool:
-    """Whether ``term`` adds significantly to ``model``, with coefficients that are credible.
+    """Whether ``term`` adds significantly to ``model``, as an effect of a credible size, and no error of the reference.
 
     Two waves of one rate, of the encoder and of the gyro, are one curve: together they follow the noise of the
-    reference, with amplitudes of a radian that cancel.
+    reference, with amplitudes of a radian that cancel. Of two laws of a rate that was measured with a filter, neither
+    is all that the filter leaves.
     """
     base = reference(problem, model)
     ratio, gained = likelihood_ratio(problem, base, (*model, term))
     if log_significance(ratio, gained, term_freedom(problem, base, term)) >= math.log(alpha):
         return False
-    return not beyond_bounds(problem, solve(problem, (*model, term), start=base.noise.power))
+    fit = solve(problem, model, start=base.noise.power)
+    alone = Hit(Candidate(term.effect, (term,)), term, ratio, looks=1.0, deviate=0.0, size=gained)
+    return at_shape(problem, fit, base, alone, term).log_p < math.log(alpha)

@@ -11,10 +11,10 @@ large, is not named. The same holds for every effect of the catalogue. A gain th
 the temperature) is told beside a constant one, declared or not, for it would have the evidence of that one too. Beside
 a command held-out data tell the size of an effect without a shape too, and z grows by their deviate where the fitted
 ones tell at least half of one: a table that goes up in the fitted rows and down in the others shows an asymmetry to
-both together. Nor is a curve of the rate beside a
-reference that is late (a lag, or a skew in the model) named, if it has two shapes and more and the data tell none: then
-it is any curve; nor a hysteresis whose radius is not told. Beside a reference that was measured, a curve of its rate, a
-step and a line must have a size that is no chance of as many curves as were tried: its deviation holds what errors of
+both together. Nor is a curve of the rate beside a reference that is late (a lag, or a skew in the model) named, if it
+has two shapes and more and the data tell none: then it is any curve; nor a hysteresis whose radius is not told, or a
+hold whose time is not. Beside a reference that was measured, a curve of its rate, a step and a line must have a size
+that is no chance of as many curves as were tried: its deviation holds what errors of
 the reference do, the likelihood ratio does not.
 """
 
@@ -38,7 +38,7 @@ from insenv.effects.rate.scale import (
     ScaleFactorTemperature,
     ScaleFactorWarmUp,
 )
-from insenv.effects.timing import TimingSkew
+from insenv.effects.timing import SampleHold, TimingSkew
 from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import Model, Problem, Term
@@ -104,8 +104,8 @@ def _untold(problem: Problem, fit: Fit, term: Term, inexact: Model, held_out: fl
         return (
             f"its size is not told{where}: {_listed(theta, sd)}, {z:.2g} standard deviations from nothing{why.rstrip()}"
         )
-    if late and (shapes := _shapes_untold(problem, fit, term)):
-        return f"its shape is not told beside a reference that is late: {shapes}"
+    if (late or isinstance(term.effect, SampleHold)) and (shapes := _shapes_untold(problem, fit, term)):
+        return f"its shape is not told{' beside a reference that is late' if late else ''}: {shapes}"
     own = fit.design.term == fit.model.index(term)
     names = [label[1].partition("[")[0] for label, mine in zip(fit.design.labels, own, strict=True) if mine]
     most = {p.name: problem.limits(p)[1] for p in term.effect.linear}
@@ -189,10 +189,11 @@ def _without_constant_gain(fit: Fit, term: Term) -> Term | None:
 def _shapes_untold(problem: Problem, fit: Fit, term: Term) -> str:
     """The shapes of a term of several, if none of them differs from nothing: then it is any curve; else empty.
 
-    So it is with the one of a hysteresis: of any radius it goes with which way the rate changes, as a lag does.
+    So it is with the one of a hysteresis: of any radius it goes with which way the rate changes, as a lag does. Nor is
+    a hold one of which the time could be anything.
     """
     names = [param.name for param in term.effect.shapes]
-    if len(names) < (1 if isinstance(term.effect, ScaleFactorHysteresis) else SEVERAL):
+    if len(names) < (1 if isinstance(term.effect, ScaleFactorHysteresis | SampleHold) else SEVERAL):
         return ""
     rows = [row for row in estimates(problem, fit)[term] if row.parameter in names]
     if any(abs(row.value) >= TOLD * row.sd for row in rows):

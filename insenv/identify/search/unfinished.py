@@ -50,6 +50,7 @@ from insenv.identify.search.reference_errors import log_p_alone
 from insenv.identify.search.round import against
 from insenv.identify.search.rounded import log_p_unrounded
 from insenv.identify.search.scan import Hit
+from insenv.identify.search.settle import REPEATED
 from insenv.identify.search.size import LEAST, follows_measured_rate
 from insenv.identify.search.staying import Staying
 from insenv.identify.search.tracks import MOST_ADDED, Step, Track
@@ -391,12 +392,8 @@ def _by_another_rate(track: Track) -> tuple[str, ...]:
 
 def _twice(track: Track) -> tuple[str, ...]:
     """Laws of the rate that were added more than once: together they follow a curve that neither of them is."""
-    named = [s.hit.candidate.effect.key for s in track.steps if s.hit.candidate.effect.of_rate]
-    return tuple(
-        f"{key} was added {named.count(key)} times: together they follow a curve of the rate that no effect names"
-        for key in dict.fromkeys(named)
-        if named.count(key) > 1
-    )
+    keys = dict.fromkeys(r.hit.candidate.effect.key for r in track.refusals if r.reason == REPEATED)
+    return tuple(f"{key} follows the data, but {REPEATED}" for key in keys)
 
 
 def swings_at_one_frequency(problem: Problem) -> bool:
