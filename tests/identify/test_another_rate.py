@@ -13,7 +13,7 @@ from insenv.core.recording import Channel, Recording
 from insenv.identify.assemble import findings
 from insenv.identify.fit.uncertainty import estimates
 from insenv.identify.loop import trace
-from insenv.identify.search.settle import dropped
+from insenv.identify.search.settle import dropped, without_repeated
 from insenv.identify.search.unfinished import nothing_as_well, unfinished
 
 DT = 0.02
@@ -35,8 +35,10 @@ def test_a_law_of_the_rate_is_named_as_surely_as_the_reference_is_the_rate(gain:
     assert any("none of a gyro" in reason for reason in target.reasons) == doubted
 
     (track,) = outcome.tracks
-    again = replace(track, steps=track.steps + track.steps)
-    told = [any("was added 2 times" in why for why in unfinished(one, 0.01)) for one in (track, again)]
+    assert without_repeated(track) is track
+    again = without_repeated(replace(track, steps=track.steps + track.steps))
+    assert "scale_factor_cubic" not in {step.hit.candidate.effect.key for step in again.steps}
+    told = [any("was added more than once" in why for why in unfinished(one, 0.01)) for one in (track, again)]
     assert told == [False, True]
     own = estimates(track.problem, track.fit)
     assert nothing_as_well(track, own) is None
