@@ -15,7 +15,7 @@ from insenv.effects.angle import EncoderHarmonic
 from insenv.effects.base import Effect
 from insenv.effects.bias import BiasWarmUp
 from insenv.effects.catalogue import CATALOGUE, by_key
-from insenv.effects.rate.hysteresis import EncoderBacklash, ScaleFactorHysteresis, play
+from insenv.effects.rate.hysteresis import EncoderBacklash, ScaleFactorHysteresis, play, reversals
 from insenv.effects.rate.lag import OutputBandwidth, SelfHeating, SettlingAfterTurn
 from insenv.effects.rate.threshold import DeadBand
 from insenv.effects.tilt import BaseSettling
@@ -36,6 +36,17 @@ def table(rate: Floats, dt: float) -> Motion:
     """A table at one rate in each interval."""
     angle = np.concatenate([[0.0], np.cumsum(rate * dt)])
     return Motion(t=edges(len(rate), dt), rate=rate, angle=angle)
+
+
+@pytest.mark.parametrize("wander", [0.0, 1e-5, 3e-4])
+def test_a_reversal_is_told_from_what_smoothing_leaves_of_the_steps_of_an_angle(wander: float) -> None:
+    """Waves of some rows have no fourth differences: at each of a hundred in a rest the play was taken up anew."""
+    t: Floats = np.arange(6001) * np.float64(0.01)
+    angle = 3.0 * np.sin(0.35 * np.maximum(t - 5.0, 0.0)) + wander * np.sin(9.0 * t) * np.sin(1.3 * t)
+    motion = Motion(t=t, rate=np.diff(angle) / 0.01, angle=angle)
+    forms = EncoderBacklash().variants(motion)
+    assert all(reversals(angle, form.radius) == 6 for form in forms)
+    assert max(form.radius for form in forms) > 4e-3
 
 
 def test_a_chain_of_plays_is_the_play_step_by_step() -> None:

@@ -28,8 +28,11 @@ from insenv.effects.forms import SET, known, spread
 from insenv.effects.rate.scale import LEAST_RATE
 
 #: Radius of the play by which a reversal is told from the noise of an angle: unasked [rad], in deviations of that
-#: noise, and the least [rad].
-REVERSED, BEYOND, LEAST = 1e-3, 10.0, 1e-8
+#: noise, and the least [rad]; and the largest that is tried, half of a play.
+REVERSED, BEYOND, LEAST, WIDEST = 1e-3, 10.0, 1e-8, 0.05
+#: Ratio of two radii of which reversals are compared, one that goes with the noise is none by the larger one; and how
+#: many are tried of those that see as many.
+RATIO, RADII_OF_PLAY = 4.0, 5
 #: Change of a rate that holds from one interval to the next, as a share of the largest, and the share of the time that
 #: it must hold.
 HOLDS, LEAST_HOLD = 1e-3, 0.3
@@ -56,6 +59,17 @@ def play(x: Floats, radius: float | Floats, before: Floats) -> Floats:
     return np.minimum(np.maximum(before[..., None], low), high)
 
 
+def reversals(x: Floats, radius: float) -> int:
+    """How often ``x``, shape (n,), turns by more than twice a radius."""
+    side = x - play(x, radius, x[:1])
+    ends = np.sign(side[np.abs(side) > (1 - 1e-9) * radius])
+    return int(np.count_nonzero(np.diff(ends)))
+
+
+def _of_one_run(angle: Floats) -> Floats:
+    return np.asarray(angle.reshape(-1, angle.shape[-1])[0])
+
+
 @final
 @dataclass(frozen=True)
 class EncoderBacklash(MemoryEffect):
@@ -80,10 +94,34 @@ class EncoderBacklash(MemoryEffect):
     unusual = True
 
     def over(self, motion: Motion) -> Self:
-        """The effect with a radius beyond the noise of the angle: no smooth motion is left in fourth differences."""
+        """The effect with a radius beyond the noise of the angle: no smooth motion is left in fourth differences.
+
+        An angle that was smoothed has its noise in longer waves: a radius that sees more reversals than a larger one
+        sees those of noise.
+        """
         if motion.angle is None:
             return self
-        return replace(self, radius=float(np.clip(BEYOND * reading_noise(motion.angle), LEAST, REVERSED)))
+        angle, least = _of_one_run(motion.angle), min(max(BEYOND * reading_noise(motion.angle), LEAST), REVERSED)
+        radius, seen = least, 0
+        for power in range(int(np.log(REVERSED / least) / np.log(RATIO)) + 1):
+            count = reversals(angle, REVERSED * RATIO**-power)
+            if seen and count > seen:
+                break
+            radius, seen = REVERSED * RATIO**-power, count
+        return replace(self, radius=radius)
+
+    def variants(self, motion: Motion) -> tuple[Self, ...]:
+        """With larger radii that see as many reversals: the play is taken up over a way of twice one, as c is."""
+        least = self.over(motion)
+        if motion.angle is None:
+            return (least,)
+        angle, radius = _of_one_run(motion.angle), least.radius
+        count, steps = reversals(angle, radius), int(np.log(WIDEST / radius) / np.log(RATIO))
+        larger = WIDEST * RATIO ** -np.arange(steps + 1.0)
+        widest = next((r for r in larger if r > radius and reversals(angle, r) == count > 0), None)
+        if widest is None:
+            return (least,)
+        return tuple(replace(self, radius=r) for r in np.geomspace(radius, widest, RADII_OF_PLAY).tolist())
 
     def begin(self, motion: Motion, theta: Floats) -> Floats:
         """Where the coupling is: in the middle of its play, shape (...)."""

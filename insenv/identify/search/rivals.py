@@ -123,8 +123,11 @@ def _paid(term: Term, own: float, hits: list[Hit]) -> float:
 
 
 def _significant(problem: Problem, hit: Hit, alpha: float) -> bool:
-    """Whether a rival explains what is there at all: the odds against it are not counted, for nobody states it."""
-    log_p = log_tail(hit.deviate) + math.log(hit.looks / against(problem, hit.term.effect))
+    """Whether a rival explains what is there at all: the odds against it are not counted, for nobody states it.
+
+    Nor are errors of the reference that would explain it as well.
+    """
+    log_p = log_tail(max(hit.deviate, hit.alone)) + math.log(hit.looks / against(problem, hit.term.effect))
     return log_p <= math.log(alpha)
 
 

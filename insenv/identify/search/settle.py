@@ -62,13 +62,19 @@ def without_repeated(track: Track) -> Track:
     """The track without laws of the rate that were added more than once, for neither of them has its form.
 
     In 350 simulated tables it was a ripple of the compensation each time, beside a rate that a drive had filtered, and
-    there was none.
+    there was none. What has no shape to be wrong, as a lock-in so large that its law is another one, is left to stand.
     """
-    keys = [s.hit.candidate.effect.key for s in track.steps if s.hit.candidate.effect.of_rate]
     for step in track.steps:
-        if keys.count(step.hit.candidate.effect.key) > 1 and not step.hit.candidate.generic:
-            track = dropped(track, step, REPEATED)
+        effect = step.hit.candidate.effect
+        if effect.shapes and effect.of_rate and not effect.generic and times(track, effect.key) > 1:
+            for one in (s for s in track.steps if s.hit.candidate.effect.key == effect.key):
+                track = dropped(track, one, REPEATED)
     return track
+
+
+def times(track: Track, key: str) -> int:
+    """How often an effect was added."""
+    return sum(step.hit.candidate.effect.key == key for step in track.steps)
 
 
 def without_parts_of_a_curve(track: Track, alpha: float) -> Track:

@@ -50,7 +50,7 @@ from insenv.identify.search.reference_errors import log_p_alone
 from insenv.identify.search.round import against
 from insenv.identify.search.rounded import log_p_unrounded
 from insenv.identify.search.scan import Hit
-from insenv.identify.search.settle import REPEATED
+from insenv.identify.search.settle import REPEATED, times
 from insenv.identify.search.size import LEAST, follows_measured_rate
 from insenv.identify.search.staying import Staying
 from insenv.identify.search.tracks import MOST_ADDED, Step, Track
@@ -392,8 +392,10 @@ def _by_another_rate(track: Track) -> tuple[str, ...]:
 
 def _twice(track: Track) -> tuple[str, ...]:
     """Laws of the rate that were added more than once: together they follow a curve that neither of them is."""
-    keys = dict.fromkeys(r.hit.candidate.effect.key for r in track.refusals if r.reason == REPEATED)
-    return tuple(f"{key} follows the data, but {REPEATED}" for key in keys)
+    gone = [r.hit.candidate.effect.key for r in track.refusals if r.reason == REPEATED]
+    there = (s.hit.candidate.effect for s in track.steps)
+    twice = [effect.key for effect in there if effect.of_rate and times(track, effect.key) > 1]
+    return tuple(f"{key} follows the data, but {REPEATED}" for key in dict.fromkeys((*gone, *twice)))
 
 
 def swings_at_one_frequency(problem: Problem) -> bool:
