@@ -47,6 +47,7 @@ def test_a_reversal_is_told_from_what_smoothing_leaves_of_the_steps_of_an_angle(
     forms = EncoderBacklash().variants(motion)
     assert all(reversals(angle, form.radius) == 6 for form in forms)
     assert max(form.radius for form in forms) > 4e-3
+    assert ["taken up" in form.contradiction(np.array([4e-4])) for form in forms] == [f.radius > 2e-3 for f in forms]
 
 
 def test_a_chain_of_plays_is_the_play_step_by_step() -> None:

@@ -30,6 +30,8 @@ from insenv.effects.rate.scale import LEAST_RATE
 #: Radius of the play by which a reversal is told from the noise of an angle: unasked [rad], in deviations of that
 #: noise, and the least [rad]; and the largest that is tried, half of a play.
 REVERSED, BEYOND, LEAST, WIDEST = 1e-3, 10.0, 1e-8, 0.05
+#: Share of a way that a play must be at least which is taken up over it: radii are tried in steps of some four.
+TAKEN_UP = 0.1
 #: Ratio of two radii of which reversals are compared, one that goes with the noise is none by the larger one; and how
 #: many are tried of those that see as many.
 RATIO, RADII_OF_PLAY = 4.0, 5
@@ -122,6 +124,12 @@ class EncoderBacklash(MemoryEffect):
         if widest is None:
             return (least,)
         return tuple(replace(self, radius=r) for r in np.geomspace(radius, widest, RADII_OF_PLAY).tolist())
+
+    def contradiction(self, theta: Floats) -> str:
+        """That a play is taken up over a way that is far longer, where no noise of the angle asks for so long a one."""
+        if self.radius <= REVERSED or float(theta[0]) >= TAKEN_UP * 2 * self.radius:
+            return ""
+        return f"its play would be {float(theta[0]):.2g} rad, and taken up over {2 * self.radius:.2g} rad"
 
     def begin(self, motion: Motion, theta: Floats) -> Floats:
         """Where the coupling is: in the middle of its play, shape (...)."""

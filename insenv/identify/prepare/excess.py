@@ -34,7 +34,7 @@ from insenv.identify.fit.evidence import HELD_OUT_SPREAD, held_out_modes
 from insenv.identify.fit.gls import Fit, noise_freedom, solve, spectrum, whitened
 from insenv.identify.fit.noise import eigenvalues, fit_noise, modes, transform
 from insenv.identify.fit.problem import NOISE_TERMS, Problem, pooled
-from insenv.identify.prepare.orders import order_of, orders_p
+from insenv.identify.prepare.orders import AS_WELL, MOST_ORDER, order_of, strongest
 from insenv.identify.prepare.sweeps import sweeps_p
 
 #: Blocks with their whitened residuals in time.
@@ -53,6 +53,13 @@ LEAST_ALONG = 0.1
 TRIALS = 8
 #: Modes of the narrowest band, and the bands of one width that are tried from the lowest frequency on.
 NARROWEST, BANDS = 4, 8
+
+
+#: What two of the tests say, which a wave of the table's angle may explain, and the probability from which on its order
+#: is told.
+OF_ANGLE = "the residual follows the table's angle in a way that no effect foresees"
+MOVING = "the residual has a line whose frequency moves, which no effect has"
+TOLD = 1e-6
 
 
 @dataclass(frozen=True)
@@ -76,8 +83,9 @@ def _structure(problem: Problem, fit: Fit, declared: dict[str, float], alpha: fl
     if min(tests.values()) < level:
         least = _of_steps(problem, fit)
         tests = {text: beside_steps(p, least.get(text, 1.0)) for text, p in tests.items()}
-    reasons = tuple(f"{text} (p = {p:.1g})" for text, p in tests.items() if p < level)
-    return Structure(min(tests.values()), reasons)
+    found = {text: p for text, p in tests.items() if p < level}
+    reasons = (f"{text}{_each_turn(problem, fit, text, p)} (p = {p:.1g})" for text, p in found.items())
+    return Structure(min(tests.values()), tuple(reasons))
 
 
 def beside_steps(p: float, least: float) -> float:
@@ -124,8 +132,8 @@ def _tests(problem: Problem, fit: Fit, declared: dict[str, float]) -> dict[str, 
         ),
         ("the residual is louder at some times than at others", _loudness_p(tuple(_in_time(problem, residual)))),
         ("slow noise is louder where the table turns faster, which no noise term is", _fast_p(whole, everywhere)),
-        ("the residual follows the table's angle in a way that no effect foresees", _angle_p(whole, everywhere)),
-        ("the residual has a line whose frequency moves, which no effect has", sweeps_p(_by_run(whole, everywhere))),
+        (OF_ANGLE, strongest([block for _, block in _turned(whole, everywhere)]).p_value),
+        (MOVING, sweeps_p(_by_run(whole, everywhere))),
         ("held-out data hold slow structure that neither model nor noise foretells", _later_p(problem, fit)),
     ]
     if declared:
@@ -251,11 +259,15 @@ def order_of_line(problem: Problem, fit: Fit, frequency: float) -> int:
 
     Where its rate alone was logged, the angle is the integral of that.
     """
-    blocks = tuple(_in_time(problem, whitened(problem, fit)[2]))
-    along = [(b, white) for b, white in blocks if abs(problem.exposures[b.run].motion.projection) > LEAST_ALONG]
-    turned = _turned(problem, blocks) or [(b, (white, *_integrated(problem, b))) for b, white in along]
+    turned = _along(problem, tuple(_in_time(problem, whitened(problem, fit)[2])))
     times = [problem.bins.time[b.start : b.stop] for b, _ in turned]
     return order_of([block for _, block in turned], times, frequency)
+
+
+def _along(problem: Problem, blocks: Blocks) -> list[tuple[Block, tuple[Floats, Floats, Floats]]]:
+    """The same as `_turned`, by the integral of the rate where no angle was logged."""
+    along = [(b, white) for b, white in blocks if abs(problem.exposures[b.run].motion.projection) > LEAST_ALONG]
+    return _turned(problem, blocks) or [(b, (white, *_integrated(problem, b))) for b, white in along]
 
 
 def _integrated(problem: Problem, block: Block) -> tuple[Floats, Floats]:
@@ -272,10 +284,18 @@ def _integrated(problem: Problem, block: Block) -> tuple[Floats, Floats]:
     return angle[own], rate[own] * problem.bins.width
 
 
-def _angle_p(problem: Problem, blocks: Blocks) -> float:
-    """Waves of the table's angle."""
-    turned = _turned(problem, blocks)
-    return orders_p([block for _, block in turned]) if turned else 1.0
+def _each_turn(problem: Problem, fit: Fit, text: str, p: float) -> str:
+    """How often a turn the wave comes that what is left follows as well as a test says, the end of a sentence.
+
+    A motor's poles, a gear or an encoder make such waves; where the angle was not logged, by the integral of the rate.
+    """
+    if not problem.turns or text not in (OF_ANGLE, MOVING):
+        return ""
+    whole, all_rows = _whole(problem, fit)
+    wave = strongest([block for _, block in _along(whole, tuple(_in_time(whole, whitened(whole, all_rows)[2])))])
+    as_well = np.log(max(wave.p_value, 1e-300)) <= AS_WELL * np.log(max(p, 1e-300))
+    told = as_well and wave.p_value < TOLD and wave.order < MOST_ORDER
+    return f", {wave.order:.3g} times a turn of the table" if told else ""
 
 
 def _turned(problem: Problem, blocks: Blocks) -> list[tuple[Block, tuple[Floats, Floats, Floats]]]:

@@ -11,6 +11,7 @@ for orders k that need not be whole: gears, belts and pole pairs turn at rates o
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,8 +36,16 @@ FINE = 8
 MOST_CYCLES = 0.4
 
 
-def orders_p(blocks: Sequence[tuple[Floats, Floats, Floats]]) -> float:
-    """Probability that white noise follows any wave of the angle so well.
+@dataclass(frozen=True)
+class Wave:
+    """The wave of the angle that what is left follows best: its cycles per turn, and how probably noise does so."""
+
+    order: float
+    p_value: float
+
+
+def strongest(blocks: Sequence[tuple[Floats, Floats, Floats]]) -> Wave:
+    """The wave of the angle that is least likely to be noise, its probability multiplied by all that were tried.
 
     Parameters
     ----------
@@ -45,7 +54,7 @@ def orders_p(blocks: Sequence[tuple[Floats, Floats, Floats]]) -> float:
         the middle of each bin, and by how much it turns in a bin [rad].
     """
     waves = [_waves(angle, change) for _, angle, change in blocks]
-    longest, tails, tried = max((len(r) for r, *_ in blocks), default=0), [1.0], 0
+    longest, found, tried = max((len(r) for r, *_ in blocks), default=0), [Wave(0.0, 1.0)], 0
     for count in WINDOWS:
         power, freedom = np.zeros(len(ORDERS)), np.zeros(len(ORDERS))
         for (residual, angle, _), wave in zip(blocks, waves, strict=True):
@@ -58,15 +67,16 @@ def orders_p(blocks: Sequence[tuple[Floats, Floats, Floats]]) -> float:
                 freedom += 2 * told
         some = freedom > 0
         tried += int(some.sum())
-        tails.append(float(chdtrc(freedom[some], power[some]).min(initial=1.0)))
-    return float(min(1.0, min(tails) * max(tried, 1)))
+        found += map(Wave, ORDERS[some].tolist(), chdtrc(freedom[some], power[some]).tolist())
+    best = min(found, key=lambda wave: wave.p_value)
+    return replace(best, p_value=min(1.0, best.p_value * max(tried, 1)))
 
 
 def order_of(blocks: Sequence[tuple[Floats, Floats, Floats]], times: Sequence[Floats], frequency: float) -> int:
     """Times a turn of the table that a line at ``frequency`` [Hz] comes, if it goes with its angle; else 0.
 
     At one speed a wave of the angle is a wave of time, and nothing tells them apart; where the table reverses, or has
-    several speeds, the one that follows what is left does. ``blocks`` are as in `orders_p`, ``times`` of their bins
+    several speeds, the one that follows what is left does. ``blocks`` are as in `strongest`, ``times`` of their bins
     [s].
     """
     span = max((float(np.ptp(t)) for t in times), default=0.0)

@@ -5,17 +5,23 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from insenv.identify.prepare.orders import order_of, orders_p
+from insenv.core.recording import Floats
+from insenv.identify.prepare.orders import order_of, strongest
 
 N = 1500
 ANGLE = 0.3 * np.arange(float(N))
 CHANGE = np.full(N, 0.3)
 
 
+def p_value(blocks: list[tuple[Floats, Floats, Floats]]) -> float:
+    """Of the strongest wave."""
+    return strongest(blocks).p_value
+
+
 def test_false_alarms_are_as_rare_as_they_are_said_to_be() -> None:
     """At 1 % in 150 runs of noise: more than 5 has a probability of 0.4 %; the bound of Bonferroni leaves room."""
     rng = np.random.default_rng(4)
-    p = [orders_p([(rng.standard_normal(N), ANGLE, CHANGE)]) for _ in range(150)]
+    p = [p_value([(rng.standard_normal(N), ANGLE, CHANGE)]) for _ in range(150)]
     assert np.sum(np.array(p) < 0.01) <= 5
 
 
@@ -24,13 +30,15 @@ def test_a_wave_that_no_effect_foresees_is_seen(order: float) -> None:
     """Strength 12, growing with time and changing its sign, as with temperature."""
     wave = np.linspace(-1, 1, N) * np.cos(order * ANGLE + 1.0)
     wave *= 12 / np.linalg.norm(wave)
-    assert orders_p([(np.random.default_rng(5).standard_normal(N) + wave, ANGLE, CHANGE)]) < 1e-4
+    found = strongest([(np.random.default_rng(5).standard_normal(N) + wave, ANGLE, CHANGE)])
+    assert found.p_value < 1e-4
+    assert found.order == pytest.approx(order, abs=0.13)
 
 
 def test_a_wave_that_a_bin_averages_away_is_not_looked_for() -> None:
     noise = np.random.default_rng(6).standard_normal(N)
-    assert orders_p([(noise + 10 * np.cos(ANGLE), ANGLE, np.full(N, 20.0))]) == 1.0
-    assert orders_p([(noise, np.zeros(N), np.zeros(N))]) == 1.0
+    assert p_value([(noise + 10 * np.cos(ANGLE), ANGLE, np.full(N, 20.0))]) == 1.0
+    assert p_value([(noise, np.zeros(N), np.zeros(N))]) == 1.0
 
 
 def test_blocks_are_judged_together() -> None:
@@ -38,7 +46,7 @@ def test_blocks_are_judged_together() -> None:
     rng = np.random.default_rng(7)
     waves = [4 * np.sqrt(2 / N) * np.cos(2.5 * ANGLE + phase) for phase in rng.uniform(0, 6, 4)]
     blocks = [(rng.standard_normal(N) + wave, ANGLE, CHANGE) for wave in waves]
-    assert orders_p(blocks) < 1e-4 < 1e-3 < min(orders_p([one]) for one in blocks)
+    assert p_value(blocks) < 1e-4 < 1e-3 < min(p_value([one]) for one in blocks)
 
 
 @pytest.mark.parametrize("of_rate", [False, True])
