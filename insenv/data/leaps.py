@@ -22,6 +22,8 @@ from insenv.core.series.stretches import stretches
 LARGER, USUAL, BESIDE = 5.0, 0.99, 8
 #: Share of a leap that an instrument reads of one that is motion; least share of the motion that it reads elsewhere.
 READ, FOLLOWS = 0.3, 0.3
+#: Most rows that one failure of a reading lasts: it leaps away and back again.
+FAILED = 3
 #: Steps of the time up to this quantile are how uneven rows are: beside longer ones only is a gap.
 COMMON = 0.95
 #: Fewest steps, and the largest share of them that may be leaps.
@@ -91,7 +93,8 @@ def found(recording: Recording, steps: Floats, between: bool) -> NDArray[np.bool
     # Two wrong readings leap away and back each: the fifth largest of those beside them.
     others = rank_filter(size, -5, width, mode="constant")
     usual = LARGER * float(np.quantile(size, USUAL))
-    leaps = (size > np.maximum(LARGER * others, usual)) & ~gaps
+    large = size > np.maximum(LARGER * others, usual)
+    leaps = large & ~gaps
     if not leaps.any() or leaps.mean() > MOST:
         return none
     gyros = [c.values for name, c in recording.channels.items() if name.startswith("gyro")]
@@ -104,7 +107,17 @@ def found(recording: Recording, steps: Floats, between: bool) -> NDArray[np.bool
     for y in along:
         more = y - median_filter(y, 2 * width + 1, mode="nearest")
         leaps &= maximum_filter1d(3 * np.abs(uniform_filter1d(more, 3, mode="nearest")), width) < READ * size
-    return leaps
+    return leaps | _away_or_back(steps, leaps, large & gaps, usual / LARGER) if between else leaps
+
+
+def _away_or_back(steps: Floats, leaps: NDArray[np.bool_], late: NDArray[np.bool_], usual: float) -> NDArray[np.bool_]:
+    """Large steps after a gap that a leap takes back, or which take one back: a reading that failed came late."""
+    also = np.zeros_like(leaps)
+    for i in np.flatnonzero(late).tolist():
+        for j in range(max(i - FAILED, 0), min(i + FAILED + 1, len(steps))):
+            a, b = min(i, j), max(i, j) + 1
+            also[i] |= bool(leaps[j]) and abs(float(steps[a:b].sum())) <= (b - a) * usual
+    return also
 
 
 def _sums(x: Floats, count: int) -> Floats:

@@ -69,8 +69,8 @@ from insenv.identify.search.tracks import Step, Track
 from insenv.identify.search.twins import half_row_sentence, half_step_sentence, rarer_sentence, twin_sentence, twins
 from insenv.identify.search.undecided import beside_doubts
 from insenv.identify.search.unfinished import made_by_rounding, unfinished
-from insenv.identify.search.whole.error import of_chance, whole_errors
-from insenv.identify.stated import stated, unforetold
+from insenv.identify.search.whole.error import of_chance
+from insenv.identify.stated import told, unforetold
 from insenv.identify.switches import switchable
 
 #: Held-out error in scatters of the fitted noise from which on a word is said.
@@ -192,7 +192,7 @@ def _target(
 ) -> TargetFindings:
     """All of one target; ``levels`` are the probability of a false discovery and the seed."""
     alpha, seed = levels
-    track, own, uncertain = stated(track)
+    track, own, uncertain, errors = told(track, seed)
     plain, problem = as_declared(track.prepared.plain, track.prepared.model), track.problem
     before = solve(plain, track.prepared.model)
     declared_noise = dict(manifest.noise.get(problem.target, {}))
@@ -202,7 +202,6 @@ def _target(
     scores = held_out_score(plain, before), held_out_score(problem, track.fit)
     gain, no_gain = undeclared_gain(problem, track.fit, track.prepared.model, scores, alpha)
     apart = (*_follows_nothing(problem, own), *uncertain, *lost, *kept, *no_gain, *resumed(problem, track.fit))
-    errors = whole_errors(track, seed)
     left = replace(left, reasons=_doubts(track, (*left.reasons, *apart), scores[1], errors, alpha))
     lines, hold = tuple(x for x in track.prepared.lines if x.own), track.prepared.held.hold
     earth = earth_findings(track, alpha)

@@ -6,6 +6,7 @@ A law of a measured rate whose deviation then holds nothing as well is taken out
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +14,7 @@ import numpy as np
 from insenv.effects.timing import TimingSkew
 from insenv.identify.clean.doubtful import shortest_agreeing
 from insenv.identify.clean.plausibility import CHANGING, FOLLOWS
-from insenv.identify.findings import Estimate
+from insenv.identify.findings import Estimate, WholeError
 from insenv.identify.fit.borne_out import borne_out
 from insenv.identify.fit.clocks import skew_of_means, skews_apart
 from insenv.identify.fit.gls import solve
@@ -24,6 +25,7 @@ from insenv.identify.fit.uncertainty import SCALE, estimates
 from insenv.identify.search.settle import dropped
 from insenv.identify.search.tracks import Track
 from insenv.identify.search.unfinished import nothing_as_well, untold
+from insenv.identify.search.whole.error import by_chance, whole_errors
 
 #: Departure from one of a gain that a gyro may have.
 USUAL = 0.2
@@ -39,6 +41,16 @@ def stated(track: Track) -> tuple[Track, dict[Term, tuple[Estimate, ...]], tuple
     own, noisy = _by_the_reference(track, own)
     weak = nothing_as_well(track, own)
     return (track, own, (*differs, *unborne, *skewed, *noisy)) if weak is None else stated(dropped(track, *weak))
+
+
+def told(
+    track: Track, seed: int
+) -> tuple[Track, dict[Term, tuple[Estimate, ...]], tuple[str, ...], list[Callable[[], WholeError | None]]]:
+    """The same without what signs by chance give as often too, and of what is left the error of the whole search."""
+    track, own, uncertain = stated(track)
+    errors = whole_errors(track, seed)
+    gone = by_chance(track, errors)
+    return (track, own, uncertain, errors) if gone is None else told(dropped(track, *gone), seed)
 
 
 def _own_estimates(track: Track) -> dict[Term, tuple[Estimate, ...]]:

@@ -45,6 +45,20 @@ def test_a_leap_is_taken_out_and_said(kind: str, rows: slice) -> None:
     assert "no gyro turns along" in found.notes[-1]
 
 
+@pytest.mark.parametrize("rows", [1, 2, 3])
+def test_a_reading_that_failed_and_came_late_leaves_no_lasting_leap(rows: int) -> None:
+    """Of the way there and back one is over a gap, as any motion may be: the angle was off by a radian ever after."""
+    true = bench(4)
+    wrong = moved(true, slice(1200, 1200 + rows), -3.1)
+    late = replace(wrong, t=wrong.t + 0.05 * (np.arange(len(T)) >= 1200))
+    found = without_leaps(late)
+    np.testing.assert_allclose(found.values("table_angle", "rad"), true.values("table_angle", "rad"), atol=0.05)
+    assert "in 2 rows" in found.notes[-1]
+    # A step over a gap that nothing takes back stands: nobody saw what happened.
+    stays = replace(moved(true, slice(1200, None), -3.1), t=late.t)
+    assert not without_leaps(stays).notes
+
+
 @pytest.mark.parametrize("kind", ["hand", "steady", "steps", "still"])
 def test_a_sound_bench_is_left_alone(kind: str) -> None:
     for seed in range(5):

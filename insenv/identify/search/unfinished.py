@@ -16,7 +16,7 @@
 * A curve without a cause beside effects that have one.
 * What is beyond all doubt, and would be of a size that its effect cannot have: another cause is there.
 * A law of the rate beside a gain that no gyro has: then the reference is not the rate that it turns by.
-* One law of the rate twice: a curve of a form that neither has.
+* One law of the rate twice: a curve of a form that neither has; what signs by chance give as often.
 * An effect of the angle, of few waves, of a table that swings at one frequency: there its angle is its acceleration.
 * A product of what was recorded that no effect of the catalogue is, and that what is left follows.
 * A bias, beside a reference, that goes to and fro between two levels, or bends as no drift does.
@@ -34,7 +34,7 @@ from insenv.effects.base import Effect, MemoryEffect
 from insenv.effects.spline import SplineTime
 from insenv.identify.clean.doubtful import shortest_agreeing
 from insenv.identify.clean.plausibility import INCREDIBLE
-from insenv.identify.findings import Estimate
+from insenv.identify.findings import BY_SIGNS, Estimate
 from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.noise import transform
@@ -101,7 +101,7 @@ def unfinished(track: Track, alpha: float) -> tuple[str, ...]:
         *_of_no_credible_size(track),
         *_swung(track),
         *_by_another_rate(track),
-        *_twice(track),
+        *_without_a_name(track),
         *_follows_a_product(track),
         *_slow_without_a_name(track),
         *_as_many_as_may_be(track),
@@ -390,12 +390,12 @@ def _by_another_rate(track: Track) -> tuple[str, ...]:
     )
 
 
-def _twice(track: Track) -> tuple[str, ...]:
-    """Laws of the rate that were added more than once: together they follow a curve that neither of them is."""
-    gone = [r.hit.candidate.effect.key for r in track.refusals if r.reason == REPEATED]
-    there = (s.hit.candidate.effect for s in track.steps)
-    twice = [effect.key for effect in there if effect.of_rate and times(track, effect.key) > 1]
-    return tuple(f"{key} follows the data, but {REPEATED}" for key in dict.fromkeys((*gone, *twice)))
+def _without_a_name(track: Track) -> tuple[str, ...]:
+    """What was added and has no name: laws of the rate that came more than once, and what noise gives as often."""
+    gone = [(r.hit, r.reason) for r in track.refusals if r.reason == REPEATED or r.reason.startswith(BY_SIGNS)]
+    rates = (s.hit for s in track.steps if s.hit.candidate.effect.of_rate)
+    twice = [(hit, REPEATED) for hit in rates if times(track, hit.candidate.effect.key) > 1]
+    return tuple(dict.fromkeys(f"{_what(hit)} follows the data, but {why}" for hit, why in (*gone, *twice)))
 
 
 def swings_at_one_frequency(problem: Problem) -> bool:

@@ -12,9 +12,11 @@ from insenv.identify.fit.gls import solve, whitened
 from insenv.identify.fit.problem import Problem
 from insenv.identify.search.round import by_fit_alone, with_term
 from insenv.identify.search.scan import reference, score
+from insenv.identify.search.settle import dropped
 from insenv.identify.search.tracks import Step, Track
+from insenv.identify.search.unfinished import unfinished
 from insenv.identify.search.whole.directions import to_modes, to_series
-from insenv.identify.search.whole.error import Residual, agree, of_chance, whole_errors
+from insenv.identify.search.whole.error import Residual, agree, by_chance, of_chance, whole_errors
 
 #: Nulls and draws. The mean of 24 uniform p is off by 4 standard deviations of 0.059 in 6 of 100,000 seeds; 4 or more
 #: of 24 are at most 0.01 in 9 of 100,000.
@@ -93,6 +95,17 @@ def test_a_drift_that_is_there_is_beyond_all_signs(quiet: Track) -> None:
     assert of_chance(grown, whole_errors(grown, 0), 0.01) == of_chance(together, [lambda: None], 0.01) == ()
     (reason,) = of_chance(grown, [lambda: WholeError(0.2, 999, False)], 0.01)
     assert BY_SIGNS in reason and reason.startswith("scale_factor_asymmetry")
+    # What noise gives in a fifth of draws has no name, unless it is certain otherwise, or held-out data gain by it.
+    often, few = [lambda: WholeError(0.2, 999, False)], [lambda: WholeError(0.04, 999, False)]
+    step = replace(grown.steps[0], p_value=0.004)
+    doubtful = replace(grown, steps=(step,))
+    gone = by_chance(doubtful, often)
+    assert gone is not None and gone[0] is step and BY_SIGNS in gone[1]
+    assert by_chance(doubtful, few) is None
+    assert by_chance(replace(grown, steps=(replace(step, p_value=1e-9),)), often) is None
+    gains = replace(step, after=replace(step.after, rms=0.98 * step.before.rms))
+    assert by_chance(replace(grown, steps=(gains,)), often) is None
+    assert any(BY_SIGNS in reason for reason in unfinished(dropped(doubtful, *gone), 0.01))
     # What so few draws can say at least is no doubt, however little is allowed.
     assert of_chance(grown, [lambda: WholeError(0.001, 999, True)], 1e-4) == ()
 
