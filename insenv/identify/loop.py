@@ -469,7 +469,7 @@ def _tried(track: Track, hit: Hit, proposal: Proposal, names: tuple[str, ...], a
     """The track with ``hit`` added, or with its refusal noted."""
     joined = names if len(names) > 1 else ()
     problem = track.problem
-    elsewhere = _left_of(track, hit) or _turns_along(track, hit)
+    elsewhere = _left_of(track, hit) or _turns_along(track, hit) or _of_the_reference(track, hit)
     wander = None if elsewhere else wandering(track, hit)
     if wander is not None:
         return _damped(track, wander, hit), True
@@ -527,7 +527,7 @@ def _nothing(track: Track, hit: Hit, joined: tuple[str, ...]) -> str:
         return OF_COUNTS if damped.of_counts else OF_MOTION if damped.of_motion else OF_DAMPED
     if order := _turns_along(track, hit):
         return OF_TURNS.format("once" if order == 1 else f"{order} times")
-    if stands_in_reference(track.problem, track.fit, frequency):
+    if _of_the_reference(track, hit):
         return OF_REFERENCE
     moved = moves_there(track.problem, track.fit, frequency) or goes_with_motion(track.problem, track.fit, frequency)
     return OF_MOTION if moved else ""
@@ -538,6 +538,11 @@ def _left_of(track: Track, hit: Hit) -> Line | None:
     if not hit.candidate.effect.line:
         return None
     return left_of(track.problem, track.prepared.lines, hit.term.shape[0])
+
+
+def _of_the_reference(track: Track, hit: Hit) -> bool:
+    """Whether a hit is a line that stands in the reference alone, whether its phase holds or not."""
+    return hit.candidate.effect.line and stands_in_reference(track.problem, track.fit, hit.term.shape[0])
 
 
 def _turns_along(track: Track, hit: Hit) -> int:

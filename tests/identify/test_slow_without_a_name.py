@@ -32,18 +32,27 @@ def judged(folder: Path, bias: Floats, rng: np.random.Generator) -> TargetFindin
     return closed_rate_file(folder, t, gyro, rate)
 
 
-@pytest.mark.parametrize(("kind", "word"), [("flips", "to and fro between"), ("bends", "bends in time"), ("none", "")])
+@pytest.mark.parametrize(
+    ("kind", "word"),
+    [("flips", "to and fro between"), ("shifts", "to and fro between"), ("bends", "bends in time"), ("none", "")],
+)
 def test_a_bias_that_no_effect_is_is_said_with_its_size(tmp_path: Path, kind: str, word: str) -> None:
     rng = np.random.default_rng(4)
     bend = (np.arange(N) / N - 0.45) ** 2
-    bias = {"flips": 3e-4 * flips(rng, 100.0), "bends": 1.2e-3 * bend, "none": np.zeros(N)}[kind]
+    shifts = np.searchsorted([0.21, 0.33, 0.52], np.arange(N) / N) % 2.0
+    bias = {
+        "flips": 3e-4 * flips(rng, 100.0),
+        "shifts": 2e-4 * shifts,
+        "bends": 1.2e-3 * bend,
+        "none": np.zeros(N),
+    }[kind]
     found = judged(tmp_path, bias, rng)
     said = [reason for reason in found.reasons if "to and fro" in reason or "bends in time" in reason]
     assert [word in reason for reason in said] == ([True] if word else [])
     assert not {a.effect for a in found.added} - {"spline_time"}
-    if kind == "flips":
+    if word.startswith("to"):
         apart = float(said[0].split("two levels ")[1].split(" ")[0])
-        assert apart == pytest.approx(3e-4, rel=0.2)
+        assert apart == pytest.approx(3e-4 if kind == "flips" else 2e-4, rel=0.2)
 
 
 def test_a_chain_of_two_levels_is_told_from_white_noise() -> None:

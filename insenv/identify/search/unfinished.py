@@ -71,9 +71,10 @@ FAR, CERTAIN = 10.0, 1e-6
 LONGER = 4.0
 #: Correlation from which on angle and acceleration are one curve, and fewest bins of a block that are asked.
 ONE_CURVE, LEAST_BINS = 0.95, 32
-#: Odds over noise that wanders from which on a bias is said to go to and fro, and fewest changes: fewer are steps; and
-#: odds from which on it bends. Of 21 tables with neither the largest were 1 and 220, and for one bend 3e4.
-ODDS, MANY_CHANGES, BENDS = 3e3, 4, 1e5
+#: Odds over noise that wanders from which on a bias is said to go to and fro: with so many changes; and with fewer, of
+#: which one alone is a step, and two about a few means are an event. Odds from which on it bends. Of 61 tables with
+#: neither the largest were 200 and 220, and for one bend 3e4.
+MANY_CHANGES, ODDS, FEWEST_CHANGES, SURE, SELDOM, BENDS = 4, 3e3, 2, 1e5, 0.1, 1e5
 #: Fewest means in which they are looked for.
 FEWEST_SLOW = 100
 #: Tones at multiples of one frequency that are no chance.
@@ -442,7 +443,9 @@ def _slow(track: Track, longer: Problem) -> tuple[str, ...]:
     variance = longer.modes().shapes @ fit.noise.power
     wandering = -0.5 * float(np.sum(np.log(2 * np.pi * variance) + transform(longer.fitted, left) ** 2 / variance))
     found = two_levels(left)
-    if found.changes >= MANY_CHANGES and found.loglik - wandering > np.log(ODDS):
+    many = found.changes >= MANY_CHANGES
+    few = found.changes >= FEWEST_CHANGES and SELDOM <= found.share <= 1 - SELDOM
+    if (many or few) and found.loglik - wandering > np.log(ODDS if many else SURE):
         return (
             f"the bias goes to and fro between two levels {found.apart:.2g} {longer.unit} apart, {found.changes} times "
             f"(upper one {found.share:.0%} of the time, by means over {width:.2g} s): "
