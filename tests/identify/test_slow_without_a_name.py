@@ -39,7 +39,7 @@ def judged(folder: Path, bias: Floats, rng: np.random.Generator) -> TargetFindin
 def test_a_bias_that_no_effect_is_is_said_with_its_size(tmp_path: Path, kind: str, word: str) -> None:
     rng = np.random.default_rng(4)
     bend = (np.arange(N) / N - 0.45) ** 2
-    shifts = np.searchsorted([0.21, 0.33, 0.52], np.arange(N) / N) % 2.0
+    shifts: Floats = np.searchsorted([0.21, 0.33, 0.52], np.arange(N) / N) % np.float64(2)
     bias = {
         "flips": 3e-4 * flips(rng, 100.0),
         "shifts": 2e-4 * shifts,
