@@ -107,7 +107,7 @@ def confronted(problem: Problem, fit: Fit, base: Reference, hit: Hit) -> Hit:
 
 def _confronted(problem: Problem, fit: Fit, base: Reference, hit: Hit) -> Hit:
     larger = solve(problem, with_term(fit.model, hit.term), start=fit.noise.power)
-    beyond = beyond_bounds(problem, larger)
+    beyond = _beyond_bounds(problem, larger)
     if why := _no_law_of_any_size(problem, fit, base, larger):
         return replace(hit, deviate=-np.inf, remark=beyond or why)
     freedom = term_freedom(problem, base, hit.term)
@@ -126,7 +126,7 @@ def no_law(problem: Problem, fit: Fit, base: Reference, larger: Fit) -> str:
 
     Its coefficients are not credible, or what it explains is not the same in all of the recording.
     """
-    return beyond_bounds(problem, larger) or _no_law_of_any_size(problem, fit, base, larger)
+    return _beyond_bounds(problem, larger) or _no_law_of_any_size(problem, fit, base, larger)
 
 
 def _no_law_of_any_size(problem: Problem, fit: Fit, base: Reference, larger: Fit) -> str:
@@ -146,7 +146,7 @@ def _no_law_of_any_size(problem: Problem, fit: Fit, base: Reference, larger: Fit
     )
 
 
-def beyond_bounds(problem: Problem, fit: Fit) -> str:
+def _beyond_bounds(problem: Problem, fit: Fit) -> str:
     """Why the last term's coefficients are not credible; empty if they are."""
     params = {p.name: p for p in fit.model[-1].effect.linear}
     for j in np.flatnonzero(fit.design.term == len(fit.model) - 1):

@@ -61,7 +61,7 @@ def sized(track: Track) -> Track:
 def without_repeated(track: Track) -> Track:
     """The track without laws of the rate that were added more than once, for neither of them has its form.
 
-    In 350 simulated tables it was a ripple of the compensation each time, beside a rate that a drive had filtered, and
+    In 350 simulated tables it was a ripple of the compensation but once, beside a rate that a drive had filtered, and
     there was none. What has no shape to be wrong, as a lock-in so large that its law is another one, is left to stand.
     """
     for step in track.steps:
