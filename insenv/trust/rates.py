@@ -49,6 +49,8 @@ class Reliability:
     target : str
     wrong : Rate
         Copies in which anything was named.
+    sure : Rate
+        Copies in which anything was that was told from the target's own noise.
     names : tuple of (str, Rate)
         Each name that came up, most often first.
     findings : tuple of (str, Rate)
@@ -59,6 +61,7 @@ class Reliability:
 
     target: str
     wrong: Rate
+    sure: Rate
     names: tuple[tuple[str, Rate], ...]
     findings: tuple[tuple[str, Rate], ...]
     left: tuple[str, ...]
@@ -144,10 +147,12 @@ def trust(found: Findings, given: Base, injected: Sequence[Injection], rows: Seq
 
 def _reliability(target: str, found: tuple[str, ...], left: tuple[str, ...], answers: list[Answer]) -> Reliability:
     false = [frozenset(answer.added) - frozenset(left) for answer in answers]
+    told = [names - frozenset(answer.beside_noise) for names, answer in zip(false, answers, strict=True)]
     names = {name: Rate(sum(name in one for one in false), len(false)) for name in sorted(frozenset().union(*false))}
     ordered = sorted(names.items(), key=lambda item: -item[1].count)
     own = tuple((name, names.get(name, Rate(0, len(false)))) for name in dict.fromkeys(found) if name not in left)
-    return Reliability(target, Rate(sum(map(bool, false)), len(false)), tuple(ordered), own, left)
+    wrong, sure = (Rate(sum(map(bool, each)), len(each)) for each in (false, told))
+    return Reliability(target, wrong, sure, tuple(ordered), own, left)
 
 
 def _sizes(rows: list[Row], injected: Sequence[Injection], given: Base) -> tuple[Size, ...]:

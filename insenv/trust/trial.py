@@ -18,6 +18,7 @@ from insenv.core.recording import Floats, Recording
 from insenv.effects.base import Effect
 from insenv.effects.catalogue import by_key, plug_in_of
 from insenv.identify.findings import Added, Findings, TargetFindings
+from insenv.identify.fit.problem import NOISE_TERMS
 from insenv.sweep import Table
 from insenv.trust.copies import Base, with_effect, without_effects
 from insenv.trust.screen import Screen
@@ -65,6 +66,8 @@ class Answer:
         Keys of those that one of them was not told from.
     value, sd : float, optional
         Of the injected parameter, where its effect was named.
+    beside_noise : tuple of str
+        Keys of the effects that were not told from the target's own noise: one of a set with it.
     """
 
     target: str
@@ -73,6 +76,7 @@ class Answer:
     rivals: tuple[str, ...] = ()
     value: float | None = None
     sd: float | None = None
+    beside_noise: tuple[str, ...] = ()
 
     @property
     def quiet(self) -> bool:
@@ -164,7 +168,10 @@ def key(added: Added) -> str:
 
 def _answer(target: TargetFindings, injection: Injection | None = None) -> Answer:
     rivals = (name for one in target.added for name in (*one.confounded_with, *one.same_curve))
-    answer = Answer(target.target, target.verdict, tuple(map(key, target.added)), tuple(dict.fromkeys(rivals)))
+    noise = {term.id for term in NOISE_TERMS}
+    unsure = tuple(key(one) for one in target.added if not noise.isdisjoint(one.confounded_with))
+    names = tuple(map(key, target.added))
+    answer = Answer(target.target, target.verdict, names, tuple(dict.fromkeys(rivals)), beside_noise=unsure)
     if injection is None:
         return answer
     own = (p for one in target.added if key(one) == injection.effect for p in one.parameters)
@@ -177,7 +184,7 @@ def _plain(row: Row) -> dict[str, object]:
         "injection": row.injection,
         "size": row.size,
         "value": row.value,
-        "answers": [[a.target, a.verdict, a.added, a.rivals, a.value, a.sd] for a in row.answers],
+        "answers": [[a.target, a.verdict, a.added, a.rivals, a.value, a.sd, a.beside_noise] for a in row.answers],
     }
 
 
@@ -191,7 +198,9 @@ def read_row(text: str) -> Row:
     """
     try:
         plain = json.loads(text)
-        answers = tuple(Answer(t, v, tuple(a), tuple(r), x, sd) for t, v, a, r, x, sd in plain["answers"])
-        return Row(plain["injection"], plain["size"], plain["value"], answers)
+        answers = (
+            Answer(t, v, tuple(a), tuple(r), x, sd, *map(tuple, more)) for t, v, a, r, x, sd, *more in plain["answers"]
+        )
+        return Row(plain["injection"], plain["size"], plain["value"], tuple(answers))
     except (ValueError, KeyError, TypeError):
         raise InputError(f"{text[:40]!r} is no copy of a recording; wanted a store of insenv trust") from None

@@ -40,8 +40,13 @@ def head(found: Trust) -> str:
 
 def verdict(found: Trust) -> str:
     """One sentence."""
-    wrong = Rate(sum(r.wrong.count for r in found.reliability), sum(r.wrong.of for r in found.reliability))
+    wrong, sure = (
+        Rate(sum(getattr(r, word).count for r in found.reliability), sum(r.wrong.of for r in found.reliability))
+        for word in ("wrong", "sure")
+    )
     said = f"a name where there is nothing in {rate(wrong)}"
+    if wrong.count > sure.count:
+        said += f", one that is told from noise in {rate(sure)}"
     promised = next(s for s in found.whole.sizes if s.size == 1.0)
     if not promised.found.of:
         return said
@@ -60,6 +65,7 @@ def reliability(one: Reliability) -> list[tuple[str, ...]]:
     known = {name for name, _ in one.findings}
     return [
         (one.target, "anything", "", rate(one.wrong)),
+        (one.target, "anything", "told from noise", rate(one.sure)),
         *((one.target, name, "found in the recording", rate(r)) for name, r in one.findings),
         *((one.target, name, "", rate(r)) for name, r in one.names if name not in known),
     ]
@@ -108,6 +114,7 @@ def to_json(found: Trust) -> dict[str, Any]:
             {
                 "target": one.target,
                 "wrong": _rate(one.wrong),
+                "sure": _rate(one.sure),
                 "names": {name: _rate(r) for name, r in one.names},
                 "findings": {name: _rate(r) for name, r in one.findings},
                 "left": list(one.left),

@@ -1,6 +1,7 @@
 """Copies of a recording, what the loop says of them, and the command."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,8 @@ from insenv.identify.loop import trace
 from insenv.trust.copies import Base, base, mirrored, scrambled, with_effect, without_effects
 from insenv.trust.rates import Rate, trust
 from insenv.trust.screen import Look, Screen, screen_of
-from insenv.trust.trial import SCREENED, SIZES, Row, Trials, injections, read_row
+from insenv.trust.trial import SCREENED, SIZES, Answer, Row, Trials, _plain, injections, read_row
+from insenv.trust.words import to_json, verdict
 
 #: Found everywhere at four times the smallest detectable size; in copies with nothing to find never. Of 5 copies each
 #: a false alarm of 1 % per copy gives 2 or more in 1 of 1000 seeds, and a miss of 5 % 3 or more in 1 of 1000.
@@ -186,6 +188,25 @@ def test_the_loop_is_quiet_on_nothing_and_finds_what_is_large(
     assert [name for name, _ in one.findings] == ["scale_factor_asymmetry"]
     seen = result.whole.sizes[-1].found
     assert seen.of == COPIES and seen.of - seen.count <= MOST_MISSED
+
+
+def test_a_name_in_a_set_with_the_noise_is_counted_and_is_not_sure(
+    closed: tuple[tuple[Recording, ...], Findings, Base],
+) -> None:
+    _, found, given = closed
+    noisy = Answer("gyro", "confounded", ("bias_step",), ("rate_random_walk",), beside_noise=("bias_step",))
+    both = replace(noisy, added=("bias_step", "tone"))
+    rows = [Row(None, 0.0, 0.0, (one,)) for one in (Answer("gyro", "nothing-significant", ()), noisy, both)]
+    assert [read_row(json.dumps(_plain(row))) for row in rows] == rows
+    # A store of before knows no such sets.
+    old = json.loads(json.dumps(_plain(rows[1])))
+    old["answers"][0] = old["answers"][0][:6]
+    assert read_row(json.dumps(old)).answers[0].beside_noise == ()
+    result = trust(found, given, injections(found), rows, 0)
+    (one,) = result.reliability
+    assert (one.wrong, one.sure) == (Rate(2, 3), Rate(1, 3))
+    assert "one that is told from noise in 1 of 3" in verdict(result)
+    assert to_json(result)["reliability"][0]["sure"]["count"] == 1
 
 
 # ----------------------------------------------------------------------------------------- command
