@@ -57,6 +57,8 @@ from insenv.identify.prepare.widths import rows_of_motion, rows_per_bin, whole_h
 
 #: Cycles of the slowest rejected line in a bin.
 CYCLES_PER_BIN = 8
+#: Robust deviations beyond which a sample beside a reference that turns tells of no line: a line alone stays below.
+JUMPS = 4.0
 #: Share of the samples' variance from which a line is worth a word though the bins do not feel it.
 LEAST_LINE = 0.01
 #: Probability of noise with such a peak from which on a slighter one, of a unit at rest, is worth a word as well.
@@ -431,12 +433,27 @@ def _lines(
         step = (channel.step or quantum(channel.values[span])) * recording.dt
         values = _sample_residual(recording, span, problem, model)
         reference = channel.values[span] - values
-        for line in find_lines(t, recording.dt, values, step, run, FASTEST / width):
+        lines = find_lines(t, recording.dt, values, step, run, FASTEST / width)
+        if lines and problem.turns:
+            tame = find_lines(t, recording.dt, tamed(values), step, run, FASTEST / width)
+            lines = tuple(x for x in lines if any(abs(x.frequency - y.frequency) < SAME_LINE for y in tame))
+        for line in lines:
             steps = steps_of_encoder(line, recording.dt, values, reference, problem.encoder)
             moved = problem.turns and not steps and _of_motion(problem, line, recording.dt, values, reference)
             binned_too = not line.steady and line.frequency < least
             found += [] if moved or binned_too else [replace(line, of_counts=steps)]
     return tuple(found)
+
+
+def tamed(values: Floats) -> Floats:
+    """Values without those further from the middle than noise and a line are: what a servo leaves of jumps is.
+
+    A table that goes to and fro makes the same transients again and again, of which each multiple of the cycle is a
+    line.
+    """
+    left = values - np.median(values)
+    most = JUMPS * float(np.median(np.abs(left))) / 0.6745
+    return np.where(np.abs(left) <= most, left, 0.0) if most else left
 
 
 def _that_matter(found: tuple[Line, ...], problem: Problem, width: float) -> tuple[Line, ...]:

@@ -7,7 +7,8 @@ import pytest
 from simulated_runs import manifest, use
 
 from insenv.core.recording import Channel, Floats, Recording
-from insenv.identify.prepare.problems import prepare
+from insenv.identify.prepare.lines import find_lines
+from insenv.identify.prepare.problems import prepare, tamed
 
 DT = 0.01
 N = 9000
@@ -60,3 +61,15 @@ def test_steps_of_who_carries_a_unit_are_no_line_of_it(seed: int) -> None:
     ]
     assert lines[0] == ()
     assert [round(line.frequency) for line in lines[1]] == [11]
+
+
+@pytest.mark.parametrize("amplitude", [0.0, 1.5])
+def test_what_a_servo_leaves_of_jumps_again_and_again_is_no_line(amplitude: float) -> None:
+    """Of a table that reverses every 37 rows: each multiple of that is a line of the samples, and none of the tame."""
+    rng, n, dt = np.random.default_rng(3), 3000, 0.1
+    t = dt * np.arange(float(n))
+    left = rng.standard_normal(n) + amplitude * np.cos(2 * np.pi * 3.3 * t + 0.4)
+    left[::37] += 40.0 * np.resize([1.0, -1.0], len(left[::37]))
+    jumping, tame = (find_lines(t, dt, values, 0.0, 0, 1.0) for values in (left, tamed(left)))
+    assert len(jumping) > 3
+    assert [round(line.frequency, 2) for line in tame] == ([3.3] if amplitude else [])
