@@ -79,3 +79,24 @@ def test_a_power_of_heat_is_named_though_no_angle_is_given() -> None:
         Recording(t, channels, label="run"), manifest(), catalogue=(by_key("bias_temperature:1"),)
     ).targets
     assert [a.effect for a in target.added] == ["bias_temperature"]
+
+
+def test_what_is_certain_with_a_size_that_no_such_effect_has_is_a_doubt_of_its_own() -> None:
+    """A gyro that gains where a lock-in would lose: the square of its threshold would be negative."""
+    rng, rows = np.random.default_rng(6), 6000
+    t = 0.1 * np.arange(1.0, rows + 1)
+    rate = 0.3 * np.sin(2 * np.pi * t / 37.0)
+    gyro = np.sign(rate) * np.sqrt(rate**2 + 2e-4) + 1e-3 * rng.standard_normal(rows)
+    channels = {
+        "gyro": Channel(gyro, "rad/s", "interval"),
+        "table_rate": Channel(rate, "rad/s", "interval", source="command"),
+    }
+    run = Recording(t, channels)
+    (track,) = trace(manifest(), (run,), (use(rows),), tuple(by_key(key) for key in ("lock_in", "bias_drift"))).tracks
+    assert not track.steps
+    (hit,) = (hit for hit in track.last_physical if hit.candidate.effect.id == "lock_in")
+    assert hit.deviate == -np.inf and hit.incredible > 8
+    (reason,) = (reason for reason in unfinished(track, 0.01) if "another cause is there" in reason)
+    assert reason.startswith("lock_in would explain more") and "W_L_squared" in reason
+    unsure = replace(track, last_physical=(replace(hit, incredible=4.0),))
+    assert not any("another cause" in reason for reason in unfinished(unsure, 0.01))
