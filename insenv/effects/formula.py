@@ -48,7 +48,7 @@ STANDS = 1e-3
 #: Orders of the table's angle.
 ORDERS = (1, 2, 3, 4)
 #: How a factor is written whose origin is its own, and how it is with the one of the recording.
-FREE = {"T - T_0": "T - T_ref", "t - t_0": "t"}
+FREE = {"(T - T_0)": "(T - T_ref)", "(t - t_0)": "t"}
 #: Between the factors of a formula, and what opens one of which the first-order lag is meant.
 TIMES, LAG = " * ", "lag("
 #: Base units, in the order in which they are written.

@@ -105,7 +105,7 @@ def unasked() -> tuple[Product, ...]:
 def _usual(text: str) -> str:
     """A formula with the origins of the recording in the place of those of its own."""
     for own, usual in FREE.items():
-        text = text.replace(f"({own})", usual if usual == "t" else f"({usual})")
+        text = text.replace(own, usual)
     return text
 
 

@@ -40,10 +40,7 @@ def head(found: Trust) -> str:
 
 def verdict(found: Trust) -> str:
     """One sentence."""
-    wrong, sure = (
-        Rate(sum(getattr(r, word).count for r in found.reliability), sum(r.wrong.of for r in found.reliability))
-        for word in ("wrong", "sure")
-    )
+    wrong, sure = _together([r.wrong for r in found.reliability]), _together([r.sure for r in found.reliability])
     said = f"a name where there is nothing in {rate(wrong)}"
     if wrong.count > sure.count:
         said += f", one that is told from noise in {rate(sure)}"
@@ -52,6 +49,10 @@ def verdict(found: Trust) -> str:
         return said
     seen, named = rate(promised.found), rate(promised.named)
     return f"{said}; an effect of the smallest detectable size found in {seen}, named in {named}"
+
+
+def _together(rates: list[Rate]) -> Rate:
+    return Rate(sum(r.count for r in rates), sum(r.of for r in rates))
 
 
 def rate(r: Rate) -> str:

@@ -124,3 +124,17 @@ def closed_rate_file(folder: Path, t: ArrayLike, gyro: ArrayLike, rate: ArrayLik
     (folder / "log.toml").write_text(_RATE_FILE)
     (target,) = close(folder / "log.toml").targets
     return target
+
+
+def closed_at_rest(
+    folder: Path, t: ArrayLike, values: ArrayLike, averaging: str, channel: str = "gyro", unit: str = "rad/s"
+) -> TargetFindings:
+    """The findings on a channel at rest with a declared bias, shape (n,), written to a file in a folder."""
+    np.savetxt(folder / "run.csv", np.column_stack([t, values]), "%.9g", ",", header="t,x", comments="")
+    (folder / "run.toml").write_text(
+        'data = "run.csv"\n[channels]\ntime = { column = "t", unit = "s" }\n'
+        f'{channel} = {{ column = "x", unit = "{unit}" }}\n'
+        f'[model]\ntarget = "{channel}"\ndeclared = ["bias"]\n[held_out]\naveraging = "{averaging}"\n'
+    )
+    (target,) = close(folder / "run.toml").targets
+    return target

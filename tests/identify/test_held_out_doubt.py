@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.signal import lfilter
+from strangers import closed_at_rest
 
 from insenv.close import close
 from insenv.identify.findings import TargetFindings
@@ -68,14 +69,7 @@ def tilted(folder: Path, begins: int, lasts: int, by: float = 0.25, seed: int = 
     """Forty minutes of a tag, a mean a minute, whose accelerometer tilts ``by`` so much [m/s^2] in the fitted part."""
     n = np.arange(40)
     read = by * np.clip((n - begins) / lasts, 0, 1) + 0.02 * np.random.default_rng(seed).standard_normal(len(n))
-    np.savetxt(folder / "run.csv", np.column_stack([60.0 * n, read]), "%.9g", ",", header="t,a", comments="")
-    (folder / "run.toml").write_text(
-        'data = "run.csv"\n[channels]\ntime = { column = "t", unit = "s" }\n'
-        'accel_x = { column = "a", unit = "m/s^2" }\n[model]\ntarget = "accel_x"\ndeclared = ["bias"]\n'
-        '[held_out]\naveraging = "60 s"\n'
-    )
-    (found,) = close(folder / "run.toml").targets
-    return found
+    return closed_at_rest(folder, 60.0 * n, read, "60 s", "accel_x", "m/s^2")
 
 
 @pytest.mark.parametrize(("begins", "lasts"), [(8, 8), (12, 8), (16, 4), (16, 8)])

@@ -30,6 +30,8 @@ from insenv.effects.rate.scale import LEAST_RATE
 #: Radius of the play by which a reversal is told from the noise of an angle: unasked [rad], in deviations of that
 #: noise, and the least [rad]; and the largest that is tried, half of a play.
 REVERSED, BEYOND, LEAST, WIDEST = 1e-3, 10.0, 1e-8, 0.05
+#: Share of the radius from which on a play is taken up: of 1e-8 rad beside a thousand turns no more figures are left.
+TAUT = 0.999
 #: Share of a way that a play must be at least which is taken up over it: radii are tried in steps of some four.
 TAKEN_UP = 0.1
 #: Ratio of two radii of which reversals are compared, one that goes with the noise is none by the larger one; and how
@@ -61,15 +63,23 @@ def play(x: Floats, radius: float | Floats, before: Floats) -> Floats:
     return np.minimum(np.maximum(before[..., None], low), high)
 
 
+def turning_points(x: Floats) -> Floats:
+    """Where ``x``, shape (n,), turns or stops, and both its ends: a play is where it would be behind these alone."""
+    turns = np.diff(np.sign(np.diff(x))) != 0
+    return x[np.concatenate([[True], turns, [True]])] if len(x) > 1 else x
+
+
 def reversals(x: Floats, radius: float) -> int:
     """How often ``x``, shape (n,), turns by more than twice a radius."""
     side = x - play(x, radius, x[:1])
-    ends = np.sign(side[np.abs(side) > (1 - 1e-9) * radius])
+    ends = np.sign(side[np.abs(side) > TAUT * radius])
     return int(np.count_nonzero(np.diff(ends)))
 
 
-def _of_one_run(angle: Floats) -> Floats:
-    return np.asarray(angle.reshape(-1, angle.shape[-1])[0])
+def _ladder(high: float, low: float) -> list[float]:
+    """Radii from a high one down to a low one, each `RATIO` times less."""
+    steps = int(np.log(high / low) / np.log(RATIO))
+    return [high * RATIO**-k for k in range(steps + 1)]
 
 
 @final
@@ -96,34 +106,28 @@ class EncoderBacklash(MemoryEffect):
     unusual = True
 
     def over(self, motion: Motion) -> Self:
-        """The effect with a radius beyond the noise of the angle: no smooth motion is left in fourth differences.
-
-        An angle that was smoothed has its noise in longer waves: a radius that sees more reversals than a larger one
-        sees those of noise.
-        """
-        if motion.angle is None:
-            return self
-        angle, least = _of_one_run(motion.angle), min(max(BEYOND * reading_noise(motion.angle), LEAST), REVERSED)
-        radius, seen = least, 0
-        for power in range(int(np.log(REVERSED / least) / np.log(RATIO)) + 1):
-            count = reversals(angle, REVERSED * RATIO**-power)
-            if seen and count > seen:
-                break
-            radius, seen = REVERSED * RATIO**-power, count
-        return replace(self, radius=radius)
+        """The effect with the least radius that sees reversals of the table alone (`variants`)."""
+        return self.variants(motion)[0]
 
     def variants(self, motion: Motion) -> tuple[Self, ...]:
-        """With larger radii that see as many reversals: the play is taken up over a way of twice one, as c is."""
-        least = self.over(motion)
+        """With a radius beyond the noise of the angle, and larger ones: a play is taken up over a way of twice one.
+
+        No smooth motion is left in fourth differences; but an angle that was smoothed has its noise in longer waves: a
+        radius that sees more reversals than a larger one sees those of noise. Larger ones are tried that see as many.
+        """
         if motion.angle is None:
-            return (least,)
-        angle, radius = _of_one_run(motion.angle), least.radius
-        count, steps = reversals(angle, radius), int(np.log(WIDEST / radius) / np.log(RATIO))
-        larger = WIDEST * RATIO ** -np.arange(steps + 1.0)
-        widest = next((r for r in larger if r > radius and reversals(angle, r) == count > 0), None)
-        if widest is None:
-            return (least,)
-        return tuple(replace(self, radius=r) for r in np.geomspace(radius, widest, RADII_OF_PLAY).tolist())
+            return (self,)
+        least = min(max(BEYOND * reading_noise(motion.angle), LEAST), REVERSED)
+        angle = turning_points(motion.angle.reshape(-1, motion.angle.shape[-1])[0])
+        radius, count = least, 0
+        for smaller in _ladder(REVERSED, least):
+            seen = reversals(angle, smaller)
+            if count and seen > count:
+                break
+            radius, count = smaller, seen
+        widest = next((r for r in _ladder(WIDEST, radius) if r > radius and reversals(angle, r) == count > 0), None)
+        radii = [radius] if widest is None else np.geomspace(radius, widest, RADII_OF_PLAY).tolist()
+        return tuple(replace(self, radius=r) for r in radii)
 
     def contradiction(self, theta: Floats) -> str:
         """That a play is taken up over a way that is far longer, where no noise of the angle asks for so long a one."""

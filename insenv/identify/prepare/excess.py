@@ -20,13 +20,14 @@ on in the held-out ones, and no model is chosen by them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.fft import idct
 from scipy.special import chdtr, chdtrc, fdtrc, kolmogorov, ndtr
 
+from insenv.core.lazy import Lazy
 from insenv.core.recording import Floats
 from insenv.core.series.allan import QUANTIZATION, WHITE
 from insenv.identify.fit.bins import Block
@@ -34,7 +35,7 @@ from insenv.identify.fit.evidence import HELD_OUT_SPREAD, held_out_modes
 from insenv.identify.fit.gls import Fit, noise_freedom, solve, spectrum, whitened
 from insenv.identify.fit.noise import eigenvalues, fit_noise, modes, transform
 from insenv.identify.fit.problem import NOISE_TERMS, Problem, pooled
-from insenv.identify.prepare.orders import AS_WELL, MOST_ORDER, order_of, strongest
+from insenv.identify.prepare.orders import AS_WELL, MOST_ORDER, Wave, order_of, strongest
 from insenv.identify.prepare.sweeps import sweeps_p
 
 #: Blocks with their whitened residuals in time.
@@ -84,7 +85,8 @@ def _structure(problem: Problem, fit: Fit, declared: dict[str, float], alpha: fl
         least = _of_steps(problem, fit)
         tests = {text: beside_steps(p, least.get(text, 1.0)) for text, p in tests.items()}
     found = {text: p for text, p in tests.items() if p < level}
-    reasons = (f"{text}{_each_turn(problem, fit, text, p)} (p = {p:.1g})" for text, p in found.items())
+    wave = Lazy(lambda: _strongest_wave(problem, fit))
+    reasons = (f"{text}{_each_turn(wave, text, p) if problem.turns else ''} (p = {p:.1g})" for text, p in found.items())
     return Structure(min(tests.values()), tuple(reasons))
 
 
@@ -284,18 +286,23 @@ def _integrated(problem: Problem, block: Block) -> tuple[Floats, Floats]:
     return angle[own], rate[own] * problem.bins.width
 
 
-def _each_turn(problem: Problem, fit: Fit, text: str, p: float) -> str:
-    """How often a turn the wave comes that what is left follows as well as a test says, the end of a sentence.
-
-    A motor's poles, a gear or an encoder make such waves; where the angle was not logged, by the integral of the rate.
-    """
-    if not problem.turns or text not in (OF_ANGLE, MOVING):
-        return ""
+def _strongest_wave(problem: Problem, fit: Fit) -> Wave:
+    """The wave of the angle that what is left follows best; of the integral of the rate where no angle was logged."""
     whole, all_rows = _whole(problem, fit)
-    wave = strongest([block for _, block in _along(whole, tuple(_in_time(whole, whitened(whole, all_rows)[2])))])
-    as_well = np.log(max(wave.p_value, 1e-300)) <= AS_WELL * np.log(max(p, 1e-300))
-    told = as_well and wave.p_value < TOLD and wave.order < MOST_ORDER
-    return f", {wave.order:.3g} times a turn of the table" if told else ""
+    return strongest([block for _, block in _along(whole, tuple(_in_time(whole, whitened(whole, all_rows)[2])))])
+
+
+def _each_turn(wave: Callable[[], Wave], text: str, p: float) -> str:
+    """How often a turn a wave comes that what is left follows as well as a test says, the end of a sentence.
+
+    A motor's poles, a gear or an encoder make such waves.
+    """
+    if text not in (OF_ANGLE, MOVING):
+        return ""
+    found = wave()
+    as_well = np.log(max(found.p_value, 1e-300)) <= AS_WELL * np.log(max(p, 1e-300))
+    told = as_well and found.p_value < TOLD and found.order < MOST_ORDER
+    return f", {found.order:.3g} times a turn of the table" if told else ""
 
 
 def _turned(problem: Problem, blocks: Blocks) -> list[tuple[Block, tuple[Floats, Floats, Floats]]]:

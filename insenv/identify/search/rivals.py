@@ -196,5 +196,5 @@ def _still_needed(problem: Problem, model: Model, term: Term, alpha: float) -> b
     if log_significance(ratio, gained, term_freedom(problem, base, term)) >= math.log(alpha):
         return False
     fit = solve(problem, model, start=base.noise.power)
-    alone = Hit(Candidate(term.effect, (term,)), term, ratio, looks=1.0, deviate=0.0, size=gained)
-    return at_shape(problem, fit, base, alone, term).log_p < math.log(alpha)
+    own = Hit(Candidate(term.effect, (term,)), term, ratio, looks=1.0, deviate=0.0, size=gained)
+    return at_shape(problem, fit, base, own, term).log_p < math.log(alpha)

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from strangers import closed_at_rest
 
-from insenv.close import close
 from insenv.identify.findings import TargetFindings
 
 DT, N = 0.1, 6000
@@ -16,14 +16,7 @@ T = DT * np.arange(N)
 
 def closed(folder: Path, wave: np.ndarray, seed: int = 0) -> TargetFindings:
     rate = 0.01 + 1e-3 * np.random.default_rng(seed).standard_normal(N) + wave
-    np.savetxt(folder / "run.csv", np.column_stack([T, rate]), "%.9g", ",", header="t,g", comments="")
-    (folder / "run.toml").write_text(
-        'data = "run.csv"\n[channels]\ntime = { column = "t", unit = "s" }\n'
-        'gyro = { column = "g", unit = "rad/s" }\n[model]\ntarget = "gyro"\ndeclared = ["bias"]\n'
-        '[held_out]\naveraging = "0.1 s"\n'
-    )
-    (target,) = close(folder / "run.toml").targets
-    return target
+    return closed_at_rest(folder, T, rate, "0.1 s")
 
 
 def line(envelope: np.ndarray) -> np.ndarray:
