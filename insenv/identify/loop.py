@@ -53,6 +53,7 @@ from insenv.identify.prepare.wandering import (
     lost,
     moves_there,
     stands_in_reference,
+    stops_at_rest,
     without_line,
 )
 from insenv.identify.search.candidates import candidates, local_beside_lag, of_few_waves
@@ -115,6 +116,9 @@ OF_DAMPED = "a line whose phase does not hold was damped there, of which some is
 OF_TURNS = "it comes {} a turn of the table, as what goes with its angle does: a motor's poles, a gear, an encoder"
 
 OF_MOTION = "the motion has a line there as well, of which a filter or a lag leaves some: a motor's ripple, for one"
+
+#: Why a line is refused that the table has while it turns alone.
+OF_RIPPLE = "it is there while the table turns and not while it rests: the ripple of a motor, for one"
 
 #: Why no hold is tried of means that were made of uneven rows.
 OF_MEANS = "rows of uneven steps were made means: an output that is held for less is only late there"
@@ -522,14 +526,19 @@ def _nothing(track: Track, hit: Hit, joined: tuple[str, ...]) -> str:
         return "found on another target; nothing speaks for it on this one"
     if not hit.candidate.effect.line:
         return ""
-    frequency = hit.term.shape[0]
     if damped := _left_of(track, hit):
         return OF_COUNTS if damped.of_counts else OF_MOTION if damped.of_motion else OF_DAMPED
     if order := _turns_along(track, hit):
         return OF_TURNS.format("once" if order == 1 else f"{order} times")
-    if _of_the_reference(track, hit):
-        return OF_REFERENCE
-    moved = moves_there(track.problem, track.fit, frequency) or goes_with_motion(track.problem, track.fit, frequency)
+    return OF_REFERENCE if _of_the_reference(track, hit) else _of_the_motion(track, hit.term.shape[0])
+
+
+def _of_the_motion(track: Track, frequency: float) -> str:
+    """Why a line at ``frequency`` [Hz] is one of the motion; empty if it is not."""
+    problem, fit = track.problem, track.fit
+    if stops_at_rest(problem, fit, frequency):
+        return OF_RIPPLE
+    moved = moves_there(problem, fit, frequency) or goes_with_motion(problem, fit, frequency)
     return OF_MOTION if moved else ""
 
 

@@ -7,7 +7,9 @@ frequency f above the bin rate comes through with up to 1 / (pi f T) of its ampl
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,10 +43,12 @@ SAME_LINE = 0.3
 LOUDER, SMOOTHED, WIDEST = 2.0, 0.1, 0.1
 #: Share of a line's power from which on the reference has it too.
 IN_REFERENCE = 0.25
-#: Share of a line's power below which the readings themselves have none of it.
+#: Share of a line's power below which the readings themselves, or the reference, have none of it.
 IN_READING = 0.1
 #: The same of motion, where it has a line, and where it has any: an axis that is reversed leaves four times its power.
 MOTION_LINE, MOTION_ANY = 0.1, 0.5
+#: Times the middle step from value to value of what is a change of the motion, and cycles of a line that show it.
+CHANGES, CYCLES = 10.0, 3.0
 #: A line is steady if one sinusoid takes out more than this share of its power, and is so many deviations tall.
 STEADY, LEAST_STEADY = 0.9, 4.0
 #: Frequencies of other values at which a line is theirs too, and the least height there.
@@ -224,7 +228,7 @@ def steps_of_encoder(line: Line, dt: float, left: Floats, reference: Floats, ste
     step : float
         To which the angle is read [rad].
     """
-    if line.amplitude > np.pi * line.frequency * step:
+    if line.amplitude > np.pi * line.frequency * step or _of_reading(line.frequency, dt, left, reference):
         return False
     own, other = periodogram(left, dt), periodogram(reference, dt)
     band = np.abs(own.f - line.frequency) <= max(0.5 * SAME_LINE, 2 / (len(left) * dt))
@@ -235,6 +239,7 @@ def of_reference(frequency: float, dt: float, left: Floats, reference: Floats) -
     """Whether a line of ``left`` stands in what was subtracted and not in the readings: it is no line of theirs.
 
     So do the steps of an encoder behind a rate that a drive has filtered, its graduation, or a lamp that flickers.
+    Changes of the motion have power at each frequency: they are left out where the line lasts between them.
 
     Parameters
     ----------
@@ -245,10 +250,33 @@ def of_reference(frequency: float, dt: float, left: Floats, reference: Floats) -
     left, reference : ndarray, shape (n,)
         What is left of the readings, and what was subtracted from them.
     """
-    t = dt * np.arange(len(left))
-    wave = np.sin(np.pi * (np.arange(len(left)) + 0.5) / len(left)) ** 2 * np.exp(-2j * np.pi * frequency * t)
-    own, other = complex((left - left.mean()) @ wave), complex((reference - reference.mean()) @ wave)
-    return abs(own + other) ** 2 < IN_READING * abs(own) ** 2
+    own, read, _ = _powers(frequency, dt, left, reference)
+    return read < IN_READING * own
+
+
+def _of_reading(frequency: float, dt: float, left: Floats, reference: Floats) -> bool:
+    """Whether a line of ``left`` stands in the readings and not in what was subtracted."""
+    own, _, other = _powers(frequency, dt, left, reference)
+    return other < IN_READING * own
+
+
+def _powers(frequency: float, dt: float, left: Floats, reference: Floats) -> tuple[float, float, float]:
+    """Power of a line in what is left, in the readings and in the reference, between changes of the motion."""
+    own = read = other = 0.0
+    for part in _between_changes(left + reference, math.ceil(CYCLES / (frequency * dt))):
+        n = np.arange(part.stop - part.start)
+        wave = np.sin(np.pi * (n + 0.5) / len(n)) ** 2 * np.exp(-2j * np.pi * frequency * dt * n)
+        here, there = (complex((x[part] - x[part].mean()) @ wave) for x in (left, reference))
+        own, read, other = own + abs(here) ** 2, read + abs(here + there) ** 2, other + abs(there) ** 2
+    return own, read, other
+
+
+def _between_changes(reading: Floats, least: int) -> list[slice]:
+    """Parts of ``least`` values and more between changes of the motion, whose spectra reach far; else the whole."""
+    steps = np.abs(np.diff(reading))
+    edges = np.flatnonzero(steps > CHANGES * np.median(steps)) + 1
+    parts = [slice(a, b) for a, b in pairwise([0, *edges.tolist(), len(reading)]) if b - a >= least]
+    return parts or [slice(0, len(reading))]
 
 
 def of_motion(frequency: float, dt: float, left: Floats, reference: Floats) -> bool:

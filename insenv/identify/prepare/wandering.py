@@ -45,6 +45,9 @@ FEWEST_BINS = 128
 BAND_SHARE, BAND_WIDTHS = 0.02, 4.0
 #: Half the band in which a line of the reference is that of the target, in widths 1 / duration.
 WITHIN = 2.0
+#: Share of the largest rate below which a table rests, and fewest bins there; share of its amplitude in motion that a
+#: line of the target has at rest at least.
+RESTS, FEWEST_AT_REST, HALF = 1e-2, 8, 0.5
 #: Modes over which the power of a line is smoothed; how far above the noise it counts; passes that bring it down.
 SMOOTHED, ABOVE, PASSES = 5, 1.6, 8
 #: A line reaches no further than this share of its frequency.
@@ -119,6 +122,40 @@ def stands_in_reference(problem: Problem, fit: Fit, frequency: float) -> bool:
         return False
     width = problem.bins.width
     return all(of_reference(frequency, width, left, other) for _, left, other in _beside_reference(problem, fit))
+
+
+def stops_at_rest(problem: Problem, fit: Fit, frequency: float) -> bool:
+    """Whether what is left at ``frequency`` [Hz] where the table turns is not there where it rests: a motor's ripple.
+
+    Of a line of the target itself the amplitude at rest is at least `HALF` of the other, beyond twice its deviation.
+    Rounding that no noise blurs may hide it at rest.
+    """
+    if not problem.turns or problem.coarse is not None:
+        return False
+    rate = np.abs(problem.bins.mean(tuple(e.motion.rate for e in problem.exposures)))
+    resting, left = rate < RESTS * rate.max(), residual(problem, fit)
+    still, moving = (
+        [
+            _amplitude(problem.bins.time[part], left[part], frequency)
+            for block in problem.fitted
+            if len(part := block.start + np.flatnonzero(where[block.start : block.stop])) > FEWEST_AT_REST
+        ]
+        for where in (resting, ~resting)
+    )
+    if not still or not moving:
+        return False
+    tall = max(amplitude - 2 * sd for amplitude, sd in moving)
+    return max(amplitude + 2 * sd for amplitude, sd in still) < HALF * tall
+
+
+def _amplitude(time: Floats, values: Floats, frequency: float) -> tuple[float, float]:
+    """Amplitude of the wave at ``frequency`` [Hz] beside a level, and the largest standard deviation it may have."""
+    angle = 2 * np.pi * frequency * (time - time[0])
+    columns = np.column_stack([np.ones(len(time)), np.cos(angle), np.sin(angle)])
+    inverse = np.linalg.pinv(columns.T @ columns)
+    theta = inverse @ columns.T @ values
+    noise = np.sum((values - columns @ theta) ** 2) / max(len(values) - 3, 1)
+    return float(np.hypot(*theta[1:])), float(np.sqrt(noise * np.linalg.eigvalsh(inverse[1:, 1:])[-1]))
 
 
 def moves_there(problem: Problem, fit: Fit, frequency: float) -> bool:

@@ -215,3 +215,13 @@ def test_a_line_of_the_reference_alone_is_none_of_the_readings(ours: bool) -> No
     reference = rate + 0.05 * white(3) + (0.0 if ours else line)
     reading = rate + 0.02 * white(4) + (line if ours else 0.0)
     assert of_reference(9.2, DT, reading - reference, reference) is not ours
+
+
+@pytest.mark.parametrize("ours", [True, False])
+def test_changes_of_the_motion_hide_no_line_of_the_reference(ours: bool) -> None:
+    """A table that reverses each minute has power at each frequency: 8e-3 rad/s, the line is 1e-3 rad/s tall."""
+    t = edges(239, 1.0)
+    rate, line = np.where((t // 60.0).astype(int) % 2, 0.5, -0.5), 1e-3 * np.cos(2 * np.pi * 0.335 * t)
+    reference = rate + 1e-4 * white(5, len(t)) + (0.0 if ours else line)
+    reading = rate + 1e-5 * white(6, len(t)) + (line if ours else 0.0)
+    assert of_reference(0.335, 1.0, reading - reference, reference) is not ours

@@ -12,10 +12,10 @@ from insenv.identify.fit.problem import Problem
 from insenv.identify.prepare.problems import prepare
 from insenv.identify.prepare.wandering import of_counts
 
-RATE, SECONDS, STEP = 20.0, 660.0, 2 * np.pi / 2**14
+RATE, SECONDS = 20.0, 660.0
 
 
-def left_beside(line: float, frequency: float) -> bool:
+def left_beside(line: float, frequency: float, bits: int = 14) -> bool:
     """Whether what is left at a frequency is taken for the steps' own, of a table on ramps and a gyro with a line."""
     t = np.arange(1, int(RATE * SECONDS)) / RATE
     fine = np.arange(0.0, SECONDS, 1e-2)
@@ -23,7 +23,8 @@ def left_beside(line: float, frequency: float) -> bool:
     angle = np.interp(t, fine, np.append(0.0, np.cumsum(0.5 * (rate[1:] + rate[:-1]))) * 1e-2)
     noise = 1e-5 * np.random.default_rng(1).standard_normal(len(t))
     gyro = np.interp(t, fine, rate) + noise + line * np.cos(2 * np.pi * frequency * t)
-    read = np.floor(angle / STEP) * STEP
+    step = 2 * np.pi / 2**bits
+    read = np.floor(angle / step) * step
     channels = {"gyro": Channel(gyro, "rad/s"), "table_angle": Channel(read, "rad", source="encoder")}
     run = with_reference(Recording(t, channels, label="run"))
     ready = prepare(manifest(), (run,), (use(len(t)),), "gyro", tones=False, holds=False)
@@ -34,3 +35,8 @@ def left_beside(line: float, frequency: float) -> bool:
 def test_a_slow_line_of_the_instrument_is_none_of_the_steps() -> None:
     """27 deg/h: a line of 21 deviations was taken for the steps', which may be as tall, and left out without a word."""
     assert not any(left_beside(1.3e-4, frequency) for frequency in (0.15, 0.2))
+
+
+def test_a_line_that_the_reference_does_not_have_is_none_of_its_steps() -> None:
+    """Steps of 12 bits make lines at each frequency somewhere; at that of the gyro's the reference has none."""
+    assert not left_beside(5e-4, 0.92, bits=12)

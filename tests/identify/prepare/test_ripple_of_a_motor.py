@@ -1,0 +1,38 @@
+"""A wave that is there while the table turns and not while it rests is none of what the gyro adds."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from simulated_runs import manifest, use
+
+from insenv.core.recording import Channel, Recording
+from insenv.identify.fit.gls import solve
+from insenv.identify.prepare.problems import prepare
+from insenv.identify.prepare.wandering import stops_at_rest
+
+RATE, SECONDS, FREQUENCY = 20.0, 300.0, 0.3
+
+
+def stops(resting: float, rounded: float = 0.0) -> bool:
+    """Of a table that rests for 60 s, with a share of the wave, and turns faster and faster; readings in steps."""
+    t = np.arange(1, int(RATE * SECONDS)) / RATE
+    command = np.where(t < 60.0, 0.0, 0.1 + 2e-4 * t)
+    wave = 2e-4 * np.where(t < 60.0, resting, 1.0) * np.cos(2 * np.pi * FREQUENCY * t + 0.3)
+    gyro = command + wave + 1e-4 * np.random.default_rng(2).standard_normal(len(t))
+    read = np.round(gyro / rounded) * rounded if rounded else gyro
+    channels = {"gyro": Channel(read, "rad/s"), "table_rate": Channel(command, "rad/s", source="command")}
+    run = Recording(t, channels, label="run")
+    ready = prepare(manifest(), (run,), (use(len(t)),), "gyro", tones=False, holds=False)
+    return stops_at_rest(ready.problem, solve(ready.problem, ready.model), FREQUENCY)
+
+
+@pytest.mark.parametrize(("resting", "found"), [(0.0, True), (0.7, False), (1.0, False)])
+def test_a_wave_of_the_motion_stops_where_it_rests(resting: float, found: bool) -> None:
+    """The amplitude at rest is known to 4e-6 rad/s, 2 % of the wave's."""
+    assert stops(resting) is found
+
+
+def test_rounding_at_rest_hides_a_wave_and_tells_nothing() -> None:
+    """Steps of eight times the noise: at rest readings are nearly always zero."""
+    assert not stops(1.0, rounded=8e-4)
