@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from strangers import closed_rate_file
+from strangers import closed_at_rest, closed_rate_file
 
 from insenv.identify.findings import TargetFindings
 from insenv.identify.prepare.two_levels import two_levels
@@ -65,3 +65,23 @@ def test_a_chain_of_two_levels_is_told_from_white_noise() -> None:
     found = two_levels(2.5 * state + rng.standard_normal(150))
     assert found.apart == pytest.approx(2.5, abs=0.6)
     assert np.mean(found.upper != (state > 0.5)) < 0.15
+
+
+@pytest.mark.parametrize(("kind", "said"), [("flips", True), ("pulses", True), ("walk", False)])
+def test_a_bias_that_goes_to_and_fro_at_rest_is_no_noise(tmp_path: Path, kind: str, said: bool) -> None:
+    """Free noise took 24 jumps of four hours, and pulses as of a crane that passes, for flicker and a walk.
+
+    Of 107 channels of recordings at rest none was as likely two levels.
+    """
+    rng, n = np.random.default_rng(7), 8000
+    t = 0.5 * np.arange(n)
+    starts = rng.uniform(0.05, 0.95, 9) * n
+    pulses: Floats = np.sum([(starts < k) & (k < starts + 80) for k in np.arange(n)[:, None]], axis=1) * 1.0
+    bias = {
+        "flips": 2.4e-4 * flips(rng, 400.0, n),
+        "pulses": 6e-4 * pulses,
+        "walk": 1e-5 * np.cumsum(rng.standard_normal(n)),
+    }[kind]
+    found = closed_at_rest(tmp_path, t, 1e-3 + bias + 6e-4 * rng.standard_normal(n), "1 s")
+    assert any("to and fro between" in reason for reason in found.reasons) is said
+    assert (found.verdict == "unexplained-structure") is said
