@@ -10,7 +10,8 @@
    a tolerance, shows what comes and goes. Single bins count for no more than three standard deviations.
    And with the rate: its means over some bins are louder where the table turns faster, more clearly than bins are, as
    errors of a reference would be.
-4. Angle: waves of the table's angle of any order, in windows of time (`insenv.identify.prepare.orders`).
+4. Angle: waves of the table's angle of any order, in windows of time (`insenv.identify.prepare.orders`). Temperature:
+   the same, its range the turn.
 5. Lines that move (`insenv.identify.prepare.sweeps`).
 6. Held-out data: the same in groups of their modes, with the noise of the fitted data: what sets in after the fit.
 
@@ -56,9 +57,10 @@ TRIALS = 8
 NARROWEST, BANDS = 4, 8
 
 
-#: What two of the tests say, which a wave of the table's angle may explain, and the probability from which on its order
-#: is told.
+#: What three of the tests say, of which two a wave of the table's angle may explain, and the probability from which on
+#: its order is told.
 OF_ANGLE = "the residual follows the table's angle in a way that no effect foresees"
+OF_TEMPERATURE = "the residual follows the temperature in a way that no effect foresees"
 MOVING = "the residual has a line whose frequency moves, which no effect has"
 TOLD = 1e-6
 
@@ -135,6 +137,7 @@ def _tests(problem: Problem, fit: Fit, declared: dict[str, float]) -> dict[str, 
         ("the residual is louder at some times than at others", _loudness_p(tuple(_in_time(problem, residual)))),
         ("slow noise is louder where the table turns faster, which no noise term is", _fast_p(whole, everywhere)),
         (OF_ANGLE, strongest([block for _, block in _turned(whole, everywhere)]).p_value),
+        (OF_TEMPERATURE, strongest(_heated(whole, everywhere)).p_value),
         (MOVING, sweeps_p(_by_run(whole, everywhere))),
         ("held-out data hold slow structure that neither model nor noise foretells", _later_p(problem, fit)),
     ]
@@ -325,6 +328,20 @@ def _turned(problem: Problem, blocks: Blocks) -> list[tuple[Block, tuple[Floats,
         own = slice(b.start, b.stop)
         found.append((b, (np.clip(white, -LOUDEST, LOUDEST), middle[own], change[own] * per_bin[b.run])))
     return found
+
+
+def _heated(problem: Problem, blocks: Blocks) -> list[tuple[Floats, Floats, Floats]]:
+    """What is left, and the temperature as an angle, its whole range a turn; nothing where it was not recorded."""
+    read = tuple(t for e in problem.exposures if (t := e.motion.temperature) is not None)
+    if len(read) < len(problem.exposures):
+        return []
+    heat = problem.bins.mean(read)
+    span = float(np.ptp(heat))
+    if not span:
+        return []
+    angle = 2 * np.pi * (heat - heat.min()) / span
+    rows = [(slice(block.start, block.stop), np.clip(white, -LOUDEST, LOUDEST)) for block, white in blocks]
+    return [(white, angle[own], np.gradient(angle[own])) for own, white in rows if len(white) > 1]
 
 
 def _loudness_p(blocks: Blocks) -> float:
