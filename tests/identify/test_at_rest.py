@@ -204,7 +204,7 @@ def test_a_channel_that_reads_one_number_is_left_out_and_said(tmp_path: Path, nu
     (tmp_path / "run.toml").write_text(text)
     found = close(tmp_path / "run.toml")
     assert [target.target for target in found.targets] == ["accel_x"]
-    assert any(f"gyro_x reads {number:g} rad/s in all rows that are judged" in remark for remark in found.remarks)
+    assert any(f"gyro_x reads {number:g} rad/s in all rows that are fitted" in remark for remark in found.remarks)
     (tmp_path / "run.toml").write_text(text.replace('["gyro_x", "accel_x"]', '"gyro_x"'))
-    with pytest.raises(InputError, match="same value in all rows that are judged: a dead channel"):
+    with pytest.raises(InputError, match="same value in all rows that are fitted: a dead channel"):
         close(tmp_path / "run.toml")

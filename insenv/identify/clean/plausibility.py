@@ -114,7 +114,7 @@ def implausible(manifest: Manifest, recordings: Sequence[Recording]) -> dict[str
 
 
 def without_dead(manifest: Manifest, recordings: Sequence[Recording]) -> tuple[Manifest, tuple[str, ...]]:
-    """The manifest of a unit at rest without targets that read one number in all rows that are judged; what is said.
+    """The manifest of a unit at rest without targets that read one number in all rows that are fitted; what is said.
 
     Steps of the readings, or a dead band, may hide all that a channel would show; those beside it are judged.
 
@@ -125,20 +125,20 @@ def without_dead(manifest: Manifest, recordings: Sequence[Recording]) -> tuple[M
     """
     if manifest.procedure != "static":
         return manifest, ()
-    uses = [use.fit | use.held_out for use in split(manifest, recordings)]
+    uses = [use.fit for use in split(manifest, recordings)]
     said = {}
     for target in manifest.model.targets:
-        judged = [r.channel(target).values[use] for r, use in zip(recordings, uses, strict=True)]
-        if all(len(values) and np.ptp(values) == 0 for values in judged):
+        fitted = [r.channel(target).values[use] for r, use in zip(recordings, uses, strict=True)]
+        if all(len(values) and np.ptp(values) == 0 for values in fitted):
             said[target] = (
-                f"{target} reads {judged[0][0]:.6g} {recordings[0].channel(target).unit} in all rows that are judged: "
+                f"{target} reads {fitted[0][0]:.6g} {recordings[0].channel(target).unit} in all rows that are fitted: "
                 "its steps, or a dead band, hide what is smaller, and it is left out"
             )
     alive = tuple(target for target in manifest.model.targets if target not in said)
     if not alive:
         raise InputError(
             f"{manifest.path}: {', '.join(said)} read{'s' * (len(said) == 1)} the same value in all rows that are "
-            "judged: a dead channel or another column; wanted the instrument's readings"
+            "fitted: a dead channel or another column; wanted the instrument's readings"
         )
     return replace(manifest, model=replace(manifest.model, targets=alive)) if said else manifest, tuple(said.values())
 

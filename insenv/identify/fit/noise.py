@@ -34,6 +34,8 @@ from insenv.identify.fit.bins import Block
 _ABSENT = 1e-9
 #: Share of the data's variance that rounding leaves of it: an accelerometer's level is gravity.
 _ROUNDING = 1e-15
+#: Power that is none, of readings that stand still: its inverse can still be squared.
+_NONE = 1e-90
 #: Share by which squares grow, so that rounding of nearly collinear columns leaves the matrix positive.
 _RIDGE = 1e-11
 #: Slope of the log-likelihood in the logarithm of a power that counts as none.
@@ -288,7 +290,7 @@ def _scored(pooled: Pooled, prior: Floats, restricted: bool, power: Floats, pass
         column = np.sqrt(np.add.reduce(rows * rows, axis=0))
         target = nnls(rows / column, at.energy / freedom * root)[0] / column
         for _ in range(6):
-            tried = np.maximum(target, 1e-12 * power)
+            tried = np.maximum(target, np.maximum(1e-12 * power, _NONE))
             new = _profile(pooled, tried, prior)
             gained = new.loglik(pooled, prior, restricted) - value
             if gained > 0:

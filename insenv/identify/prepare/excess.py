@@ -419,5 +419,7 @@ def _group_p(power: Floats, expected: Floats, groups: int = 40) -> float:
 
 def _cumulated_p(power: Floats, expected: Floats) -> float:
     """Kolmogorov-Smirnov distance of the cumulated periodogram; the variance of chi-square on one degree is 2."""
+    if not np.any(power):  # all readings but outliers are one number
+        return 1.0
     share = np.cumsum(power) / np.sum(power) - np.cumsum(expected) / np.sum(expected)
     return float(kolmogorov(np.abs(share).max() * np.sqrt(len(power) / 2)))

@@ -290,6 +290,8 @@ def _of_block(problem: Problem, fit: Fit, block: Block, frequency: float) -> Lin
     if block.n < FEWEST_BINS or frequency * block.n * width < FEWEST_CYCLES:
         return None
     values = residual(problem, fit)[block.start : block.stop]
+    if not np.ptp(values):  # a reading that stands still, as one held at nought at rest does
+        return None
     time = problem.bins.time[block.start : block.stop]
     spectrum = periodogram(values, width)
     half = _reach(frequency, block.n * width)

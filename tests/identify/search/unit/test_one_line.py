@@ -19,7 +19,11 @@ def shaken(folder: Path, sizes: tuple[float, ...], seed: int, until: float = 1.0
     rng, t = np.random.default_rng(seed), DT * np.arange(N)
     phase = 2 * np.pi * FREQUENCY * t + 0.12 * np.cumsum(rng.standard_normal(N))
     line = np.cos(phase) * (t < until * t[-1])
-    read = 1e-3 * (rng.standard_normal((3, N)) + np.outer(sizes, line))
+    return written(folder, 1e-3 * (rng.standard_normal((3, N)) + np.outer(sizes, line)))
+
+
+def written(folder: Path, read: np.ndarray) -> dict[str, TargetFindings]:
+    """The findings on the axes of a unit at rest, shape (3, n) [rad/s]."""
     np.savez(folder / "bench.npz", **dict(zip(AXES, read, strict=True)))
     channels = [f'{axis} = {{ column = "{axis}", unit = "rad/s" }}' for axis in AXES]
     head = ['data = "bench.npz"', "[channels]", f'time = {{ rate = "{1 / DT:g} Hz" }}']
@@ -42,3 +46,15 @@ def test_a_line_of_two_axes_is_found_where_it_is_weak(tmp_path: Path) -> None:
 def test_an_axis_that_is_not_shaken_has_no_line(tmp_path: Path) -> None:
     found = [shaken(tmp_path, (1.5, 1.2, 0.0), seed) for seed in range(8)]
     assert not any(has_line(one["gyro_z"]) for one in found)
+
+
+def test_an_axis_that_is_held_at_nought_does_not_stop_the_others(tmp_path: Path) -> None:
+    """A unit whose chip holds a gyro at rest but for some rows of one step: no spectrum in the stretch beside them."""
+    rng, t = np.random.default_rng(1), DT * np.arange(N)
+    read = 1e-3 * (rng.standard_normal((3, N)) + np.outer((1.5, 1.5, 0.0), np.cos(2 * np.pi * FREQUENCY * t)))
+    for rows in ([N - 300], [60, 61]):
+        read[2] = 1e-3 * np.isin(np.arange(N), rows)
+        found = written(tmp_path, read)
+        assert has_line(found["gyro_x"]) and has_line(found["gyro_y"])
+        assert ("gyro_z" in found) is (60 in rows)
+        assert not any(has_line(one) for axis, one in found.items() if axis == "gyro_z")
