@@ -310,6 +310,12 @@ def _walks(
 
 _WALKING = "beside biases that walk as far as these rests allow"
 _REPEATED = "beside biases that repeat from rest to rest no better than an accelerometer does at worst"
+#: What explains a few rests nearly as well as an effect, and the p-value beside it up to which that is said: what is
+#: refused beside the worst repeatability is significant beside the usual one.
+_AS_WELL = (
+    (_WALKING, "biases that walk from rest to rest", NEARLY),
+    (_REPEATED, f"biases that repeat to {1e3 * WORST:g} mm/s^2 and no better", 1.0),
+)
 
 
 def _set_down_anew(manifest: Manifest, found: Rests) -> tuple[Floats | None, Floats | None]:
@@ -355,11 +361,21 @@ def _unconfirmed(outcome: Outcome, alpha: float) -> tuple[str, ...]:
         f"{one.effect} would explain these rests (p = {one.p_value:.1g}), and {why[one.reason]}"
         for one in outcome.rejected
         if one.reason in why and one.p_value < alpha and not (one.reason == INCREDIBLE and one.effect in SLOW)
-    ) + tuple(
-        f"{one.effect} would explain these rests, and biases that walk from rest to rest nearly as well (p = "
-        f"{one.p_value:.1g} beside them): not decided; the same attitudes again, in another order, would tell"
+    ) + tuple(said for doubt, by, least in _AS_WELL for said in _explained_by(outcome, doubt, by, least))
+
+
+def _explained_by(outcome: Outcome, doubt: str, by: str, least: float) -> tuple[str, ...]:
+    """What would explain the rests and is refused for a ``doubt``, that something else does so as well."""
+    names = {
+        one.effect: one.p_value
         for one in outcome.rejected
-        if one.reason == f"not significant {_WALKING}" and one.p_value < NEARLY and one.effect not in SLOW
+        if one.reason == f"not significant {doubt}" and one.p_value < least and one.effect not in SLOW
+    }
+    if not names:
+        return ()
+    return (
+        f"{' or '.join(names)} would explain these rests, and {by} nearly as well (p = {min(names.values()):.1g} "
+        "beside them): not decided; the same attitudes again, in another order, would tell",
     )
 
 

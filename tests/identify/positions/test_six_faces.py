@@ -79,6 +79,14 @@ def test_scale_factors_far_beyond_it_are_named(tmp_path: Path, scale: tuple[floa
     np.testing.assert_allclose([v.sd for v in values], REPEAT / np.sqrt(2) / STANDARD_GRAVITY, rtol=0.5)
 
 
+@pytest.mark.parametrize("seed", [3, 4, 6])
+def test_scale_factors_that_the_worst_repeatability_would_do_as_well_are_said(tmp_path: Path, seed: int) -> None:
+    """Seven times what biases usually repeat to, and twice the worst: nothing was said of it. Other seeds name it."""
+    verdict, (reason,), added = said(six_faces(tmp_path, (0.7e-3, 0.0, 0.4e-3), seed))
+    assert verdict == "unexplained-structure" and not added
+    assert reason.startswith("accel_scale_factor would explain these rests, and biases that repeat to 3 mm/s^2")
+
+
 def test_a_stated_repeatability_takes_the_place_of_the_usual_one(tmp_path: Path) -> None:
     scale = (-1.4e-3, -1.3e-3, 0.1e-3)
     found = six_faces(tmp_path, scale, 3, stated='[positions]\nrepeatability = "20 mm/s^2"')
