@@ -71,6 +71,7 @@ from insenv.identify.search.unit.one_box import (
     STEPS,
     may_drift,
 )
+from insenv.identify.search.unit.other_gyros import beside_other_gyros
 from insenv.identify.search.unit.proposals import (
     SHARED,
     Proposal,
@@ -119,6 +120,9 @@ OF_MOTION = "the motion has a line there as well, of which a filter or a lag lea
 
 #: Why a line is refused that the table has while it turns alone.
 OF_RIPPLE = "it is there while the table turns and not while it rests: the ripple of a motor, for one"
+
+#: Why a line is refused that another gyro of the unit reads.
+OF_TURN = "the unit turns there, as its other gyros read"
 
 #: Why no hold is tried of means that were made of uneven rows.
 OF_MEANS = "rows of uneven steps were made means: an output that is held for less is only late there"
@@ -530,16 +534,24 @@ def _nothing(track: Track, hit: Hit, joined: tuple[str, ...]) -> str:
         return OF_COUNTS if damped.of_counts else OF_MOTION if damped.of_motion else OF_DAMPED
     if order := _turns_along(track, hit):
         return OF_TURNS.format("once" if order == 1 else f"{order} times")
-    return OF_REFERENCE if _of_the_reference(track, hit) else _of_the_motion(track, hit.term.shape[0])
+    return OF_REFERENCE if _of_the_reference(track, hit) else _of_the_motion(track, hit)
 
 
-def _of_the_motion(track: Track, frequency: float) -> str:
-    """Why a line at ``frequency`` [Hz] is one of the motion; empty if it is not."""
-    problem, fit = track.problem, track.fit
+def _of_the_motion(track: Track, hit: Hit) -> str:
+    """Why a line is one of the motion; empty if it is not."""
+    problem, fit, frequency = track.problem, track.fit, hit.term.shape[0]
+    if (turned := beside_other_gyros(problem, fit)) and not _stands(track, turned, hit):
+        return OF_TURN
     if stops_at_rest(problem, fit, frequency):
         return OF_RIPPLE
     moved = moves_there(problem, fit, frequency) or goes_with_motion(problem, fit, frequency)
     return OF_MOTION if moved else ""
+
+
+def _stands(track: Track, fit: Fit, hit: Hit) -> bool:
+    """Whether a hit is more than noise beside the model of ``fit``, another one than that of the track."""
+    base = reference(track.problem, fit.model, fit.noise.power)
+    return at_shape(track.problem, fit, base, hit, hit.term).log_p < math.log(SUSPECTED)
 
 
 def _left_of(track: Track, hit: Hit) -> Line | None:

@@ -8,6 +8,7 @@
 * An effect that rounding of the readings, which no noise blurs, explains as well.
 * A gain that is not the same by short means and by the long ones that are judged, beside a reference with errors.
 * A drift that axes of the unit have together, and that is not told on this one, or whose size here is not.
+* A gyro that follows another one of a unit that was turned, and not on a table.
 * A drift of a unit at rest that would be significant if nothing else had been tried, or a slow cause that is so by all
   rows, the held-out ones too. Beside a reference: one of the bias that all rows tell.
 * A bias of a unit at rest that is not the same in its runs.
@@ -56,6 +57,7 @@ from insenv.identify.search.staying import Staying
 from insenv.identify.search.tracks import MOST_ADDED, Step, Track
 from insenv.identify.search.undecided import leaning, may_be_slow
 from insenv.identify.search.unit.one_box import DRIFTS
+from insenv.identify.search.unit.other_gyros import follows_other_gyros
 from insenv.identify.search.unit.turn_on import turned_on_anew
 
 _BESIDE_THE_REFERENCE = (
@@ -94,6 +96,7 @@ def unfinished(track: Track, alpha: float) -> tuple[str, ...]:
         *_rounded(track, alpha),
         *gain_of_means(track.prepared.gains),
         *_of_the_box(track),
+        *follows_other_gyros(track.problem, track.fit),
         *leaning(track, alpha),
         *turned_on_anew(track, alpha),
         *_jumping(track, alpha),

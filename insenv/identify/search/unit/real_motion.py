@@ -48,7 +48,7 @@ TURNED = 0.01
 
 def unmoved(problem: Problem, effect: Effect) -> str:
     """Why an effect of force or of cross rates cannot be told from noise at rest; empty if it can."""
-    if "cross_rate" in effect.needs and not any(_turned(e.motion) for e in problem.exposures):
+    if "cross_rate" in effect.needs and not any(turned_by_a_table(e.motion) for e in problem.exposures):
         return "no channel tells how the unit turned: gyros that read alike may have swayed about an axis between them"
     needs = [need for need in LEAST if any(n.partition(".")[0] == need for n in effect.needs)]
     if not needs or any(e.motion.angle is not None and np.ptp(e.motion.angle) > TURNED for e in problem.exposures):
@@ -57,10 +57,10 @@ def unmoved(problem: Problem, effect: Effect) -> str:
     position = needs[0] == "force"
     fields: list[Mapping[str, Floats]] = [getattr(e.motion, needs[0]) for e in problem.exposures]
     axes = set.intersection(*(set(one) for one in fields))
-    covered = max((_covered(problem, tuple(one[axis] for one in fields), position) for axis in axes), default=0.0)
+    covered = max((covered_by(problem, tuple(one[axis] for one in fields), position) for axis in axes), default=0.0)
     if covered >= least and needs[0] == "force" and len(axes) == 3:
         sizes = tuple(np.sqrt(sum(np.square(one[axis]) for axis in axes)) for one in fields)
-        magnitude = _covered(problem, sizes, position)
+        magnitude = covered_by(problem, sizes, position)
         if magnitude > OF_MAGNITUDE * covered:
             return (
                 f"the {what} covers {covered:.2g} {unit} and its magnitude {magnitude:.2g}, which no tilt changes: "
@@ -71,12 +71,12 @@ def unmoved(problem: Problem, effect: Effect) -> str:
     return f"the {what} covers {covered:.2g} {unit}, which instruments at rest do by themselves; nothing moved"
 
 
-def _turned(motion: Motion) -> bool:
+def turned_by_a_table(motion: Motion) -> bool:
     """Whether a table is known to have turned the unit."""
     return motion.angle is not None or motion.rate_edges is not None or bool(np.any(motion.rate))
 
 
-def _covered(problem: Problem, cells: tuple[Floats, ...], position: bool) -> float:
+def covered_by(problem: Problem, cells: tuple[Floats, ...], position: bool) -> float:
     """Range of the means over a second of one channel, in the bins of all runs, but for a hundredth at either end.
 
     Nothing where white noise covers as much by itself, unless rows may each be of another ``position`` and are.
