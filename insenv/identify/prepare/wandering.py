@@ -11,7 +11,7 @@ with the gain of the fitted blocks for the held-out ones too: a hole in the spec
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -161,15 +161,34 @@ def _amplitude(time: Floats, values: Floats, frequency: float) -> tuple[float, f
 def moves_there(problem: Problem, fit: Fit, frequency: float) -> bool:
     """Whether a measured reference has a line at ``frequency`` [Hz]: the ripple of a motor, or steps of who walks.
 
-    What a filter, a lag or a soft mount makes of such motion is left of it, and no line of the target.
+    What a filter, a lag or a soft mount makes of such motion is left of it, and no line of the target. Nor is what
+    comes after each move of a table that moves again and again, about an axis across the target's.
     """
-    if problem.commanded or not problem.turns:
+    if problem.commanded:
         return False
-    for block, _, reference in _beside_reference(problem, fit):
-        found = periodogram(reference, problem.bins.width)
+    if not problem.turns:
+        return _has_line(problem, _turned(problem), frequency)
+    return _has_line(
+        problem, ((block, reference) for block, _, reference in _beside_reference(problem, fit)), frequency
+    )
+
+
+def _has_line(problem: Problem, stretches: Iterable[tuple[Block, Floats]], frequency: float) -> bool:
+    for block, motion in stretches:
+        found = periodogram(motion, problem.bins.width)
         if has_line(found, np.abs(found.f - frequency) <= WITHIN / (block.n * problem.bins.width)):
             return True
     return False
+
+
+def _turned(problem: Problem) -> Iterator[tuple[Block, Floats]]:
+    """The longest fitted stretch of each run in which a table turns, with the angle by which it does in each bin."""
+    angles = [e.motion.angle for e in problem.exposures]
+    cells = (np.zeros(e.motion.n) if a is None else np.diff(a) for a, e in zip(angles, problem.exposures, strict=True))
+    turned = problem.bins.mean(tuple(cells))
+    for block in _stretches(problem, True):
+        if np.ptp(turned[block.start : block.stop]):
+            yield block, turned[block.start : block.stop]
 
 
 def goes_with_motion(problem: Problem, fit: Fit, frequency: float) -> bool:
