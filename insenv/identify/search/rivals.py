@@ -43,6 +43,8 @@ NEAR = 60.0
 AS_LIKELY = 1e-3
 #: Likelihood ratio by which an unusual effect may fall behind a common one and be told beside it still.
 NEAR_UNUSUAL = 4.0
+#: The same by which what cannot be of its size must be ahead to speak against an effect that is named.
+FAR_BETTER = 20.0
 #: Share of a curve outside another that two curves must have to be two.
 ALIKE = 0.05
 #: Standard deviations by which a curve at its size stands out of another's span, up to which nobody can tell the two.
@@ -54,7 +56,8 @@ class Rivalry:
     """Effects that explain as well as an added one, by key, best first, and their ``terms`` at the best shapes.
 
     ``better`` is one that explains better. ``rarer`` are those that explain nearly as well, against whom the odds are.
-    ``noise`` are the noise terms of which more would do as well.
+    ``noise`` are the noise terms of which more would do as well. ``imitation`` is what explains far better, with
+    coefficients that it cannot have: it imitates another cause, and the added effect does so less well.
     """
 
     rivals: tuple[str, ...]
@@ -62,6 +65,7 @@ class Rivalry:
     terms: tuple[Term, ...] = ()
     rarer: tuple[str, ...] = ()
     noise: tuple[str, ...] = ()
+    imitation: Hit | None = None
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -109,7 +113,16 @@ def rivalry(
             better = hit
     rivals.sort(key=lambda hit: -hit.likelihood_ratio)
     rarer.sort(key=lambda hit: -hit.likelihood_ratio)
-    return Rivalry(_keys(rivals), better, tuple(hit.term for hit in rivals), _keys(rarer))
+    terms = tuple(hit.term for hit in rivals)
+    return Rivalry(_keys(rivals), better, terms, _keys(rarer), imitation=_imitation(term, hits, paid))
+
+
+def _imitation(term: Term, hits: list[Hit], paid: float) -> Hit | None:
+    """What explains far better than a law that is worth ``paid``, with coefficients that its effect cannot have."""
+    if term.effect.of_response:
+        return None
+    best = max((hit for hit in hits if hit.incredible > 0), key=lambda hit: hit.rank, default=None)
+    return best if best is not None and best.rank > paid + FAR_BETTER else None
 
 
 def _keys(hits: list[Hit]) -> tuple[str, ...]:

@@ -107,7 +107,7 @@ def confronted(problem: Problem, fit: Fit, base: Reference, hit: Hit) -> Hit:
 
 def _confronted(problem: Problem, fit: Fit, base: Reference, hit: Hit) -> Hit:
     larger = solve(problem, with_term(fit.model, hit.term), start=fit.noise.power)
-    beyond = _beyond_bounds(problem, larger)
+    beyond = _beyond_bounds(problem, larger) or _contradicted(problem, base, larger)
     if why := _no_law_of_any_size(problem, fit, base, larger):
         return replace(hit, deviate=-np.inf, remark=beyond or why)
     freedom = term_freedom(problem, base, hit.term)
@@ -126,15 +126,15 @@ def no_law(problem: Problem, fit: Fit, base: Reference, larger: Fit) -> str:
 
     Its coefficients are not credible, or what it explains is not the same in all of the recording.
     """
-    return _beyond_bounds(problem, larger) or _no_law_of_any_size(problem, fit, base, larger)
+    beyond = _beyond_bounds(problem, larger) or _contradicted(problem, base, larger)
+    return beyond or _no_law_of_any_size(problem, fit, base, larger)
 
 
 def _no_law_of_any_size(problem: Problem, fit: Fit, base: Reference, larger: Fit) -> str:
     """The same, whatever its coefficients are."""
     term = larger.model[-1]
     return (
-        _contradicted(problem, base, larger)
-        or _over_at_once(term)
+        _over_at_once(term)
         or _leads(larger)
         or _counts(problem, larger)
         or unseen(problem, term.effect, term.shape)

@@ -16,6 +16,7 @@
 * Tones at multiples of one frequency: one wave that is no sine, and has a cause that no tone names.
 * A curve without a cause beside effects that have one.
 * What is beyond all doubt, and would be of a size that its effect cannot have: another cause is there.
+* What would explain far better than an effect that was added, of a size that it cannot have.
 * A law of the rate beside a gain that no gyro has: then the reference is not the rate that it turns by.
 * One law of the rate twice: a curve of a form that neither has; what signs by chance give as often.
 * An effect of the angle, of few waves, of a table that swings at one frequency: there its angle is its acceleration.
@@ -103,6 +104,7 @@ def unfinished(track: Track, alpha: float) -> tuple[str, ...]:
         *_waves(track),
         *_curves(track),
         *_of_no_credible_size(track),
+        *_imitated(track),
         *_swung(track),
         *_by_another_rate(track),
         *_without_a_name(track),
@@ -144,6 +146,16 @@ def _of_no_credible_size(track: Track) -> tuple[str, ...]:
         return ()
     chance = float(np.exp(_log_p_incredible(best)))
     return (f"{_what(best)} would explain more (p = {chance:.1g}), but {best.remark}: another cause is there",)
+
+
+def _imitated(track: Track) -> tuple[str, ...]:
+    """What explains far better than an effect that was added, with coefficients that it cannot have."""
+    return tuple(
+        f"{_what(other)} would explain far more than {_what(step.hit)} (likelihood ratio {other.likelihood_ratio:.3g} "
+        f"in its place), but {other.remark}: another cause is there"
+        for step, rivalry in zip(track.steps, track.rivalries, strict=False)
+        if (other := rivalry.imitation) is not None
+    )
 
 
 def _log_p_incredible(hit: Hit) -> float:
