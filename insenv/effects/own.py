@@ -23,7 +23,7 @@ from insenv.effects.rate.scale import (
 )
 from insenv.effects.rate.threshold import DeadBand
 from insenv.effects.spline import SplineAngle, SplineRate, SplineTemperature, SplineTime
-from insenv.effects.thermal import BiasTemperature, BiasTemperatureRate, BiasThermalLag
+from insenv.effects.thermal import BiasTemperature, BiasTemperatureRate, BiasThermalHysteresis, BiasThermalLag
 from insenv.effects.tilt import BaseSettling, BaseTilt
 from insenv.effects.timing import ForceDelay, SampleHold, TimingSkew
 from insenv.effects.tone import Tone
@@ -46,6 +46,7 @@ CATALOGUE: tuple[Effect, ...] = (
     *(BiasTemperature(order) for order in (1, 2, 3)),
     BiasTemperatureRate(),
     BiasThermalLag(),
+    BiasThermalHysteresis(),
     ScaleFactor(),
     ScaleFactorDrift(),
     ScaleFactorWarmUp(),

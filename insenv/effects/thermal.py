@@ -3,6 +3,7 @@
     bias_temperature        c (T - T_ref) + c2 (T - T_ref)^2 + c3 (T - T_ref)^3
     bias_temperature_rate   c dT/dt
     bias_thermal_lag        c (T - L),    tau dL/dt = T - L,    L = T at the start of the run
+    bias_thermal_hysteresis c (T - P) / r,    P what follows T through a play of radius r (`insenv.effects.forms.play`)
 
 The lag is carried as its excess w = T - L. With T linear over an interval (slope m, x = dt / tau, E =
 exp(-x)) the solution is exact:
@@ -17,10 +18,24 @@ from typing import Any, final
 
 import numpy as np
 
-from insenv.core.motion import Motion, interval_mean, interval_slope
+from insenv.core.motion import Motion, interval_mean, interval_slope, reading_noise
 from insenv.core.recording import Floats
 from insenv.effects.base import OUTPUT, LinearEffect, MemoryEffect, Param
-from insenv.effects.forms import checked_order, columns, first_order, known, spread, time_constants
+from insenv.effects.forms import (
+    checked_order,
+    columns,
+    first_order,
+    known,
+    play,
+    reversals,
+    spread,
+    time_constants,
+    turning_points,
+)
+
+#: Radii of a hysteresis that a scan tries, as shares of the range of the temperature, and the least, in deviations of
+#: the noise of its readings.
+RADII, BEYOND = (0.02, 0.05, 0.1, 0.2, 0.35), 5.0
 
 _COEFFICIENTS = (
     Param("c", OUTPUT + "/K", sd=1e-2, bound=0.1),
@@ -116,6 +131,52 @@ class BiasThermalLag(MemoryEffect):
     def grid(self, motion: Motion) -> Floats:
         """Time constants, shape (g, 1)."""
         return time_constants(motion, 16)
+
+
+@final
+@dataclass(frozen=True)
+class BiasThermalHysteresis(MemoryEffect):
+    """A bias that is c higher where the temperature was last raised by more than 2 r, and c lower where lowered."""
+
+    id = "bias_thermal_hysteresis"
+    title = "thermal hysteresis of the bias"
+    meaning = "at one temperature the bias depends on whether it was reached from below or from above"
+    linear = (Param("c", OUTPUT, sd=1e-2, bound=0.1),)
+    shapes = (Param("r", "K", sd=5.0, low=0.05),)
+    needs = ("temperature",)
+    source = "Play operator: Brokate and Sprekels, Hysteresis and Phase Transitions (1996), section 2.1"
+    on_axes = ("gyro", "accelerometer")
+    unusual = True
+
+    def begin(self, motion: Motion, theta: Floats) -> Floats:
+        """In the middle of the play, shape (...)."""
+        first = known(motion, "temperature", self.id)[..., 0]
+        return np.broadcast_to(first, np.broadcast_shapes(first.shape, np.shape(theta)[:-1])).copy()
+
+    def carry(self, u: Floats, motion: Motion, theta: Floats, state: Any) -> tuple[Floats, Floats]:
+        """Coefficient times the mean side of the play, shape (..., n), and what follows at the last edge, (...)."""
+        radius, heat = theta[..., 1, None], known(motion, "temperature", self.id)
+        heat = np.broadcast_to(heat, np.broadcast_shapes(heat.shape, radius.shape))
+        behind = play(heat, radius, np.asarray(state))
+        behind[..., 0] = state
+        return spread(u, theta[..., 0, None] * interval_mean((heat - behind) / radius)), behind[..., -1].copy()
+
+    def blind(self, motion: Motion) -> str:
+        """Where the temperature never turns back."""
+        return "" if reversals(self._turns(motion), self._radii(motion)[0]) else "the temperature does not turn back"
+
+    def grid(self, motion: Motion) -> Floats:
+        """Radii beyond the noise of the thermometer, shape (g, 1)."""
+        return self._radii(motion)[:, None]
+
+    def _turns(self, motion: Motion) -> Floats:
+        heat = known(motion, "temperature", self.id)
+        return turning_points(heat.reshape(-1, heat.shape[-1])[0])
+
+    def _radii(self, motion: Motion) -> Floats:
+        radii = np.ptp(self._turns(motion)) * np.array(RADII)
+        told = radii > BEYOND * reading_noise(known(motion, "temperature", self.id))
+        return radii[told] if told.any() else radii[-1:]
 
 
 def temperature_excess(motion: Motion, effect: str) -> Floats:

@@ -30,7 +30,7 @@ def test_the_catalogue_has_the_names_of_the_contract() -> None:
     assert len(set(KEYS)) == len(KEYS)
     assert {effect.id for effect in CATALOGUE} == {
         *("bias", "bias_drift", "bias_warm_up", "bias_step"),
-        *("bias_temperature", "bias_temperature_rate", "bias_thermal_lag"),
+        *("bias_temperature", "bias_temperature_rate", "bias_thermal_lag", "bias_thermal_hysteresis"),
         *("scale_factor", "scale_factor_drift", "scale_factor_warm_up", "scale_factor_temperature"),
         *("scale_factor_asymmetry", "scale_factor_cubic", "scale_factor_anomaly", "lock_in"),
         "compensation_ripple",
@@ -298,7 +298,7 @@ EXACT = {
 # A threshold and a held sample are no smooth functions of the exposure.
 ABRUPT = {"lock_in", "rate_lock", "sample_hold"}
 # Nor are the side of a play and the end of a turn.
-ABRUPT |= {"dead_band", "encoder_backlash", "scale_factor_hysteresis", "settling_after_turn"}
+ABRUPT |= {"dead_band", "encoder_backlash", "scale_factor_hysteresis", "settling_after_turn", "bias_thermal_hysteresis"}
 
 
 @pytest.mark.parametrize("key", [key for key in DETERMINISTIC if key not in ABRUPT])

@@ -15,9 +15,11 @@ from insenv.effects.angle import EncoderHarmonic
 from insenv.effects.base import Effect
 from insenv.effects.bias import BiasWarmUp
 from insenv.effects.catalogue import CATALOGUE, by_key
-from insenv.effects.rate.hysteresis import EncoderBacklash, ScaleFactorHysteresis, play, reversals
+from insenv.effects.forms import play, reversals
+from insenv.effects.rate.hysteresis import EncoderBacklash, ScaleFactorHysteresis
 from insenv.effects.rate.lag import OutputBandwidth, SelfHeating, SettlingAfterTurn
 from insenv.effects.rate.threshold import DeadBand
+from insenv.effects.thermal import BiasThermalHysteresis
 from insenv.effects.tilt import BaseSettling
 from insenv.effects.wobble import Wobble
 from insenv.identify.positions.accel import Magnitudes
@@ -70,6 +72,18 @@ def test_the_angle_of_an_encoder_stays_behind_by_its_play_after_each_reversal() 
     assert behind[49] == pytest.approx(0.5e-4)
     assert behind[129] == pytest.approx(-0.5e-4)
     assert behind[-1] == pytest.approx(0.5e-4)
+
+
+def test_a_bias_stays_behind_the_temperature_by_half_its_loop() -> None:
+    heat = 300.0 + np.concatenate([np.linspace(0, 20, 21), np.linspace(19, -20, 40), np.linspace(-19, 20, 40)])
+    motion = Motion(t=edges(len(heat) - 1, 1.0), rate=np.zeros(len(heat) - 1), temperature=heat)
+    loop = added(BiasThermalHysteresis(), motion, 1e-5, 3.0)
+    # From the middle: over 3 K at first, then over 6 K after each turn.
+    np.testing.assert_allclose(loop[[0, 1, 2, 5, 19]], 1e-5 * np.array([1 / 6, 0.5, 5 / 6, 1, 1]))
+    np.testing.assert_allclose(loop[[20, 22, 25, 26, 59]], 1e-5 * np.array([5 / 6, 1 / 6, -5 / 6, -1, -1]))
+    assert not BiasThermalHysteresis().blind(motion)
+    soak = replace(motion, temperature=np.sort(heat))
+    assert "does not turn back" in BiasThermalHysteresis().blind(soak)
 
 
 def test_a_rate_from_below_reads_another_value_than_from_above() -> None:

@@ -22,6 +22,7 @@ LADDERS: tuple[tuple[str, str, tuple[float, ...]], ...] = (
     ("bias_temperature:1", "rest", (1.0,)),
     ("bias_temperature_rate", "rest", (1.0,)),
     ("bias_thermal_lag", "rest", (1.0, 150.0)),
+    ("bias_thermal_hysteresis", "rest", (1.0, 0.5)),
     ("scale_factor_drift", "staircase", (1.0,)),
     ("scale_factor_warm_up", "staircase", (1.0, 200.0)),
     ("scale_factor_temperature", "staircase", (1.0,)),

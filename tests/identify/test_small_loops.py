@@ -17,7 +17,7 @@ import pytest
 from scipy.ndimage import gaussian_filter1d
 from strangers import closed_rate_file
 
-from insenv.effects.rate.hysteresis import play
+from insenv.effects.forms import play
 
 LOOP, RADIUS, NOISE = 6e-3, 0.03, 5e-3
 

@@ -9,7 +9,7 @@ with s(x) = (x - P(x)) / r between -1 and 1, P the play operator of radius r,
     P_k = min(max(P_{k-1}, x_k - r), x_k + r),    P_0 = x_0:
 
 s is 1 where x was last raised by more than r, -1 where it was lowered, and in between on the way from the one to the
-other after each turning point. A chain of plays is one play: prefixes are composed in log2(n) passes, exactly.
+other after each turning point.
 
 Source: M. Brokate and J. Sprekels, Hysteresis and Phase Transitions (1996), chapter 2.
 """
@@ -24,14 +24,12 @@ import numpy as np
 from insenv.core.motion import Motion, interval_slope, reading_noise
 from insenv.core.recording import Floats
 from insenv.effects.base import OUTPUT, MemoryEffect, Param
-from insenv.effects.forms import SET, known, spread
+from insenv.effects.forms import SET, known, play, reversals, spread, turning_points
 from insenv.effects.rate.scale import LEAST_RATE
 
 #: Radius of the play by which a reversal is told from the noise of an angle: unasked [rad], in deviations of that
 #: noise, and the least [rad]; and the largest that is tried, half of a play.
 REVERSED, BEYOND, LEAST, WIDEST = 1e-3, 10.0, 1e-8, 0.05
-#: Share of the radius from which on a play is taken up: of 1e-8 rad beside a thousand turns no more figures are left.
-TAUT = 0.999
 #: Share of a way that a play must be at least which is taken up over it: radii are tried in steps of some four.
 TAKEN_UP = 0.1
 #: Ratio of two radii of which reversals are compared, one that goes with the noise is none by the larger one; and how
@@ -46,34 +44,6 @@ HOLDS, LEAST_HOLD = 1e-3, 0.3
 RADII, LEAST_RADIUS = (0.01, 0.05, 0.15, 0.3, 0.6), 2.0
 
 Form = Literal["open", "closed", "share"]
-
-
-def play(x: Floats, radius: float | Floats, before: Floats) -> Floats:
-    """What follows ``x``, shape (..., n), through a gap of ``radius`` either way, from ``before``, shape (...)."""
-    low, high = x - radius, x + radius
-    low, high = np.broadcast_arrays(low, high)
-    low, high = low.copy(), high.copy()
-    step = 1
-    while step < x.shape[-1]:
-        # Each bound of the steps before, sent through the steps after: a chain of clamps is one clamp.
-        a, b = low[..., step:].copy(), high[..., step:].copy()
-        low[..., step:] = np.minimum(np.maximum(low[..., :-step], a), b)
-        high[..., step:] = np.minimum(np.maximum(high[..., :-step], a), b)
-        step *= 2
-    return np.minimum(np.maximum(before[..., None], low), high)
-
-
-def turning_points(x: Floats) -> Floats:
-    """Where ``x``, shape (n,), turns or stops, and both its ends: a play is where it would be behind these alone."""
-    turns = np.diff(np.sign(np.diff(x))) != 0
-    return x[np.concatenate([[True], turns, [True]])] if len(x) > 1 else x
-
-
-def reversals(x: Floats, radius: float) -> int:
-    """How often ``x``, shape (n,), turns by more than twice a radius."""
-    side = x - play(x, radius, x[:1])
-    ends = np.sign(side[np.abs(side) > TAUT * radius])
-    return int(np.count_nonzero(np.diff(ends)))
 
 
 def _ladder(high: float, low: float) -> list[float]:
