@@ -1,11 +1,14 @@
-"""An effect that would take the place of one which explains more is refused."""
+"""What explains more: an effect that would take its place is refused, one that what cannot be beats is doubted."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
+import pytest
 from simulated_runs import FITTED, gyro_run, manifest, use
+from strangers import closed_rate_file
 
 from insenv.effects.catalogue import CATALOGUE
 from insenv.identify.loop import trace
@@ -29,3 +32,18 @@ def test_no_curve_displaces_a_dead_band_that_explains_more() -> None:
         r.displaced and r.hit.candidate.effect.key == "dead_band" and r.hit.likelihood_ratio > 500
         for r in track.refusals
     )
+
+
+@pytest.mark.parametrize("corner", [0.0, 4e-3])
+def test_a_corner_of_the_scale_factor_is_no_cube_alone(tmp_path: Path, corner: float) -> None:
+    """From half of the largest rate on the gain is larger, which a dead band of a hundredth fits better than a cube."""
+    dt, top = 0.05, 0.5
+    levels = top * np.concatenate([np.arange(1, 7), np.arange(-6, 0)]) / 6
+    rate = np.repeat(np.tile(levels, 3), 160)
+    t = dt * np.arange(1, len(rate) + 1)
+    gyro = rate * 1.002 + corner * np.sign(rate) * np.maximum(np.abs(rate) - top / 2, 0)
+    gyro += 3e-4 * np.random.default_rng(1).standard_normal(len(t))
+    found = closed_rate_file(tmp_path, t, gyro, rate)
+    said = [reason for reason in found.reasons if "would explain far more" in reason]
+    assert bool(said) is bool(corner)
+    assert (found.verdict == "nothing-significant") is not bool(corner)
