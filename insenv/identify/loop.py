@@ -500,9 +500,9 @@ def _tried(track: Track, hit: Hit, proposal: Proposal, names: tuple[str, ...], a
         if wander is not None:
             return _damped(track, wander, hit), True
     if not confirmed:
-        growth = score.rms / track.score.rms - 1
+        growth = f"by {score.rms / track.score.rms - 1:.0%}" if track.score.rms else "of which nothing was left"
         where = " on several axes together" if proposal.looks else ""
-        reason = f"significant{where}, but it makes held-out data worse, by {growth:.0%}"
+        reason = f"significant{where}, but it makes held-out data worse, {growth}"
         of_box, together = bool(proposal.looks), bool(joined) and not proposal.looks
         against: Refusal | None = Refusal(asked, reason, not joined, of_box=of_box, fails_together=together)
     else:

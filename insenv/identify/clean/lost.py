@@ -88,7 +88,7 @@ def _as_others(y: Floats, score: Floats, event: slice, over: int) -> bool:
 def _of_run(recording: Recording, target: str, told: Settled) -> list[RejectedRows]:
     exposure = expose(recording, target)
     n, dt = len(exposure.y), exposure.motion.dt
-    over = max(min(told.over, round(WIDEST / dt)), round(SHORTEST / dt))
+    over = max(min(told.over, round(WIDEST / dt)), round(SHORTEST / dt), 1)
     if n < GROUPS * over:
         return []
     means = Stretch(told.run, exposure, 0, n, over=over)
@@ -100,7 +100,7 @@ def _of_run(recording: Recording, target: str, told: Settled) -> list[RejectedRo
     if known.sum() < GROUPS * over:
         return []
     left = y - u - np.median((y - u)[known])
-    score = np.where(known, np.abs(left) / _spread(y, u, left, known, round(AROUND / exposure.motion.dt)), 0.0)
+    score = np.where(known, np.abs(left) / _spread(y, u, left, known, max(round(AROUND / dt), 1)), 0.0)
     calm = known & (score < FAR)
     usual = float(np.sqrt(np.mean(left[calm] ** 2))) if calm.any() else 0.0
     cells = np.zeros(n, bool)

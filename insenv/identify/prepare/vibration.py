@@ -202,7 +202,8 @@ def loudest(problem: Problem, fit: Fit, width: float) -> float:
     window = np.sin(np.pi * (np.arange(n) + 0.5) / n) ** 2
     power = np.mean(np.abs(rfft((left - left.mean(axis=1, keepdims=True)) * window)) ** 2, axis=0)
     f = rfftfreq(n, problem.bins.width)
-    above = np.where(f * width > RESOLVED, power / median_filter(power, max(n // 8, 9), mode="nearest"), 0.0)
+    beside = np.maximum(median_filter(power, max(n // 8, 9), mode="nearest"), 1e-300)  # none where readings stand still
+    above = np.where(f * width > RESOLVED, power / beside, 0.0)
     peak = int(np.argmax(above))
     chance = chdtri(2 * STRETCHES, CHANCE / len(f)) / (2 * STRETCHES)
     return float(f[peak]) if above[peak] > max(LOUD, chance) else 0.0

@@ -464,6 +464,8 @@ def _slow(track: Track, longer: Problem) -> tuple[str, ...]:
 def _to_and_fro(track: Track, longer: Problem) -> tuple[str, ...]:
     fit = solve(longer, track.fit.model, start=track.fit.noise.power)
     left = longer.y - fit.predicted()
+    if not np.ptp(left):  # readings that stand still but for some rows
+        return ()
     variance = longer.modes().shapes @ fit.noise.power
     wandering = -0.5 * float(np.sum(np.log(2 * np.pi * variance) + transform(longer.fitted, left) ** 2 / variance))
     found = two_levels(left)
