@@ -13,8 +13,8 @@ exp(-x)) the solution is exact:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, final
+from dataclasses import dataclass, replace
+from typing import Any, Self, final
 
 import numpy as np
 
@@ -36,6 +36,8 @@ from insenv.effects.forms import (
 #: Radii of a hysteresis that a scan tries, as shares of the range of the temperature, and the least, in deviations of
 #: the noise of its readings.
 RADII, BEYOND = (0.02, 0.05, 0.1, 0.2, 0.35), 5.0
+#: Radii of which the largest is looked for by which the temperature turns back and forth, and how often it does then.
+WIDTHS, BOTH_WAYS = np.linspace(0.02, 0.5, 25), 2
 
 _COEFFICIENTS = (
     Param("c", OUTPUT + "/K", sd=1e-2, bound=0.1),
@@ -136,7 +138,15 @@ class BiasThermalLag(MemoryEffect):
 @final
 @dataclass(frozen=True)
 class BiasThermalHysteresis(MemoryEffect):
-    """A bias that is c higher where the temperature was last raised by more than 2 r, and c lower where lowered."""
+    """A bias that is c higher where the temperature was last raised by more than 2 r, and c lower where lowered.
+
+    Attributes
+    ----------
+    widest : float
+        Largest radius by which the temperature turns back and forth [K]: of a wider one there is no loop.
+    """
+
+    widest: float = np.inf
 
     id = "bias_thermal_hysteresis"
     title = "thermal hysteresis of the bias"
@@ -148,6 +158,13 @@ class BiasThermalHysteresis(MemoryEffect):
     on_axes = ("gyro", "accelerometer")
     unusual = True
 
+    def over(self, motion: Motion) -> Self:
+        """The effect with the largest radius that ``motion`` tells."""
+        heat = self._turns(motion)
+        tried = np.ptp(heat) * WIDTHS
+        told = [r for r in tried.tolist() if reversals(heat, r) >= BOTH_WAYS]
+        return replace(self, widest=max(told, default=np.inf))
+
     def begin(self, motion: Motion, theta: Floats) -> Floats:
         """In the middle of the play, shape (...)."""
         first = known(motion, "temperature", self.id)[..., 0]
@@ -155,15 +172,16 @@ class BiasThermalHysteresis(MemoryEffect):
 
     def carry(self, u: Floats, motion: Motion, theta: Floats, state: Any) -> tuple[Floats, Floats]:
         """Coefficient times the mean side of the play, shape (..., n), and what follows at the last edge, (...)."""
-        radius, heat = theta[..., 1, None], known(motion, "temperature", self.id)
+        radius, heat = np.minimum(theta[..., 1, None], self.widest), known(motion, "temperature", self.id)
         heat = np.broadcast_to(heat, np.broadcast_shapes(heat.shape, radius.shape))
         behind = play(heat, radius, np.asarray(state))
         behind[..., 0] = state
         return spread(u, theta[..., 0, None] * interval_mean((heat - behind) / radius)), behind[..., -1].copy()
 
     def blind(self, motion: Motion) -> str:
-        """Where the temperature never turns back."""
-        return "" if reversals(self._turns(motion), self._radii(motion)[0]) else "the temperature does not turn back"
+        """Where the temperature does not turn back and forth: two slopes are no loop."""
+        back = reversals(self._turns(motion), self._radii(motion)[0]) >= BOTH_WAYS
+        return "" if back else "the temperature does not turn back and forth"
 
     def grid(self, motion: Motion) -> Floats:
         """Radii beyond the noise of the thermometer, shape (g, 1)."""
@@ -176,7 +194,8 @@ class BiasThermalHysteresis(MemoryEffect):
     def _radii(self, motion: Motion) -> Floats:
         radii = np.ptp(self._turns(motion)) * np.array(RADII)
         told = radii > BEYOND * reading_noise(known(motion, "temperature", self.id))
-        return radii[told] if told.any() else radii[-1:]
+        told &= radii <= self.widest
+        return radii[told] if told.any() else radii[:1]
 
 
 def temperature_excess(motion: Motion, effect: str) -> Floats:

@@ -82,8 +82,9 @@ def test_a_bias_stays_behind_the_temperature_by_half_its_loop() -> None:
     np.testing.assert_allclose(loop[[0, 1, 2, 5, 19]], 1e-5 * np.array([1 / 6, 0.5, 5 / 6, 1, 1]))
     np.testing.assert_allclose(loop[[20, 22, 25, 26, 59]], 1e-5 * np.array([5 / 6, 1 / 6, -5 / 6, -1, -1]))
     assert not BiasThermalHysteresis().blind(motion)
-    soak = replace(motion, temperature=np.sort(heat))
-    assert "does not turn back" in BiasThermalHysteresis().blind(soak)
+    for once in (np.sort(heat), heat[:62]):
+        motion = Motion(t=edges(len(once) - 1, 1.0), rate=np.zeros(len(once) - 1), temperature=once)
+        assert "does not turn back" in BiasThermalHysteresis().blind(motion)
 
 
 def test_a_rate_from_below_reads_another_value_than_from_above() -> None:
