@@ -17,6 +17,7 @@ from insenv.data.power import by_power_up
 from insenv.data.reference import sentences
 from insenv.data.remarks import remarks
 from insenv.data.split import sentence_of_split, split, without_tails
+from insenv.data.turned_about import about_its_axis
 from insenv.effects.base import DrivenEffect, Effect, NoiseEffect
 from insenv.effects.catalogue import by_key, catalogue
 from insenv.identify.assemble import findings
@@ -95,6 +96,7 @@ def close_on(  # noqa: PLR0913 -- as of `close`
         If they cannot be used.
     """
     _check(alpha, seed)
+    recordings, about = about_its_axis(recordings, read.model.targets)
     read, dead = without_dead(read, recordings)
     doubts = implausible(read, recordings)
     more = tuple(_effect(key, f"{read.path}: model.effects") for key in read.model.effects)
@@ -116,7 +118,7 @@ def close_on(  # noqa: PLR0913 -- as of `close`
         if formula:
             found = _with_formulas(found, outcome, progress)
     common = common_mode(read, recordings)
-    said_last = (*dead, *common_remarks(common))
+    said_last = (*about, *dead, *common_remarks(common))
     found = replace(found, common_mode=common, remarks=(*found.remarks, *said_last), filing=read.filing())
     of_motion = motion_cautions(recordings, found.rows_rejected)
     for more_doubts in (gain_cautions(found, doubts), clock_cautions(read, found), of_motion, doubts):
