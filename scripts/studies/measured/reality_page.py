@@ -151,6 +151,16 @@ thousandth, on its six faces: biases that repeat to 3 mm/s^2 and no better do ne
 without a word (said since). The crash was a division by zero, where a unit that holds its gyros at nought at rest has
 a line on an accelerometer (mended since: both are right).
 
+`thirtythird`, of eight owners, none of whom was looked at before, was looked for to be hard: the two ranges of a chip
+in a nail gun, a car that is shaken and stands at another level after, a blower fast, clogged and off, a tracker that
+creeps on its side, stations of an earthquake network with an earthquake and without, units that are touched while
+they are calibrated, a beam that a rotor holds, accelerometers in 576 attitudes, a wheel with one wild reading, and a
+motor beside the speed that it is told. It was opened once on `e7991d1`: all 16 right or honest at first sight (twelve
+right, four honest). In thirteen something must be named that is no delay (nine right, four honest), nothing of three
+(all right). No fact was changed after. Honest are the level that a shaken car is left at, a creep of 5 mg in 34 s, an
+earthquake in the second half of its record, and a ripple of 72 to a motor's turn: each has a doubt or another name
+beside it. With the part before, 49 of 53, and nothing wrong.
+
 By `5a44e22`, and those beside a reference by a forerunner of it, the same 330 were asked once more: 321 are right
 or honest again, five wrong and flagged, four missed, none stated; of the twenty-eighth part 39 of 41, of the
 twenty-ninth 21 of 22, of the thirtieth 27 of 28. Formulas with an origin of their own, plays over their own way and
