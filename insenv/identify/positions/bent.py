@@ -31,8 +31,9 @@ CURVES: dict[str, Callable[[Floats], Floats]] = {"square": np.square, "magnitude
 #: What an accelerometer repeats from rest to rest within minutes [m/s^2]: an ordinary one, as a standard deviation, and
 #: the worst that is sound. The noise of the means of rests counts so many times.
 REPEATS, WORST, NOISY = 1e-3, 3e-3, 5.0
-#: What rests leave that no accelerometer at rest does, nor a hand that holds it: a hundredth of gravity [m/s^2].
-UNLIKE = 0.01 * STANDARD_GRAVITY
+#: What rests leave that no accelerometer at rest does, nor a hand that holds it: a hundredth of gravity [m/s^2], or so
+#: many times the worst that is sound.
+UNLIKE, UNSOUND = 0.01 * STANDARD_GRAVITY, 3.0
 #: Fewest degrees of freedom beside the coefficients with which a bend is told.
 LEAST_FREEDOM = 4
 
@@ -86,12 +87,19 @@ def _p_value(r: Floats, slopes: Floats, columns: Floats) -> float:
 
 
 def not_repeated(
-    problem: Magnitudes, fit: Fit, number: NDArray[np.int64], noise: float, few: bool, doubted: bool
+    problem: Magnitudes,
+    fit: Fit,
+    number: NDArray[np.int64],
+    noise: float,
+    few: bool,
+    doubted: bool,
+    repeats: float | None = None,
 ) -> tuple[str, ...]:
     """What an instrument that repeats itself does not leave, in words; empty where it may.
 
     Six faces have six magnitudes: biases and scale factors fit them whatever they are, and nothing would confirm it.
-    Where rests miss gravity by a hundredth of it and nothing else is doubted, nothing that was found explains them.
+    Where rests miss gravity by far more than a sound accelerometer and nothing else is doubted, nothing that was found
+    explains them; a hand that holds it makes means uncertain.
 
     Parameters
     ----------
@@ -106,12 +114,15 @@ def not_repeated(
         Whether rests are too few, or their attitudes, to tell scale factors.
     doubted : bool
         Whether something speaks against the fit already.
+    repeats : float, optional
+        What the instrument repeats from rest to rest, as stated [m/s^2]; else the worst that is sound.
     """
+    worst = WORST if repeats is None else repeats
     each, used = problem.plain(fit.residual)[:, 0], problem.fitted | problem.held_out
     left = np.array([each[used & (number == k)].mean() for k in np.unique(number[used])])
     scatter = float(np.sqrt(np.sum(left**2) / max(len(left) - sum(term.size for term in fit.terms), 1)))
-    sound = max(WORST, NOISY * noise)
-    if scatter < sound or not (few or (scatter > UNLIKE and not doubted)):
+    sound = max(worst, NOISY * noise)
+    if scatter < sound or not (few or (scatter > min(UNLIKE, UNSOUND * sound) and not doubted)):
         return ()
-    said = f"rests leave {1e3 * scatter:.2g} mm/s^2, where an accelerometer repeats itself to about {1e3 * WORST:g}"
+    said = f"rests leave {1e3 * scatter:.2g} mm/s^2, where an accelerometer repeats itself to about {1e3 * worst:g}"
     return (f"{said}: {AccelScaleFactor.id} would explain it, and more attitudes would tell" if few else said,)

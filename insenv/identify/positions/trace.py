@@ -243,7 +243,7 @@ def _accelerometers(
     freedom = int(problem.fitted.sum()) - sum(t.size for t in [*terms, *more]) if found.in_parts else None
     reasons = (*_structure(problem, outcome.after, alpha, "rests", freedom), *_unconfirmed(outcome, alpha))
     if not isinstance(problem, KnownAttitudes):
-        reasons = _with_what_is_left(problem, outcome, recordings, found, more, alpha, reasons)
+        reasons = _with_what_is_left(manifest, problem, outcome, recordings, found, more, alpha, reasons)
     return Part(problem, outcome, reasons, parted), left_out, known
 
 
@@ -253,7 +253,8 @@ def _by_pace(terms: Sequence[TriadTerm]) -> tuple[list[TriadTerm], list[TriadTer
     return [term for term in terms if term not in slow], slow
 
 
-def _with_what_is_left(
+def _with_what_is_left(  # noqa: PLR0913 -- what is left of a fit is judged by all that led to it
+    manifest: Manifest,
     problem: Magnitudes,
     outcome: Outcome,
     recordings: Sequence[Recording],
@@ -269,7 +270,8 @@ def _with_what_is_left(
     scarce = any(n.effect == AccelScaleFactor.id and n.needs in UNTOLD for n in outcome.not_testable)
     number = np.array([rest.number for rest in found.rests])
     noise = noise_of_means(recordings, found.rests)
-    return (*said, *not_repeated(problem, outcome.after, number, noise, scarce, bool(said)))
+    stated = None if manifest.positions is None else manifest.positions.repeatability
+    return (*said, *not_repeated(problem, outcome.after, number, noise, scarce, bool(said), stated))
 
 
 def _magnitudes(
