@@ -7,6 +7,7 @@ import re
 from collections.abc import Sequence
 from itertools import groupby
 
+from insenv.core.series.allan import FLICKER, WALK
 from insenv.effects.bias import Bias
 from insenv.effects.tone import Tone
 from insenv.identify.findings import (
@@ -18,15 +19,17 @@ from insenv.identify.findings import (
     RejectedRows,
     TargetFindings,
 )
-from insenv.report import formula
+from insenv.report import estimates, formula
 from insenv.report.found import chances, disagreements, listed
 from insenv.report.quantities import ShownUnit, number, p_value, percent, span, unit_for
-from insenv.report.words import key_of, listing, name, names
+from insenv.report.words import key_of, listing, name, names, noise_name
 
 #: Share by which lines alone must lower the held-out error of means to be worth more than a word.
 _GAIN = 0.02
 #: Bursts that are told one by one.
 _BURSTS = 4
+#: Noise that wanders, and from how many deviations on it is told.
+WANDERING, WANDERS = (FLICKER, WALK), 2.0
 #: Excess of the held-out error over the noise floor from which it is worth a sentence.
 _EXCESS = 1.05
 
@@ -130,9 +133,22 @@ def sureness(target: TargetFindings, alpha: float) -> list[str]:
             f"A false alarm of the whole search was allowed in {percent(alpha)} of recordings; "
             "an effect too weak for this recording, or not testable with it, would not show."
         )
+        said += _wandering(target)
     if target.verdict == "effects-found-incomplete":
         said += _excess(target.held_out)
     return said + _settling(target)
+
+
+def _wandering(target: TargetFindings) -> list[str]:
+    """That noise of which nobody said how much there is may hide a cause, where it wanders beyond doubt."""
+    slow = [n for n in target.noise if n.effect in WANDERING and n.value > WANDERS * n.sd]
+    if not slow or target.spectra.allan_declared is not None:
+        return []
+    names = listing([f"{noise_name(n.effect, target.unit)} of {estimates.value(n)}" for n in slow])
+    return [
+        f"What is left wanders, and is taken for the instrument's own {names}, for no [noise] says how much it has: a "
+        "cause that was not recorded and changes as slowly would not show either."
+    ]
 
 
 def _sentence(text: str) -> str:

@@ -48,7 +48,8 @@ every = pytest.mark.parametrize("make", EVERY.values(), ids=EVERY.keys())
 
 #: Ids of the contract's table of effects.
 IDS = """
-bias bias_drift bias_warm_up bias_step bias_temperature bias_temperature_rate bias_thermal_lag scale_factor
+bias bias_drift bias_warm_up bias_step bias_temperature bias_temperature_rate bias_thermal_lag
+bias_thermal_hysteresis scale_factor
 scale_factor_drift scale_factor_warm_up scale_factor_temperature scale_factor_asymmetry scale_factor_cubic
 scale_factor_anomaly lock_in lock_in_wander rate_lock sine_response compensation_ripple encoder_harmonic
 angle_locked_rate magnetic_field wobble earth_rate timing_skew sample_hold saturation

@@ -45,6 +45,9 @@ FEWEST_BINS = 128
 BAND_SHARE, BAND_WIDTHS = 0.02, 4.0
 #: Half the band in which a line of the reference is that of the target, in widths 1 / duration.
 WITHIN = 2.0
+#: Share within which a table that turns steadily keeps its rate, the share of the time that it must, and most lines of
+#: one turn.
+STEADY_TURN, MOSTLY, ORDERS = 0.01, 0.8, 8
 #: Share of the largest rate below which a table rests, and fewest bins there; share of its amplitude in motion that a
 #: line of the target has at rest at least.
 RESTS, FEWEST_AT_REST, HALF = 1e-2, 8, 0.5
@@ -182,7 +185,7 @@ def _has_line(problem: Problem, stretches: Iterable[tuple[Block, Floats]], frequ
 
 
 def _turned(problem: Problem) -> Iterator[tuple[Block, Floats]]:
-    """The longest fitted stretch of each run in which a table turns, with the angle by which it does in each bin."""
+    """The longest fitted stretch of each run in which a table turns, with the angle by which it does in a cell."""
     angles = [e.motion.angle for e in problem.exposures]
     cells = (np.zeros(e.motion.n) if a is None else np.diff(a) for a, e in zip(angles, problem.exposures, strict=True))
     turned = problem.bins.mean(tuple(cells))
@@ -210,8 +213,25 @@ def of_the_motion(problem: Problem, fit: Fit, frequency: float) -> Line | None:
 
 
 def _said_of_motion(problem: Problem, fit: Fit, line: Line) -> Line:
-    """The line, and of it whether it goes with the motion."""
-    return replace(line, of_motion=goes_with_motion(problem, fit, line.frequency))
+    """The line, and of it whether it goes with the motion, or comes a whole number of times a turn of a table."""
+    moved = goes_with_motion(problem, fit, line.frequency) or each_turn(problem, line.frequency)
+    return replace(line, of_motion=moved)
+
+
+def each_turn(problem: Problem, frequency: float) -> bool:
+    """Whether a table that turns steadily does so at ``frequency`` [Hz], or a few times as slowly.
+
+    There a wave of its angle whose amplitude changes, as with the temperature, is a line whose phase does not hold.
+    """
+    for block, turned in _turned(problem):
+        turns = np.abs(turned) / (2 * np.pi * problem.exposures[block.run].motion.dt)
+        usual = float(np.median(turns))
+        if not usual or np.mean(np.abs(turns - usual) < STEADY_TURN * usual) < MOSTLY:
+            continue
+        order = round(frequency / usual)
+        if 1 <= order <= ORDERS and abs(frequency - order * usual) <= WITHIN / (block.n * problem.bins.width):
+            return True
+    return False
 
 
 def _beside_reference(problem: Problem, fit: Fit) -> Iterator[tuple[Block, Floats, Floats]]:

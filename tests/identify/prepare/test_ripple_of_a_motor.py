@@ -7,9 +7,10 @@ import pytest
 from simulated_runs import manifest, use
 
 from insenv.core.recording import Channel, Recording
+from insenv.data.reference import with_reference
 from insenv.identify.fit.gls import solve
 from insenv.identify.prepare.problems import prepare
-from insenv.identify.prepare.wandering import stops_at_rest
+from insenv.identify.prepare.wandering import each_turn, stops_at_rest
 
 RATE, SECONDS, FREQUENCY = 20.0, 300.0, 0.3
 
@@ -36,3 +37,18 @@ def test_a_wave_of_the_motion_stops_where_it_rests(resting: float, found: bool) 
 def test_rounding_at_rest_hides_a_wave_and_tells_nothing() -> None:
     """Steps of eight times the noise: at rest readings are nearly always zero."""
     assert not stops(1.0, rounded=8e-4)
+
+
+@pytest.mark.parametrize(
+    ("frequency", "steady", "found"),
+    [(0.0556, True, True), (0.1667, True, True), (0.07, True, False), (0.0556, False, False)],
+)
+def test_a_line_comes_each_turn_of_a_table_that_turns_steadily(frequency: float, steady: bool, found: bool) -> None:
+    """At 20 deg/s either way, or swinging: a magnet that warms up was a line whose phase does not hold."""
+    t = np.arange(1, int(RATE * SECONDS)) / RATE
+    rate = np.radians(20) * (np.sign(np.sin(2 * np.pi * t / 120)) if steady else np.sin(2 * np.pi * t / 120))
+    angle = np.cumsum(rate) / RATE
+    channels = {"gyro": Channel(rate, "rad/s"), "table_angle": Channel(angle, "rad", source="encoder")}
+    run = with_reference(Recording(t, channels, label="run"))
+    problem = prepare(manifest(), (run,), (use(len(t)),), "gyro", tones=False, holds=False).problem
+    assert each_turn(problem, frequency) is found
