@@ -54,10 +54,12 @@ def recorded(folder: Path, rng: np.random.Generator) -> Path:
 def written(folder: Path, columns: Mapping[str, NDArray[np.floating]], targets: list[str]) -> Path:
     """The manifest of a recording with these columns in SI units, a table's where it has one."""
     np.savez(folder / "odd.npz", **columns)  # type: ignore[arg-type]
-    units = {name: "m/s^2" if name == "accel_z" else "rad/s" for name in columns if name != "t"}
+    units = {name: "m/s^2" if name.startswith("accel") else "rad/s" for name in columns if name != "t"}
     declared, more = ('"bias", "scale_factor"', "") if "table_rate" in columns else ('"bias"', 'procedure = "static"\n')
     lines = ['data = "odd.npz"', "[channels]", 'time = { column = "t", unit = "s" }']
     lines += [f'{name} = {{ column = "{name}", unit = "{unit}" }}' for name, unit in units.items()]
+    positions = "accel_x" in targets
+    declared, more = ('"accel_bias"', 'procedure = "multi-position"') if positions else (declared, more)
     lines += ["[model]", f"target = {json.dumps(targets)}", f"declared = [{declared}]", more]
     path = folder / "odd.toml"
     path.write_text("\n".join(lines))
@@ -82,3 +84,27 @@ def test_a_table_may_be_logged_every_two_seconds_or_so(tmp_path: Path) -> None:
     rate = 0.3 * np.sin(2 * np.pi * t / 120)
     columns = {"t": t, "gyro": rate + 1e-3 * rng.standard_normal(n), "table_rate": rate + 1e-4 * rng.standard_normal(n)}
     assert close(written(tmp_path, columns, ["gyro"])).verdict
+
+
+@pytest.mark.parametrize("step", [0.0, 0.05, 0.5, 20.0])
+@pytest.mark.parametrize("rate", [1.0, 50.0])
+def test_rests_in_attitudes_may_be_read_in_steps(tmp_path: Path, step: float, rate: float) -> None:
+    """Twelve rests of 20 s with turns between them: at rest readings stand still, or always (0.5 m/s^2 a step or more).
+
+    Where every fifth window had no scatter at all, that of the others was compared with nothing.
+    """
+    rng, parts = np.random.default_rng(3), list[Floats]()
+    for _ in range(12):
+        up = rng.standard_normal(3)
+        parts += [
+            np.tile(9.81 * up / np.linalg.norm(up), (int(20 * rate), 1)),
+            5 * rng.standard_normal((int(4 * rate), 3)),
+        ]
+    force = np.concatenate(parts) + 2e-3 * rng.standard_normal((sum(map(len, parts)), 3))
+    read = np.round(force / step) * step if step else force
+    names = ["accel_x", "accel_y", "accel_z"]
+    columns = {"t": np.arange(len(read)) / rate, **dict(zip(names, read.T, strict=True))}
+    try:
+        assert close(written(tmp_path, columns, names)).verdict
+    except InputError as error:
+        assert str(error)

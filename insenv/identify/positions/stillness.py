@@ -99,6 +99,8 @@ def threshold(s: Floats) -> float:
     if not len(known):
         return 0.0
     quiet, largest = float(np.quantile(known, QUIET_SHARE)), float(known.max())
+    if not quiet and largest:  # readings that stand still where the unit does
+        quiet = float(known[known > 0].min())
     if float(known.min()) < QUIETEST:
         quiet = min(quiet, QUIET)
     if largest < MOVES * quiet:
