@@ -174,7 +174,7 @@ def _inverse(rows: Floats) -> Floats:
 
 def _sizes(rows: Floats) -> Floats:
     size = np.linalg.norm(rows, axis=0)
-    size[size == 0] = 1.0
+    size[size < 1e-150] = 1.0  # of which no square is left
     return size
 
 

@@ -124,7 +124,11 @@ class Linear:
 
     def matrix(self, theta: Floats) -> Floats:
         """A = (I + E)^-1, shape (3, 3)."""
-        return np.asarray(np.linalg.inv(np.eye(3) + np.tensordot(theta, self.gain, axes=1)), np.float64)
+        errors = np.eye(3) + np.tensordot(theta, self.gain, axes=1)
+        try:
+            return np.asarray(np.linalg.inv(errors), np.float64)
+        except np.linalg.LinAlgError:  # a step of the fit to gains of nothing, which the next one takes back
+            return np.asarray(np.linalg.pinv(errors), np.float64)
 
     def corrected(self, measured: Floats, theta: Floats) -> Floats:
         """The true input f, shape (n, 3)."""

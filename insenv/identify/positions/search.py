@@ -273,7 +273,8 @@ def _refusal(problem: Problem, now: Fit, fit: Fit, terms: tuple[Any, ...], p: fl
     if not np.isfinite(errors).all():
         return UNFORETOLD
     grows = errors[1] > errors[0] and not followed(problem, now, fit)
-    worse = f"held-out error {errors[1] / errors[0]:.3g} times as large" if grows else ""
+    times = f"{errors[1] / errors[0]:.3g} times as large" if errors[0] else "where there was none"
+    worse = f"held-out error {times}" if grows else ""
     if not p < alpha:
         return f"not significant, {worse}" if worse else "not significant"
     if worse:

@@ -284,6 +284,8 @@ def _magnitudes(
     held_out = np.array([rest.held_out for rest in rests])
     uses = ~held_out, held_out | (found.in_turn and not found.in_parts)
     measured = means(recordings, rests, "accel")
+    if not np.all(np.any(measured, axis=1)):
+        raise InputError(f"{manifest.path}: in a rest all accelerometers read 0; wanted gravity there, in finer steps")
     if not _stated(manifest):
         return Magnitudes(measured, gravity, around, *uses, free), known
     assert manifest.positions is not None
