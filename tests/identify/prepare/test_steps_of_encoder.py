@@ -128,3 +128,23 @@ def test_what_is_left_of_a_damped_line_is_no_tone() -> None:
     assert left_of(problem, (line,), 2.05) is None
     assert left_of(problem, (wandering,), 2.0) is wandering
     assert left_of(problem, (replace(line, of_counts=False),), 2.0) is None
+
+
+@pytest.mark.parametrize(("part", "named"), [(3.0, True), (0.05, False)])
+def test_a_wave_of_the_encoder_is_more_than_a_small_part_of_its_step(part: float, named: bool) -> None:
+    """Twice a turn; of a twentieth of a step the other waves of the steps are as tall."""
+    rng = np.random.default_rng(2)
+    rate, angle = driven("reversals")
+    t = np.arange(1, int(RATE * SECONDS)) / RATE
+    fine = 1e-3 * np.arange(len(angle))
+    gyro = np.interp(t, fine, rate) + 2e-5 * rng.standard_normal(len(t))
+    turned = np.interp(t, fine, angle)
+    read = np.floor((turned + part * STEP * np.cos(2 * turned + 0.3)) / STEP) * STEP
+    channels = {"gyro": Channel(gyro, "rad/s"), "table_angle": Channel(read, "rad")}
+    found = closed(
+        Recording(t, channels, site=Site(gravity=9.8), label="run"), manifest(("gyro",), ("bias", "scale_factor"))
+    )
+    keys = {f"{one.effect}:{one.order}" for one in found.targets[0].added}
+    assert ("encoder_harmonic:2" in keys) is named
+    refused = {r.effect: r.reason for r in found.targets[0].rejected}
+    assert named or "of a step of the encoder" in refused.get("encoder_harmonic:2", "of a step of the encoder")
