@@ -41,8 +41,9 @@ def at_rest(
 
     As they are where the procedure knows of motion: a table, a triad that turns about a known axis. A gyro is judged by
     itself, for it may stand still about its own axis while the unit turns about another, which shows its cross-
-    coupling; an accelerometer feels every turn. What is neither fitted nor held out may be any motion: the rest is that
-    of the rows in use.
+    coupling; an accelerometer feels every turn. Where accelerometers move nearly all of the time and no gyro turns, as
+    on a sled or a shaker, gyros are judged on all rows. What is neither fitted nor held out may be any motion: the rest
+    is that of the rows in use.
 
     Raises
     ------
@@ -54,20 +55,37 @@ def at_rest(
         return uses, ()
     used = [u.fit | u.held_out for u in uses]
     moving = [_moving(r, target, rows) & rows for r, rows in zip(recordings, used, strict=True)]
-    share = sum(int(m.sum()) for m in moving) / max(sum(int(rows.sum()) for rows in used), 1)
-    if not share:
+    if not any(m.any() for m in moving):
         return uses, ()
-    kept = tuple(
-        replace(u, fit=u.fit & ~mask, held_out=u.held_out & ~mask) for u, mask in zip(uses, moving, strict=True)
-    )
-    rested = sum(int(u.fit.sum()) for u in kept), sum(int(u.held_out.sum()) for u in kept)
-    wanted = sum(int(u.fit.sum()) for u in uses), sum(int(u.held_out.sum()) for u in uses)
-    if any(rows < LEAST_REST * of for rows, of in zip(rested, wanted, strict=True)):
+    kept = _without(uses, moving)
+    if _rests_too_little(uses, kept):
+        if target.startswith("gyro") and not any(
+            _turns(r, rows).any() for r, rows in zip(recordings, used, strict=True)
+        ):
+            return uses, ()
+        share = sum(int(m.sum()) for m in moving) / max(sum(int(rows.sum()) for rows in used), 1)
         raise InputError(_restless(manifest, recordings, used, target, share))
     found = [
         RejectedRows(target, run, a, b, REASON, "motion") for run, mask in enumerate(moving) for a, b in stretches(mask)
     ]
     return kept, tuple(found)
+
+
+def _without(uses: Sequence[RowUse], rows: Sequence[NDArray[np.bool_]]) -> tuple[RowUse, ...]:
+    return tuple(replace(u, fit=u.fit & ~r, held_out=u.held_out & ~r) for u, r in zip(uses, rows, strict=True))
+
+
+def _rests_too_little(uses: Sequence[RowUse], kept: Sequence[RowUse]) -> bool:
+    """Whether too small a share is left of the rows that may be fitted, or of those held out."""
+    rested = sum(int(u.fit.sum()) for u in kept), sum(int(u.held_out.sum()) for u in kept)
+    wanted = sum(int(u.fit.sum()) for u in uses), sum(int(u.held_out.sum()) for u in uses)
+    return any(rows < LEAST_REST * of for rows, of in zip(rested, wanted, strict=True))
+
+
+def _turns(recording: Recording, used: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Rows in which a gyro of the unit turns, shape (rows,): on a sled its accelerometers move alone."""
+    gyros = [name for name in recording.channels if name.startswith("gyro")]
+    return np.any([_departs(recording, n, used) | _swings(recording, n, used) for n in gyros], axis=0) & used
 
 
 def motion_cautions(recordings: Sequence[Recording], rejected: Sequence[RejectedRows]) -> dict[str, tuple[str, ...]]:

@@ -134,3 +134,19 @@ def test_a_rest_behind_motion_is_named_by_rows(tmp_path: Path) -> None:
     )
     assert not found.targets[0].added
     assert sum(row.stop - row.start for row in found.rows_rejected) * DT <= 4.0  # what stands beside the motion
+
+
+@pytest.mark.parametrize("turns", [0.0, 0.3])
+def test_a_gyro_on_a_sled_is_judged_while_it_is_shaken(tmp_path: Path, turns: float) -> None:
+    """To and fro by 3 m/s^2, and turned by 17 deg/s at most, or not: the second was refused as the first is."""
+    t, rng = DT * np.arange(9000.0), np.random.default_rng(3)
+    force = 3 * np.sin(2 * np.pi * t / 8) * (1 + 0.3 * np.sin(2 * np.pi * t / 50)) + 0.02 * rng.standard_normal(len(t))
+    rate = 1e-5 * force + turns * np.sin(2 * np.pi * t / 20) + 1e-4 * rng.standard_normal(len(t))
+    sled = Recording(t, {"accel_z": Channel(force, "m/s^2"), "gyro_x": Channel(rate, "rad/s")})
+    (tmp_path / "m.toml").write_text(MANIFEST)
+    use = RowUse(np.arange(9000) < 5400, np.arange(9000) >= 5400)
+    if turns:
+        with pytest.raises(InputError, match="is declared at rest and moves"):
+            at_rest(load_manifest(tmp_path / "m.toml"), (sled,), (use,), "gyro_x")
+    else:
+        assert at_rest(load_manifest(tmp_path / "m.toml"), (sled,), (use,), "gyro_x") == ((use,), ())
