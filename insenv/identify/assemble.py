@@ -60,6 +60,7 @@ from insenv.identify.prepare.excess import Structure, structure
 from insenv.identify.prepare.gain import as_declared, undeclared_gain
 from insenv.identify.prepare.line_effects import hold_effect, line_effects, rounding_effect, saturation_effect
 from insenv.identify.prepare.lines import Line
+from insenv.identify.prepare.samples import humps
 from insenv.identify.prepare.vibration import went_away
 from insenv.identify.search.detectable import Sensitivity
 from insenv.identify.search.followers import followers
@@ -103,6 +104,7 @@ def findings(
     said = (
         *remarks,
         *_longer_means(outcome.tracks),
+        *_vibrating(outcome.tracks),
         *(text for track in outcome.tracks if (text := _outliers(track, recordings))),
         *(text for track in outcome.tracks if (text := _patterns_of_counts(track))),
         *(text for track in outcome.tracks if (text := _ripple(track))),
@@ -126,6 +128,22 @@ def _longer_means(tracks: tuple[Track, ...]) -> tuple[str, ...]:
         f"means over {width:.3g} s are judged: those over {finer:.3g} s hold vibration, or what a filter leaves, "
         "beyond all lines, which no noise term follows" + (f"; loudest {where}" if where else ""),
     )
+
+
+def _vibrating(tracks: tuple[Track, ...]) -> tuple[str, ...]:
+    """A word on humps of the samples that the means leave out, of targets at rest."""
+    said = []
+    for track in tracks:
+        spectrum = None if track.problem.turns else track.prepared.samples()
+        bands = () if spectrum is None else humps(spectrum)
+        where = ", ".join(f"{low:.2g} to {high:.2g} Hz ({times:.2g} times)" for low, high, times in bands)
+        if bands:
+            said.append(
+                f"{track.problem.target}: the samples hold more than the noise beside at {where}, and no line: "
+                "vibration of what it stands on, or lines whose frequency moves; means over "
+                f"{track.problem.bins.width:.3g} s leave it out"
+            )
+    return tuple(said)
 
 
 def _hertz(lines: Iterable[Line]) -> str:

@@ -2,19 +2,27 @@
 
     S(f) = dt |sum w x exp(-2 pi i f t)|^2 / sum w^2        w: Hann
 
-of the longest stretch that may be fitted, less what the declared effects explain. A report draws it; nothing else does.
+of the longest stretch that may be fitted, less what the declared effects explain. A report draws it, and humps above
+the bin rate are told from it: bands that are louder than the median of half a decade beside, far beyond chance.
 """
 
 from __future__ import annotations
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from insenv.core.recording import Floats
+from insenv.core.series.stretches import stretches
 from insenv.identify.findings import SampleSpectrum
 from insenv.identify.prepare.lines import Line, periodogram
 
 #: Fewest samples that have a spectrum; bins of a decade in which the mean and the largest value are told.
 SHORTEST, PER_DECADE = 256, 80
+#: How many times as loud as beside it a hump is everywhere and in the mean, and as half a decade below it, which side
+#: lobes of a filter are not; deviations of the mean, fewest bins of a hump, and bins beside it.
+LOUDER, HUMP, BELOW, DEVIATIONS, BROAD, BESIDE = 1.3, 1.5, 1.2, 7.0, 4, 41
+#: Frequency in bins from which on means leave most of a hump out, and frequencies of a window that tell one figure.
+ABOVE_BINS, HANN = 0.3, 1.5
 
 
 def sample_spectrum(values: Floats, dt: float, lines: tuple[Line, ...], width: float) -> SampleSpectrum | None:
@@ -35,3 +43,22 @@ def sample_spectrum(values: Floats, dt: float, lines: tuple[Line, ...], width: f
         width=width,
         lines=tuple((line.frequency, line.steady) for line in lines),
     )
+
+
+def humps(spectrum: SampleSpectrum) -> tuple[tuple[float, float, float], ...]:
+    """Bands without a line that the means leave out and that hold more than noise: from, to [Hz], times that beside."""
+    f, ratio = spectrum.f, spectrum.density / median_filter(spectrum.density, BESIDE, mode="nearest")
+    inside = (ratio > LOUDER) & (f * spectrum.width > ABOVE_BINS)
+    # The lowest bin holds one frequency, the third of the periodogram; a bin at f so many.
+    told = np.maximum(1.0, 2 * f / f[0] * (10 ** (1 / PER_DECADE) - 1)) / HANN
+    found = []
+    for a, b in stretches(inside):
+        weight = told[a:b]
+        times = float(ratio[a:b] @ weight / weight.sum())
+        low = float(np.median(spectrum.density[max(a - BESIDE, 0) : a])) if a else np.inf
+        lobe = float(spectrum.density[a:b] @ weight / weight.sum()) < BELOW * low
+        sure = (times - 1) * float(np.sqrt(weight.sum())) > DEVIATIONS
+        line = any(f[a] * 0.97 < one < f[b - 1] * 1.03 for one, _ in spectrum.lines)
+        if b - a >= BROAD and times > HUMP and sure and not lobe and not line:
+            found.append((float(f[a]), float(f[b - 1]), times))
+    return tuple(found)

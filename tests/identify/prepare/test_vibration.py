@@ -20,6 +20,7 @@ from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Term
 from insenv.identify.prepare.lines import BETWEEN, FALSE_ALARM, heights, periodogram, with_others
 from insenv.identify.prepare.problems import prepare
+from insenv.identify.prepare.samples import humps, sample_spectrum
 from insenv.identify.prepare.vibration import affordable, averaged, doublings, is_folded
 
 RATE, DURATION = 100.0, 150.0
@@ -227,3 +228,22 @@ def test_a_line_that_held_out_rows_have_too_stands_out_with_them() -> None:
     alone, both = np.sum([stand_out(line + rng.standard_normal(line.size)) for _ in range(20)], axis=0)
     assert both >= alone + 3 and both >= 10
     assert sum(any(stand_out(rng.standard_normal(line.size))) for _ in range(100)) <= 1
+
+
+@pytest.mark.parametrize(("size", "width"), [(0.0, 1.0), (0.25, 1.0), (0.25, 0.02)])
+def test_a_hump_above_the_bin_rate_is_told_and_noise_has_none(size: float, width: float) -> None:
+    """Microseism about 0.9 Hz, twice the noise beside it; bins that follow it are asked themselves.
+
+    Of 60 draws of noise alone, through a mean of four rows, none is a hump: seven deviations, of 300 bands that may be.
+    """
+    rng, n, dt = np.random.default_rng(8), 30_000, 0.05
+    f = np.fft.rfftfreq(n, dt)
+    for _ in range(60 if not size else 1):
+        band = np.fft.irfft(np.fft.rfft(rng.standard_normal(n)) * (np.abs(f - 0.9) < 0.1), n)
+        x = rng.standard_normal(n) + size * band / band.std()
+        spectrum = sample_spectrum(np.convolve(x, np.full(4, 0.25), "valid"), dt, (), width)
+        assert spectrum is not None
+        found = humps(spectrum)
+        assert bool(found) is (size > 0 and width == 1.0)
+    for low, high, times in found:
+        assert 0.78 < low < 0.84 and 0.96 < high < 1.02 and 2.0 < times < 5.0
