@@ -140,7 +140,7 @@ def _vibrating(tracks: tuple[Track, ...]) -> tuple[str, ...]:
         if bands:
             said.append(
                 f"{track.problem.target}: the samples hold more than the noise beside at {where}, and no line: "
-                "vibration of what it stands on, or lines whose frequency moves; means over "
+                "vibration of what it stands on, or lines that wander; means over "
                 f"{track.problem.bins.width:.3g} s leave it out"
             )
     return tuple(said)
