@@ -142,6 +142,8 @@ class Effect(ABC):
         Whether the response of a reference, its gain and phase at each frequency, looks like it.
     of_base : bool
         Whether it is one physical cause on several targets of a unit.
+    of_one : bool
+        Whether it is asked where one target alone is judged: of several axes what they have together comes first.
     hides : str
         Family of effects that hide each other where a recording tells too little; empty for none.
     part : str
@@ -176,6 +178,7 @@ class Effect(ABC):
     of_earth: ClassVar[bool] = False
     of_response: ClassVar[bool] = False
     of_base: ClassVar[bool] = False
+    of_one: ClassVar[bool] = False
     hides: ClassVar[str] = ""
     part: ClassVar[Part] = ""
     on_axes: ClassVar[tuple[Instrument, ...]] = ()

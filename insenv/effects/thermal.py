@@ -157,6 +157,7 @@ class BiasThermalHysteresis(MemoryEffect):
     source = "Play operator: Brokate and Sprekels, Hysteresis and Phase Transitions (1996), section 2.1"
     on_axes = ("gyro", "accelerometer")
     unusual = True
+    of_one = True
 
     def over(self, motion: Motion) -> Self:
         """The effect with the largest radius that ``motion`` tells."""

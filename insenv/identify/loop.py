@@ -124,6 +124,9 @@ OF_RIPPLE = "it is there while the table turns and not while it rests: the rippl
 #: Why a line is refused that another gyro of the unit reads.
 OF_TURN = "the unit turns there, as its other gyros read"
 
+#: Why what is asked of one target alone is not tried of several.
+OF_ONE = "of several axes a lag that they have together comes first: it is asked of one target alone"
+
 #: Why no hold is tried of means that were made of uneven rows.
 OF_MEANS = "rows of uneven steps were made means: an output that is held for less is only late there"
 
@@ -349,6 +352,9 @@ def _begin(
     holds = not made and any(effect.id == SampleHold.id for effect in catalogue)
     prepared = prepare(manifest, recordings, uses, target, tones and samples, holds and samples, width)
     found, blind = candidates(prepared.problem, catalogue)
+    if len(manifest.model.targets) > 1:
+        blind = (*blind, *(NotTestable(c.effect.key, (), OF_ONE) for c in found if c.effect.of_one))
+        found = tuple(c for c in found if not c.effect.of_one)
     declared = {term.effect.key for term in prepared.model}
     if prepared.held.hold is not None or prepared.held.excluded:  # the samples told: means tell less of it
         declared = declared | {SampleHold.id}

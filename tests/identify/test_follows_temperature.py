@@ -66,3 +66,18 @@ def test_a_thermal_lag_stays_one(tmp_path: Path) -> None:
         lag[k] = HEAT[k] + (lag[k - 1] - HEAT[k]) * np.exp(-2.0 / tau)
     (one,) = closed(tmp_path, 0.03 * (HEAT - lag), order=1).added
     assert one.effect == "bias_thermal_lag"
+
+
+def test_of_several_axes_a_hysteresis_is_not_asked(tmp_path: Path) -> None:
+    """What they have together comes first: of two gyros in a chamber a lag was lost to a loop on one of them."""
+    noise = 0.3 * np.random.default_rng(6).standard_normal((2, len(T)))
+    np.savez(tmp_path / "run.npz", t=T, x=noise[0], y=noise[1], T=HEAT)
+    text = (
+        MANIFEST.replace("ORDER", "1")
+        .replace("run.csv", "run.npz")
+        .replace('target = "gyro"', 'target = ["gyro_x", "gyro_y"]')
+    )
+    gyros = "".join(f'gyro_{a} = {{ column = "{a}", unit = "deg/h" }}\n' for a in "xy")
+    (tmp_path / "run.toml").write_text(text.replace('gyro = { column = "x", unit = "deg/h" }\n', gyros))
+    for found in close(tmp_path / "run.toml").targets:
+        assert {n.effect: n.reason for n in found.not_testable}["bias_thermal_hysteresis"].startswith("of several axes")

@@ -163,12 +163,13 @@ beside it. With the part before, 49 of 53, and nothing wrong.
 
 By `42310fb` the recordings with a thermometer, those of the thirty-second part and the 90 rests were asked again (200
 in all): 192 are right or honest, three wrong and flagged, four missed, one refused. That the thirty-second was mended
-after it was opened is in these: its four are right or honest now. For the worse is `tofupilot/accels`, where a
-thermal hysteresis stands beside the polynomial and its coefficient is 1.23 instead of 1.61 +- 0.3 mm/s^2 a degree;
-`jgoppert/accel1` was, and is not since the temperature must turn back and forth for one. The 98 sets of attitudes, by
-an engine that says of rests that they leave more than any sound accelerometer does, are judged as before; so are the
-240 beside a reference by `e7991d1`, but for what was tried there and not kept: a play of the encoder of either sign,
-as of a gear between a motor's encoder and the table, was named in five of them and is in none.
+after it was opened is in these: its four are right or honest now. For the worse were `tofupilot/accels`, where a
+thermal hysteresis stood beside the polynomial, and `jgoppert/accel1`: neither is since the temperature must turn back
+and forth for one, and several axes of a unit are asked for the lag that they have together instead. The 98 sets of
+attitudes, by an engine that says of rests that they leave more than any sound accelerometer does, are judged as
+before; so are the 240 beside a reference by `e7991d1`, but for what was tried there and not kept: a play of the
+encoder of either sign, as of a gear between a motor's encoder and the table, was named in five of them and is in
+none.
 
 By `5a44e22`, and those beside a reference by a forerunner of it, the same 330 were asked once more: 321 are right
 or honest again, five wrong and flagged, four missed, none stated; of the twenty-eighth part 39 of 41, of the
