@@ -54,7 +54,7 @@ SHAKES, FEWEST = 1.0, 5
 #: Exposures that are kept, as long as what they were made of: those who clean a recording ask for the same one.
 KEPT = 3
 #: Direction of "up" in the axis letters of `Mounting.axes`.
-_UP = {"U": 1.0, "D": -1.0}
+UP = {"U": 1.0, "D": -1.0}
 
 
 @dataclass(frozen=True)
@@ -216,15 +216,16 @@ def rates_of_angles(recording: Recording, target: str, rows_per_cell: int, angle
 def _shares(recording: Recording, target: str) -> tuple[float, float]:
     """Shares of the table's rate and of the Earth's vertical rate that the target sees: an accelerometer none."""
     mounting, upwards = recording.mounting, float(np.sin(recording.mounting.tilt))
-    if target.startswith("accel") and (mounting.table_axis or _has_table(recording)):
+    if target.startswith("accel") and (mounting.table_axis or has_table(recording)):
         return 0.0, 0.0
     if mounting.table_axis and target[-2:] in ("_x", "_y", "_z"):
-        upwards = _UP.get(mounting.axes["xyz".index(target[-1])], 0.0)
-        return upwards * _UP[mounting.table_axis], upwards
-    return (upwards if target == "gyro" or _has_table(recording) else 1.0), upwards
+        upwards = UP.get(mounting.axes["xyz".index(target[-1])], 0.0)
+        return upwards * UP[mounting.table_axis], upwards
+    return (upwards if target == "gyro" or has_table(recording) else 1.0), upwards
 
 
-def _has_table(recording: Recording) -> bool:
+def has_table(recording: Recording) -> bool:
+    """Whether the angle or the rate of a table was recorded."""
     return "table_angle" in recording.channels or "table_rate" in recording.channels
 
 
@@ -259,7 +260,7 @@ def up_direction(recording: Recording) -> Floats:
     if all(name in recording.channels for name in names):
         force = np.array([recording.channels[name].values.mean() for name in names])
         return force / np.linalg.norm(force)
-    return np.array([_UP.get(letter, 0.0) for letter in recording.mounting.axes])
+    return np.array([UP.get(letter, 0.0) for letter in recording.mounting.axes])
 
 
 def _base_tilt(recording: Recording, target: str, edges: Floats) -> Floats | None:
@@ -323,7 +324,7 @@ def _across(recording: Recording, target: str, projection: float, rate: Floats) 
 
     Nothing where a gyro is there that reads it, or the table hardly changes its rate: then that part is a bias.
     """
-    upright = next((axis for axis, letter in zip("xyz", recording.mounting.axes, strict=True) if _UP.get(letter)), "z")
+    upright = next((axis for axis, letter in zip("xyz", recording.mounting.axes, strict=True) if UP.get(letter)), "z")
     level = target.startswith("gyro") and abs(projection) < LEVEL and target[-2:] != f"_{upright}"
     if not level or f"gyro_{upright}" in recording.channels:
         return {}

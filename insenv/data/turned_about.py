@@ -16,20 +16,18 @@ from dataclasses import replace
 import numpy as np
 
 from insenv.core.recording import Mounting, Recording
-from insenv.data.exposure import expose
+from insenv.data.exposure import UP, expose, has_table
 
 #: How far the gain of the gyro along the table's axis may be from one, and what the others read at most.
 ALONG, ACROSS = 0.1, 0.1
 GYROS = ("gyro_x", "gyro_y", "gyro_z")
-#: Which way the letters of axes along the vertical point.
-_UP = {"U": 1.0, "D": -1.0}
 
 
 def about_its_axis(
     recordings: tuple[Recording, ...], targets: Sequence[str]
 ) -> tuple[tuple[Recording, ...], tuple[str, ...]]:
     """The recordings with the table's axis where a target is across it and nobody said so; what is said of it."""
-    if any(r.mounting.table_axis or r.mounting.tilt != Mounting.tilt or not _on_a_table(r) for r in recordings):
+    if any(r.mounting.table_axis or r.mounting.tilt != Mounting.tilt or not has_table(r) for r in recordings):
         return recordings, ()
     names = [name for name in GYROS if all(name in r.channels for r in recordings)]
     asked = [name for name in targets if name in names]
@@ -42,18 +40,14 @@ def about_its_axis(
         return recordings, ()
     letter = recordings[0].mounting.axes["xyz".index(along[0][-1])]
     signs = set(np.sign(gains[along[0]]).tolist())
-    if letter not in _UP or len(signs) != 1 or any(r.mounting.axes != recordings[0].mounting.axes for r in recordings):
+    if letter not in UP or len(signs) != 1 or any(r.mounting.axes != recordings[0].mounting.axes for r in recordings):
         return recordings, ()
-    axis = "U" if signs.pop() == _UP[letter] else "D"
+    axis = "U" if signs.pop() == UP[letter] else "D"
     said = (
         f"{along[0]} reads the rate of the table and {' and '.join(across)} next to nothing: the unit turns about its "
         f'{along[0][-1]} axis, taken as mounting.table_axis = "{axis}"'
     )
     return tuple(replace(r, mounting=replace(r.mounting, table_axis=axis)) for r in recordings), (said,)
-
-
-def _on_a_table(recording: Recording) -> bool:
-    return "table_angle" in recording.channels or "table_rate" in recording.channels
 
 
 def _gain(recording: Recording, name: str) -> float:

@@ -27,7 +27,7 @@ from scipy.ndimage import maximum_filter1d, median_filter
 from insenv.core.recording import Floats, Recording
 from insenv.core.series.rounding import rounding
 from insenv.core.series.stretches import stretches
-from insenv.data.exposure import expose
+from insenv.data.exposure import expose, has_table
 from insenv.identify.clean.outliers import leaving_out
 from insenv.identify.findings import RejectedRows
 
@@ -87,7 +87,7 @@ def _rows(one: Burst, recording: Recording, target: str) -> RejectedRows:
 
 def bursts(recording: Recording, target: str, run: int = 0) -> tuple[Burst, ...]:
     """Bursts of ``target``, in order of time; found on all channels of its triad together."""
-    if {"table_angle", "table_rate"} & set(recording.channels) or recording.mounting.table_axis:
+    if has_table(recording) or recording.mounting.table_axis:
         return ()
     per_mean = max(1, int(round(SECOND / recording.dt)))
     if len(recording) // per_mean < FEWEST or _soaked(recording):

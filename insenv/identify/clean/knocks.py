@@ -23,6 +23,7 @@ from scipy.ndimage import binary_propagation
 from insenv.core.recording import Recording
 from insenv.core.series.rounding import rounding
 from insenv.core.series.stretches import stretches
+from insenv.data.exposure import has_table
 from insenv.identify.findings import RejectedRows
 
 #: Length of a window [s], and its fewest rows; fewest windows of a run.
@@ -36,7 +37,7 @@ LASTING, EVENTS = 0.1, 0.15
 
 def knocks(recording: Recording, target: str, run: int = 0) -> tuple[RejectedRows, ...]:
     """Rows in which ``target`` rings, in order of time; none where a table turns."""
-    if {"table_angle", "table_rate"} & set(recording.channels) or recording.mounting.table_axis:
+    if has_table(recording) or recording.mounting.table_axis:
         return ()
     values = recording.channels[target].values
     rows = max(ROWS, min(int(round(WINDOW / recording.dt)), len(values) // FEWEST))

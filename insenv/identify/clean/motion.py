@@ -20,6 +20,7 @@ from insenv.core.recording import Recording
 from insenv.core.series.moving import BESIDE, LEAST_REST, SECOND, TIPPED, TURNING, departs, rows_of_a_second
 from insenv.core.series.stretches import stretches
 from insenv.core.units import DEG
+from insenv.data.exposure import has_table
 from insenv.data.manifest.spec import Manifest
 from insenv.data.split import RowUse
 from insenv.identify.findings import RejectedRows
@@ -50,7 +51,7 @@ def at_rest(
     InputError
         If the target is at rest in less than `LEAST_REST` of the rows that may be fitted, or of those held out.
     """
-    table = any({"table_angle", "table_rate"} & r.channels.keys() or r.mounting.table_axis for r in recordings)
+    table = any(has_table(r) or r.mounting.table_axis for r in recordings)
     if table or manifest.procedure != "static":
         return uses, ()
     used = [u.fit | u.held_out for u in uses]

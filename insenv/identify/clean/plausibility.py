@@ -18,7 +18,7 @@ import numpy as np
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats, Recording
 from insenv.core.units import STANDARD_GRAVITY, ZERO_CELSIUS, scale_to_si
-from insenv.data.exposure import expose, table_share
+from insenv.data.exposure import expose, has_table, table_share
 from insenv.data.manifest.spec import CHANNELS, INCREMENTS, ChannelSpec, Manifest
 from insenv.data.split import split
 
@@ -181,7 +181,7 @@ def _turning(manifest: Manifest, recordings: Sequence[Recording], target: str) -
     """A gyro against the rate that it was exposed to."""
     if target.startswith("accel"):
         return ()
-    gain = _gain([_cells(r, target) for r in recordings if abs(table_share(r, target)) > LEAST_SHARE and _has_table(r)])
+    gain = _gain([_cells(r, target) for r in recordings if abs(table_share(r, target)) > LEAST_SHARE and has_table(r)])
     if gain is None:
         return ()
     size, value = abs(gain.value), gain.value
@@ -261,10 +261,6 @@ def _table_disagrees(manifest: Manifest, recordings: Sequence[Recording]) -> tup
     )
 
 
-def _has_table(recording: Recording) -> bool:
-    return bool({"table_angle", "table_rate"} & recording.channels.keys())
-
-
 def _cells(recording: Recording, target: str) -> tuple[Floats, Floats]:
     """Exposure and reading, means over cells that are not empty."""
     exposure = expose(recording, target, max(1, len(recording) // CELLS))
@@ -274,13 +270,13 @@ def _cells(recording: Recording, target: str) -> tuple[Floats, Floats]:
 
 def _travelled(recordings: Sequence[Recording], target: str) -> float:
     """How far the reference went in a run at most [rad]: the noise of an encoder of a table at rest goes nowhere."""
-    motions = (expose(r, target, max(1, len(r) // CELLS)).motion for r in recordings if _has_table(r))
+    motions = (expose(r, target, max(1, len(r) // CELLS)).motion for r in recordings if has_table(r))
     return max(float(np.ptp(np.cumsum(m.rate * m.dt))) for m in motions)
 
 
 def _turns_along(recordings: Sequence[Recording], target: str) -> bool:
     """Whether in a run the readings go as far as the table, far beyond any bias: what they do not follow is noise."""
-    for recording in (r for r in recordings if _has_table(r)):
+    for recording in (r for r in recordings if has_table(r)):
         u, y = (float(values.mean()) for values in _cells(recording, target))
         if min(abs(u), abs(y)) > LARGEST_BIAS and abs(abs(y / u) - 1) < INCREDIBLE:
             return True

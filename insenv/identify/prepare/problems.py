@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from insenv.core.errors import InputError
 from insenv.core.lazy import unanswered
 from insenv.core.recording import Channel, Floats, Recording, Response
-from insenv.data.exposure import expose
+from insenv.data.exposure import expose, has_table
 from insenv.data.manifest.spec import Manifest
 from insenv.data.split import RowUse
 from insenv.effects.timing import TimingSkew
@@ -564,7 +564,7 @@ def _sample_residual(recording: Recording, span: slice, problem: Problem, model:
     coefficients are fitted to the samples themselves.
     """
     values = recording.channels[problem.target].values[span]
-    if not {"table_angle", "table_rate"} & set(recording.channels):
+    if not has_table(recording):
         return values
     reference = problem.exposures[0].motion.reference_temperature
     exposure = expose(recording, problem.target, reference_temperature=reference)
