@@ -3,6 +3,7 @@
     python sides.py > sides.toml
     python sides.py --later twentieth twentyfirst > sides_later.toml
     python sides.py --later twentysecond twentythird twentyfourth > sides_fresh.toml
+    python sides.py --later twentyfifth ... thirtythird > sides_last.toml    (all nine parts written out)
 
 Written before an effect was put into any of them. Of each owner who is kept closed nothing is looked at until the end.
 Parts of the library that were made later are closed as a whole, but for owners who were there before.
@@ -23,7 +24,10 @@ SEED = 20261128
 #: Share of the owners that are kept closed.
 CLOSED = 0.4
 #: Parts that were made after the first split.
-LATER = ("twentieth", "twentyfirst", "twentysecond", "twentythird", "twentyfourth")
+LATER = (
+    *("twentieth", "twentyfirst", "twentysecond", "twentythird", "twentyfourth", "twentyfifth", "twentysixth"),
+    *("twentyseventh", "twentyeighth", "twentyninth", "thirtieth", "thirtyfirst", "thirtysecond", "thirtythird"),
+)
 KINDS = ("reference", "attitudes", "rest")
 
 
