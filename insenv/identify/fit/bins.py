@@ -83,6 +83,11 @@ class Bins:
         """Middle of each kept bin from the start of its run [s], shape (n,)."""
         return np.concatenate([(kept + 0.5) * self.width for kept in self.kept])
 
+    def places(self, block: Block) -> NDArray[np.int64]:
+        """Places of a block's bins on the grid of all bins of its run, counted from the first one, shape (n,)."""
+        own = self.time[block.start : block.stop]
+        return np.rint((own - own[0]) / self.width).astype(np.int64)
+
     @property
     def held_out(self) -> NDArray[np.bool_]:
         """Bins that no fit may see, shape (n,)."""
@@ -181,6 +186,15 @@ def of_one_use(bins: Bins) -> Bins:
     for run, index in enumerate(bins.kept):
         blocks += _blocks(run, index, np.full(len(index), _FITTED), sum(map(len, bins.kept[:run])))
     return replace(bins, blocks=tuple(blocks))
+
+
+def at_places(series: Floats, place: NDArray[np.int64]) -> Floats:
+    """Values at their places on an even grid, along the first axis; their mean where bins are lost."""
+    if int(place[-1]) + 1 == len(series):
+        return series
+    laid = np.repeat(series.mean(axis=0, keepdims=True), int(place[-1]) + 1, axis=0)
+    laid[place] = series
+    return laid
 
 
 def merged(bins: Bins, least: float = 1.0) -> tuple[Bins, NDArray[np.int64]]:

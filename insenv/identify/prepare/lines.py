@@ -18,6 +18,7 @@ from scipy.ndimage import maximum_filter1d, median_filter, uniform_filter1d
 from scipy.optimize import minimize_scalar
 
 from insenv.core.recording import Floats
+from insenv.identify.fit.bins import at_places
 from insenv.identify.fit.gls import Fit, whitened
 from insenv.identify.fit.problem import Problem
 
@@ -65,18 +66,19 @@ def strongest_tone(problem: Problem, fit: Fit) -> tuple[float, float]:
     _, _, residual = whitened(problem, fit)
     width, best, looked = problem.bins.width, (0.0, 0.0), 0.0
     power: dict[int, Floats] = {}
-    size = next_fast_len(4 * max(b.stop - b.start for b in problem.fitted))
+    places = [problem.bins.places(block) for block in problem.fitted]
+    size = next_fast_len(4 * max(int(place[-1]) + 1 for place in places))
     offset = 0
-    for block in problem.fitted:
+    for block, place in zip(problem.fitted, places, strict=True):
         series = idct(residual[offset : offset + block.n], type=2, norm="ortho")
         offset += block.n
         if block.n < 16:
             continue
-        spectrum = np.abs(rfft(series, size)) ** 2 * 2 / block.n
+        spectrum = np.abs(rfft(at_places(series, place), size)) ** 2 * 2 / block.n
         power[block.run] = power.get(block.run, 0) + spectrum
         looked += block.n / 2
     frequencies = rfftfreq(size, width)
-    slowest = 1.5 / (max(b.n for b in problem.fitted) * width)
+    slowest = 1.5 / (max(int(place[-1]) + 1 for place in places) * width)
     usable = (frequencies > slowest) & (frequencies < FASTEST / width)
     if power and usable.any():
         total = np.where(usable, sum(power.values()), 0)

@@ -46,11 +46,11 @@ from insenv.identify.prepare.lines import (
     SAME_LINE,
     Line,
     again,
-    find_lines,
     of_motion,
     quantum,
     steps_of_encoder,
 )
+from insenv.identify.prepare.lost_rows import lines_of_rows, longest, rows_of
 from insenv.identify.prepare.means import LEFT, ToldByMeans, by_means, of_known_errors, of_unknown_errors
 from insenv.identify.prepare.samples import sample_spectrum
 from insenv.identify.prepare.widths import rows_of_motion, rows_per_bin, whole_holds, whole_rows
@@ -397,7 +397,7 @@ def _unheld(
 
 def _spans(recordings: tuple[Recording, ...], uses: tuple[RowUse, ...]) -> tuple[slice, ...]:
     """The longest contiguous stretch of each run that may be fitted."""
-    return tuple(_longest_fitted(r, use) for r, use in zip(recordings, uses, strict=True))
+    return tuple(longest(r, use.fit) for r, use in zip(recordings, uses, strict=True))
 
 
 def _without_steady(recording: Recording, target: str, lines: tuple[Line, ...], run: int) -> Recording:
@@ -423,20 +423,20 @@ def _lines(
 ) -> tuple[Line, ...]:
     """Lines above the bin rate, or that of means over ``width`` [s].
 
-    They are of the longest contiguous stretch of each run that may be fitted.
+    They are of the longest stretch of each run that may be fitted, short gaps bridged.
     """
     width, least = width or problem.bins.width, 0.0 if width else WANDERS / problem.bins.width
     found: list[Line] = []
     for run, (recording, use) in enumerate(zip(recordings, uses, strict=True)):
-        span = _longest_fitted(recording, use)
-        t, channel = (recording.t - recording.t[0])[span], recording.channels[problem.target]
-        step = (channel.step or quantum(channel.values[span])) * recording.dt
-        values = _sample_residual(recording, span, problem, model)
-        reference = channel.values[span] - values
-        lines = find_lines(t, recording.dt, values, step, run, FASTEST / width)
+        rows = rows_of(recording, use.fit)
+        t, channel = (recording.t - recording.t[0])[rows.index], recording.channels[problem.target]
+        step = (channel.step or quantum(channel.values[rows.index])) * recording.dt
+        left = _sample_residual(recording, rows.index, problem, model)
+        lines = lines_of_rows(rows, t, recording.dt, left, step, run, FASTEST / width)
         if lines and problem.turns:
-            tame = find_lines(t, recording.dt, tamed(values), step, run, FASTEST / width)
+            tame = lines_of_rows(rows, t, recording.dt, tamed(left), step, run, FASTEST / width)
             lines = tuple(x for x in lines if any(abs(x.frequency - y.frequency) < SAME_LINE for y in tame))
+        values, reference = rows.filled(left), rows.filled(channel.values[rows.index] - left)
         for line in lines:
             steps = steps_of_encoder(line, recording.dt, values, reference, problem.encoder)
             moved = problem.turns and not steps and _of_motion(problem, line, recording.dt, values, reference)
@@ -505,8 +505,8 @@ def _recurs(
 ) -> bool:
     """Whether held-out samples of its run have a line as well."""
     recording = recordings[line.run]
-    span = _longest(recording, uses[line.run].held_out)
-    return again(line, recording.dt, _sample_residual(recording, span, problem, model))
+    rows = rows_of(recording, uses[line.run].held_out)
+    return again(line, recording.dt, rows.filled(_sample_residual(recording, rows.index, problem, model)))
 
 
 def _samples(
@@ -541,34 +541,20 @@ def _bin_noise(problem: Problem) -> float:
     return float(np.median(np.abs(steps)) / 0.6745 / np.sqrt(2)) if len(steps) else 0.0
 
 
-def _longest_fitted(recording: Recording, use: RowUse) -> slice:
-    """Longest stretch of consecutive fitted rows without a gap."""
-    return _longest(recording, use.fit)
-
-
-def _longest(recording: Recording, wanted: NDArray[np.bool_]) -> slice:
-    """Longest stretch of consecutive rows that are wanted, without a gap."""
-    best = slice(0, 0)
-    for piece in recording.pieces():
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], wanted[piece].astype(int), [0]])))
-        for a, b in zip(edges[::2], edges[1::2], strict=True):
-            if b - a > best.stop - best.start:
-                best = slice(piece.start + int(a), piece.start + int(b))
-    return best
-
-
-def _sample_residual(recording: Recording, span: slice, problem: Problem, model: Model) -> Floats:
-    """Samples of ``span`` minus the reference and what the declared effects explain of them, shape (rows,).
+def _sample_residual(
+    recording: Recording, rows: slice | NDArray[np.int64], problem: Problem, model: Model
+) -> Floats:
+    """Samples of some rows minus the reference and what the declared effects explain of them, shape (rows,).
 
     Commanded motion and a scale factor that is declared are no lines. Bins may have averaged that motion away, so the
     coefficients are fitted to the samples themselves.
     """
-    values = recording.channels[problem.target].values[span]
+    values = recording.channels[problem.target].values[rows]
     if not has_table(recording):
         return values
     reference = problem.exposures[0].motion.reference_temperature
     exposure = expose(recording, problem.target, reference_temperature=reference)
-    cell = exposure.cell_of_row[span]
+    cell = exposure.cell_of_row[rows]
     inside = cell >= 0
     bases = [regressors(term.effect, exposure, term.shape)[cell[inside]] for term in model]
     if exposure.motion.lag:

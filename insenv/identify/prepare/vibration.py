@@ -30,7 +30,7 @@ from scipy.special import chdtrc, chdtri
 from insenv.core.lazy import Lazy
 from insenv.core.recording import Floats
 from insenv.effects.base import Effect
-from insenv.identify.fit.bins import FULL, merged
+from insenv.identify.fit.bins import FULL, at_places, merged
 from insenv.identify.fit.gls import Fit
 from insenv.identify.fit.heldout import residual
 from insenv.identify.fit.noise import fit_noise, loglik
@@ -153,10 +153,11 @@ def stands_out(problem: Problem, fit: Fit, term: Term) -> bool:
     mine = fit.design.term == fit.model.index(term)
     block, later = (max(blocks, key=lambda b: b.n) for blocks in (problem.fitted, problem.held_out))
     left = residual(problem, fit) + fit.design.matrix[:, mine] @ fit.beta[mine]
-    values, width = left[block.start : block.stop], problem.bins.width
+    values, others = (at_places(left[b.start : b.stop], problem.bins.places(b)) for b in (block, later))
+    width = problem.bins.width
     found = periodogram(values, width)
-    near = np.abs(found.f - term.shape[0]) <= 1.5 / (block.n * width)
-    height = with_others(found, heights(values, found), width, left[later.start : later.stop])
+    near = np.abs(found.f - term.shape[0]) <= 1.5 / (len(values) * width)
+    height = with_others(found, heights(values, found), width, others)
     return float(height[near].max(initial=0.0)) > np.log(BETWEEN * block.n / 2 / FALSE_ALARM)
 
 

@@ -19,7 +19,7 @@ from scipy.fft import dct, idct
 from scipy.ndimage import median_filter, uniform_filter1d
 
 from insenv.core.recording import Floats
-from insenv.identify.fit.bins import Block
+from insenv.identify.fit.bins import Block, at_places
 from insenv.identify.fit.gls import Fit
 from insenv.identify.fit.heldout import residual
 from insenv.identify.fit.problem import Problem
@@ -261,12 +261,13 @@ def without_line(problem: Problem, fit: Fit, line: Line) -> Problem:
     free = np.zeros(len(y), bool)
     free[list(problem.outliers)] = True
     width = problem.bins.width
-    gain = _gain([dct(left[b.start : b.stop], type=2, norm="ortho") for b in problem.fitted], width, line.frequency)
+    fitted = (at_places(left[b.start : b.stop], problem.bins.places(b)) for b in problem.fitted)
+    gain = _gain([dct(series, type=2, norm="ortho") for series in fitted], width, line.frequency)
     for block in problem.bins.blocks:
-        rows = slice(block.start, block.stop)
-        series = np.where(free[rows], 0.0, left[rows])
-        damped = idct(dct(series, type=2, norm="ortho") * gain(_frequencies(block.n, width)), type=2, norm="ortho")
-        y[rows] += np.where(free[rows], 0.0, damped - series)
+        rows, place = slice(block.start, block.stop), problem.bins.places(block)
+        series = at_places(np.where(free[rows], 0.0, left[rows]), place)
+        damped = idct(dct(series, type=2, norm="ortho") * gain(_frequencies(len(series), width)), type=2, norm="ortho")
+        y[rows] += np.where(free[rows], 0.0, (damped - series)[place])
     return problem.measured_as(y)
 
 
@@ -331,7 +332,9 @@ def _of_block(problem: Problem, fit: Fit, block: Block, frequency: float) -> Lin
     values = residual(problem, fit)[block.start : block.stop]
     if not np.ptp(values):  # a reading that stands still, as one held at nought at rest does
         return None
-    time = problem.bins.time[block.start : block.stop]
+    place, time = problem.bins.places(block), problem.bins.time[block.start : block.stop]
+    if int(place[-1]) + 1 > block.n:
+        values, time = at_places(values, place), time[0] + width * np.arange(place[-1] + 1)
     spectrum = periodogram(values, width)
     half = _reach(frequency, block.n * width)
     near = np.flatnonzero(np.abs(spectrum.f - frequency) < half)
@@ -339,4 +342,7 @@ def _of_block(problem: Problem, fit: Fit, block: Block, frequency: float) -> Lin
         return None
     peak = int(near[np.argmax(spectrum.power[near])])
     line = line_at(time, width, values, spectrum, peak, block.run, half)
+    # Of what is nothing where bins are lost the line has that share of its amplitude.
+    lost = len(values) / block.n
+    line = replace(line, amplitude=line.amplitude * lost, amplitude_sd=line.amplitude_sd * lost)
     return line if line.amplitude > LEAST_STEADY * line.amplitude_sd else None

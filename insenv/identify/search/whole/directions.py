@@ -28,7 +28,7 @@ from scipy.special import fdtrc, log_ndtr, ndtri_exp
 
 from insenv.core.recording import Floats
 from insenv.effects.tone import Tone
-from insenv.identify.fit.bins import Block
+from insenv.identify.fit.bins import Block, at_places
 from insenv.identify.fit.evidence import HeldOutSpace
 from insenv.identify.fit.gls import Fit, noise_freedoms, spectrum
 from insenv.identify.fit.problem import Problem
@@ -120,11 +120,12 @@ class Directions:
 class Lines:
     """Lines of any frequency, as directions: the periodogram of the whitened series.
 
-    ``looked`` are the frequencies looked at, ``odds`` as of `Directions`, ``share`` the information of held-out data
-    beside that of the fitted ones.
+    ``places`` are those of the bins of each block (`Bins.places`), ``looked`` the frequencies looked at, ``odds`` as of
+    `Directions`, ``share`` the information of held-out data beside that of the fitted ones.
     """
 
     blocks: tuple[Block, ...]
+    places: tuple[NDArray[np.int64], ...]
     width: float
     looked: float
     share: float
@@ -132,13 +133,14 @@ class Lines:
 
     def best(self, w: Singles) -> tuple[Singles, int]:
         """Largest power over the frequencies, shape (n,), and its degrees of freedom."""
-        size = next_fast_len(4 * max(b.n for b in self.blocks))
+        longest = max(int(place[-1]) + 1 for place in self.places)
+        size = next_fast_len(4 * longest)
         frequencies = rfftfreq(size, self.width)
-        usable = (frequencies > 1.5 / (max(b.n for b in self.blocks) * self.width)) & (frequencies < 0.48 / self.width)
+        usable = (frequencies > 1.5 / (longest * self.width)) & (frequencies < 0.48 / self.width)
         power: dict[int, Singles] = {}
         offset = 0
-        for block in self.blocks:
-            series = idct(w[offset : offset + block.n], type=2, norm="ortho", axis=0)
+        for block, place in zip(self.blocks, self.places, strict=True):
+            series = at_places(idct(w[offset : offset + block.n], type=2, norm="ortho", axis=0), place)
             offset += block.n
             if block.n >= 16:
                 spectrum_of = np.abs(rfft(series, size, axis=0)[usable]) ** 2 * 2 / block.n
@@ -329,7 +331,8 @@ def whole(problem: Problem, fit: Fit, power: Floats, found: tuple[Candidate, ...
     if tones:
         looked = sum(b.n / 2 for b in problem.fitted if b.n >= 16)
         share = sum(b.n for b in problem.held_out) / sum(b.n for b in problem.fitted)
-        lines = Lines(problem.fitted, problem.bins.width, max(looked, 1.0), share, count)
+        places = tuple(problem.bins.places(block) for block in problem.fitted)
+        lines = Lines(problem.fitted, places, problem.bins.width, max(looked, 1.0), share, count)
     return Whole(tuple(told), lines, Noise.of(problem, power, q), problem.fitted, problem.held_out)
 
 
