@@ -16,9 +16,12 @@ import numpy as np
 
 from insenv.core.recording import Floats
 from insenv.core.series.rounding import counter_step, swung_step
+from insenv.core.series.stretches import stretches
 
 #: Rows at most over which a rate is differenced; the correlation of errors, at most, that tells how many.
 MOST_ROWS, APART = 32, -0.3
+#: Share of the largest angle below which a few digits still show a step that they hide in large angles; rows that tell.
+SMALL, FEWEST = 1 / 32, 50
 
 
 @dataclass(frozen=True)
@@ -38,8 +41,16 @@ class Counts:
 
 def counts_of_angle(angle: Floats) -> Counts | None:
     """The counts behind an ``angle`` that was read in each row, shape (n,) [rad]; None where it shows none."""
-    step = counter_step(angle) or swung_step(angle)
+    step = counter_step(angle) or swung_step(angle) or _step_of_small_angles(angle)
     return Counts(step) if step else None
+
+
+def _step_of_small_angles(angle: Floats) -> float:
+    """The same of an angle that counts turns in a few digits, by rows in which it is small; 0 where they show none."""
+    size = np.abs(angle)
+    small = stretches(size < SMALL * float(size.max(initial=0.0)))
+    start, stop = max(small, key=lambda part: part[1] - part[0], default=(0, 0))
+    return counter_step(angle[start:stop]) if stop - start >= FEWEST else 0.0
 
 
 def counts_of_rate(rate: Floats, motion: Floats, dt: float) -> Counts | None:

@@ -541,9 +541,7 @@ def _bin_noise(problem: Problem) -> float:
     return float(np.median(np.abs(steps)) / 0.6745 / np.sqrt(2)) if len(steps) else 0.0
 
 
-def _sample_residual(
-    recording: Recording, rows: slice | NDArray[np.int64], problem: Problem, model: Model
-) -> Floats:
+def _sample_residual(recording: Recording, rows: slice | NDArray[np.int64], problem: Problem, model: Model) -> Floats:
     """Samples of some rows minus the reference and what the declared effects explain of them, shape (rows,).
 
     Commanded motion and a scale factor that is declared are no lines. Bins may have averaged that motion away, so the

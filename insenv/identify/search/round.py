@@ -21,6 +21,7 @@ from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import Model, Problem, Term
 from insenv.identify.prepare.lines import coherent_power, strongest_tone, within_half_a_count
 from insenv.identify.search.candidates import Candidate, unseen
+from insenv.identify.search.folded import folded
 from insenv.identify.search.recurrence import comes_and_goes, not_both_ways, not_in_all_runs, of_a_rest, of_few_means
 from insenv.identify.search.reference_errors import beside_reference_errors
 from insenv.identify.search.rounded import beside_rounding, beside_steps, damped_as_steps
@@ -141,6 +142,7 @@ def _no_law_of_any_size(problem: Problem, fit: Fit, base: Reference, larger: Fit
         or _leads(larger)
         or _counts(problem, larger)
         or _finer_than_steps(problem, larger)
+        or folded(problem, larger)
         or unseen(problem, term.effect, term.shape)
         or of_few_means(problem, fit, term)
         or not_in_all_runs(problem, fit, term)
