@@ -65,7 +65,7 @@ def test_a_rate_of_single_counts_is_one_of_a_table_that_swings() -> None:
 def test_a_step_that_a_few_digits_hide_in_large_angles_is_told_by_small_ones() -> None:
     """200 deg/s for three minutes, seven digits: 0.044 deg beside 0.01 deg at the end."""
     rng = np.random.default_rng(3)
-    angle = 20.0 * np.arange(2000) + 0.02 * rng.standard_normal(2000)
+    angle = np.cumsum(np.minimum(20.0, np.arange(2000) / 5)) + 0.02 * rng.standard_normal(2000)
     step = 360 / 2**13
     read = np.array([float(f"{x:.7g}") for x in step * np.floor(angle / step)])
     found = counts_of_angle(np.deg2rad(read))

@@ -44,7 +44,7 @@ def wandering(t: Floats, frequency: float) -> Floats:
 
 def logged(kept: Kept, seed: int, line: Floats | float = 0.0) -> Recording:
     """A gyro at rest, white noise of 1 deg/s a row, with rows lost."""
-    t = DT * np.arange(N)
+    t: Floats = DT * np.arange(float(N))
     y = np.deg2rad(np.random.default_rng(seed).standard_normal(N) + line + 3.0)
     return Recording(t[kept], {"gyro": Channel(y[kept], "rad/s")})
 
@@ -92,7 +92,7 @@ def test_a_line_is_one_tone_where_it_is(
     kept: Callable[[int], Kept], line: Callable[[Floats, float], Floats], frequency: float
 ) -> None:
     """No stretch without a gap has 256 rows, and bins without their gaps have the line elsewhere."""
-    recording = logged(kept(2), 3, line(DT * np.arange(N), frequency))
+    recording = logged(kept(2), 3, line(DT * np.arange(float(N)), frequency))
     found = tones(recording)
     assert len(found) == 1
     (told,) = (p.value for p in found[0].parameters if p.parameter == "f")

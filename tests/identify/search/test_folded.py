@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from simulated_runs import manifest, use
 
-from insenv.core.recording import Channel, Recording
+from insenv.core.recording import Channel, Floats, Recording
 from insenv.data.reference import with_reference
 from insenv.effects.angle import AngleLockedRate, EncoderHarmonic
 from insenv.effects.base import LinearEffect
@@ -26,7 +26,7 @@ DT, N, RATE = 0.1, 3000, np.deg2rad(200.0)
 def waving(order: int, seed: int) -> Recording:
     """A gyro on a table at a steady rate, with a wave of its angle and 0.2 deg/s of noise a row."""
     rng = np.random.default_rng(seed)
-    t = DT * np.arange(N)
+    t: Floats = DT * np.arange(float(N))
     rate = np.full(N, RATE)
     angle = RATE * t
     wave = np.deg2rad(0.3) * np.cos(order * (angle - 0.5 * RATE * DT))
