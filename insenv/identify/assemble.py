@@ -58,14 +58,14 @@ from insenv.identify.next.experiment import Unsettled, next_experiments
 from insenv.identify.prepare.declared import without_north
 from insenv.identify.prepare.excess import Structure, structure
 from insenv.identify.prepare.gain import as_declared, undeclared_gain
-from insenv.identify.prepare.line_effects import hold_effect, line_effects, rounding_effect, saturation_effect
-from insenv.identify.prepare.lines import Line
 from insenv.identify.prepare.samples import humps
+from insenv.identify.prepare.spectral.line_effects import hold_effect, line_effects, rounding_effect, saturation_effect
+from insenv.identify.prepare.spectral.lines import Line
 from insenv.identify.prepare.vibration import went_away
+from insenv.identify.search.artefacts.rounded import log_p_unrounded
 from insenv.identify.search.detectable import Sensitivity
 from insenv.identify.search.followers import followers
 from insenv.identify.search.rivals import Rivalry
-from insenv.identify.search.rounded import log_p_unrounded
 from insenv.identify.search.tracks import Step, Track
 from insenv.identify.search.twins import half_row_sentence, half_step_sentence, rarer_sentence, twin_sentence, twins
 from insenv.identify.search.undecided import beside_doubts

@@ -33,8 +33,17 @@ from insenv.identify.fit.lag_form import is_skew
 from insenv.identify.fit.problem import NOISE_TERMS
 from insenv.identify.fit.uncertainty import estimates
 from insenv.identify.prepare.excess import most_power, order_of_line, structure
-from insenv.identify.prepare.lines import Line
 from insenv.identify.prepare.problems import prepare
+from insenv.identify.prepare.spectral.lines import Line
+from insenv.identify.prepare.spectral.wandering import (
+    goes_with_motion,
+    left_of,
+    lost,
+    moves_there,
+    stands_in_reference,
+    stops_at_rest,
+    without_line,
+)
 from insenv.identify.prepare.vibration import (
     affordable,
     as_lines,
@@ -46,15 +55,6 @@ from insenv.identify.prepare.vibration import (
     unnamed,
     unresolved,
     without,
-)
-from insenv.identify.prepare.wandering import (
-    goes_with_motion,
-    left_of,
-    lost,
-    moves_there,
-    stands_in_reference,
-    stops_at_rest,
-    without_line,
 )
 from insenv.identify.search.candidates import candidates, local_beside_lag, of_few_waves
 from insenv.identify.search.earth_rate import due_level

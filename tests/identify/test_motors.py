@@ -11,7 +11,7 @@ from insenv.core.recording import Channel, Floats, Recording
 from insenv.identify.findings import TargetFindings
 from insenv.identify.fit.gls import solve
 from insenv.identify.prepare.problems import prepare
-from insenv.identify.prepare.wandering import moves_there
+from insenv.identify.prepare.spectral.wandering import moves_there
 
 RATE, SECONDS = 100.0, 60.0
 FINE = 1e-3

@@ -32,7 +32,7 @@ from insenv.identify.findings import (
 )
 from insenv.identify.fit.heldout import CHANCE
 from insenv.identify.prepare.excess import TOLERANCE
-from insenv.identify.prepare.lines import FALSE_ALARM
+from insenv.identify.prepare.spectral.lines import FALSE_ALARM
 from insenv.report import (
     estimates,
     found,

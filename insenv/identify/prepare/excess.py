@@ -10,9 +10,9 @@
    a tolerance, shows what comes and goes. Single bins count for no more than three standard deviations.
    And with the rate: its means over some bins are louder where the table turns faster, more clearly than bins are, as
    errors of a reference would be.
-4. Angle: waves of the table's angle of any order, in windows of time (`insenv.identify.prepare.orders`). Temperature:
-   the same, its range the turn.
-5. Lines that move (`insenv.identify.prepare.sweeps`).
+4. Angle: waves of the table's angle of any order, in windows of time (`insenv.identify.prepare.spectral.orders`).
+   Temperature: the same, its range the turn.
+5. Lines that move (`insenv.identify.prepare.spectral.sweeps`).
 6. Held-out data: the same in groups of their modes, with the noise of the fitted data: what sets in after the fit.
 
 Bands, angle and lines that move are judged on all rows, the model fitted anew to all of them: what these tests see goes
@@ -36,8 +36,8 @@ from insenv.identify.fit.evidence import HELD_OUT_SPREAD, held_out_modes
 from insenv.identify.fit.gls import Fit, noise_freedom, solve, spectrum, whitened
 from insenv.identify.fit.noise import eigenvalues, fit_noise, modes, transform
 from insenv.identify.fit.problem import NOISE_TERMS, Problem, pooled
-from insenv.identify.prepare.orders import AS_WELL, MOST_ORDER, Wave, order_of, strongest
-from insenv.identify.prepare.sweeps import sweeps_p
+from insenv.identify.prepare.spectral.orders import AS_WELL, MOST_ORDER, Wave, order_of, strongest
+from insenv.identify.prepare.spectral.sweeps import sweeps_p
 
 #: Blocks with their whitened residuals in time.
 Blocks = tuple[tuple[Block, Floats], ...]

@@ -39,9 +39,11 @@ from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Model, Problem, regressors
 from insenv.identify.prepare.binned import binned, enough
 from insenv.identify.prepare.bounded import bounded
-from insenv.identify.prepare.coherence import follows
 from insenv.identify.prepare.declared import declared_model
-from insenv.identify.prepare.lines import (
+from insenv.identify.prepare.means import LEFT, ToldByMeans, by_means, of_known_errors, of_unknown_errors
+from insenv.identify.prepare.samples import sample_spectrum
+from insenv.identify.prepare.spectral.coherence import follows
+from insenv.identify.prepare.spectral.lines import (
     FASTEST,
     SAME_LINE,
     Line,
@@ -50,9 +52,7 @@ from insenv.identify.prepare.lines import (
     quantum,
     steps_of_encoder,
 )
-from insenv.identify.prepare.lost_rows import lines_of_rows, longest, rows_of
-from insenv.identify.prepare.means import LEFT, ToldByMeans, by_means, of_known_errors, of_unknown_errors
-from insenv.identify.prepare.samples import sample_spectrum
+from insenv.identify.prepare.spectral.lost_rows import lines_of_rows, longest, rows_of
 from insenv.identify.prepare.widths import rows_of_motion, rows_per_bin, whole_holds, whole_rows
 
 #: Cycles of the slowest rejected line in a bin.

@@ -14,7 +14,7 @@ from scipy.ndimage import median_filter
 from insenv.core.recording import Floats
 from insenv.core.series.stretches import stretches
 from insenv.identify.findings import SampleSpectrum
-from insenv.identify.prepare.lines import Line, periodogram
+from insenv.identify.prepare.spectral.lines import Line, periodogram
 
 #: Fewest samples that have a spectrum; bins of a decade in which the mean and the largest value are told.
 SHORTEST, PER_DECADE = 256, 80

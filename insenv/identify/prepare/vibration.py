@@ -37,7 +37,7 @@ from insenv.identify.fit.noise import fit_noise, loglik
 from insenv.identify.fit.problem import NOISE_TERMS, Model, Problem, Term, pooled
 from insenv.identify.prepare.binned import SPARE
 from insenv.identify.prepare.excess import broad_p
-from insenv.identify.prepare.lines import (
+from insenv.identify.prepare.spectral.lines import (
     BETWEEN,
     FALSE_ALARM,
     SAME_LINE,
@@ -47,7 +47,7 @@ from insenv.identify.prepare.lines import (
     periodogram,
     with_others,
 )
-from insenv.identify.prepare.wandering import FEWEST_CYCLES
+from insenv.identify.prepare.spectral.wandering import FEWEST_CYCLES
 
 #: P-value of a hump from which on means are merged; fitted means that must be left, and the longest ones [s].
 HUMP, FEWEST, LONGEST = 1e-3, 80, 5.0

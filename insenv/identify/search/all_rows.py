@@ -13,9 +13,9 @@ the noise that would do as well (`insenv.identify.search.undecided`).
 
 Of a unit that turns beside a reference the same is asked of its bias, once what else it has was added: a minute of a
 robot that is driven tells a drift by its last third as well, which is held out. What errors of the reference follow of
-it counts as little as in the search (`insenv.identify.search.reference_errors`). And, where a table stands now and
-then, of these rests alone: it is louder where it turns, by its own wow, and noise that is alike everywhere hides there
-what two rests tell at a glance.
+it counts as little as in the search (`insenv.identify.search.artefacts.reference_errors`). And, where a table stands
+now and then, of these rests alone: it is louder where it turns, by its own wow, and noise that is alike everywhere
+hides there what two rests tell at a glance.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ from insenv.identify.fit.bins import of_one_use
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import NOISE_TERMS, Model, Problem
 from insenv.identify.prepare.vibration import averaged
+from insenv.identify.search.artefacts.reference_errors import beside_reference_errors
 from insenv.identify.search.candidates import Candidate, candidates
 from insenv.identify.search.jumps import is_step
-from insenv.identify.search.reference_errors import beside_reference_errors
 from insenv.identify.search.round import by_fit_alone
 from insenv.identify.search.scan import Hit, largest_statistic, reference
 from insenv.identify.search.staying import WANDERING

@@ -4,8 +4,8 @@ A search fits 60 % of a recording and lets the others judge: of a minute in whic
 asymmetry that all rows tell by nine deviations is three of the fitted ones, and beside a late reference no law. So,
 once nothing is left to be added, each effect is asked of all rows as well, beside all that was added, as the search
 asks: likelihood ratio with the noise fitted anew, its shapes and the number of effects paid for, errors of the
-reference in its evidence (`insenv.identify.search.reference_errors`), its coefficients credible and the same all the
-time. Waves of the table's angle of which it turns by less than two beside a late reference are asked too.
+reference in its evidence (`insenv.identify.search.artefacts.reference_errors`), its coefficients credible and the same
+all the time. Waves of the table's angle of which it turns by less than two beside a late reference are asked too.
 
 Nothing is named by this, for no row is left that could refuse it. What is certain is a doubt; where there is a doubt
 anyway, what would follow the rest best is said with it, and what would do so nearly as well. A doubt needs six
@@ -24,10 +24,10 @@ import numpy as np
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import Problem
 from insenv.identify.search.all_rows import at_all_times, whole_of
+from insenv.identify.search.artefacts.reference_errors import beside_reference_errors, log_p_alone
+from insenv.identify.search.artefacts.rounded import beside_rounding, beside_steps
 from insenv.identify.search.candidates import Candidate
-from insenv.identify.search.reference_errors import beside_reference_errors, log_p_alone
 from insenv.identify.search.round import by_fit_alone, no_law, with_term
-from insenv.identify.search.rounded import beside_rounding, beside_steps
 from insenv.identify.search.scan import Hit, Reference, largest_statistic, reference
 from insenv.identify.search.size import unsized
 from insenv.identify.search.tracks import Track

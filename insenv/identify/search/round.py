@@ -19,12 +19,18 @@ from insenv.identify.clean.settling import only_time
 from insenv.identify.fit.evidence import held_out_deviate, joint_deviate, log_tail
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import Model, Problem, Term
-from insenv.identify.prepare.lines import coherent_power, strongest_tone, within_half_a_count
+from insenv.identify.prepare.spectral.lines import coherent_power, strongest_tone, within_half_a_count
+from insenv.identify.search.artefacts.folded import folded
+from insenv.identify.search.artefacts.recurrence import (
+    comes_and_goes,
+    not_both_ways,
+    not_in_all_runs,
+    of_a_rest,
+    of_few_means,
+)
+from insenv.identify.search.artefacts.reference_errors import beside_reference_errors
+from insenv.identify.search.artefacts.rounded import beside_rounding, beside_steps, damped_as_steps
 from insenv.identify.search.candidates import Candidate, unseen
-from insenv.identify.search.folded import folded
-from insenv.identify.search.recurrence import comes_and_goes, not_both_ways, not_in_all_runs, of_a_rest, of_few_means
-from insenv.identify.search.reference_errors import beside_reference_errors
-from insenv.identify.search.rounded import beside_rounding, beside_steps, damped_as_steps
 from insenv.identify.search.scan import (
     SHAPES_REFITTED,
     Hit,

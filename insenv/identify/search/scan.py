@@ -93,7 +93,7 @@ class Hit:
     alone : float
         Deviate that it would have beside a reference without errors, where those are why it has less; else 0.
     unrounded : float
-        The same of readings that are not rounded (`insenv.identify.search.rounded`).
+        The same of readings that are not rounded (`insenv.identify.search.artefacts.rounded`).
     incredible : float
         Deviate that it would have if its coefficients, which are beyond what is credible, were not; else 0.
     """

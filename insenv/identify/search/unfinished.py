@@ -43,14 +43,14 @@ from insenv.identify.fit.noise import transform
 from insenv.identify.fit.problem import Problem, Term
 from insenv.identify.fit.uncertainty import SCALE
 from insenv.identify.prepare.obeyed import disobeyed
+from insenv.identify.prepare.spectral.wandering import of_counts
 from insenv.identify.prepare.two_levels import two_levels
-from insenv.identify.prepare.wandering import of_counts
 from insenv.identify.search.all_rows import is_of_bias, longer_means
+from insenv.identify.search.artefacts.reference_errors import log_p_alone
+from insenv.identify.search.artefacts.rounded import log_p_unrounded
 from insenv.identify.search.candidates import law_of_motion, turns_few_waves
 from insenv.identify.search.jumps import is_step
-from insenv.identify.search.reference_errors import log_p_alone
 from insenv.identify.search.round import against
-from insenv.identify.search.rounded import log_p_unrounded
 from insenv.identify.search.scan import Hit
 from insenv.identify.search.settle import REPEATED, times
 from insenv.identify.search.size import LEAST, follows_measured_rate

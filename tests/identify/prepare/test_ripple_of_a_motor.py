@@ -10,7 +10,7 @@ from insenv.core.recording import Channel, Recording
 from insenv.data.reference import with_reference
 from insenv.identify.fit.gls import solve
 from insenv.identify.prepare.problems import prepare
-from insenv.identify.prepare.wandering import each_turn, stops_at_rest
+from insenv.identify.prepare.spectral.wandering import each_turn, stops_at_rest
 
 RATE, SECONDS, FREQUENCY = 20.0, 300.0, 0.3
 

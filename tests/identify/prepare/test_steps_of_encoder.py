@@ -13,8 +13,8 @@ from insenv.core.series.rounding import counter_step
 from insenv.identify.findings import Findings
 from insenv.identify.prepare.binned import binned
 from insenv.identify.prepare.excess import beside_steps
-from insenv.identify.prepare.lines import Line
-from insenv.identify.prepare.wandering import left_of
+from insenv.identify.prepare.spectral.lines import Line
+from insenv.identify.prepare.spectral.wandering import left_of
 
 RATE, SECONDS = 100.0, 160.0
 #: An encoder of 12 bits.

@@ -18,9 +18,9 @@ from insenv.effects.catalogue import by_key
 from insenv.identify.findings import Findings, TargetFindings
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Term
-from insenv.identify.prepare.lines import BETWEEN, FALSE_ALARM, heights, periodogram, with_others
 from insenv.identify.prepare.problems import prepare
 from insenv.identify.prepare.samples import humps, sample_spectrum
+from insenv.identify.prepare.spectral.lines import BETWEEN, FALSE_ALARM, heights, periodogram, with_others
 from insenv.identify.prepare.vibration import affordable, averaged, doublings, is_folded
 
 RATE, DURATION = 100.0, 150.0

@@ -20,8 +20,8 @@ from scipy.special import fdtrc, ndtri_exp
 
 from insenv.identify.fit.gls import whitened
 from insenv.identify.fit.problem import Problem
-from insenv.identify.prepare.lines import SAME_LINE
-from insenv.identify.prepare.wandering import reach, wanders
+from insenv.identify.prepare.spectral.lines import SAME_LINE
+from insenv.identify.prepare.spectral.wandering import reach, wanders
 from insenv.identify.search.round import at_shape
 from insenv.identify.search.scan import Hit, reference
 from insenv.identify.search.tracks import Track

@@ -19,9 +19,9 @@ from insenv.effects.own import ALL
 from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Term
-from insenv.identify.prepare.line_effects import IN_BINS
-from insenv.identify.prepare.lines import Line
-from insenv.identify.prepare.wandering import of_counts, of_the_motion, wanders
+from insenv.identify.prepare.spectral.line_effects import IN_BINS
+from insenv.identify.prepare.spectral.lines import Line
+from insenv.identify.prepare.spectral.wandering import of_counts, of_the_motion, wanders
 from insenv.identify.search.candidates import stacked_terms
 from insenv.identify.search.round import at_shape, with_term
 from insenv.identify.search.scan import Hit, likelihood_ratio, reference, statistics

@@ -23,7 +23,7 @@ from insenv.identify.fit.scatter import scatter
 from insenv.identify.fit.uncertainty import estimates
 from insenv.identify.prepare.declared import declared_model
 from insenv.identify.prepare.problems import prepare
-from insenv.identify.search.recurrence import not_both_ways, not_in_all_runs, of_few_means
+from insenv.identify.search.artefacts.recurrence import not_both_ways, not_in_all_runs, of_few_means
 from insenv.identify.search.round import _swing, search
 from insenv.identify.search.scan import reference
 

@@ -14,7 +14,7 @@ from simulated_runs import closed, manifest
 
 from insenv.core.recording import Channel, Floats, Recording
 from insenv.identify.findings import Added
-from insenv.identify.prepare.lost_rows import lines_of_rows, longest, rows_of
+from insenv.identify.prepare.spectral.lost_rows import lines_of_rows, longest, rows_of
 
 DT, N = 0.01, 6000
 Kept = NDArray[np.bool_]

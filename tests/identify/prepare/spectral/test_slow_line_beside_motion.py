@@ -10,7 +10,7 @@ from insenv.data.reference import with_reference
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Problem
 from insenv.identify.prepare.problems import prepare
-from insenv.identify.prepare.wandering import of_counts
+from insenv.identify.prepare.spectral.wandering import of_counts
 
 RATE, SECONDS = 20.0, 660.0
 

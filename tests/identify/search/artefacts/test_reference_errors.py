@@ -26,8 +26,8 @@ from insenv.identify.fit.problem import Problem, Term
 from insenv.identify.fit.reference_variance import beside_response
 from insenv.identify.fit.swings import _pieces, by_swings, in_few_swings
 from insenv.identify.prepare.problems import prepare
+from insenv.identify.search.artefacts.reference_errors import log_p_alone
 from insenv.identify.search.candidates import candidates
-from insenv.identify.search.reference_errors import log_p_alone
 from insenv.identify.search.round import search
 from insenv.identify.search.scan import Hit
 

@@ -8,7 +8,7 @@ from motions import edges
 from simulated_runs import DEG_PER_HOUR, closed, gyro_run, manifest, simulated_noise
 
 from insenv.core.recording import Channel, Floats, Recording
-from insenv.identify.prepare.lines import SAME_LINE, Line, find_lines, of_reference, quantum
+from insenv.identify.prepare.spectral.lines import SAME_LINE, Line, find_lines, of_reference, quantum
 
 DT = 0.01
 N = 12_000

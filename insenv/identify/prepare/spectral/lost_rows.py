@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from insenv.core.recording import Floats, Recording
 from insenv.core.series.stretches import stretches
-from insenv.identify.prepare.lines import SAME_LINE, Line, find_lines
+from insenv.identify.prepare.spectral.lines import SAME_LINE, Line, find_lines
 
 #: A gap is bridged that is no longer than this share of the rows, and so many more; rows that must be there of a
 #: stretch, as a share, and how far from its place on the even clock a row may be, in periods.

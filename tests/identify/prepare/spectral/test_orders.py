@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from insenv.core.recording import Floats
-from insenv.identify.prepare.orders import order_of, strongest
+from insenv.identify.prepare.spectral.orders import order_of, strongest
 
 N = 1500
 ANGLE = 0.3 * np.arange(float(N))

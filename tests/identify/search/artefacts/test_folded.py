@@ -18,7 +18,7 @@ from insenv.effects.bias import Bias
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Term
 from insenv.identify.prepare.binned import binned
-from insenv.identify.search.folded import folded
+from insenv.identify.search.artefacts.folded import folded
 
 DT, N, RATE = 0.1, 3000, np.deg2rad(200.0)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from insenv.core.recording import Floats
-from insenv.identify.prepare.sweeps import sweeps_p
+from insenv.identify.prepare.spectral.sweeps import sweeps_p
 
 N = 900
 

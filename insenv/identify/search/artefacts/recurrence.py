@@ -46,7 +46,7 @@ from insenv.identify.fit.noise import transform
 from insenv.identify.fit.problem import Model, Problem, Term, design
 from insenv.identify.fit.scatter import scatter
 from insenv.identify.fit.swings import by_swings
-from insenv.identify.prepare.lines import whitened_series
+from insenv.identify.prepare.spectral.lines import whitened_series
 from insenv.identify.search.scan import Reference, deviate, likelihood_ratio, reference
 
 #: Probability of such a scatter by chance, below which there is one; deviate that the mean over runs must have then.

@@ -7,8 +7,8 @@ import pytest
 from simulated_runs import manifest, use
 
 from insenv.core.recording import Channel, Floats, Recording
-from insenv.identify.prepare.lines import find_lines
 from insenv.identify.prepare.problems import prepare, tamed
+from insenv.identify.prepare.spectral.lines import find_lines
 
 DT = 0.01
 N = 9000

@@ -23,8 +23,8 @@ from insenv.identify.fit.bins import Block, at_places
 from insenv.identify.fit.gls import Fit
 from insenv.identify.fit.heldout import residual
 from insenv.identify.fit.problem import Problem
-from insenv.identify.prepare.coherence import follows
-from insenv.identify.prepare.lines import (
+from insenv.identify.prepare.spectral.coherence import follows
+from insenv.identify.prepare.spectral.lines import (
     IN_REFERENCE,
     LEAST_STEADY,
     SAME_LINE,

@@ -10,7 +10,7 @@ from insenv.core.recording import Channel, Recording
 from insenv.effects.tone import Tone
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Term
-from insenv.identify.prepare.lines import coherent_power, strongest_tone
+from insenv.identify.prepare.spectral.lines import coherent_power, strongest_tone
 from insenv.identify.search.round import MOST_LOBES, _coherent
 from insenv.identify.search.scan import reference
 

@@ -8,7 +8,7 @@ from motions import edges
 from simulated_runs import DEG_PER_HOUR, closed, gyro_run, manifest
 
 from insenv.core.recording import Channel, Floats, Recording
-from insenv.identify.prepare.lines import find_lines
+from insenv.identify.prepare.spectral.lines import find_lines
 
 DT, N = 0.01, 60_000
 T = edges(N - 1, DT)

@@ -22,7 +22,7 @@ from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.gls import Fit
 from insenv.identify.fit.problem import Problem, Term
 from insenv.identify.fit.rounded import added_covariance, by_steps
-from insenv.identify.prepare.wandering import FEWEST_CYCLES
+from insenv.identify.prepare.spectral.wandering import FEWEST_CYCLES
 from insenv.identify.search.scan import Hit
 
 #: Largest p-value at which an effect is worth the test.

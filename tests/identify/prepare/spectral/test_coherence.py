@@ -11,7 +11,7 @@ import pytest
 from simulated_runs import closed, manifest
 
 from insenv.core.recording import Channel, Floats, Recording
-from insenv.identify.prepare.coherence import follows
+from insenv.identify.prepare.spectral.coherence import follows
 
 DT = 0.005
 

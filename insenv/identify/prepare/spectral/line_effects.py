@@ -16,7 +16,7 @@ from insenv.identify.clean.holds import Hold
 from insenv.identify.clean.rails import Rail
 from insenv.identify.findings import Added, Estimate
 from insenv.identify.fit.problem import Problem
-from insenv.identify.prepare.lines import SAME_LINE, Line
+from insenv.identify.prepare.spectral.lines import SAME_LINE, Line
 
 #: To which share a rail is known at best: it is told by one value.
 KNOWN = 1e-4
