@@ -33,6 +33,9 @@ PARTS, AROUND, FEWEST_TORN = (5, 6, 7, 8, 10, 12), 33, 12
 #: How far off T, and how noisy around it, such rows are at most, as a share of T; least share of them that is off by T.
 OFF_BY, NOISE, TORN_SHARE = 0.125, 0.0625, 0.8
 
+#: Whole numbers that floating-point ones hold exactly are below this.
+EXACT = 2.0**53
+
 #: What is said of words that were read in two parts.
 TORN = "its two parts were read one after the other; the leaps are taken out"
 
@@ -106,20 +109,22 @@ def _without_torn(values: Floats) -> tuple[Floats, int, int]:
     """The channel with T taken out of rows that are off by it, T in counts, and how many rows were."""
     from scipy.ndimage import median_filter  # slow to import
 
-    if len(values) < AROUND or not (values == np.rint(values)).all():
+    if len(values) < AROUND or not ((np.abs(values) < EXACT) & (values == np.rint(values))).all():
         return values, 0, 0
+    # Numbers that all are so many times a whole one are no counts, but what a program made of them.
+    count = int(np.gcd.reduce(np.diff(values).astype(np.int64)))
     middle = median_filter(values, AROUND, mode="nearest")
     off = values - middle
     noise = 1.4826 * median_filter(np.abs(off), AROUND, mode="nearest")
     best, most = np.zeros(len(values), bool), 0
-    for part in (1 << bits for bits in PARTS):
+    for part in (count << bits for bits in PARTS):
         near = np.abs(middle - part * np.rint(middle / part)) <= 2 * OFF_BY * part
         at_rest = near & (noise <= NOISE * part)
         torn = at_rest & (np.abs(np.abs(off) - part) <= OFF_BY * part)
         far = at_rest & (np.abs(off) > 0.5 * part)
         if torn.sum() >= max(FEWEST_TORN, best.sum() + 1, TORN_SHARE * far.sum()):
             best, most = torn, part
-    return np.where(best, values - np.sign(off) * most, values), most, int(best.sum())
+    return np.where(best, values - np.sign(off) * most, values), most // max(count, 1), int(best.sum())
 
 
 def signed_columns(columns: Mapping[str, Floats]) -> tuple[dict[str, Floats], str]:

@@ -86,6 +86,25 @@ def test_spikes_that_are_no_parts_of_words_stay(size: float) -> None:
     assert with_words(tables(k))[0].notes == ()
 
 
+@pytest.mark.parametrize("step", [35, 70, 250])
+def test_whole_numbers_that_are_multiples_of_a_step_are_no_torn_words(step: int) -> None:
+    """Of a chip with 70 mdeg/s a count, logged in mdeg/s, a count is nearly 64: a noise of one count is no leap."""
+    rng = np.random.default_rng(step)
+    read = step * np.rint(-12 + 0.3 * rng.standard_normal((3, 3000)))
+    (kept,) = with_words(tables(read))
+    assert not kept.notes
+    assert all(np.array_equal(kept.table.values[name], x) for name, x in zip(NAMES, read, strict=True))
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_torn_words_of_a_step_are_put_together_as_well(count: int) -> None:
+    meant = counts(3, (520.0, 4000.0, -130.0), 6.0)
+    read = np.stack([in_parts(k, seed) for seed, k in enumerate(meant)])
+    (mended,) = with_words(tables(count * read))
+    assert all(np.array_equal(mended.table.values[name], count * x) for name, x in zip(NAMES, meant, strict=True))
+    assert "leap by 256 counts" in mended.notes[0]
+
+
 def test_a_manifest_of_such_words_is_drafted_and_read(tmp_path: Path) -> None:
     meant = np.concatenate([counts(1, (0.0, 0.0, 4096.0)), counts(2, (4096.0, 10.0, 0.0))], axis=1)
     rows = np.column_stack([np.arange(2 * ROWS) * 10, *np.mod(meant, 65536.0)]).astype(int)
