@@ -62,6 +62,7 @@ from insenv.identify.prepare.samples import humps
 from insenv.identify.prepare.spectral.line_effects import hold_effect, line_effects, rounding_effect, saturation_effect
 from insenv.identify.prepare.spectral.lines import Line
 from insenv.identify.prepare.vibration import went_away
+from insenv.identify.prepare.wide_noise import too_wide
 from insenv.identify.search.artefacts.rounded import log_p_unrounded
 from insenv.identify.search.detectable import Sensitivity
 from insenv.identify.search.followers import followers
@@ -271,9 +272,10 @@ def _target(
 
 
 def _kept(track: Track, recordings: tuple[Recording, ...]) -> tuple[str, ...]:
-    """Reasons where free noise has taken in what is none: a bias that went away, rows that are no measurements."""
+    """Reasons where free noise has taken in what is none: a bias that goes far, rows that are no measurements."""
     went = went_away(track.problem, track.fit) if track.finer else ()
-    return (*went, *too_many(recordings, track.problem.target, track.prepared.rejected))
+    wide = too_wide(track.problem, track.fit)
+    return (*went, *wide, *too_many(recordings, track.problem.target, track.prepared.rejected))
 
 
 def _doubts(
