@@ -5,9 +5,9 @@ with an instability B and a walk K goes by about
 
     s = sqrt(B^2 + K^2 T)
 
-Of 341 gyros at rest of the measured library whose noise wanders half go by less than 0.007 deg/s and nine in ten by less
-than 0.07; of 374 accelerometers, those in hands and on motors among them, by 3 and 48 mm/s^2. What goes further than
-gyros do, or than accelerometers that nobody holds, is an error of the reference, motion, or a cause that was not
+Of 341 gyros at rest of the measured library whose noise wanders half go by less than 0.007 deg/s and nine in ten by
+less than 0.07; of 374 accelerometers, those in hands and on motors among them, by 3 and 48 mm/s^2. What goes further
+than gyros do, or than accelerometers that nobody holds, is an error of the reference, motion, or a cause that was not
 recorded.
 
 Source: IEEE Std 952-1997, annex C, of B and K.
