@@ -31,6 +31,15 @@ WRITTEN = "<!-- From the code, down to the end: make format renews it. -->"
 #: From the special to the general: a `MemoryEffect` is a `CurveEffect` too.
 _KINDS: tuple[type[Effect], ...] = (MemoryEffect, CurveEffect, LinearEffect, NoiseEffect, DrivenEffect)
 _RULE = re.compile(r"^={3,}( +={3,})+$", re.MULTILINE)
+#: Channels that a need stands for, where a page says more than the first of them.
+_CHANNELS = {
+    "rate": "table_rate or table_angle",
+    "rate_edges": "table_rate or table_angle",
+    "turn_rate": "table_rate or table_angle",
+    "force": "accel_x, accel_y, accel_z",
+    "vibration": "accel_x, accel_y, accel_z",
+    "cross_rate": "the other two axes",
+}
 #: A constant of a module, behind the comment that documents it.
 _CONSTANT = re.compile(r"((?:^#: ?.*\n)+)^([A-Z][A-Z_, ]*) = ([0-9].*)$", re.MULTILINE)
 _HEAD = "| identifier | what it is, its kind and source | parameters | needs |\n|---|---|---|---|"
@@ -72,8 +81,17 @@ def _row(orders: tuple[Effect, ...]) -> str:
     keys = f"`{effect.id}`" + (f" ({note})" if note else "")
     what = (type(effect).__doc__ or "").strip().partition("\n")[0]
     kind = next(kind.__name__ for kind in _KINDS if isinstance(effect, kind))
-    cells = (keys, f"{what} *{kind}*. {effect.source}", _parameters(effect), _needs(effect))
+    cells = (keys, f"{what} *{kind}*. {effect.source}", _of_orders(effect, orders), _needs(effect))
     return "| " + " | ".join(cell.replace("|", r"\|") for cell in cells) + " |"
+
+
+def _of_orders(effect: Effect, orders: tuple[Effect, ...]) -> str:
+    """The parameters of an effect, and those of its orders that have other units."""
+    listed = [_parameters(effect)]
+    for order, other in enumerate(orders, start=1):
+        if (own := _parameters(other)) not in listed and len(other.params) == len(effect.params):
+            listed.append(f"order {order}: {own}")
+    return "; ".join(listed)
 
 
 def _parameters(effect: Effect) -> str:
@@ -91,7 +109,8 @@ def _parameter(param: Param) -> str:
 
 def _needs(effect: Effect) -> str:
     """Channels of a manifest; instruments where not all can have the effect."""
-    channels = [CHANNEL_OF.get(need.partition(".")[0], need) for need in effect.needs]
+    needs = [need.partition(".")[0] for need in effect.needs]
+    channels = [_CHANNELS.get(need, CHANNEL_OF.get(need, need)) for need in needs]
     turned = "gyro" in effect.instruments
     channels += [f"a {'table rate' if turned else 'specific force'} that changes"] if effect.of_rate else []
     only = f"{effect.instruments[0]} only" if len(effect.instruments) == 1 else ""
@@ -100,7 +119,10 @@ def _needs(effect: Effect) -> str:
 
 def _reserved() -> str:
     names = ", ".join(f"`{name}`" for name in RESERVED) or "none"
-    return f"## Names without a class\n\nOf effects that this version does not have, and of errors of a table: {names}."
+    return (
+        f"## Names without a class\n\nOf effects that no class writes, and of errors of a table: {names}. A report may "
+        "name `saturation`, found as equal largest values, and those of a table of several axes on such a table."
+    )
 
 
 def constants() -> str:

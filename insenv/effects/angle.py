@@ -59,7 +59,7 @@ class _Wave(LinearEffect):
 @final
 @dataclass(frozen=True)
 class EncoderHarmonic(_Wave):
-    """An encoder that is wrong by c cos(n a) + s sin(n a): eccentricity (n = 1), ellipticity (n = 2), ..."""
+    """An encoder that reads too little by c cos(n a) + s sin(n a): eccentricity (n = 1), ellipticity (n = 2), ..."""
 
     order: int = 1
 

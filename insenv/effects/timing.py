@@ -1,13 +1,17 @@
 """Errors of timing.
 
-    timing_skew   -c du/dt         the reading is late (c > 0) or early by c seconds; about c0, c (u(t - c0) - u) / c0,
-                   but exactly -c du/dt where the reference comes through a first-order filter of -c,
-                   and with the u whose mean it is for u(t - c0) where the reference is a mean over a window;
-                   of a lag that is no delay with k (u(t - c0) - 2 u + u(t + c0)) in it: of mean delay c and spread s
-                   k = s^2 / (2 c^2), 0 for a delay, 1/6 for a mean, 1/2 for a first-order lag, -0.2 for a servo of
-                   damping 0.6
+    timing_skew   -c du/dt         the reading is late (c > 0) or early by c seconds
     force_delay   c [W x f]_i      an accelerometer on axis i of a turning unit is late by c seconds: -c df/dt
     sample_hold   c (held(u) - u)  the output repeats one value for a hold time
+
+A skew of many milliseconds is no straight line in c. Once about c0 is known the column of ``timing_skew`` is
+
+    c (u(t - c0) - u) / c0
+
+where the reference is late by a filter of first order -c du/dt exactly, and where it is a mean over a window the u
+whose mean it is stands for u(t - c0). A lag that is no delay has k (u(t - c0) - 2 u + u(t + c0)) as well. That k is
+given by the form of the lag and is no parameter: of mean delay c and spread s it is s^2 / (2 c^2), which is 0 for a
+delay, 1/6 for a mean, 1/2 for a first-order lag and -0.2 for a servo of damping 0.6.
 
 ``held(u)`` is, on every interval, the input of the first interval whose middle lies in the same cell of one
 hold time, counted from the start of the run. A hold time of one interval or less holds nothing.

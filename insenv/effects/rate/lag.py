@@ -2,7 +2,7 @@
 
     output_bandwidth      c (L_tau(u) - u)          a share c of the output comes through a filter of time constant tau
     self_heating          c L_tau(u^2)              power that driving leaves in the gyro or below it; of a motor's
-                                                    friction c L_tau(|u|)
+                                                    friction c L_tau(|u|), with c a number
     settling_after_turn   c s exp(-(t - t_s)/tau)   after a turn that ends at t_s, with s the sense of the turn, or 1,
                                                     or the angle that was turned, in radians
 
@@ -157,13 +157,18 @@ class SettlingAfterTurn(MemoryEffect):
     id = "settling_after_turn"
     title = "settling after turns"
     meaning = "after each turn of the table something comes to rest exponentially: base, support or fluid"
-    linear = (Param("c", OUTPUT, sd=1e-5, bound=1e-2),)
     shapes = (Param("tau", "s", sd=30.0, low=0.5),)
     needs = ("angle",)
     source = "First-order relaxation after a step; IEEE Std 1554-2005: settling of the test station"
     instruments = ("gyro",)
     belongs = "place"
     unusual = True
+
+    @property
+    def linear(self) -> tuple[Param, ...]:
+        """One coefficient, for each radian where what settles grows with the angle."""
+        unit = f"({OUTPUT})/rad" if self.by == "angle" else OUTPUT
+        return (Param("c", unit, sd=1e-5, bound=1e-2),)
 
     def variants(self, motion: Motion) -> tuple[Self, ...]:
         """All forms."""
