@@ -136,7 +136,7 @@ def test_heat_of_one_rate_is_a_warm_up_and_not_looked_for() -> None:
 
 
 def test_beside_a_late_reference_no_lag_is_told_but_play_is() -> None:
-    late = replace(table(np.repeat([0.3, 0.0, -0.3, 0.1], 50), 1.0), lag=0.02)
+    late = replace(table(np.repeat([0.3, 0.0, -0.3, 0.0], 50), 1.0), lag=0.02)
     assert "late" in OutputBandwidth().blind(late) and not OutputBandwidth().blind(replace(late, lag=0.0))
     for effect in (ScaleFactorHysteresis(), EncoderBacklash()):
         assert not effect.blind(late)
@@ -259,3 +259,14 @@ def test_the_generator_of_the_study_shares_nothing_with_insenv(name: str) -> Non
     imported = {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
     imported |= {a.name for node in ast.walk(tree) if isinstance(node, ast.Import) for a in node.names}
     assert not any(str(module).startswith(("insenv", "estimators", "scipy")) for module in imported)
+
+
+@pytest.mark.parametrize(
+    ("levels", "told"),
+    [((1.0,), False), ((0.2, 0.5, 1.0), False), ((0.2, 1.0, 0.5, 1.2), False), ((0.2, 0.5, 1.0, 0.5, 0.2), True)],
+)
+def test_a_hysteresis_wants_a_rate_that_is_reached_from_both_sides(levels: tuple[float, ...], told: bool) -> None:
+    """Else it is a curve of the rate; noise of the rate, a hundredth of a level, is no change of it."""
+    rate = np.repeat(levels, 400) + 0.002 * np.random.default_rng(1).standard_normal(400 * len(levels))
+    why = ScaleFactorHysteresis().blind(table(rate, 0.1))
+    assert ("from below and from above" in why) != told

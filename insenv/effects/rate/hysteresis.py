@@ -43,7 +43,24 @@ HOLDS, LEAST_HOLD = 1e-3, 0.3
 #: hysteresis none shows one, radii of that size tried.
 RADII, LEAST_RADIUS = (0.01, 0.05, 0.15, 0.3, 0.6), 2.0
 
+#: Share of the largest rate that is a change of it; share of that which is clearly on one side; fewest rows of a rate
+#: that was reached from one side.
+SIDES, CLEARLY, REACHED = 0.05, 0.5, 3
+
 Form = Literal["open", "closed", "share"]
+
+
+def _from_both_sides(rate: Floats, largest: float) -> bool:
+    """Whether some rate of a run, shape (n,), is reached from below and from above, by a part of the largest."""
+    radius = SIDES * largest
+    if not radius:
+        return False
+    side = (rate - play(rate, np.array(radius), np.array(0.0))) / radius
+    level = np.rint(rate / radius).astype(int)
+    below, above = (
+        np.bincount(level[side * way > CLEARLY] - level.min(), minlength=np.ptp(level) + 1) for way in (1, -1)
+    )
+    return bool(np.any(np.minimum(below, above) >= REACHED))
 
 
 def _ladder(high: float, low: float) -> list[float]:
@@ -181,11 +198,13 @@ class ScaleFactorHysteresis(MemoryEffect):
         return spread(u, theta[..., 0, None] * side), behind[..., -1].copy()
 
     def blind(self, motion: Motion) -> str:
-        """Where the rate never holds: the phase of a servo that lags looks the same."""
+        """Where the rate never holds, as the phase of a servo that lags, or none is reached from both sides."""
         largest = float(np.abs(motion.rate).max(initial=0.0))
         holds = np.abs(np.diff(motion.rate, axis=-1)) < HOLDS * largest + BEYOND * reading_noise(motion.rate)
         if not holds.size or float(np.mean(holds)) < LEAST_HOLD:
             return "the rate hardly ever holds: a table that lags behind looks the same"
+        if not any(_from_both_sides(rate, largest) for rate in motion.rate.reshape(-1, motion.n)):
+            return "no rate is reached from below and from above: it is a curve of the rate there"
         return ""
 
     def grid(self, motion: Motion) -> Floats:
