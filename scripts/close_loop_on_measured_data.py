@@ -22,12 +22,12 @@ from studies.result_page import Section, table, write
 
 from insenv.close import close
 from insenv.core.errors import InputError
+from insenv.core.quantities import percent, span
 from insenv.datasets import load
 from insenv.effects.tone import Tone
 from insenv.identify.findings import Findings, TargetFindings
 from insenv.report import estimates, evidence, figures, sentences
 from insenv.report.found import kinds, title
-from insenv.report.quantities import percent, span
 from insenv.report.words import key_of, listing
 
 #: Error beside that of the noise alone from which what is left is worth a word though no test finds it.

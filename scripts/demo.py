@@ -16,10 +16,10 @@ from insenv import datasets
 from insenv.close import close
 from insenv.core.console.progress import Progress
 from insenv.core.errors import InputError
+from insenv.core.quantities import unit_for
 from insenv.identify.findings import Findings, TargetFindings
 from insenv.report import summary, write_html, write_json
 from insenv.report.figures import overview
-from insenv.report.quantities import unit_for
 
 ROOT = Path(__file__).resolve().parents[1]
 OUT = ROOT / "out" / "demo"

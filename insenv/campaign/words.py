@@ -12,10 +12,10 @@ from insenv.campaign.pool import FEWEST, Pool
 from insenv.campaign.run import Campaign, Coefficient
 from insenv.core.files import write_whole
 from insenv.core.filing import Filing, filed, stamp
+from insenv.core.quantities import ShownUnit, p_value, percent, unit_for
 from insenv.evaluate.words import columns
 from insenv.report.json import strict
 from insenv.report.page import rendered
-from insenv.report.quantities import ShownUnit, p_value, percent, unit_for
 from insenv.report.words import listing
 
 SCHEMA = "insenv.campaign/1"

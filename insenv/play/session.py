@@ -19,6 +19,7 @@ import numpy as np
 
 from insenv.core.errors import InputError
 from insenv.core.plugins import POLICIES, names
+from insenv.core.quantities import unit_for
 from insenv.core.recording import Recording
 from insenv.core.system import System, TaskKind, kinds, part, system
 from insenv.core.units import ARCSEC, DEG, PPM, ZERO_CELSIUS
@@ -30,7 +31,6 @@ from insenv.evaluate.bounds import bounds
 from insenv.play.closing import Closing
 from insenv.play.scene import Scene, scene_of
 from insenv.play.scene import bounds as limits
-from insenv.report.quantities import unit_for
 from insenv.scenario import Scenario, load
 
 #: Simulated seconds for one of the clock: the least and the most that may be asked for.

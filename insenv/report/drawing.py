@@ -24,9 +24,9 @@ from matplotlib.ticker import (
 )
 from numpy.typing import NDArray
 
+from insenv.core.quantities import ShownUnit
 from insenv.core.recording import Floats
 from insenv.report.binning import BinnedMeans, Timeline, reach, stretches
-from insenv.report.quantities import ShownUnit
 
 #: Colours of the stylesheet, as they are on paper: on a page each is the variable of its name, which knows the dark.
 PALETTE = {

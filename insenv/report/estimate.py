@@ -12,8 +12,8 @@ import numpy as np
 from insenv.core.estimate import Estimate, Estimated, Estimation
 from insenv.core.files import write_whole
 from insenv.core.filing import filed, stamp
+from insenv.core.quantities import number, span, unit_for, with_sd
 from insenv.report.page import rendered
-from insenv.report.quantities import number, span, unit_for, with_sd
 
 SCHEMA = "insenv.estimate/1"
 _HEAD = ("quantity", "value", "before the data", "unit")

@@ -6,10 +6,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from insenv.core.quantities import ShownUnit, instability_unit, number, unit_for, with_sd
 from insenv.core.series.allan import FLICKER
 from insenv.core.units import ARCSEC, DEG
 from insenv.identify.findings import Added, Estimate, TargetFindings
-from insenv.report.quantities import ShownUnit, instability_unit, number, unit_for, with_sd
 
 #: A found curve with more coefficients than this is shown by their range: one by one they say nothing.
 _MOST_SHOWN = 4

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from insenv.core.quantities import p_value, unit_for
 from insenv.core.recording import Floats
 from insenv.identify.findings import (
     Estimate,
@@ -31,7 +32,6 @@ from insenv.identify.findings import (
 )
 from insenv.report import words
 from insenv.report.found import as_before
-from insenv.report.quantities import p_value, unit_for
 
 #: Steps of arrays, as shares of the residual: of columns times their coefficients, of the residual itself.
 FINE, RESIDUAL = 2e-5, 1e-6

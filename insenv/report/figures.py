@@ -11,12 +11,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from insenv.core.quantities import ShownUnit, unit_for
 from insenv.core.recording import Floats
 from insenv.core.units import ZERO_CELSIUS
 from insenv.identify.findings import Spectra, TargetFindings
 from insenv.report import drawing as draw
 from insenv.report.binning import BinnedMeans, Timeline, envelope, means, means_of_runs, paths, smoothed, timeline
-from insenv.report.quantities import ShownUnit, unit_for
 
 _PANEL, _WIDE, _README = (5.2, 4.3), (10.6, 4.6), (12.0, 3.9)
 _BINS = {"angle": 36}

@@ -11,10 +11,10 @@ from typing import Any
 from insenv.core.console.progress import check_folder
 from insenv.core.errors import InputError
 from insenv.core.files import write_whole
+from insenv.core.quantities import p_value, unit_for
 from insenv.effects.formula import LAG, name_of, product
 from insenv.identify.findings import Estimate, Findings, FoundFormula, TargetFindings
 from insenv.report.estimates import value
-from insenv.report.quantities import p_value, unit_for
 from insenv.report.words import listing
 
 #: Credible coefficients of an effect that was found: up to so many times the one that was.

@@ -10,11 +10,11 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from insenv.core.quantities import decimals, last_digit, p_value, percent, unit_for
 from insenv.effects.bias import BiasStep
 from insenv.effects.rate.scale import ScaleFactorAnomaly
 from insenv.effects.tone import Tone
 from insenv.identify.findings import BY_SIGNS, Added, Estimate, TargetFindings
-from insenv.report.quantities import decimals, last_digit, p_value, percent, unit_for
 from insenv.report.words import key_of, listing, name
 
 #: Effect id -> the parameter that says where it sits, and its name with that place, for one and for several.

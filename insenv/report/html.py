@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from insenv.core.files import write_whole
+from insenv.core.quantities import number, p_value, percent, span
 from insenv.identify.findings import (
     Added,
     Estimate,
@@ -23,7 +24,6 @@ from insenv.identify.findings import (
 )
 from insenv.report import estimates, explore, found, sentences, words
 from insenv.report.page import rendered
-from insenv.report.quantities import number, p_value, percent, span
 
 Row = dict[str, Any]
 

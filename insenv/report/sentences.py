@@ -7,6 +7,7 @@ import re
 from collections.abc import Sequence
 from itertools import groupby
 
+from insenv.core.quantities import ShownUnit, number, p_value, percent, span, unit_for
 from insenv.core.series.allan import FLICKER, WALK
 from insenv.effects.bias import Bias
 from insenv.effects.tone import Tone
@@ -21,7 +22,6 @@ from insenv.identify.findings import (
 )
 from insenv.report import estimates, formula
 from insenv.report.found import chances, disagreements, listed
-from insenv.report.quantities import ShownUnit, number, p_value, percent, span, unit_for
 from insenv.report.words import key_of, listing, name, names, noise_name
 
 #: Share by which lines alone must lower the held-out error of means to be worth more than a word.

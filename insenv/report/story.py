@@ -11,13 +11,13 @@ from typing import Any
 
 from insenv.core.files import write_whole
 from insenv.core.filing import stamp
+from insenv.core.quantities import ShownUnit, number, span, unit_for
 from insenv.core.units import ARCSEC, PPM
 from insenv.effects.rate.scale import ScaleFactor
 from insenv.identify.story import Chapter, FirstRun, Story, Wanted
 from insenv.report import words
 from insenv.report.json import strict
 from insenv.report.json import to_json as findings_json
-from insenv.report.quantities import ShownUnit, number, span, unit_for
 
 SCHEMA = "insenv.close-loop-story/1"
 #: A standard deviation of an angle beyond this is no knowledge of it [rad].

@@ -11,11 +11,11 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator
 
 from insenv.core.files import write_whole
+from insenv.core.quantities import number, span
 from insenv.identify.story import Story
 from insenv.report import drawing as draw
 from insenv.report import story as words_of
 from insenv.report.page import rendered
-from insenv.report.quantities import number, span
 from insenv.report.svg import inline
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from textwrap import wrap
 
+from insenv.core.quantities import number, p_value, span
 from insenv.identify.findings import Added, Findings, NextExperiment, NotTestable, TargetFindings
 from insenv.report import estimates, found, sentences, words
-from insenv.report.quantities import number, p_value, span
 
 #: Candidates of no further interest that are named before the rest is only counted.
 _REFUSED_SHOWN = 4

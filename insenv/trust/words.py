@@ -9,9 +9,9 @@ from typing import Any
 
 from insenv.core.files import write_whole
 from insenv.core.filing import filed, stamp
+from insenv.core.quantities import unit_for
 from insenv.evaluate.words import columns
 from insenv.report.json import strict
-from insenv.report.quantities import unit_for
 from insenv.trust.rates import Completeness, Rate, Reliability, Trust
 from insenv.trust.trial import SIZES
 

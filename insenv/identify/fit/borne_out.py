@@ -16,6 +16,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
+from insenv.core.quantities import estimates_in
 from insenv.identify.findings import Estimate
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import Problem, Term
@@ -45,10 +46,10 @@ def borne_out(problem: Problem, fit: Fit, own: Own) -> tuple[dict[Term, tuple[Es
                 rows.append(row)
                 continue
             rows.append(replace(row, sd=math.hypot(row.sd, off)))
+            all_rows, fitted = (estimates_in(row.unit, [one.value], [one.sd]) for one in (other, row))
             said.append(
-                f"{row.effect} {row.parameter} = {other.value:.3g} ± {other.sd:.1g} {row.unit} by all rows, and "
-                f"{row.value:.3g} ± {row.sd:.1g} by the fitted ones: these do not foretell the others, and the "
-                "deviation that is stated has the difference in it"
+                f"{row.effect} {row.parameter} = {all_rows} by all rows, and {fitted} by the fitted ones: these do not "
+                "foretell the others, and the deviation that is stated has the difference in it"
             )
         found[term] = tuple(rows)
     return found, tuple(said)

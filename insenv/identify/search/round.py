@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from insenv.core.quantities import unit_for
 from insenv.core.recording import Floats
 from insenv.effects.angle import EncoderHarmonic
 from insenv.effects.base import CurveEffect, Effect, MemoryEffect
@@ -144,7 +145,7 @@ def _no_law_of_any_size(problem: Problem, fit: Fit, base: Reference, larger: Fit
     """The same, whatever its coefficients are."""
     term = larger.model[-1]
     return (
-        _over_at_once(term)
+        _over_at_once(term, problem.unit)
         or _leads(larger)
         or _counts(problem, larger)
         or _finer_than_steps(problem, larger)
@@ -165,14 +166,15 @@ def _beyond_bounds(problem: Problem, fit: Fit) -> str:
         name = fit.design.labels[j][1].partition("[")[0]
         low, high = problem.limits(params[name])
         value, slack = float(fit.theta[j]), 3 * float(fit.sd[j])
+        unit = unit_for(params[name].unit_on(problem.unit), value)
+        would, most = f"its {name} would be {unit.show(value)}", high if value > 0 else -low
         # Of what has one sign alone, noise gives either: the other one is no finding, however uncertain.
         if not (low if low == 0 else low - slack) <= value <= high + slack:
-            return f"its {name} would be {value:.3g}, beyond the credible {low:.3g} to {high:.3g}"
-        most = high if value > 0 else -low
+            return f"{would}, beyond the credible {unit.number(low)} to {unit.show(high)}"
         if most < slack <= abs(value):
-            return f"its {name} would be {value:.3g}, but even {most:.3g}, the largest credible, would not stand out"
+            return f"{would}, but even {unit.show(most)}, the largest credible, would not stand out"
         if abs(value) + slack < params[name].least:
-            return f"its {name} would be {value:.3g}, less than the credible {params[name].least:.3g}"
+            return f"{would}, less than the credible {unit.show(params[name].least)}"
     return ""
 
 
@@ -193,7 +195,7 @@ def _contradicted(problem: Problem, base: Reference, fit: Fit) -> str:
     return why if lost > NEARER else ""
 
 
-def _over_at_once(term: Term) -> str:
+def _over_at_once(term: Term, unit: str) -> str:
     """Why a course of time, or what remembers, is none: it is over as soon as the least credible is; empty if it lasts.
 
     A memory that is over at once is a law of the rate itself beside a reference with noise, or what a lag leaves.
@@ -203,7 +205,8 @@ def _over_at_once(term: Term) -> str:
     what = "an event" if effect.of_time else "no memory"
     for param, value in zip(effect.shapes, term.shape, strict=True) if effect.of_time or remembers else ():
         if 0 < value <= param.low * (1 + EDGE):
-            return f"its {param.name} would be {value:.3g} {param.unit}, the least that is credible, or less: {what}"
+            least = unit_for(param.unit_on(unit), value).show(value)
+            return f"its {param.name} would be {least}, the least that is credible, or less: {what}"
     return ""
 
 

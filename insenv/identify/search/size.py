@@ -27,6 +27,7 @@ import numpy as np
 from scipy.linalg import block_diag
 from scipy.special import chdtrc, ndtri_exp
 
+from insenv.core.quantities import estimates_in, unit_for
 from insenv.core.recording import Floats
 from insenv.effects.angle import AngleLockedRate
 from insenv.effects.rate.hysteresis import HOLDS, LEAST_HOLD, ScaleFactorHysteresis
@@ -101,16 +102,17 @@ def _untold(problem: Problem, fit: Fit, term: Term, inexact: Model, held_out: fl
         z = math.hypot(z, max(held_out, 0.0))
     if why := _too_small(problem, term, z, late, looks):
         where = " beside a constant gain" if constant else " beside a reference that is late" if late else ""
-        return (
-            f"its size is not told{where}: {_listed(theta, sd)}, {z:.2g} standard deviations from nothing{why.rstrip()}"
-        )
+        told = f"{_listed(problem, term, theta, sd)}, {z:.2g} standard deviations from nothing{why.rstrip()}"
+        return f"its size is not told{where}: {told}"
     if (late or isinstance(term.effect, SampleHold)) and (shapes := _shapes_untold(problem, fit, term)):
         return f"its shape is not told{' beside a reference that is late' if late else ''}: {shapes}"
     own = fit.design.term == fit.model.index(term)
     names = [label[1].partition("[")[0] for label, mine in zip(fit.design.labels, own, strict=True) if mine]
     most = {p.name: problem.limits(p)[1] for p in term.effect.linear}
     if any(s > most[name] for name, s in zip(names, sd, strict=True)):
-        return f"its size is not told: {_listed(theta, sd)}, beyond a credible {max(most.values()):.3g}"
+        unit = unit_for(term.effect.linear[0].unit_on(problem.unit), *theta.tolist())
+        told = f"{_listed(problem, term, theta, sd)}, beyond a credible {unit.show(max(most.values()))}"
+        return f"its size is not told: {told}"
     return ""
 
 
@@ -123,7 +125,10 @@ def unsized_together(parts: Sequence[tuple[Problem, Fit, Term]]) -> str:
     z = deviate(np.concatenate([theta for theta, _ in told]), block_diag(*(cov for _, cov in told)))
     if z >= LEAST:
         return ""
-    each = "; ".join(_listed(theta, np.sqrt(np.diag(cov))) for theta, cov in told)
+    each = "; ".join(
+        _listed(problem, term, theta, np.sqrt(np.diag(cov)))
+        for (problem, _, term), (theta, cov) in zip(parts, told, strict=True)
+    )
     return f"its sizes are not told: {each}, together {z:.2g} standard deviations from nothing"
 
 
@@ -198,7 +203,7 @@ def _shapes_untold(problem: Problem, fit: Fit, term: Term) -> str:
     rows = [row for row in estimates(problem, fit)[term] if row.parameter in names]
     if any(abs(row.value) >= TOLD * row.sd for row in rows):
         return ""
-    return ", ".join(f"{row.parameter} = {row.value:.2g} ± {row.sd:.2g}" for row in rows)
+    return ", ".join(f"{row.parameter} = {estimates_in(row.unit, [row.value], [row.sd])}" for row in rows)
 
 
 def _of_servo(problem: Problem, fit: Fit, term: Term) -> str:
@@ -234,5 +239,7 @@ def _comes_late(fit: Fit) -> bool:
     return any(one.effect.id == TimingSkew.id for one in fit.model)
 
 
-def _listed(theta: Floats, sd: Floats) -> str:
-    return ", ".join(f"{c:.2g} ± {s:.2g}" for c, s in zip(theta[:3], sd[:3], strict=True))
+def _listed(problem: Problem, term: Term, theta: Floats, sd: Floats) -> str:
+    """The first coefficients of a term with their deviations, in the unit of the first."""
+    unit = term.effect.linear[0].unit_on(problem.unit)
+    return estimates_in(unit, theta[:3].tolist(), sd[:3].tolist())

@@ -31,6 +31,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from insenv.core.quantities import estimates_in
 from insenv.core.recording import Floats
 from insenv.effects.base import Effect, MemoryEffect
 from insenv.effects.spline import SplineTime
@@ -222,7 +223,8 @@ def nothing_as_well(track: Track, own: Mapping[Term, tuple[Estimate, ...]]) -> t
         if best is None or not 0 < abs(best.value) < HELD * best.sd:
             continue
         off = f"{abs(best.value) / best.sd:.2g} standard deviations from nothing"
-        return step, f"its size is not told beside errors of the reference: {best.value:.2g} ± {best.sd:.2g}, {off}"
+        told = estimates_in(best.unit, [best.value], [best.sd])
+        return step, f"its size is not told beside errors of the reference: {told}, {off}"
     return None
 
 

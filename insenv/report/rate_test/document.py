@@ -14,12 +14,12 @@ import numpy as np
 
 from insenv.core.files import write_whole
 from insenv.core.filing import filed, stamp
+from insenv.core.quantities import number, span
 from insenv.core.rate_test import NORMALISATIONS, RateTest
 from insenv.core.series.allan import WHITE
 from insenv.core.units import DEG, DEG_PER_HOUR
 from insenv.report.json import strict
 from insenv.report.page import rendered
-from insenv.report.quantities import number, span
 from insenv.report.rate_test import rows
 
 SCHEMA = "insenv.rate-test/1"

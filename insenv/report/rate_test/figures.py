@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from insenv.core.quantities import ShownUnit, span
 from insenv.core.rate_test import LineFit, RateTest, StaticResult
 from insenv.core.recording import Floats
 from insenv.core.series.allan import FLICKER, QUANTIZATION, WALK, WHITE
 from insenv.core.units import DEG, DEG_PER_HOUR, HOUR, PPM
 from insenv.report import drawing as draw
-from insenv.report.quantities import ShownUnit, span
 
 _WIDE, _PANEL = (10.6, 3.9), (5.2, 4.0)
 _COLOURS = draw.SERIES

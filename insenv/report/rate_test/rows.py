@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from insenv.core.quantities import last_digit, number, span, with_sd
 from insenv.core.rate_test import (
     NORMALISATIONS,
     Dwell,
@@ -27,7 +28,6 @@ from insenv.core.units import (
     PPM,
     ZERO_CELSIUS,
 )
-from insenv.report.quantities import last_digit, number, span, with_sd
 
 #: Units and factors of the Allan coefficients.
 COEFFICIENTS = {

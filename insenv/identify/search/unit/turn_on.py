@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from insenv.core.quantities import estimates_in
 from insenv.effects.bias import Bias
 from insenv.identify.fit.bins import of_one_use
 from insenv.identify.fit.gls import solve
@@ -46,8 +47,8 @@ def turned_on_anew(track: Track, alpha: float) -> tuple[str, ...]:
     levels = tuple(ANEW if term.effect == ANEW.effect else term for term in track.fit.model)
     fit = solve(problem, levels)
     own = np.flatnonzero(fit.design.term == levels.index(ANEW))
-    told = ", ".join(f"{fit.theta[j]:.4g} ± {fit.sd[j]:.1g}" for j in own)
+    told = estimates_in(problem.unit, fit.theta[own].tolist(), fit.sd[own].tolist())
     return (
-        f"the bias is not the same in the runs (p = {hit.p_value:.1g}): {told} {problem.unit}; it may be of each power-"
+        f"the bias is not the same in the runs (p = {hit.p_value:.1g}): {told}; it may be of each power-"
         'up (model.bias = "per-run"), of the temperature, or of how the unit was set down',
     )

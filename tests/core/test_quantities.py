@@ -9,6 +9,7 @@ from made_findings import (
     EVERY,
 )
 
+from insenv.core.quantities import number, p_value, unit_for, with_sd
 from insenv.core.units import dimension_of, scale_to_si
 from insenv.effects.base import OUTPUT, CurveEffect, Param
 from insenv.effects.catalogue import CATALOGUE
@@ -16,7 +17,6 @@ from insenv.identify.findings import Estimate, Findings
 from insenv.report import (
     estimates,
 )
-from insenv.report.quantities import number, p_value, unit_for, with_sd
 
 Make = Callable[[], Findings]
 every = pytest.mark.parametrize("make", EVERY.values(), ids=EVERY.keys())

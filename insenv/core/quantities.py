@@ -8,6 +8,7 @@ deviation, 100-354 keep two and 355-999 keep one.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from insenv.core.recording import Floats
@@ -133,6 +134,13 @@ def unit_for(si: str, *magnitudes: float) -> ShownUnit:
         return ShownUnit(_pretty(si))
     chosen = next(u for u in _SHOWN[head] if size >= u.least)
     return ShownUnit(chosen.label + _pretty(tail), chosen.factor)
+
+
+def estimates_in(si: str, values: Sequence[float], deviations: Sequence[float]) -> str:
+    """Values ± deviations [SI] as text, in one unit that suits the largest: "-0.61 ± 0.04, 2.1 ± 0.5 deg/s"."""
+    unit = unit_for(si, *values)
+    each = (with_sd(unit.of(v), unit.of(s)) for v, s in zip(values, deviations, strict=True))
+    return f"{', '.join(each)} {unit.label}".rstrip()
 
 
 def _split(si: str) -> tuple[str | None, str]:
