@@ -29,6 +29,11 @@ def beside_other_gyros(problem: Problem, fit: Fit) -> Fit | None:
 
     None where it did not, where a table tells how it turned, or where the gyro follows none of them.
     """
+    found: Fit | None = problem.remember_last("beside other gyros", fit, lambda: _beside(problem, fit))
+    return found
+
+
+def _beside(problem: Problem, fit: Fit) -> Fit | None:
     motions = [e.motion for e in problem.exposures]
     if problem.unit == "m/s^2" or any(map(turned_by_a_table, motions)) or not all(m.cross_rate for m in motions):
         return None
