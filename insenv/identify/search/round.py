@@ -166,15 +166,16 @@ def _beyond_bounds(problem: Problem, fit: Fit) -> str:
         name = fit.design.labels[j][1].partition("[")[0]
         low, high = problem.limits(params[name])
         value, slack = float(fit.theta[j]), 3 * float(fit.sd[j])
-        unit = unit_for(params[name].unit_on(problem.unit), value)
-        would, most = f"its {name} would be {unit.show(value)}", high if value > 0 else -low
+        si, most = params[name].unit_on(problem.unit), high if value > 0 else -low
+        would, bounds = f"its {name} would be {unit_for(si, value).show(value)}", unit_for(si, low, high)
         # Of what has one sign alone, noise gives either: the other one is no finding, however uncertain.
         if not (low if low == 0 else low - slack) <= value <= high + slack:
-            return f"{would}, beyond the credible {unit.number(low)} to {unit.show(high)}"
+            return f"{would}, beyond the credible {bounds.number(low)} to {bounds.show(high)}"
         if most < slack <= abs(value):
-            return f"{would}, but even {unit.show(most)}, the largest credible, would not stand out"
+            return f"{would}, but even {bounds.show(most)}, the largest credible, would not stand out"
         if abs(value) + slack < params[name].least:
-            return f"{would}, less than the credible {unit.show(params[name].least)}"
+            least = params[name].least
+            return f"{would}, less than the credible {unit_for(si, least).show(least)}"
     return ""
 
 

@@ -18,7 +18,7 @@ from insenv.identify.prepare.spectral.lines import SAME_LINE, Line, find_lines
 
 #: A gap is bridged that is no longer than this share of the rows, and so many more; rows that must be there of a
 #: stretch, as a share, and how far from its place on the even clock a row may be, in periods.
-SHARE, MORE, PRESENT, OFF = 0.02, 8, 2 / 3, 0.2
+SHARE, MORE, PRESENT, OFF = 0.02, 8, 2 / 3, 0.1
 #: How many times as many rows a stretch with gaps must have as the longest without one.
 LONGER = 1.25
 
