@@ -175,7 +175,8 @@ def _beyond_bounds(problem: Problem, fit: Fit) -> str:
             return f"{would}, but even {bounds.show(most)}, the largest credible, would not stand out"
         if abs(value) + slack < params[name].least:
             least = params[name].least
-            return f"{would}, less than the credible {unit_for(si, least).show(least)}"
+            unit = unit_for(si, least)
+            return f"its {name} would be {unit.show(value)}, less than the credible {unit.show(least)}"
     return ""
 
 
