@@ -167,7 +167,7 @@ class SettlingAfterTurn(MemoryEffect):
     @property
     def linear(self) -> tuple[Param, ...]:
         """One coefficient, for each radian where what settles grows with the angle."""
-        unit = f"({OUTPUT})/rad" if self.by == "angle" else OUTPUT
+        unit = f"{OUTPUT}/rad" if self.by == "angle" else OUTPUT
         return (Param("c", unit, sd=1e-5, bound=1e-2),)
 
     def variants(self, motion: Motion) -> tuple[Self, ...]:
