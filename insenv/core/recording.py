@@ -52,6 +52,8 @@ class Channel:
         Time from reading to reading [s], where it was not read at every row; 0 where it was.
     step : float
         Of increments: what one count of their counter is, as a rate over the usual row; 0 where nobody counted.
+    by_period : bool
+        Of increments: whether they were taken to cover one sampling period each, whatever their stamps.
     """
 
     values: Floats
@@ -61,6 +63,7 @@ class Channel:
     source: Origin | None = None
     every: float = 0.0
     step: float = 0.0
+    by_period: bool = False
 
 
 @dataclass(frozen=True)

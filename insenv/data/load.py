@@ -27,6 +27,7 @@ from insenv.data.reference import TABLE, with_positions
 from insenv.data.renewals import with_renewals
 from insenv.data.resample import resampled, spread
 from insenv.data.sampling import (
+    SMOOTHER,
     Sampling,
     UnevenError,
     after_rollovers,
@@ -37,6 +38,7 @@ from insenv.data.sampling import (
     check_one_unit,
     in_packets,
     nearly_forwards,
+    own_steps,
     round_rate,
     sampling,
 )
@@ -54,6 +56,8 @@ LAST_SECOND = 1e11
 _NANOSECONDS = "nanoseconds"
 #: More than this share of steps off by more than half a period is no even sampling.
 UNEVEN_SHARE = 0.05
+#: Share of a period by which steps differ at most that are even.
+EVEN = 1e-6
 #: Most rows at an end that may be strays, and least rows that there must be for each of them.
 MOST_STRAYS, FEWEST_BESIDE = 5, 10
 #: Strays are further off than so many steps.
@@ -157,7 +161,8 @@ def _read_run(manifest: Manifest, run: RunSpec, words: Mended) -> Recording:
     notes = (*notes, *again)
     if taken.angle is not None:
         table = replace(table, values={**table.values, "table_angle": taken.angle})
-    read = without_leaps(replace(recording(manifest, run, table, taken.t, taken.covered), notes=notes))
+    covered = _covered(manifest, run, table, taken)
+    read = without_leaps(replace(recording(manifest, run, table, taken.t, covered), notes=notes))
     read = with_renewals(read, stamps - stamps[0] + read.t[0] if len(stamps) == len(read.t) else None)
     instruments = [name for name in read.channels if name in (*GYROS, *ACCELEROMETERS)]
     # At rest a row may be of one tick or the next; what they read is as good as any.
@@ -173,6 +178,23 @@ def _read_run(manifest: Manifest, run: RunSpec, words: Mended) -> Recording:
     }
     left_out = dict.fromkeys((*instruments, *(name for name in TABLE if name in read.channels)), taken.doubtful)
     return replace(read, channels={**read.channels, **table_channels}, notes=notes, left_out=left_out)
+
+
+def _covered(manifest: Manifest, run: RunSpec, table: Table, taken: Sampling) -> float | Floats:
+    """Time that each row covers [s]: its own step where the increments are smoother so than by one period each.
+
+    Stamps that wander a little are the sampler's, and then the increments wander with them, or the recorder's.
+    """
+    period = taken.covered
+    if not isinstance(period, float) or not np.ptp(np.diff(taken.t)) > EVEN * period:
+        return period
+    own = own_steps(taken.t, period)
+    found = recording(manifest, run, table, taken.t, period).channels.values()
+    moved = [channel.values for channel in found if channel.by_period and np.ptp(channel.values)]
+    rough = [float(np.median(np.abs(np.diff(values * (period / own))))) for values in moved]
+    usual = [float(np.median(np.abs(np.diff(values)))) for values in moved]
+    smoother = all(a < SMOOTHER * b for a, b in zip(rough, usual, strict=True))
+    return own if moved and smoother else period
 
 
 def _bridged(t: Floats, values: Floats, doubtful: NDArray[np.bool_], moves: bool) -> Floats:
@@ -394,7 +416,8 @@ def _channel(manifest: Manifest, run: RunSpec, table: Table, name: str, dt: floa
         return Channel(values, SI_UNITS[dimension], covers, spec.delay, spec.source)
     counts = _scaled(manifest, run, table, name, INCREMENTS[dimension])
     step = rounding(counts) / float(np.median(dt))
-    return Channel(counts / dt, SI_UNITS[dimension], covers, spec.delay, spec.source, step=step)
+    even = np.ndim(dt) == 0
+    return Channel(counts / dt, SI_UNITS[dimension], covers, spec.delay, spec.source, step=step, by_period=even)
 
 
 def check_power(path: Path, numbers: Floats, place: Callable[[int], str], before: float = 1.0) -> None:

@@ -57,9 +57,11 @@ def covered_by(recording: Recording, target: str) -> Floats | None:
     """Time that each row of ``target`` covers, in sampling periods, shape (n,); None where that is one period each.
 
     Rates of uneven rows are what was turned in them over their steps. Of steps that are wrong by s of a period their
-    plain mean is 1 + 2 s^2 times too large; weighted by these steps it is what was turned over the time of all.
+    plain mean is 1 + 2 s^2 times too large; weighted by these steps it is what was turned over the time of all. Of
+    increments that were taken to cover a period each the plain mean is.
     """
-    if recording.channel(target).covers != "interval" or is_even(recording, target):
+    channel = recording.channel(target)
+    if channel.covers != "interval" or channel.by_period or is_even(recording, target):
         return None
     start, end = intervals(recording, target)
     return (end - start) / recording.dt
