@@ -1,4 +1,4 @@
-"""Increments of a sampler, or of a recorder, whose stamps wander by a per cent: what was turned is neither more nor less.
+"""Increments of a sampler, or a recorder, whose stamps wander by a per cent: what was turned is neither more nor less.
 
 Rates by the stamps are too large by twice the square of what stamps are wrong by; weighted by steps that the increments
 do not have they are so too. A gyro of 1 rad/s has 2e-4 of that. Seeds are fixed; four deviations of the sampler's case,
