@@ -112,7 +112,7 @@ def _without_torn(values: Floats) -> tuple[Floats, int, int]:
     if len(values) < AROUND or not ((np.abs(values) < EXACT) & (values == np.rint(values))).all():
         return values, 0, 0
     # Numbers that all are so many times a whole one are no counts, but what a program made of them.
-    count = int(np.gcd.reduce(np.diff(values).astype(np.int64)))
+    count = max(int(np.gcd.reduce(np.diff(values).astype(np.int64))), 1)
     middle = median_filter(values, AROUND, mode="nearest")
     off = values - middle
     noise = 1.4826 * median_filter(np.abs(off), AROUND, mode="nearest")
@@ -124,7 +124,7 @@ def _without_torn(values: Floats) -> tuple[Floats, int, int]:
         far = at_rest & (np.abs(off) > 0.5 * part)
         if torn.sum() >= max(FEWEST_TORN, best.sum() + 1, TORN_SHARE * far.sum()):
             best, most = torn, part
-    return np.where(best, values - np.sign(off) * most, values), most // max(count, 1), int(best.sum())
+    return np.where(best, values - np.sign(off) * most, values), most // count, int(best.sum())
 
 
 def signed_columns(columns: Mapping[str, Floats]) -> tuple[dict[str, Floats], str]:
