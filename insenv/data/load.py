@@ -18,6 +18,7 @@ from insenv.core.recording import GAP, Channel, Covers, Floats, Recording, Segme
 from insenv.core.series.rounding import counter_step, rounding
 from insenv.core.series.stretches import stretches
 from insenv.core.units import DIMENSIONS, scale_to_si
+from insenv.data.cells.rows import evenly
 from insenv.data.leaps import without_leaps
 from insenv.data.manifest import ChannelSpec, Manifest, RunSpec
 from insenv.data.manifest.spec import ACCELEROMETERS, CHANNELS, EVENTS, GYROS, INCREMENTS, Quantity
@@ -56,8 +57,6 @@ LAST_SECOND = 1e11
 _NANOSECONDS = "nanoseconds"
 #: More than this share of steps off by more than half a period is no even sampling.
 UNEVEN_SHARE = 0.05
-#: Share of a period by which steps differ at most that are even.
-EVEN = 1e-6
 #: Most rows at an end that may be strays, and least rows that there must be for each of them.
 MOST_STRAYS, FEWEST_BESIDE = 5, 10
 #: Strays are further off than so many steps.
@@ -161,8 +160,7 @@ def _read_run(manifest: Manifest, run: RunSpec, words: Mended) -> Recording:
     notes = (*notes, *again)
     if taken.angle is not None:
         table = replace(table, values={**table.values, "table_angle": taken.angle})
-    covered = _covered(manifest, run, table, taken)
-    read = without_leaps(replace(recording(manifest, run, table, taken.t, covered), notes=notes))
+    read = without_leaps(replace(_recorded(manifest, run, table, taken), notes=notes))
     read = with_renewals(read, stamps - stamps[0] + read.t[0] if len(stamps) == len(read.t) else None)
     instruments = [name for name in read.channels if name in (*GYROS, *ACCELEROMETERS)]
     # At rest a row may be of one tick or the next; what they read is as good as any.
@@ -180,21 +178,22 @@ def _read_run(manifest: Manifest, run: RunSpec, words: Mended) -> Recording:
     return replace(read, channels={**read.channels, **table_channels}, notes=notes, left_out=left_out)
 
 
-def _covered(manifest: Manifest, run: RunSpec, table: Table, taken: Sampling) -> float | Floats:
-    """Time that each row covers [s]: its own step where the increments are smoother so than by one period each.
+def _recorded(manifest: Manifest, run: RunSpec, table: Table, taken: Sampling) -> Recording:
+    """The rows in SI units, increments by the steps of their rows where they are smoother so than by a period each.
 
     Stamps that wander a little are the sampler's, and then the increments wander with them, or the recorder's.
     """
-    period = taken.covered
-    if not isinstance(period, float) or not np.ptp(np.diff(taken.t)) > EVEN * period:
-        return period
-    own = own_steps(taken.t, period)
-    found = recording(manifest, run, table, taken.t, period).channels.values()
-    moved = [channel.values for channel in found if channel.by_period and np.ptp(channel.values)]
-    rough = [float(np.median(np.abs(np.diff(values * (period / own))))) for values in moved]
-    usual = [float(np.median(np.abs(np.diff(values)))) for values in moved]
-    smoother = all(a < SMOOTHER * b for a, b in zip(rough, usual, strict=True))
-    return own if moved and smoother else period
+    read = recording(manifest, run, table, taken.t, taken.covered)
+    moved = [channel.values for channel in read.channels.values() if channel.by_period and np.ptp(channel.values)]
+    if not moved or not isinstance(taken.covered, float) or evenly(taken.t, taken.covered):
+        return read
+    own = own_steps(taken.t, taken.covered)
+
+    def rough(values: Floats) -> float:
+        return float(np.median(np.abs(np.diff(values))))
+
+    smoother = all(rough(values * (taken.covered / own)) < SMOOTHER * rough(values) for values in moved)
+    return recording(manifest, run, table, taken.t, own) if smoother else read
 
 
 def _bridged(t: Floats, values: Floats, doubtful: NDArray[np.bool_], moves: bool) -> Floats:

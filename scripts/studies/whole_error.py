@@ -314,7 +314,8 @@ def main() -> None:
         one.add_argument("--count", type=int, default=3000)
         one.add_argument("--seed", type=int, default=1)
         one.add_argument("--until", type=float, default=float("inf"), help="CPU time after which to stop [s]")
-        one.add_argument("--draws", type=int, default=DRAWS)
+        if name == "nulls":
+            one.add_argument("--draws", type=int, default=DRAWS)
         one.add_argument("--out", type=Path, required=True)
     last = which.add_parser("page")
     last.add_argument("rows", type=Path)

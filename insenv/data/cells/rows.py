@@ -13,11 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.recording import GAP, Channel, Floats, Recording
+from insenv.data.sampling import own_steps
 
 #: Deviations of an angle's reading by which it leaps over rows that are left out or lost.
 LEAPS = 6.0
 #: Share of a period by which the rows may stand beside the first one's grid, as rounding makes it.
 SAME_PHASE = 1e-6
+#: Share of a period by which steps differ at most that are even.
+EVEN = 1e-6
 
 
 def cells_of(
@@ -100,13 +103,18 @@ def without_leaps(times: Floats, rest: Floats, dt: float, noise: float) -> Float
 
 def is_even(recording: Recording, target: str) -> bool:
     """Whether rows follow each other evenly, none left out."""
-    return bool(np.ptp(np.diff(recording.t)) < 1e-6 * recording.dt) and target not in recording.left_out
+    return evenly(recording.t, recording.dt) and target not in recording.left_out
+
+
+def evenly(t: Floats, dt: float) -> bool:
+    """Whether times, shape (n,) [s], are ``dt`` apart but for what numbers of a computer leave."""
+    return bool(np.ptp(np.diff(t)) < EVEN * dt)
 
 
 def intervals(recording: Recording, target: str) -> tuple[Floats, Floats]:
     """Start and end of the interval that each row of ``target`` stands for [s]."""
     dt, channel = recording.dt, recording.channel(target)
-    steps = np.append(dt, np.diff(recording.t))
-    width = np.where(steps <= GAP * dt, steps, dt) if channel.covers == "interval" else np.full(len(steps), dt)
+    # The steps by which increments are divided: a mean weighted by them is what was turned over the time of all.
+    width = own_steps(recording.t, dt) if channel.covers == "interval" else np.full(len(recording.t), dt)
     end = recording.t - channel.delay + (0.0 if channel.covers == "interval" else 0.5 * dt)
     return end - width, end

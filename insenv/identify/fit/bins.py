@@ -85,8 +85,8 @@ class Bins:
 
     def places(self, block: Block) -> NDArray[np.int64]:
         """Places of a block's bins on the grid of all bins of its run, counted from the first one, shape (n,)."""
-        own = self.time[block.start : block.stop]
-        return np.rint((own - own[0]) / self.width).astype(np.int64)
+        own = np.concatenate(self.kept)[block.start : block.stop]
+        return np.asarray(own - own[0])
 
     @property
     def held_out(self) -> NDArray[np.bool_]:

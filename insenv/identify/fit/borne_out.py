@@ -16,7 +16,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
-from insenv.core.quantities import estimates_in
+from insenv.core.quantities import unit_for
 from insenv.identify.findings import Estimate
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import Problem, Term
@@ -46,7 +46,7 @@ def borne_out(problem: Problem, fit: Fit, own: Own) -> tuple[dict[Term, tuple[Es
                 rows.append(row)
                 continue
             rows.append(replace(row, sd=math.hypot(row.sd, off)))
-            all_rows, fitted = (estimates_in(row.unit, [one.value], [one.sd]) for one in (other, row))
+            all_rows, fitted = (unit_for(row.unit, one.value).show_with_sd(one.value, one.sd) for one in (other, row))
             said.append(
                 f"{row.effect} {row.parameter} = {all_rows} by all rows, and {fitted} by the fitted ones: these do not "
                 "foretell the others, and the deviation that is stated has the difference in it"

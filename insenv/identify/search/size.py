@@ -203,7 +203,9 @@ def _shapes_untold(problem: Problem, fit: Fit, term: Term) -> str:
     rows = [row for row in estimates(problem, fit)[term] if row.parameter in names]
     if any(abs(row.value) >= TOLD * row.sd for row in rows):
         return ""
-    return ", ".join(f"{row.parameter} = {estimates_in(row.unit, [row.value], [row.sd])}" for row in rows)
+    return ", ".join(
+        f"{row.parameter} = {unit_for(row.unit, row.value).show_with_sd(row.value, row.sd)}" for row in rows
+    )
 
 
 def _of_servo(problem: Problem, fit: Fit, term: Term) -> str:

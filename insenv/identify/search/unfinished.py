@@ -31,7 +31,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from insenv.core.quantities import estimates_in
+from insenv.core.quantities import unit_for
 from insenv.core.recording import Floats
 from insenv.effects.base import Effect, MemoryEffect
 from insenv.effects.spline import SplineTime
@@ -223,7 +223,7 @@ def nothing_as_well(track: Track, own: Mapping[Term, tuple[Estimate, ...]]) -> t
         if best is None or not 0 < abs(best.value) < HELD * best.sd:
             continue
         off = f"{abs(best.value) / best.sd:.2g} standard deviations from nothing"
-        told = estimates_in(best.unit, [best.value], [best.sd])
+        told = unit_for(best.unit, best.value).show_with_sd(best.value, best.sd)
         return step, f"its size is not told beside errors of the reference: {told}, {off}"
     return None
 
