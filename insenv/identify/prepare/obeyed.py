@@ -1,17 +1,21 @@
 r"""Whether a unit did what it was told, where that is all that is known of its motion.
 
-    y = b + (1 + c) u(t - tau) + e,        sum e^2 <= `LEFT` sum (y - mean y)^2
+    y = b + (1 + c) u(t - tau) + e,        sum e^2 <= `LEFT` max(sum (y - mean y)^2, sum u^2)
 
-by plain least squares. A table follows its command but for the ramps, which are left out; a craft flies a course, a
+by plain least squares. At one rate for all the time nothing but noise is left beside the mean of the reading, and that
+no command foretells; the rate itself, the sum of u^2, was done as told. A table follows its command but for the ramps, which are left out; a craft flies a course, a
 robot drives a speed, as well as it can. What it did not do is as large as a third of what it did, comes back with every
 lap and goes with the rate: no law of the rate or of the angle is told beside it.
 """
 
 from __future__ import annotations
 
+import numpy as np
+
 from insenv.effects.bias import Bias
 from insenv.effects.rate.scale import ScaleFactor
 from insenv.effects.timing import TimingSkew
+from insenv.identify.fit.noise import transform
 from insenv.identify.fit.problem import Problem, Term, design
 from insenv.identify.prepare.bounded import least_squares, unexplained
 
@@ -33,4 +37,6 @@ def disobeyed(problem: Problem) -> float:
 def _share(problem: Problem) -> float:
     level = (Term(Bias()),)
     own = design(problem, (*level, Term(ScaleFactor()), Term(TimingSkew(), per_run=True))).transformed
-    return least_squares(own, problem.data())[1] / max(unexplained(problem, level), 1e-300)
+    rate = problem.bins.mean(tuple(e.motion.rate for e in problem.exposures))
+    told = float(np.sum(transform(problem.fitted, rate[:, None]) ** 2))
+    return least_squares(own, problem.data())[1] / max(unexplained(problem, level), told, 1e-300)

@@ -58,7 +58,7 @@ from insenv.identify.search.size import LEAST, follows_measured_rate
 from insenv.identify.search.staying import Staying
 from insenv.identify.search.tracks import MOST_ADDED, Step, Track
 from insenv.identify.search.undecided import leaning, may_be_slow
-from insenv.identify.search.unit.one_box import DRIFTS
+from insenv.identify.search.unit.one_box import DRIFTS, is_thermal
 from insenv.identify.search.unit.other_gyros import follows_other_gyros
 from insenv.identify.search.unit.turn_on import turned_on_anew
 
@@ -212,7 +212,7 @@ def nothing_as_well(track: Track, own: Mapping[Term, tuple[Estimate, ...]]) -> t
 
     Of an error of the reference, which may be as large, it is not told: it is said, and has no name. A skew has one:
     that there is a lag is certain, only its form is not. Nor has a slow change of the bias one: a step of a third of
-    its deviation was named with a walk as its rival, and says nothing about the bias.
+    its deviation was named with a walk as its rival, a drift of a fourteenth, and they say nothing about the bias.
     """
     for step in track.steps:
         if step.together or not track.problem.turns or not _has_a_size(step.hit.candidate.effect):
@@ -231,12 +231,11 @@ def nothing_as_well(track: Track, own: Mapping[Term, tuple[Estimate, ...]]) -> t
 def _has_a_size(effect: Effect) -> bool:
     """Whether it has a name and goes with rate, angle or gain, as what errors of a reference leave does, and no lag.
 
-    Or is a step or a warm-up of the bias. Of a drift that is not told from a walk the held-out rows tell what fitted
-    ones, beside that walk, do not; of a polynomial of the temperature the coefficients are told together alone.
+    Or is a law of the bias; but the coefficients of a polynomial of the temperature are told together alone.
     """
     gain = effect.part == "gain"
-    slow = is_of_bias(effect) and bool(effect.shapes)
-    return (gain or law_of_motion(effect) or slow) and not effect.generic and not effect.line
+    of_bias = (is_of_bias(effect) or is_thermal(effect)) and len(effect.linear) == 1
+    return (gain or law_of_motion(effect) or of_bias) and not effect.generic and not effect.line
 
 
 def _one_size(step: Step, own: Mapping[Term, tuple[Estimate, ...]]) -> Estimate | None:

@@ -71,16 +71,17 @@ def of_motion(rng: np.random.Generator, rows: int, size: float) -> np.ndarray:
     return np.asarray(size * left / left.std())
 
 
-def test_a_drift_below_the_frequencies_of_the_motion_is_in_a_set_with_noise() -> None:
+def test_a_drift_below_the_frequencies_of_the_motion_is_said() -> None:
     """What the motion leaves is three times the noise of a row, and hid drifts that it has no part in.
 
-    Of twelve such drifts, of nineteen deviations of the white noise, all are named; all were passed in silence. Of 100
-    runs without a drift three have such a set.
+    Of twelve such drifts, of nineteen deviations of the white noise, all are said; all were passed in silence. Their
+    sizes by the fitted rows are less than a third of a deviation, and have no name. Of 100 runs without a drift three
+    speak of one.
     """
     rng, rows = np.random.default_rng(5), 2000
     left = of_motion(rng, rows, 3 * WHITE)
     drifts = said(rng, left + 1.5 * WHITE * np.arange(rows) / rows)
-    assert {"bias_drift", "rate_random_walk"} <= set_of(drifts)
+    assert speaks(drifts) and not drifts.added
     assert not speaks(said(rng, left))
 
 
