@@ -32,7 +32,7 @@ def test_the_catalogue_has_the_names_of_the_contract() -> None:
         *("bias", "bias_drift", "bias_warm_up", "bias_step"),
         *("bias_temperature", "bias_temperature_rate", "bias_thermal_lag", "bias_thermal_hysteresis"),
         *("scale_factor", "scale_factor_drift", "scale_factor_warm_up", "scale_factor_temperature"),
-        *("scale_factor_asymmetry", "scale_factor_cubic", "scale_factor_anomaly", "lock_in"),
+        *("scale_factor_asymmetry", "scale_factor_cubic", "scale_factor_anomaly", "scale_factor_knee", "lock_in"),
         "compensation_ripple",
         *("encoder_harmonic", "angle_locked_rate", "earth_rate", "timing_skew", "sample_hold"),
         *("g_sensitivity", "cross_axis", "tone", "base_tilt"),

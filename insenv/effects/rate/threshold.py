@@ -1,9 +1,11 @@
-"""A threshold that the input must pass before anything is read.
+"""A threshold of the input: below it nothing is read, or beyond it the scale factor is another one.
 
-    dead_band   -c clip(u / d, -1, 1)        what is below d is lost, and as much of what is above (c = d)
-                -c u / d for |u| < d         only what is below d is lost
+    dead_band           -c clip(u / d, -1, 1)           what is below d is lost, and as much of what is above (c = d)
+                        -c u / d for |u| < d            only what is below d is lost
+    scale_factor_knee   c sign(u) max(|u| - d, 0)       beyond d the scale factor is another one
 
-Of rates that are all above the threshold the first form is a jump at zero, -c sign u, and tells c alone.
+Of rates that are all above the threshold the first form is a jump at zero, -c sign u, and tells c alone. The third
+beside a scale factor is the first with c and d of their own: of three rates it is a cubic as well.
 """
 
 from __future__ import annotations
@@ -25,6 +27,9 @@ STANDS = 1e-5
 
 #: Share of a threshold over which a jump at it is blurred, and shares of what is below it that are all of it.
 SECANT, ALL = 0.05, (0.8, 1.25)
+#: Knees that a scan tries, as shares of the largest rate; the share of it within which rates are one, and that of the
+#: rows which run one.
+KNEES, LEVEL, RUN = tuple(0.05 * k for k in range(2, 19)), 0.02, 1e-3
 #: Least share of what is below a threshold that is lost: numbers cut off towards zero lose half of a step.
 CUT_OFF = 0.25
 
@@ -101,3 +106,51 @@ class DeadBand(CurveEffect):
             return np.empty((0, 1))
         least = float(np.quantile(magnitude[magnitude > STANDS * largest], LEAST_SHARE))
         return np.geomspace(max(0.5 * least, 1e-4 * largest), 0.5 * largest, THRESHOLDS)[:, None]
+
+
+@final
+@dataclass(frozen=True)
+class ScaleFactorKnee(CurveEffect):
+    """A scale factor that is another one beyond a rate: a second range, a stage that compresses, a loop at its end."""
+
+    id = "scale_factor_knee"
+    title = "knee of the scale factor"
+    meaning = "beyond a rate the scale factor is another one, as of a second range or a stage that compresses"
+    linear = (Param("c", "1", sd=0.05, bound=0.5),)
+    shapes = (Param("d", OUTPUT, sd=0.05, low=1e-4),)
+    source = "IEEE Std 952-1997: scale factor non-linearity; two straight lines"
+    hides = "rate"
+    instruments = ("gyro",)
+    of_rate = True
+
+    def curve(self, u: Floats, motion: Motion, theta: Floats) -> Floats:
+        """What is read beyond the knee, shape (..., n)."""
+        c, knee = (theta[..., j, None] for j in range(2))
+        return np.asarray(c * np.sign(u) * np.maximum(np.abs(u) - knee, 0.0))
+
+    def grid(self, motion: Motion) -> Floats:
+        """Knees between the rates that were run, shape (g, 1)."""
+        run = _run(motion)
+        largest = float(run.max(initial=0.0))
+        if largest < LEAST_RATE:
+            return np.empty((0, 1))
+        knees = (share * largest for share in KNEES)
+        return np.array([[knee] for knee in knees if run[0] <= knee < run[-1]]).reshape(-1, 1)
+
+    def unseen(self, motion: Motion, shape: tuple[float, ...]) -> str:
+        """Below the least rate that was run a knee is a jump at zero, and beyond the largest nothing."""
+        run = _run(motion)
+        seen = run.size > 1 and run[0] * (1 - LEVEL) <= shape[0] < run[-1]
+        return "" if seen else "no rates lie on both sides of the knee"
+
+
+def _run(motion: Motion) -> Floats:
+    """Magnitudes of the rate that were run, rest not counted and those within a fiftieth of the largest as one."""
+    magnitude = np.abs(motion.rate).ravel()
+    cell = LEVEL * float(magnitude.max(initial=0.0))
+    if not cell:
+        return np.empty(0)
+    which = (magnitude / cell).astype(int)
+    count = np.bincount(which)
+    mean = np.bincount(which, magnitude) / np.maximum(count, 1)
+    return mean[1:][count[1:] >= max(1.0, RUN * magnitude.size)]

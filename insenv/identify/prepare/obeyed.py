@@ -3,9 +3,10 @@ r"""Whether a unit did what it was told, where that is all that is known of its 
     y = b + (1 + c) u(t - tau) + e,        sum e^2 <= `LEFT` max(sum (y - mean y)^2, sum u^2)
 
 by plain least squares. At one rate for all the time nothing but noise is left beside the mean of the reading, and that
-no command foretells; the rate itself, the sum of u^2, was done as told. A table follows its command but for the ramps, which are left out; a craft flies a course, a
-robot drives a speed, as well as it can. What it did not do is as large as a third of what it did, comes back with every
-lap and goes with the rate: no law of the rate or of the angle is told beside it.
+no command foretells; the rate itself, the sum of u^2, was done as told. A table follows its command but for the ramps,
+which are left out; a craft flies a course, a robot drives a speed, as well as it can. What it did not do is as large as
+a third of what it did, comes back with every lap and goes with the rate: no law of the rate or of the angle is told
+beside it.
 """
 
 from __future__ import annotations

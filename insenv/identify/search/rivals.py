@@ -45,6 +45,8 @@ AS_LIKELY = 1e-3
 NEAR_UNUSUAL = 4.0
 #: The same by which what cannot be of its size must be ahead to speak against an effect that is named.
 FAR_BETTER = 20.0
+#: Likelihood ratio within which another effect explains as much as what cannot be of its size.
+AS_WELL = 1.0
 #: Share of a curve outside another that two curves must have to be two.
 ALIKE = 0.05
 #: Standard deviations by which a curve at its size stands out of another's span, up to which nobody can tell the two.
@@ -118,11 +120,17 @@ def rivalry(
 
 
 def _imitation(term: Term, hits: list[Hit], paid: float) -> Hit | None:
-    """What explains far better than a law that is worth ``paid``, with coefficients that its effect cannot have."""
+    """What explains far better than a law that is worth ``paid``, with coefficients that its effect cannot have.
+
+    Nor is there another one that can have them and explains as much: then that is the cause, or a rival.
+    """
     if term.effect.of_response:
         return None
     best = max((hit for hit in hits if hit.incredible > 0), key=lambda hit: hit.rank, default=None)
-    return best if best is not None and best.rank > paid + FAR_BETTER else None
+    if best is None or best.rank <= paid + FAR_BETTER:
+        return None
+    as_well = (hit for hit in hits if not hit.candidate.generic and math.isfinite(hit.deviate))
+    return None if any(hit.likelihood_ratio > best.likelihood_ratio - AS_WELL for hit in as_well) else best
 
 
 def _keys(hits: list[Hit]) -> tuple[str, ...]:

@@ -221,12 +221,18 @@ UNKNOWN: dict[str, Fault] = {
         at_one_speed=("bias_temperature",),
         one_way=("scale_factor_temperature",),
     ),
-    "kink": Fault((), lambda e, c, s, r: c * np.sign(e.u) * np.maximum(np.abs(e.u) - 0.5 * e.top, 0), needs="rates"),
+    # A knee of the scale factor since there is one in the catalogue; before that nobody had a name for it.
+    "kink": Fault(
+        ("scale_factor_knee",),
+        lambda e, c, s, r: c * np.sign(e.u) * np.maximum(np.abs(e.u) - 0.5 * e.top, 0),
+        needs="rates",
+        anywhere=("scale_factor_knee",),
+    ),
     "angle and rate": Fault(
         (),
         lambda e, c, s, r: c * e.u * np.abs(e.u) * np.cos(e.angle + 6 * s),
         needs="turns",
-        at_one_speed=("encoder_harmonic",),
+        at_one_speed=("encoder_harmonic", "angle_locked_rate"),
     ),
     "parabola": Fault(("bias_drift", "bias_warm_up"), lambda e, c, s, r: c * (e.t / e.t[-1] - 0.4) ** 2),
     "acceleration": Fault((), lambda e, c, s, r: c * np.abs(np.gradient(e.lagged(e.u, 0.1), e.t)), needs="rates"),
