@@ -19,7 +19,7 @@ from insenv.data.manifest.spec import Manifest
 from insenv.data.reference import with_reference
 from insenv.data.split import RowUse
 from insenv.effects.base import Effect
-from insenv.effects.catalogue import CATALOGUE
+from insenv.effects.catalogue import CATALOGUE, by_key
 from insenv.effects.timing import SampleHold
 from insenv.effects.tone import Tone
 from insenv.identify.clean.holds import Hold, Look
@@ -28,7 +28,7 @@ from insenv.identify.fit.gls import solve
 from insenv.identify.fit.heldout import MOST_GROWTH, held_out_score
 from insenv.identify.fit.problem import NOISE_TERMS
 from insenv.identify.fit.uncertainty import estimates
-from insenv.identify.prepare.excess import most_power, structure
+from insenv.identify.prepare.excess import most_power, order_left, structure
 from insenv.identify.prepare.problems import prepare
 from insenv.identify.prepare.vibration import (
     affordable,
@@ -66,7 +66,7 @@ from insenv.identify.search.unit.proposals import (
     joint_log_p,
     proposals,
 )
-from insenv.identify.trial import SUSPECTED, tried
+from insenv.identify.trial import SUSPECTED, times_a_turn, tried
 
 #: Share by which bins of two targets may differ in length and be as good as one.
 SAME = 1e-6
@@ -148,15 +148,35 @@ def trace(
 
 def _found(manifest: Manifest, tracks: list[Track], alpha: float, seed: int, progress: Progress) -> list[Track]:
     """The tracks with all that was found, each effect tried against all others in its place."""
+    noise = [dict(manifest.noise.get(track.problem.target, {})) for track in tracks]
     for generic in (False, True):
         tracks = _exhausted(tracks, generic, alpha, seed, progress)
         if generic:
             tracks = [_as_one_curve(track, alpha, seed, progress) for track in tracks]
         else:
-            noise = [dict(manifest.noise.get(track.problem.target, {})) for track in tracks]
+            further = [_with_orders_left(track, n, alpha) for track, n in zip(tracks, noise, strict=True)]
+            if any(new is not old for new, old in zip(further, tracks, strict=True)):
+                tracks = _exhausted(further, generic, alpha, seed, progress)
             tracks = [_strict(track, n, alpha, seed, progress) for track, n in zip(tracks, noise, strict=True)]
             tracks = [replace(track, hits=None, last_physical=track.hits or ()) for track in tracks]
     return [settled(track, alpha, seed, progress) for track in tracks]
+
+
+def _with_orders_left(track: Track, declared: dict[str, float], alpha: float) -> Track:
+    """The track with waves of the table's angle among its candidates that come as often a turn as what is left does.
+
+    So do lines that are none of the time: at one speed what is left follows the time as well. Behind a command they are
+    the motor's, for the table turns so.
+    """
+    if track.problem.commanded:
+        return track
+    lines = (times_a_turn(track, r.hit) for r in track.refusals if r.hit.candidate.effect.line)
+    orders = {order_left(track.problem, track.fit, declared, alpha), *lines} - {0}
+    waves = [c.effect.id for c in track.candidates if getattr(c.effect, "order", 0) == 1 and "angle" in c.effect.needs]
+    known = {c.effect.key for c in track.candidates}
+    keys = [key for order in sorted(orders) for wave in waves if (key := f"{wave}:{order}") not in known]
+    found, _ = candidates(track.problem, tuple(map(by_key, keys)))
+    return replace(track, candidates=(*track.candidates, *found), hits=None) if found else track
 
 
 def _as_one_curve(track: Track, alpha: float, seed: int, progress: Progress) -> Track:

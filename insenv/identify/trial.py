@@ -73,12 +73,12 @@ def tried(track: Track, hit: Hit, proposal: Proposal, names: tuple[str, ...], al
     """The track with ``hit`` added, or with its refusal noted."""
     joined = names if len(names) > 1 else ()
     problem = track.problem
-    elsewhere = _left_of(track, hit) or _turns_along(track, hit) or _of_the_reference(track, hit)
+    elsewhere = _left_of(track, hit) or times_a_turn(track, hit) or _of_the_reference(track, hit)
     wander = None if elsewhere else wandering(track, hit)
     if wander is not None:
         return _damped(track, wander, hit), True
     if nothing := _nothing(track, hit, joined):
-        said = bool(_turns_along(track, hit))
+        said = bool(times_a_turn(track, hit))
         return replace(track, refusals=(*track.refusals, Refusal(hit, nothing, unsized=said))), False
     if (shorter := _without_ends(track, hit)) is not track:
         return shorter, True
@@ -128,7 +128,7 @@ def _nothing(track: Track, hit: Hit, joined: tuple[str, ...]) -> str:
         return ""
     if damped := _left_of(track, hit):
         return OF_COUNTS if damped.of_counts else OF_MOTION if damped.of_motion else OF_DAMPED
-    if order := _turns_along(track, hit):
+    if order := times_a_turn(track, hit):
         return OF_TURNS.format("once" if order == 1 else f"{order} times")
     return OF_REFERENCE if _of_the_reference(track, hit) else _of_the_motion(track, hit)
 
@@ -162,7 +162,7 @@ def _of_the_reference(track: Track, hit: Hit) -> bool:
     return hit.candidate.effect.line and stands_in_reference(track.problem, track.fit, hit.term.shape[0])
 
 
-def _turns_along(track: Track, hit: Hit) -> int:
+def times_a_turn(track: Track, hit: Hit) -> int:
     """Times a turn of the table that the line of a hit comes, if it goes with its angle as nearly as anybody tells."""
     problem, fit = track.problem, track.fit
     if not hit.candidate.effect.line or not problem.turns:

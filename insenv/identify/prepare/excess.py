@@ -295,6 +295,20 @@ def _strongest_wave(problem: Problem, fit: Fit) -> Wave:
     return strongest([block for _, block in _along(whole, tuple(_in_time(whole, whitened(whole, all_rows)[2])))])
 
 
+def order_left(problem: Problem, fit: Fit, declared: dict[str, float], alpha: float) -> int:
+    """Whole times a turn of the table that a wave comes which what is left follows; 0 where none is told.
+
+    Beyond `TOLD`, for all orders of `insenv.identify.prepare.spectral.orders` are tried.
+    """
+    if not problem.turns:
+        return 0
+    wave = _strongest_wave(problem, fit)
+    if wave.p_value >= TOLD or wave.order >= MOST_ORDER or wave.order % 1:
+        return 0
+    told = any(reason.startswith(OF_ANGLE) for reason in structure(problem, fit, declared, alpha).reasons)
+    return int(wave.order) if told else 0
+
+
 def _each_turn(wave: Callable[[], Wave], text: str, p: float) -> str:
     """How often a turn a wave comes that what is left follows as well as a test says, the end of a sentence.
 

@@ -17,6 +17,7 @@ bends, has errors of its own that go with the motion. Beside the model X, an eff
    and of a table that all but stands any odd polygon of u up to a few scatters. Coefficients are N(0, 1).
 3. *Noise that goes with the motion* (`insenv.identify.fit.swings`): the variance of C's coefficient is larger by f.
 
+Of the first an error of the encoder itself is none (`insenv.identify.search.artefacts.wave_of_reference`).
 The normal deviate of the evidence shrinks by sqrt(h / (h_0 f)), h_0 being what C gains without all that.
 
 Source of the second: B. Efron, Tweedie's formula and selection bias, J. Am. Stat. Assoc. 106 (2011) 1602.
@@ -39,6 +40,7 @@ from insenv.identify.fit.lag_form import second_order
 from insenv.identify.fit.noise import transform
 from insenv.identify.fit.problem import Problem, Term
 from insenv.identify.fit.swings import by_swings, in_few_swings, in_the_loudest
+from insenv.identify.search.artefacts.wave_of_reference import in_reference_alone
 from insenv.identify.search.candidates import law_of_motion
 from insenv.identify.search.scan import Hit, Reference, beside, white_beside
 
@@ -69,6 +71,8 @@ def beside_reference_errors(problem: Problem, fit: Fit, base: Reference, hit: Hi
     evidence = _evidence(problem, fit, base, hit.term)
     if evidence is None:
         return hit
+    if evidence.response < 1 and in_reference_alone(problem, fit, hit.term):
+        evidence = replace(evidence, response=1.0)
     deviate = evidence.of(hit.deviate)
     if deviate >= hit.deviate:
         return hit
