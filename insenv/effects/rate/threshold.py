@@ -118,6 +118,7 @@ class ScaleFactorKnee(CurveEffect):
     meaning = "beyond a rate the scale factor is another one, as of a second range or a stage that compresses"
     linear = (Param("c", "1", sd=0.05, bound=0.5),)
     shapes = (Param("d", OUTPUT, sd=0.05, low=1e-4),)
+    becomes = ("scale_factor",)
     source = "IEEE Std 952-1997: scale factor non-linearity; two straight lines"
     hides = "rate"
     instruments = ("gyro",)

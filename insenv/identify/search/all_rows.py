@@ -73,7 +73,7 @@ def of_all_rows(track: Track, seed: int = 0) -> AllRows | None:
     seed : int
         Of the simulated noise.
     """
-    tried = tuple(c for c in track.candidates if c.effect.key in DRIFTS or is_thermal(c.effect) or is_step(c.effect))
+    tried = tuple(c for c in track.candidates if is_of_bias(c.effect) or is_thermal(c.effect))
     if track.problem.turns or all(is_step(c.effect) for c in tried):
         return None
     return _asked(track, whole_of(track), track.fit.named, tried, seed)
@@ -169,8 +169,12 @@ def of_rests(track: Track, seed: int = 0) -> AllRows | None:
 
 
 def is_of_bias(effect: Effect) -> bool:
-    """Whether an effect is a slow change of the bias, or one step of it."""
-    return effect.key in DRIFTS or is_step(effect)
+    """Whether an effect is a slow change of the bias, a step of it, or goes with the temperature of the moment.
+
+    What remembers the temperature has shapes, of which one is like any slow noise.
+    """
+    thermal = is_thermal(effect) and not (effect.of_rate or effect.shapes)
+    return effect.key in DRIFTS or is_step(effect) or thermal
 
 
 def at_all_times(whole: Problem, one: Candidate) -> Candidate:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -25,7 +27,9 @@ def turned(programme: str) -> Floats:
     return np.asarray(0.5 * np.maximum(t - 20, 0))
 
 
-def said(reading: Floats, angle: Floats, seed: int, source: str = "encoder") -> TargetFindings:
+def said(
+    reading: Floats, angle: Floats, seed: int, source: Literal["encoder", "command"] = "encoder"
+) -> TargetFindings:
     """The loop on the mean rates of a gyro beside the angles of a table."""
     noisy = reading + WHITE * np.random.default_rng(seed).standard_normal(N)
     told = Channel(angle[1:], "rad", source=source)
