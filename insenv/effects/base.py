@@ -113,6 +113,8 @@ class Effect(ABC):
         Whether it follows the input rate: where that never changes nothing tells it from a bias.
     of_time : bool
         Whether it follows the time from the start of the run: on another run's clock it is another curve.
+    bend : bool
+        Whether it stands for the bend of a characteristic: beside one that was added no other is sought.
     local : bool
         Whether it is a fault near one rate, which the line through all rates leaves to the residual.
     sudden : bool
@@ -164,6 +166,7 @@ class Effect(ABC):
     instruments: ClassVar[tuple[Instrument, ...]] = ("gyro", "accelerometer")
     of_rate: ClassVar[bool] = False
     of_time: ClassVar[bool] = False
+    bend: ClassVar[bool] = False
     local: ClassVar[bool] = False
     sudden: ClassVar[bool] = False
     belongs: ClassVar[Belongs] = "instrument"

@@ -344,7 +344,9 @@ def _searched(track: Track, generic: bool, seed: int, progress: Progress) -> Tra
     progress(f"{track.problem.target}: testing {count} candidate effects (the model has {model})")
     # What is exact at the size found has a remainder there, as the effect near zero sees it.
     centred = {t.effect.key for t in track.added if t.effect.near(np.zeros(len(t.effect.params))) != t.effect}
-    tried = tuple(c for c in track.candidates if c.generic == generic and c.effect.key not in centred)
+    bent = any(t.effect.bend for t in track.added)
+    able = (c for c in track.candidates if c.generic == generic and not (bent and c.effect.bend))
+    tried = tuple(c for c in able if c.effect.key not in centred)
     hits = search(track.problem, track.fit, tried, seed, track.family, track.tones)
     width = track.problem.bins.width
     return replace(track, hits=tuple(hit for hit in hits if not is_folded(hit.term, track.folded, width)))

@@ -152,6 +152,7 @@ class ScaleFactorCubic(LinearEffect):
     hides = "rate"
     instruments = ("gyro",)
     of_rate = True
+    bend = True
 
     def basis(self, u: Floats, motion: Motion) -> Floats:
         """Cube of the input, shape (..., n, 1)."""

@@ -123,6 +123,7 @@ class ScaleFactorKnee(CurveEffect):
     hides = "rate"
     instruments = ("gyro",)
     of_rate = True
+    bend = True
 
     def curve(self, u: Floats, motion: Motion, theta: Floats) -> Floats:
         """What is read beyond the knee, shape (..., n)."""

@@ -45,8 +45,6 @@ AS_LIKELY = 1e-3
 NEAR_UNUSUAL = 4.0
 #: The same by which what cannot be of its size must be ahead to speak against an effect that is named.
 FAR_BETTER = 20.0
-#: Twice the logarithm of the odds for a wrong gain over a law of the rate without one.
-OF_GAIN = 2 * math.log(UNUSUAL)
 #: Likelihood ratio within which another effect explains as much as what cannot be of its size.
 AS_WELL = 1.0
 #: Share of a curve outside another that two curves must have to be two.
@@ -109,8 +107,7 @@ def rivalry(
         ):
             continue
         # Where both are one curve their likelihoods are one, but for rounding.
-        # That an effect is unusual its rank knows already; not that every instrument has a wrong gain.
-        if odds < 0 and hit.rank - OF_GAIN * (term.effect.part == "gain") <= paid + odds + AS_LIKELY:
+        if odds < 0 and hit.rank <= paid + odds + AS_LIKELY:
             rarer.append(hit)
             continue
         rivals.append(hit)
@@ -156,11 +153,8 @@ def _significant(problem: Problem, hit: Hit, alpha: float) -> bool:
 
 
 def _odds(term: Term) -> float:
-    """Twice the logarithm of the odds for an effect, before any data.
-
-    No instrument has exactly the gain that its data sheet says, and few have a law of the rate and no error of it.
-    """
-    return OF_GAIN * (term.effect.part == "gain") - 2 * math.log(UNUSUAL) * term.effect.unusual
+    """Twice the logarithm of the odds for an effect, before any data."""
+    return -2 * math.log(UNUSUAL) if term.effect.unusual else 0.0
 
 
 def _same_curve(problem: Problem, base: Reference, rival: Term, term: Term) -> bool:

@@ -53,6 +53,8 @@ def _steady(problem: Problem, run: int, term: Term, theta: Floats) -> Iterator[t
     if exposure.motion.angle is None:
         return
     fitted = _fitted(problem, run, exposure)
+    if not fitted.any():
+        return
     turned = np.abs(np.diff(exposure.motion.angle)) * getattr(term.effect, "order", 1) / (2 * np.pi)
     way, edges = np.concatenate([[0.0], np.cumsum(turned)]), np.arange(len(turned) + 1.0)
     middle = 0.5 * (way[1:] + way[:-1])
