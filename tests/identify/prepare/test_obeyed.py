@@ -43,3 +43,15 @@ def test_one_that_does_it_may_have_laws() -> None:
     assert "scale_factor_cubic" not in {one.effect for one in found.not_testable}
     (scale,) = [e for e in found.estimates_after if e.effect == "scale_factor"]
     assert abs(scale.value - 0.1) < 4 * scale.sd < 0.01
+
+
+def test_a_wave_of_a_table_that_keeps_its_one_rate_is_no_disobedience() -> None:
+    """Gain and lag foretell none of the noise about one rate; the wave was a tone at the frequency of the turns."""
+    rng, t = np.random.default_rng(4), 0.02 * np.arange(6001)
+    angle = 0.5 * t
+    wave = 2e-4 * np.cos(0.5 * (angle[1:] + angle[:-1]))
+    y = np.diff(angle) / 0.02 + wave + 1e-3 * rng.standard_normal(6000)
+    channels = {"gyro": Channel(y, "rad/s", "interval"), "table_angle": Channel(angle[1:], "rad", source="command")}
+    (found,) = closed(Recording(t[1:], channels), manifest()).targets
+    assert not any("did not do what it was told" in reason for reason in found.reasons)
+    assert "angle_locked_rate" in {one.effect for one in found.added}
