@@ -47,7 +47,7 @@ def test_one_that_does_it_may_have_laws() -> None:
 
 def test_a_wave_of_a_table_that_keeps_its_one_rate_is_no_disobedience() -> None:
     """Gain and lag foretell none of the noise about one rate; the wave was a tone at the frequency of the turns."""
-    rng, t = np.random.default_rng(4), 0.02 * np.arange(6001)
+    rng, t = np.random.default_rng(4), 0.02 * np.arange(6001, dtype=np.float64)
     angle = 0.5 * t
     wave = 2e-4 * np.cos(0.5 * (angle[1:] + angle[:-1]))
     y = np.diff(angle) / 0.02 + wave + 1e-3 * rng.standard_normal(6000)
