@@ -86,7 +86,7 @@ def _by_parts(
         return own, ()
     gains, deviations = problem.gain * (1 + found.values), abs(problem.gain) * found.deviations
     # To the first digit of the surest: a gain of one that is told to 2e-6 has six decimals.
-    places = max(3, math.ceil(-math.log10(float(np.min(deviations)))))
+    places = max(3, math.ceil(-math.log10(max(float(np.min(deviations)), 1e-12))))
     told = ", ".join(f"{g:.{places}f} ± {s:.1g}" for g, s in zip(gains, deviations, strict=True))
     what = "runs" if len(np.unique(problem.bins.run)) > 1 else "quarters of the fitted motion"
     return own, (f"the gain is not the same in the {what}: {told} (p = {found.chance:.1g})",)
