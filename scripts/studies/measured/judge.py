@@ -36,6 +36,8 @@ WORDS = {
 }
 #: Frequencies and channels of vibration that longer means have left out, as a remark of the report says them.
 LOUDEST = re.compile(r"about [\d.e+]+ Hz on ((?:gyro|accel)[a-z_]*(?:(?:, | and )(?:gyro|accel)[a-z_]*)*)")
+#: Effects that facts of before them have under another name: the bend of a characteristic was its cube.
+SINCE = {"scale_factor_knee": "scale_factor_cubic"}
 GENERIC = ("spline_time", "spline_rate", "spline_angle", "spline_temperature")
 
 
@@ -137,6 +139,7 @@ def _faults(
         | set(GENERIC)
         | {"saturation", "burst"}
     )
+    allowed |= {name for name, before in SINCE.items() if before in allowed}
     for name in dict.fromkeys(n for n, _ in names):
         rivals = {r for n, each in names for r in each if n == name}
         if name not in allowed and not rivals & allowed:
