@@ -149,6 +149,7 @@ def _faults(
     here |= {str(r.get("cause")) for r in report.get("rows_rejected", ()) if r.get("target", target) == target}
     if any(target in each["channels"] for each in report.get("common_mode", ())):
         here.add("common_mode")
+    here |= {before for name, before in SINCE.items() if name in here}
     for group in must:
         if not here & set(group):
             told = "common_mode" in group and _vibrates(target, report)

@@ -31,7 +31,7 @@ LEAST_CELLS, STEADY, WAVES = 4.0, 3.0, 2.0
 
 def in_reference_alone(problem: Problem, fit: Fit, term: Term) -> bool:
     """Whether the gyro has none of a wave of the encoder, the ``term`` beside the model of a fit."""
-    if not isinstance(term.effect, EncoderHarmonic) or problem.commanded or term.per_run:
+    if not isinstance(term.effect, EncoderHarmonic) or problem.commanded or term.per_run or not _sees_it(problem):
         return False
     found = solve(problem, (*fit.model, term))
     theta = found.theta[found.design.term == len(found.model) - 1]
@@ -45,6 +45,16 @@ def in_reference_alone(problem: Problem, fit: Fit, term: Term) -> bool:
     share = float(wave @ own) / power
     sd = math.sqrt(float(np.mean((own - share * wave) ** 2)) / power)
     return abs(share) + 2 * sd < HALF
+
+
+def _sees_it(problem: Problem) -> bool:
+    """Whether the gyro reads the turning at all: of one across the table's axis it is no wonder that it has no wave."""
+    read, turned = 0.0, 0.0
+    for run, exposure in enumerate(problem.exposures):
+        fitted = _fitted(problem, run, exposure)
+        read += float(exposure.y[fitted] @ exposure.motion.rate[fitted])
+        turned += float(exposure.motion.rate[fitted] @ exposure.motion.rate[fitted])
+    return abs(read) > HALF * turned
 
 
 def _steady(problem: Problem, run: int, term: Term, theta: Floats) -> Iterator[tuple[Floats, Floats, float]]:
