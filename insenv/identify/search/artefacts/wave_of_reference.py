@@ -54,7 +54,7 @@ def _sees_it(problem: Problem) -> bool:
         fitted = _fitted(problem, run, exposure)
         read += float(exposure.y[fitted] @ exposure.motion.rate[fitted])
         turned += float(exposure.motion.rate[fitted] @ exposure.motion.rate[fitted])
-    return abs(read) > HALF * turned
+    return abs(problem.gain * read) > HALF * turned
 
 
 def _steady(problem: Problem, run: int, term: Term, theta: Floats) -> Iterator[tuple[Floats, Floats, float]]:
