@@ -192,10 +192,19 @@ def _outliers(track: Track, runs: tuple[Recording, ...]) -> str:
     if not rejected:
         return ""
     of_run = (lambda r: f" of {runs[r.run].label}") if len(runs) > 1 else (lambda r: "")
-    places = [f"{_rows(r)}{of_run(r)} ({r.reason})" for r in rejected[:5]]
-    where = ", ".join(places) + (f", and {len(rejected) - 5} more" if len(rejected) > 5 else "")
+    causes: dict[str, list[str]] = {}
+    for r in rejected:
+        causes.setdefault(r.reason, []).append(f"{_rows(r)}{of_run(r)}")
+    # Many corners of a motion have one cause, which is said once.
+    places = [f"{_some(rows)} ({reason})" for reason, rows in causes.items()]
+    where = _some(places)
     count = sum(r.stop - r.start for r in rejected)
     return f"{track.problem.target}: {count} row{'s' * (count > 1)} left out as outliers: {where}"
+
+
+def _some(places: list[str]) -> str:
+    """The first five of them."""
+    return ", ".join(places[:5]) + (f", and {len(places) - 5} more" if len(places) > 5 else "")
 
 
 def _rows(one: RejectedRows) -> str:

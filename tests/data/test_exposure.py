@@ -64,6 +64,19 @@ def test_an_instantaneous_target_is_compared_with_the_interval_around_its_row() 
     assert_allclose(e.y[2:-2], e.motion.rate[2:-2], rtol=0, atol=FREQUENCY**3 * DT**2 / 2)
 
 
+@pytest.mark.parametrize(("rows", "off"), [(25.0, 1e-6), (60.0, 6e-9), (200.0, 1e-11)])
+def test_between_readings_of_an_encoder_a_swing_goes_on_as_it_turns(rows: float, off: float) -> None:
+    """An instant is told to the sixth power of w dt, 1/140 of it or less, where the table turns about as elsewhere."""
+    w, t = 2 * np.pi / (rows * DT), edges(N - 1, DT)
+    channels = {
+        "gyro": Channel(np.cos(w * t), "rad/s"),
+        "table_angle": Channel(np.sin(w * t) / w, "rad", source="encoder"),
+    }
+    for rows_per_cell in (1, 4):
+        e = expose(Recording(t, channels), "gyro", rows_per_cell=rows_per_cell)
+        assert_allclose(e.motion.rate[8:-8], e.y[8:-8], rtol=0, atol=off)
+
+
 @pytest.mark.parametrize("covers", ["interval", "instant"])
 @pytest.mark.parametrize("delay", [0.3, 0.04])
 @pytest.mark.parametrize("delayed", ["target", "references", "both"])

@@ -86,7 +86,7 @@ class TargetCells:
             else:
                 reference = self._rate(names) + at_rows + self._between(behind, names)
         else:
-            reference = self._rate(names)
+            reference = self._rate(names) + self._of_instants_on(names)
             rate, at_edges = self._followed(names, reference, share, reading)
         if told is not None:
             rate, at_edges = self._by_programme(told, rate, at_edges)
@@ -116,6 +116,20 @@ class TargetCells:
         if self.recording.channels[self.target].covers != "instant":
             return np.zeros(len(self.count))
         return -(self.recording.dt**2) / 24 * np.diff(behind.acceleration_at(self.edges)) / self._step
+
+    def _of_instants_on(self, names: tuple[str, ...]) -> Floats:
+        """The same by the curve through readings of an angle; a rate that was read is as it was read.
+
+        With it, and 9/320 of the fourth difference, the rate at an instant is that of the seven readings around it,
+        whose error is of the sixth order: of 20 readings in a swing 4 ppm, where three leave 1.6 %, five 300 ppm.
+        """
+        own, read = self.recording.channels[self.target], self.recording.channels[names[0]]
+        if names[0] != "table_angle" or read.source != "encoder" or own.covers != "instant":
+            return np.zeros(len(self.count))
+        angle, dt = self._angle(names).of_time, self.recording.dt
+        a, b, c, d, e = (angle(self.edges + rows * dt) for rows in (-2, -1, 0, 1, 2))
+        second, fourth = b - 2 * c + d, a - 4 * b + 6 * c - 4 * d + e
+        return np.diff(9 / 320 * fourth - second / 24) / self._step
 
     def _between(self, behind: Trajectory, names: tuple[str, ...]) -> Floats:
         """What the straight line between two readings of an angle leaves of the rate, where edges lie between them."""

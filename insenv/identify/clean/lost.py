@@ -103,7 +103,7 @@ def _of_run(recording: Recording, target: str, told: Settled) -> list[RejectedRo
     score = np.where(known, np.abs(left) / _spread(y, u, left, known, max(round(AROUND / dt), 1)), 0.0)
     calm = known & (score < FAR)
     usual = float(np.sqrt(np.mean(left[calm] ** 2))) if calm.any() else 0.0
-    cells = np.zeros(n, bool)
+    far = np.zeros(n)  # of the event that a cell is part of: at its ends a mean is less far off
     # What was lost is made good at once or later, with the other sign: one event.
     for a, b in stretches(np.asarray(maximum_filter1d(score, 2 * over + 1)) > NEAR):
         brief = b - a - 2 * over <= LONGEST / exposure.motion.dt
@@ -111,13 +111,15 @@ def _of_run(recording: Recording, target: str, told: Settled) -> list[RejectedRo
         if brief and leads and not _as_others(y, score, slice(a, b), over):
             # An event that reaches an end of the run has nothing sound beyond; means of less there hold the end often.
             whole = b - a > 2 * over
-            cells[0 if whole and not a else a + over // 2 : n if whole and b == n else b - over // 2] = True
+            reach = slice(0 if whole and not a else a + over // 2, n if whole and b == n else b - over // 2)
+            far[reach] = score[a:b].max()
+    cells = far > 0
     if cells[there].mean() > MOST:
         return []
     rows = (exposure.cell_of_row >= 0) & cells[exposure.cell_of_row]
     found = []
     for a, b in stretches(rows):
-        most = float(score[exposure.cell_of_row[a:b]].max())
+        most = float(far[exposure.cell_of_row[a:b]].max())
         reason = f"{min(most, 999):.0f} robust deviations off the motion that the reference tells"
         found.append(RejectedRows(target, told.run, a, b, reason))
     return found

@@ -17,6 +17,7 @@ from insenv.data.manifest.spec import Manifest
 from insenv.data.split import RowUse
 from insenv.effects.timing import TimingSkew
 from insenv.identify.clean.bursts import without_bursts
+from insenv.identify.clean.corners import cornering
 from insenv.identify.clean.doubtful import (
     Settled,
     doubted,
@@ -229,8 +230,9 @@ def _without_lines(
 def _without_jumps(
     recordings: tuple[Recording, ...], target: str
 ) -> tuple[tuple[Recording, ...], tuple[RejectedRows, ...]]:
-    """The recordings without rows within which a table's rate jumps: half of a jump would be told to be a lag."""
+    """The recordings without rows within which a table's rate jumps or bends: half of it would be told to be a lag."""
     jumps = tuple(row for run, r in enumerate(recordings) for row in jumping(r, target, run) or bending(r, target, run))
+    jumps += tuple(row for run, r in enumerate(recordings) for row in cornering(r, target, run, jumps))
     return tuple(_leaving_out(r, target, run, jumps) for run, r in enumerate(recordings)), jumps
 
 
