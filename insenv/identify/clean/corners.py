@@ -43,6 +43,8 @@ HALF = 0.5
 #: What is left open that matters where all of it does, in the noise of a reading; and its root square sum over all
 #: corners from which on it does: a fault that is shaped as half of it would show by four deviations.
 SEEN, TOGETHER = 0.2, 8.0
+#: Noise of what was computed, as a share of the largest rate: it hides nothing, and tells nothing.
+COMPUTED = 1e-9
 #: Rows around a bend, and the times by which it is sharper than is usual there, and in all of the run: the noise of an
 #: angle makes one row in 10^7 so sharp.
 AROUND, SHARP = 61, 8.0
@@ -83,16 +85,21 @@ def cornering(recording: Recording, target: str, run: int, known: tuple[Rejected
     if rates is None or not np.ptp(rates):
         return ()
     both = _beside(channel.values, rates)
-    edges = _edges(recording, both)
-    left_open = _left_open(both, edges[0])
-    bent = left_open > SEEN
+    if both.noise < COMPUTED * float(np.abs(both.u).max()):
+        return ()
     taken = np.zeros(len(recording), bool)
     for one in known:
         taken[one.start : one.stop] |= one.run == run
-    corners = _corners(both, bent | edges[1], stretches(bent & ~edges[1] & ~taken))
+    # Of a jump the seven readings around a row know more rows than those within which it is.
+    beside = np.asarray(maximum_filter1d(taken, 2 * REACH + 1), bool)
+    edges = _edges(recording, both)
+    left_open = _left_open(both, edges[0] | taken)
+    bent = left_open > SEEN
+    corners = _corners(both, bent | edges[1] | beside, stretches(bent & ~edges[1] & ~beside))
     if np.linalg.norm([left_open[a:b].max() for a, b in corners]) < TOGETHER:
         corners = []
-    rows = [(a, b, CORNER) for a, b in corners] + [(a, b, EDGE) for a, b in stretches(edges[1] & ~taken)]
+    corners += stretches(beside & ~taken)
+    rows = [(a, b, CORNER) for a, b in corners] + [(a, b, EDGE) for a, b in stretches(edges[1] & ~beside)]
     if sum(b - a for a, b, _ in rows) > MOST_BENT * len(recording):
         return ()
     return tuple(RejectedRows(target, run, a, b, reason, "ramp") for a, b, reason in sorted(rows))
