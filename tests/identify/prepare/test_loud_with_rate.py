@@ -36,12 +36,13 @@ def test_slow_noise_that_goes_with_the_rate_is_seen(seed: int) -> None:
     assert asked("none", seed) > 1e-3  # false alarm 1e-3 each
 
 
-def test_a_lag_and_a_line_have_a_name_without_a_size_and_a_step_has_none() -> None:
-    """A step of a third of its deviation was named beside a walk, and says nothing of the bias."""
+def test_a_lag_and_a_line_have_a_name_without_a_size_and_a_law_of_the_bias_has_none() -> None:
+    """A step of a third of its deviation was named beside a walk, and a drift of a fourteenth."""
     sized = {
         "bias_step": True,
-        "bias_drift": False,
-        "bias_temperature:1": False,
+        "bias_drift": True,
+        "bias_temperature:1": True,
+        "bias_temperature:2": False,  # its coefficients are told together alone
         "scale_factor": True,
         "scale_factor_cubic": True,
         "timing_skew": False,
