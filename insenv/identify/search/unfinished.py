@@ -13,7 +13,8 @@
   rows, the held-out ones too. Beside a reference: one of the bias that all rows tell.
 * A bias of a unit at rest that is not the same in its runs.
 * A step of a unit at rest that noise which does not jump would make less than once in a thousand times.
-* Tones at multiples of one frequency: one wave that is no sine, and has a cause that no tone names.
+* Tones at multiples of one frequency: one wave that is no sine, and has a cause that no tone names. Tones nearer than
+  two lines are: one whose amplitude swings.
 * A curve without a cause beside effects that have one.
 * What is beyond all doubt, and would be of a size that its effect cannot have: another cause is there.
 * What would explain far better than an effect that was added, of a size that it cannot have.
@@ -32,7 +33,6 @@ from collections.abc import Mapping
 import numpy as np
 
 from insenv.core.quantities import unit_for
-from insenv.core.recording import Floats
 from insenv.effects.base import Effect, MemoryEffect
 from insenv.effects.spline import SplineTime
 from insenv.identify.clean.doubtful import shortest_agreeing
@@ -51,6 +51,7 @@ from insenv.identify.search.artefacts.reference_errors import log_p_alone
 from insenv.identify.search.artefacts.rounded import log_p_unrounded
 from insenv.identify.search.candidates import law_of_motion, turns_few_waves
 from insenv.identify.search.jumps import is_step
+from insenv.identify.search.one_wave import frequencies, swinging, wave
 from insenv.identify.search.round import against
 from insenv.identify.search.scan import Hit
 from insenv.identify.search.settle import REPEATED, times
@@ -81,11 +82,6 @@ ONE_CURVE, LEAST_BINS = 0.95, 32
 MANY_CHANGES, ODDS, FEWEST_CHANGES, SURE, SELDOM, BENDS, AT_REST = 4, 3e3, 2, 1e5, 0.1, 1e5, 1e6
 #: Fewest means in which they are looked for.
 FEWEST_SLOW = 100
-#: Tones at multiples of one frequency that are no chance.
-MOST_BY_CHANCE = 2
-#: Waves in the fitted time of a frequency whose multiples are not just any frequencies, and how far off a multiple may
-#: be, in waves in the fitted time. Two unrelated tones are multiples of a third in less than one case in a hundred.
-LEAST_WAVES, OFF = 10.0, 0.3
 
 
 def unfinished(track: Track, alpha: float) -> tuple[str, ...]:
@@ -335,36 +331,22 @@ def _jumping(track: Track, alpha: float) -> tuple[str, ...]:
 
 
 def _waves(track: Track) -> tuple[str, ...]:
-    """Tones that are one wave."""
-    found = np.array([s.hit.term.shape[0] for s in track.steps if s.hit.candidate.effect.line])
-    base = wave(found, _span(track.problem))
-    if base is None:
+    """Tones that are one wave, or one line."""
+    tones = tuple(s.hit.term.shape[0] for s in track.steps if s.hit.candidate.effect.line)
+    span = _span(track.problem)
+    found = frequencies(tones, track.prepared.lines, span)
+    base, near = wave(found, span), swinging(found)
+    if base is not None:
+        return (
+            f"{len(found)} tones are multiples of {base:.4g} Hz: one wave that is no sine, whose cause is not named",
+        )
+    if near is None:
         return ()
-    return (f"{len(found)} tones are multiples of {base:.4g} Hz: one wave that is no sine, whose cause is not named",)
-
-
-def wave(frequencies: Floats, span: float) -> float | None:
-    """The frequency of which all are multiples [Hz], of frequencies known to a fraction of 1 / ``span`` [1/s].
-
-    None where there are too few to tell, or they have none.
-    """
-    if len(frequencies) <= MOST_BY_CHANCE:
-        return None
-    for part in (1, 2, 3):
-        base, last = float(frequencies.min()) / part, float(part)
-        if base * span >= LEAST_WAVES and _all_multiples(frequencies, base, last, OFF / span):
-            return base
-    return None
-
-
-def _all_multiples(frequencies: Floats, base: float, last: float, off: float) -> bool:
-    """Whether all are multiples of ``base``, which is known as well as its multiple ``last``; ``off`` in Hz."""
-    for frequency in np.sort(frequencies):
-        times = float(np.rint(frequency / base))
-        if abs(frequency - times * base) > min(off * max(1.0, times / last), 0.25 * base):
-            return False
-        base, last = frequency / times, times
-    return True
+    low, high = near
+    return (
+        f"tones at {low:.5g} and {high:.5g} Hz are as near as one line is whose amplitude swings in "
+        f"{1 / (high - low):.2g} s: not told from two",
+    )
 
 
 def _span(problem: Problem) -> float:

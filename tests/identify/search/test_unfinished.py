@@ -11,8 +11,9 @@ from simulated_runs import FITTED, closed, gyro_run, manifest, use
 from insenv.core.recording import Channel, Floats, Recording
 from insenv.effects.catalogue import by_key
 from insenv.identify.loop import trace
+from insenv.identify.search.one_wave import wave
 from insenv.identify.search.round import search
-from insenv.identify.search.unfinished import unfinished, wave
+from insenv.identify.search.unfinished import unfinished
 
 SPAN = 3600.0
 

@@ -34,7 +34,7 @@ def line_effects(
     ``finer`` is the length of the bins in which lines were looked for, where those of the problem are longer [s].
     """
     width = finer or problem.bins.width
-    return tuple(_effect(group, problem, before, after, width) for group in _merged(lines))
+    return tuple(_effect(group, problem, before, after, width) for group in merged(lines))
 
 
 def hold_effect(hold: Hold, before: float, after: float) -> Added:
@@ -110,7 +110,7 @@ def rounding_effect(step: float, p_value: float, problem: Problem, before: float
     )
 
 
-def _merged(lines: tuple[Line, ...]) -> tuple[tuple[Line, ...], ...]:
+def merged(lines: tuple[Line, ...]) -> tuple[tuple[Line, ...], ...]:
     """Lines of several runs that are one line, strongest first; at most one per run."""
     groups: list[list[Line]] = []
     for line in sorted(lines, key=lambda x: -x.amplitude):
