@@ -50,6 +50,9 @@ TELLS, HALF, PART = 3.0, 0.5, 48
 #: Share of the motion that must be left in the rows looked at: where jumps and ramps were left out, what is beside them
 #: is what smoothing makes of the reference.
 LEAST_MOTION = 0.5
+#: Fewest renewals that tell a hold. A jump that comes late by some rows is that late by a hold of every length with the
+#: phase that fits, two by a hold of many lengths, and of each further one a hold of k rows makes one of k delays.
+RENEWALS = 4.0
 #: Share of what a hold of that time makes at other phases that it must make at its own.
 SHOWN = 0.1
 #: Share of what is left beyond noise where it stands that it must take.
@@ -121,7 +124,8 @@ def find_hold(recordings: tuple[Recording, ...], spans: tuple[slice, ...], probl
         if look.hold is not None:
             hold = _of_all_runs(look.hold, run, recordings, spans, problem, model)
             if (
-                _shows(view, look.hold)
+                _renewals(view, look.hold) >= RENEWALS
+                and _shows(view, look.hold)
                 and _takes_all(view, look.hold)
                 and _beside_delays(view, look.hold)
                 and _recurs(hold, recordings, spans, problem, model)
@@ -189,6 +193,20 @@ def aligned(recording: Recording, exposure: Exposure) -> Exposure:
     else:
         edges = np.interp(motion.t - motion.lag, motion.t, before_mean(exposure.u, motion.rate_edges, motion)[1])
     return replace(exposure, u=u, motion=replace(motion, rate=u, rate_edges=edges, lag=0.0, window=0.0))
+
+
+def _renewals(view: _View, hold: Hold) -> float:
+    """How many renewals tell a hold: (sum w)^2 / sum w^2 of what it makes in each.
+
+    A table that stands but for two jumps, and a clock that runs off, were a hold of four rows with 1e-48.
+    """
+    dt = view.exposure.motion.dt
+    ratio, phase = hold.hold / dt, hold.phases[0] / dt
+    search = _Search(view.exposure, view.cells, view.q, view.left)
+    made = _outside(view.q, search.change(ratio, phase)) ** 2
+    count = np.floor((view.cells[1:] + phase) / ratio).astype(np.int64)
+    each = np.bincount(count - count[0], made)
+    return float(np.sum(each) ** 2 / np.sum(each**2)) if np.any(each) else 0.0
 
 
 def _shows(view: _View, hold: Hold) -> bool:

@@ -189,3 +189,19 @@ def test_what_smoothing_of_an_angle_leaves_of_jumps_is_no_hold(seed: int) -> Non
     }
     found = prepared(with_reference(Recording(dt * np.arange(1.0, n + 1), channels, label="run")))
     assert found.held.hold is None
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_two_jumps_that_come_late_by_different_times_are_no_hold(seed: int) -> None:
+    """A clock runs off beside a table that stands but for its jumps: stated as a hold of four rows with 1e-48."""
+    dt, rows, rng = 0.02, 2500, np.random.default_rng(seed)
+    row = np.arange(rows)
+    rate: Floats = np.where((row >= 999) & (row < 1249), 0.17, 0.0)
+    late: Floats = np.where((row >= 1000) & (row < 1252), 0.17, 0.0)  # by one row, and by three
+    gyro: Floats = late + 5e-3 * rng.standard_normal(rows)
+    channels = {
+        "gyro": Channel(gyro, "rad/s", "interval"),
+        "table_rate": Channel(rate, "rad/s", "interval", source="command"),
+    }
+    found = prepared(Recording(dt * np.arange(1.0, rows + 1), channels, label="run"))
+    assert found.held.hold is None
