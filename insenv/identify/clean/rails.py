@@ -6,7 +6,8 @@ thins out), and what was to be read lies beyond it:
 * where the table's rate u is known, the line a + b u through the other rows is beyond the rail in the rows at it, and
   twice as many rows as at the values next to it will do: of a minute of a robot's turns a rail has 17 rows;
 * beside a table's rate that is noisy or late the reading stands at the rail while the table moves, for many times
-  longer than it stands anywhere else in fast motion;
+  longer than it stands anywhere else in fast motion, and again longer than there: a logger that loses rows for once
+  repeats the value that it had, and in a fast motion that is the largest one;
 * where it is not known, the rows before and after a stretch at the rail head for values beyond it.
 
 A coarse reading that stands still at its highest dwell does neither. Rows at a rail are left out with what lies between
@@ -197,13 +198,13 @@ def _moves(asked: Floats, at: Mask, values: Floats) -> bool:
 
 
 def _stands(values: Floats, at: Mask, free: Mask, value: float) -> bool:
-    """Whether a reading stands at a rail far longer than at any other value of fast motion."""
+    """Whether a reading stands at a rail far longer than at any other value of fast motion, and longer once more."""
     middle = float(np.median(values))
     fast = free & (np.abs(values - middle) > FAST * abs(value - middle))
-    longest = max((b - a for a, b in stretches(at)), default=0)
+    again, longest = sorted([0, 0, *(b - a for a, b in stretches(at))])[-2:]
     same = (np.diff(values) == 0) & fast[1:]
     other = 1 + max((b - a for a, b in stretches(same)), default=0)
-    return longest >= max(STANDS, LONGER * other)
+    return longest >= max(STANDS, LONGER * other) and again > other
 
 
 def _heads_beyond(values: Floats, at: Mask, value: float, side: float, step: float) -> bool:

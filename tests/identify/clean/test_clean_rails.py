@@ -83,6 +83,19 @@ def test_a_gyro_that_clips_beside_a_late_and_noisy_reference_has_rails(step: flo
     assert found == {True, False}
 
 
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_reading_that_is_repeated_for_once_in_fast_motion_is_no_rail(seed: int) -> None:
+    """A logger lost eleven rows. Of 3000 rows of a gyro no two have the same value by chance but in one of 10^9."""
+    t = 0.02 * np.arange(3000)
+    u = 1.1 * np.sin(2 * np.pi * 0.41 * t + seed) + 0.5 * np.sin(2 * np.pi * 0.67 * t)
+    one = beside_a_late_encoder(u, 9.0, 0.0, seed)
+    values = one.channels["gyro"].values.copy()
+    top = int(values[:-20].argmax())
+    values[top : top + 11] = values.max()
+    again = Recording(one.t, {**one.channels, "gyro": Channel(values, "rad/s")})
+    assert find_rails((again,), "gyro") == ()
+
+
 def of_a_robot(top: float, seed: int) -> Recording:
     """A minute of a robot's gyro, rounded as 16.4 counts per deg/s are, beside its wheels: few turns are fast."""
     rng, t = np.random.default_rng(seed), 0.1 * np.arange(1.0, 701.0)
