@@ -10,9 +10,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.stats import chi2, norm
-from simulated_runs import FITTED, gyro_run, manifest, use
+from simulated_runs import FITTED, closed, gyro_run, manifest, use
 
-from insenv.core.recording import Floats
+from insenv.core.recording import Channel, Floats, Recording
 from insenv.effects.angle import AngleLockedRate
 from insenv.effects.catalogue import CATALOGUE, by_key
 from insenv.effects.rate.threshold import DeadBand
@@ -246,6 +246,27 @@ def test_what_loses_a_part_of_the_low_rates_is_no_dead_band(share: float, is_one
     assert "lose 0.3 % of" in DeadBand().contradiction(bend)
     (d,) = DeadBand().consistent(bend)
     assert not DeadBand().contradiction(np.array([bend[0], d]))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_dead_band_that_is_named_is_one_by_what_is_told_of_it(seed: int) -> None:
+    """Of rates all above the threshold the depth alone is told: with it stood a threshold that contradicts it.
+
+    A depth off by 4 deviations is one of 16 000.
+    """
+    rng, n = np.random.default_rng(seed), 6000
+    rate: Floats = np.repeat(rng.choice([-1.0, 1.0], 60) * rng.uniform(0.25, 1.0, 60), 100)
+    gyro: Floats = rate - 0.02 * np.sign(rate) + 3e-3 * rng.standard_normal(n)
+    channels = {
+        "gyro": Channel(gyro, "rad/s", "interval"),
+        "table_rate": Channel(rate, "rad/s", "interval", source="command"),
+    }
+    run = Recording(0.1 * np.arange(1.0, n + 1), channels, label="run")
+    (target,) = closed(run, manifest(), catalogue=(by_key("dead_band"),)).targets
+    (found,) = target.added
+    c, d = found.parameters
+    assert abs(c.value - 0.02) < 4 * c.sd
+    assert 0.24 * d.value < c.value and d.sd > d.value  # below the least rate nothing tells the threshold
 
 
 @pytest.mark.parametrize("reference", ["command", "exact", "noisy"])
