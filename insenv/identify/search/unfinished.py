@@ -35,6 +35,7 @@ import numpy as np
 from insenv.core.quantities import unit_for
 from insenv.effects.base import Effect, MemoryEffect
 from insenv.effects.spline import SplineTime
+from insenv.effects.timing import TimingSkew
 from insenv.identify.clean.doubtful import shortest_agreeing
 from insenv.identify.clean.plausibility import INCREDIBLE
 from insenv.identify.findings import BY_SIGNS, Estimate
@@ -66,10 +67,15 @@ from insenv.identify.search.unit.turn_on import turned_on_anew
 _BESIDE_THE_REFERENCE = (
     "beside errors of the reference (a filter, another axis that leaks in) which may make one as large, of either sign"
 )
+#: Why a law has no name, and why a skew has none.
+_UNSIZED = "its size is not told beside errors of the reference"
+UNSIGNED = "not even the sign of the lag is told"
 _BY_ITS_DEVIATION = "by a deviation that holds what the form of its curve and errors of the reference leave open"
 
 #: Stated deviations from nothing below which a law of a rate that was measured has no name, nor a step or a warm-up.
 HELD = 2.0
+#: The same of a skew: of half a deviation the other sign has 0.31.
+SIGN = 0.5
 #: What is far beyond the level: so many times less likely; and a probability that leaves no doubt.
 FAR, CERTAIN = 10.0, 1e-6
 #: How many times as long as was chosen means are that tell a gain of their own.
@@ -206,21 +212,24 @@ def untold(track: Track, own: Mapping[Term, tuple[Estimate, ...]]) -> tuple[str,
 def nothing_as_well(track: Track, own: Mapping[Term, tuple[Estimate, ...]]) -> tuple[Step, str] | None:
     """A law of a unit that turns whose stated deviations hold nothing as well, and why; None where there is none.
 
-    Of an error of the reference, which may be as large, it is not told: it is said, and has no name. A skew has one:
-    that there is a lag is certain, only its form is not. Nor has a slow change of the bias one: a step of a third of
-    its deviation was named with a walk as its rival, a drift of a fourteenth, and they say nothing about the bias.
+    Of an error of the reference, which may be as large, it is not told: it is said, and has no name. Nor has a slow
+    change of the bias one: a step of a third of its deviation was named with a walk as its rival, a drift of a
+    fourteenth, and they say nothing about the bias. A skew has one, for that there is a lag is certain and only its
+    form is not, unless not even its sign is told.
     """
     for step in track.steps:
-        if step.together or not track.problem.turns or not _has_a_size(step.hit.candidate.effect):
+        effect = step.hit.candidate.effect
+        if step.together or not track.problem.turns or not (_has_a_size(effect) or isinstance(effect, TimingSkew)):
             continue
-        sizes = {param.name for param in step.hit.candidate.effect.linear}
+        held = SIGN if isinstance(effect, TimingSkew) else HELD
+        sizes = {param.name for param in effect.linear}
         rows = [row for row in own.get(step.hit.term, ()) if row.parameter in sizes and row.sd > 0]
         best = max(rows, key=lambda row: abs(row.value) / row.sd, default=None)
-        if best is None or not 0 < abs(best.value) < HELD * best.sd:
+        if best is None or not 0 < abs(best.value) < held * best.sd:
             continue
         off = f"{abs(best.value) / best.sd:.2g} standard deviations from nothing"
         told = unit_for(best.unit, best.value).show_with_sd(best.value, best.sd)
-        return step, f"its size is not told beside errors of the reference: {told}, {off}"
+        return step, f"{UNSIGNED if isinstance(effect, TimingSkew) else _UNSIZED}: {told}, {off}"
     return None
 
 
@@ -390,8 +399,9 @@ def _by_another_rate(track: Track) -> tuple[str, ...]:
 
 
 def _without_a_name(track: Track) -> tuple[str, ...]:
-    """What was added and has no name: laws of the rate that came more than once, and what noise gives as often."""
-    gone = [(r.hit, r.reason) for r in track.refusals if r.reason == REPEATED or r.reason.startswith(BY_SIGNS)]
+    """What was added and has no name: laws of the rate that came more than once, what noise gives as often, any lag."""
+    said = (REPEATED, BY_SIGNS, UNSIGNED)
+    gone = [(r.hit, r.reason) for r in track.refusals if r.reason.startswith(said)]
     rates = (s.hit for s in track.steps if s.hit.candidate.effect.of_rate)
     twice = [(hit, REPEATED) for hit in rates if times(track, hit.candidate.effect.key) > 1]
     return tuple(dict.fromkeys(f"{_what(hit)} follows the data, but {why}" for hit, why in (*gone, *twice)))

@@ -10,10 +10,12 @@ from simulated_runs import FITTED, closed, gyro_run, manifest, use
 
 from insenv.core.recording import Channel, Floats, Recording
 from insenv.effects.catalogue import by_key
+from insenv.identify.fit.uncertainty import estimates
 from insenv.identify.loop import trace
 from insenv.identify.search.one_wave import wave
 from insenv.identify.search.round import search
-from insenv.identify.search.unfinished import unfinished
+from insenv.identify.search.settle import dropped
+from insenv.identify.search.unfinished import nothing_as_well, unfinished
 
 SPAN = 3600.0
 
@@ -101,3 +103,21 @@ def test_what_is_certain_with_a_size_that_no_such_effect_has_is_a_doubt_of_its_o
     assert reason.startswith("lock_in would explain more") and "W_L_squared" in reason
     unsure = replace(track, last_physical=(replace(hit, incredible=4.0),))
     assert not any("another cause" in reason for reason in unfinished(unsure, 0.01))
+
+
+@pytest.mark.parametrize(("deviations", "named"), [(0.4, False), (0.6, True)])
+def test_a_lag_of_which_not_even_the_sign_is_told_has_no_name(deviations: float, named: bool) -> None:
+    """That there is one is certain; of 0.4 of its deviation from nothing the other sign has 0.34."""
+    run = gyro_run("sine", 5, duration=300.0, noise={"angle_random_walk": 1e-4})
+    gyro, u = run.recording.channels["gyro"], run.motion.rate
+    t = 0.1 * np.arange(len(u))
+    late = replace(gyro, values=gyro.values + np.interp(t - 0.1, t, u) - u)
+    recording = replace(run.recording, channels={**run.recording.channels, "gyro": late})
+    (track,) = trace(manifest(), (recording,), (use(len(u)),), (by_key("timing_skew"),)).tracks
+    own = estimates(track.problem, track.fit)
+    wide = {term: tuple(replace(row, sd=abs(row.value) / deviations) for row in rows) for term, rows in own.items()}
+    weak = nothing_as_well(track, wide)
+    assert (weak is None) == named
+    if weak is not None:
+        (reason,) = (r for r in unfinished(dropped(track, *weak), 0.01) if "not even the sign" in r)
+        assert reason.startswith("timing_skew follows the data")
