@@ -57,6 +57,8 @@ PARTS, AWAY = 5, 3.0
 RESOLVED = 0.45
 #: Share of its frequency by which a line moves whose phase does not hold.
 MOVES = 0.02
+#: Deviations of a line's frequency within which it is one that is known: half of a hump is no other line.
+APART = 2.0
 #: Share of the samples' variance from which a line that longer means leave out is told.
 LEAST_SHARE = 0.01
 #: Share of the data that whole means must leave.
@@ -141,7 +143,7 @@ def unnamed(problem: Problem, lines: tuple[Line, ...], known: tuple[float, ...])
         for line in lines
         if line.share > LEAST_SHARE
         and line.frequency > max(FEWEST_CYCLES / longest, SAME_LINE / WIDEST)
-        and not any(abs(line.frequency - f) < max(SAME_LINE, line.frequency_sd) for f in known)
+        and not any(abs(line.frequency - f) < max(SAME_LINE, APART * line.frequency_sd) for f in known)
     )
 
 

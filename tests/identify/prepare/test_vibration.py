@@ -20,8 +20,8 @@ from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Term
 from insenv.identify.prepare.problems import prepare
 from insenv.identify.prepare.samples import humps, sample_spectrum
-from insenv.identify.prepare.spectral.lines import BETWEEN, FALSE_ALARM, heights, periodogram, with_others
-from insenv.identify.prepare.vibration import affordable, averaged, doublings, is_folded
+from insenv.identify.prepare.spectral.lines import BETWEEN, FALSE_ALARM, Line, heights, periodogram, with_others
+from insenv.identify.prepare.vibration import affordable, averaged, doublings, is_folded, unnamed
 
 RATE, DURATION = 100.0, 150.0
 WHITE = 1e-3
@@ -171,6 +171,14 @@ def test_lines_of_a_motor_are_named_though_short_means_have_no_wave_of_them(tmp_
 @pytest.mark.parametrize("seed", [15, 16, 17, 18])
 def test_a_motor_that_hums_in_a_band_has_no_line(tmp_path: Path, seed: int) -> None:
     assert closed(motor(seed, 0.0), tmp_path).added == ()
+
+
+def test_half_of_a_hump_that_has_a_name_is_no_other_line() -> None:
+    recording = Recording(T, {"gyro": Channel(hummed(0), "rad/s")}, label="run")
+    problem = prepare(manifest(), (recording,), (use(T.size),), "gyro").problem
+    found = Line(0, 7.76, 0.34, 0.0175, 1e-3, 0.0, steady=False, share=0.39, p_value=1e-9)
+    assert unnamed(problem, (found,), (8.2,)) == ()
+    assert [line.frequency for line in unnamed(problem, (found,), (8.5,))] == [7.76]
 
 
 def test_rows_lost_here_and_there_leave_the_longer_means(tmp_path: Path) -> None:
