@@ -3,6 +3,9 @@
 A line of the samples is looked for in rows that follow each other. Of a log that loses a row in ten no stretch without
 a gap is long: short gaps are bridged, each by a straight line between its neighbours, which follows what is slow, and
 has little of a fast line. What gaps make of a line, images beside it, is told by taking the line out: they go with it.
+
+A logger that stops to write goes on at another phase of its clock. So rows are counted from one to the next, and by
+what the clock has slipped they may stand off the even one, by less than moves a line that is not near half its rate.
 """
 
 from __future__ import annotations
@@ -17,8 +20,9 @@ from insenv.core.series.stretches import stretches
 from insenv.identify.prepare.spectral.lines import SAME_LINE, Line, find_lines
 
 #: A gap is bridged that is no longer than this share of the rows, and so many more; rows that must be there of a
-#: stretch, as a share, and how far from its place on the even clock a row may be, in periods.
-SHARE, MORE, PRESENT, OFF = 0.02, 8, 2 / 3, 0.1
+#: stretch, as a share; how far from its place on the even clock a row may be, in periods, by itself and with what the
+#: clock has slipped before.
+SHARE, MORE, PRESENT, OFF, SLIPPED = 0.02, 8, 2 / 3, 0.1, 0.35
 #: How many times as many rows a stretch with gaps must have as the longest without one.
 LONGER = 1.25
 
@@ -57,8 +61,10 @@ def rows_of(recording: Recording, wanted: NDArray[np.bool_]) -> Rows:
     breaks = np.flatnonzero(np.diff(places) > SHARE * len(index) + MORE) + 1
     best = max(np.split(np.arange(len(index)), breaks), key=len)
     at = places[best] - places[best[0]]
-    place = np.rint(at).astype(np.int64)
-    even = bool(np.all(np.diff(place) > 0)) and float(np.std(at - place)) < OFF
+    steps = np.rint(np.diff(at)).astype(np.int64)
+    place = np.concatenate([[0], np.cumsum(steps)])
+    by_itself, off = float(np.std(np.diff(at) - steps)) / np.sqrt(2), float(np.std(at - place))
+    even = bool(np.all(steps > 0)) and by_itself < OFF and off < SLIPPED
     if not even or len(best) < PRESENT * (place[-1] + 1) or len(best) < LONGER * len(alone.index):
         return alone
     return Rows(index[best], place)

@@ -14,6 +14,7 @@ from simulated_runs import closed, manifest
 
 from insenv.core.recording import Channel, Floats, Recording
 from insenv.identify.findings import Added
+from insenv.identify.prepare.spectral.lines import Line
 from insenv.identify.prepare.spectral.lost_rows import lines_of_rows, longest, rows_of
 
 DT, N = 0.01, 6000
@@ -103,3 +104,40 @@ def test_a_line_is_one_tone_where_it_is(
 def test_noise_has_none(kept: Callable[[int], Kept]) -> None:
     """Ten recordings, 1e-2 each: more than one has a line with the probability 4e-3."""
     assert sum(bool(tones(logged(kept(seed), seed))) for seed in range(10, 20)) <= 1
+
+
+def slipping(seed: int, line: float) -> Recording:
+    """A gyro whose logger writes after each hundred rows and goes on at another phase; a line on for a third of time.
+
+    The rows stand up to half a row off an even clock, by what the clock has slipped until then.
+    """
+    rng, n = np.random.default_rng([seed, 2]), 1800
+    pauses = (np.arange(n) % 100 == 0) * (3 + 0.12 * rng.standard_normal(n))
+    t = DT * (np.arange(n) + np.cumsum(pauses))
+    t = t - DT * 0.2 * np.sin(2 * np.pi * t / t[-1])
+    on = (t / 4.0) % 1 < 0.35
+    y = np.deg2rad(rng.standard_normal(n) + line * on * np.cos(2 * np.pi * 12.29 * t) + 3.0)
+    return Recording(t, {"gyro": Channel(y, "rad/s")})
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_logger_that_slips_has_lines(seed: int) -> None:
+    """Of a fault that comes and goes "nothing significant" was said: the longest stretch without a gap has 100 rows."""
+    recording = slipping(seed, 2.0)
+    rows = rows_of(recording, np.ones(len(recording), bool))
+    assert len(rows.index) == len(recording)
+    found = lines(recording)
+    assert found and found[0].frequency == pytest.approx(12.29, abs=0.15)
+    assert lines(slipping(seed, 0.0)) == ()  # each may be wrong with 1e-4
+
+
+def lines(recording: Recording) -> tuple[Line, ...]:
+    rows = rows_of(recording, np.ones(len(recording), bool))
+    return lines_of_rows(rows, recording.t, recording.dt, recording.channels["gyro"].values, 0.0, 0, 0.5)
+
+
+def test_rows_at_any_time_are_not_bridged() -> None:
+    t = np.sort(np.random.default_rng(5).uniform(0.0, 30.0, 3000))
+    recording = Recording(t, {"gyro": Channel(np.zeros(3000), "rad/s")})
+    wanted = np.ones(3000, bool)
+    assert len(rows_of(recording, wanted).index) == longest(recording, wanted).stop - longest(recording, wanted).start
