@@ -21,6 +21,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from insenv.effects.timing import TimingSkew
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import Problem
 from insenv.identify.search.all_rows import at_all_times, whole_of
@@ -31,6 +32,7 @@ from insenv.identify.search.round import by_fit_alone, no_law, with_term
 from insenv.identify.search.scan import Hit, Reference, largest_statistic, reference
 from insenv.identify.search.size import unsized
 from insenv.identify.search.tracks import Track
+from insenv.identify.search.unfinished import UNSIGNED
 
 #: Probability, all that was tried paid for, and deviations of a coefficient from which on an effect is a doubt.
 CERTAIN, MANY = 1e-3, 6.0
@@ -66,12 +68,19 @@ def followers(track: Track, alpha: float, doubted: bool) -> tuple[str, ...]:
     near = [h for h in hits if h not in told and h.likelihood_ratio > best.likelihood_ratio - NEAR]
     near = sorted((h for h in near if log_p_alone(h) < math.log(alpha)), key=lambda h: -h.likelihood_ratio)
     others = sorted((h for h in told if h is not best), key=lambda h: -h.rank)
+    if _lag_is_said(track) and any(isinstance(h.candidate.effect, TimingSkew) for h in (best, *others, *near)):
+        return ()
     names = [h.candidate.effect.key for h in (*others, *near)[: MOST - 1]]
     also = f", each by itself {' and '.join(names)} as well" if names else ""
     return (
         f"{best.candidate.effect.key} explains all rows, the held-out ones too, better than noise does (p = "
         f"{best.p_value:.1g} among all that was tried){also}: not named, for no rows are left that could refuse it",
     )
+
+
+def _lag_is_said(track: Track) -> bool:
+    """Whether it was said that the reading is late by an amount of no sign: what that explains as well is no news."""
+    return any(refusal.reason.startswith(UNSIGNED) for refusal in track.refusals)
 
 
 def _all_fitted(track: Track) -> tuple[Problem, Fit]:

@@ -12,6 +12,7 @@ from insenv.core.recording import Channel, Floats, Recording
 from insenv.effects.catalogue import by_key
 from insenv.identify.fit.uncertainty import estimates
 from insenv.identify.loop import trace
+from insenv.identify.search.followers import followers
 from insenv.identify.search.one_wave import wave
 from insenv.identify.search.round import search
 from insenv.identify.search.settle import dropped
@@ -119,5 +120,8 @@ def test_a_lag_of_which_not_even_the_sign_is_told_has_no_name(deviations: float,
     weak = nothing_as_well(track, wide)
     assert (weak is None) == named
     if weak is not None:
-        (reason,) = (r for r in unfinished(dropped(track, *weak), 0.01) if "not even the sign" in r)
+        without = dropped(track, *weak)
+        (reason,) = (r for r in unfinished(without, 0.01) if "not even the sign" in r)
         assert reason.startswith("timing_skew follows the data")
+        assert followers(replace(without, refusals=()), 0.01, doubted=True)
+        assert followers(without, 0.01, doubted=True) == ()  # it was said
