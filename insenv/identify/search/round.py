@@ -16,6 +16,7 @@ from insenv.effects.base import CurveEffect, Effect, MemoryEffect
 from insenv.effects.rate.scale import ScaleFactor
 from insenv.effects.timing import SampleHold
 from insenv.effects.tone import Tone
+from insenv.identify.clean.holds import RENEWALS
 from insenv.identify.clean.settling import only_time
 from insenv.identify.fit.evidence import held_out_deviate, joint_deviate, log_tail
 from insenv.identify.fit.gls import Fit, solve
@@ -150,6 +151,7 @@ def _no_law_of_any_size(problem: Problem, fit: Fit, base: Reference, larger: Fit
     return (
         _over_at_once(term, problem.unit)
         or _leads(larger)
+        or seldom_renewed(problem, term)
         or _counts(problem, larger)
         or _finer_than_steps(problem, larger)
         or folded(problem, larger)
@@ -267,6 +269,17 @@ def _leads(fit: Fit) -> str:
     gain = 1 + sum(theta[term == j].sum() for j, one in enumerate(fit.model) if isinstance(one.effect, ScaleFactor))
     share = float(theta[term == len(fit.model) - 1][0])
     return f"its share would be {share:.2g} of a gain of {gain:.2g}: what leads is not held" if share * gain < 0 else ""
+
+
+def seldom_renewed(problem: Problem, term: Term) -> str:
+    """Why a hold is none: few renewals tell it, and jumps that come late by times of their own do; empty if many do."""
+    if not isinstance(term.effect, SampleHold):
+        return ""
+    made, bins = problem.columns(term)[:, 0] ** 2, problem.bins
+    _, each = np.unique(np.column_stack([bins.run, bins.time // term.shape[0]]), axis=0, return_inverse=True)
+    power = np.bincount(each.ravel(), np.where(bins.held_out, 0.0, made))
+    told = float(power.sum() ** 2 / np.sum(power**2)) if power.any() else 0.0
+    return f"it would be told by {told:.2g} renewals: jumps that come late do that" if told < RENEWALS else ""
 
 
 def at_shape(problem: Problem, fit: Fit, base: Reference, hit: Hit, term: Term) -> Hit:

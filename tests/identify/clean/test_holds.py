@@ -19,7 +19,7 @@ from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Term
 from insenv.identify.prepare.problems import Prepared, prepare
 from insenv.identify.search.candidates import candidates
-from insenv.identify.search.round import search
+from insenv.identify.search.round import search, seldom_renewed
 
 MOVING = ("staircase", "reversal", "sine")
 NOISE = {"angle_random_walk": 0.5 * DEG_PER_HOUR}
@@ -191,17 +191,29 @@ def test_what_smoothing_of_an_angle_leaves_of_jumps_is_no_hold(seed: int) -> Non
     assert found.held.hold is None
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_two_jumps_that_come_late_by_different_times_are_no_hold(seed: int) -> None:
-    """A clock runs off beside a table that stands but for its jumps: stated as a hold of four rows with 1e-48."""
+def late_jumps(seed: int) -> Recording:
+    """Two jumps of a table, of which a gyro shows one a row late and the other one three rows."""
     dt, rows, rng = 0.02, 2500, np.random.default_rng(seed)
     row = np.arange(rows)
     rate: Floats = np.where((row >= 999) & (row < 1249), 0.17, 0.0)
-    late: Floats = np.where((row >= 1000) & (row < 1252), 0.17, 0.0)  # by one row, and by three
+    late: Floats = np.where((row >= 1000) & (row < 1252), 0.17, 0.0)
     gyro: Floats = late + 5e-3 * rng.standard_normal(rows)
     channels = {
         "gyro": Channel(gyro, "rad/s", "interval"),
         "table_rate": Channel(rate, "rad/s", "interval", source="command"),
     }
-    found = prepared(Recording(dt * np.arange(1.0, rows + 1), channels, label="run"))
-    assert found.held.hold is None
+    return Recording(dt * np.arange(1.0, rows + 1), channels, label="run")
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_two_jumps_that_come_late_by_different_times_are_no_hold(seed: int) -> None:
+    """A clock runs off beside a table that stands but for its jumps: stated as a hold of four rows with 1e-48."""
+    assert prepared(late_jumps(seed)).held.hold is None
+
+
+def test_nor_are_they_in_means_of_rows() -> None:
+    few = prepare(manifest(), (late_jumps(0),), (use(2500),), "gyro", holds=False).problem
+    many = prepared(run("sine", 5).recording).problem
+    for problem, hold, told in ((few, 0.08, False), (many, 0.5, True)):
+        why = seldom_renewed(problem, Term(by_key("sample_hold"), (hold,)))
+        assert ("renewals" in why) is not told
