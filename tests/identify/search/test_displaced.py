@@ -35,8 +35,8 @@ def test_no_curve_displaces_a_dead_band_that_explains_more() -> None:
 
 
 @pytest.mark.parametrize("corner", [0.0, 4e-3])
-def test_a_corner_of_the_scale_factor_is_no_cube_alone(tmp_path: Path, corner: float) -> None:
-    """From half of the largest rate on the gain is larger, which a dead band of a hundredth fits better than a cube."""
+def test_a_knee_of_the_scale_factor_is_no_cube_and_no_dead_band(tmp_path: Path, corner: float) -> None:
+    """From half of the largest rate on the gain is larger: a dead band of a hundredth fits that as well as the knee."""
     dt, top = 0.05, 0.5
     levels = top * np.concatenate([np.arange(1, 7), np.arange(-6, 0)]) / 6
     rate = np.repeat(np.tile(levels, 3), 160)
@@ -44,6 +44,6 @@ def test_a_corner_of_the_scale_factor_is_no_cube_alone(tmp_path: Path, corner: f
     gyro = rate * 1.002 + corner * np.sign(rate) * np.maximum(np.abs(rate) - top / 2, 0)
     gyro += 3e-4 * np.random.default_rng(1).standard_normal(len(t))
     found = closed_rate_file(tmp_path, t, gyro, rate)
-    said = [reason for reason in found.reasons if "would explain far more" in reason]
-    assert bool(said) is bool(corner)
+    assert [one.effect for one in found.added] == (["scale_factor_knee"] if corner else [])
+    assert not any("would explain far more" in reason for reason in found.reasons)
     assert (found.verdict == "nothing-significant") is not bool(corner)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 from simulated_runs import closed, manifest
 
 from insenv.core.recording import Channel, Floats, Recording
@@ -12,7 +13,7 @@ from insenv.effects.catalogue import by_key
 from insenv.identify.findings import TargetFindings
 from insenv.identify.search.unfinished import gain_of_means
 
-ROWS, DT, WHITE, NOISE = 1000, 0.05, 0.01, 2e-4
+ROWS, DT, WHITE, NOISE, FINE = 1000, 0.05, 0.01, 2e-4, 20
 TRIED = tuple(by_key(key) for key in ("timing_skew", "scale_factor", "scale_factor_asymmetry", "angle_locked_rate:1"))
 
 
@@ -22,10 +23,12 @@ def said(rng: np.random.Generator, asymmetry: float = 0.0, wave: float = 0.0, ar
     It reads ``asymmetry`` of the size of its rate more, and a ``wave`` of the angle [rad/s] that it turns by.
     """
     t: Floats = DT * np.arange(ROWS + 4.0)
-    fast = np.where(t > 0.6 * t[-1], 1.0, 0.15)
-    rate = fast * (np.sin(2 * np.pi * t / 3.1) + 0.6 * np.sin(2 * np.pi * t / 1.7))
-    angle = arc * np.cumsum(rate) * DT
-    u = np.gradient(angle, DT)
+    fine = DT / FINE * np.arange(FINE * (ROWS + 3) + 1.0)
+    fast = 0.15 + 0.85 * np.clip((fine - 0.6 * fine[-1]) / 2, 0, 1)
+    rate = arc * fast * (np.sin(2 * np.pi * fine / 3.1) + 0.6 * np.sin(2 * np.pi * fine / 1.7))
+    # A reading is that of its instant, not a difference of angles, which is less where the motion bends.
+    angle = cumulative_trapezoid(rate, fine, initial=0.0)[::FINE]
+    u = rate[::FINE]
     read = (u + asymmetry * np.abs(u) + wave * np.cos(angle))[3:-1] + WHITE * rng.standard_normal(ROWS)
     late = angle[:ROWS] + NOISE * rng.standard_normal(ROWS)
     channels = {"gyro": Channel(read, "rad/s"), "table_angle": Channel(late, "rad", source="encoder")}

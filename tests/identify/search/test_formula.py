@@ -156,10 +156,10 @@ def test_an_after_effect_is_tried_where_a_run_is_longer_than_any_filter_of_an_ou
     assert (AFTER_EFFECT in [one.effect.title for one in found]) == tried
 
 
-def test_a_characteristic_with_a_corner_is_a_curve_of_the_rate_and_no_dead_band(tmp_path: Path) -> None:
+def test_a_characteristic_with_a_corner_has_a_knee_and_no_dead_band(tmp_path: Path) -> None:
     """It was a dead band that loses some 1e-5 of the rates below it, and had no doubt."""
     (target,) = close(recorded(tmp_path, lambda u, warm: 4e-5 * np.sign(u) * np.maximum(np.abs(u) - 0.3, 0.0))).targets
-    assert [a.effect for a in target.added] == ["spline_rate"]
+    assert [a.effect for a in target.added] == ["scale_factor_knee"]
 
 
 def test_what_was_found_is_in_text_html_and_json(law: tuple[Path, Findings]) -> None:
