@@ -21,9 +21,8 @@ from insenv.data.turned_about import about_its_axis
 from insenv.effects.base import DrivenEffect, Effect, NoiseEffect
 from insenv.effects.catalogue import by_key, catalogue
 from insenv.identify.assemble import findings
-from insenv.identify.clean.clock import clock_cautions
 from insenv.identify.clean.common import common_mode, common_remarks
-from insenv.identify.clean.gains import gain_cautions
+from insenv.identify.clean.gains import clock_cautions, gain_cautions
 from insenv.identify.clean.motion import motion_cautions
 from insenv.identify.clean.plausibility import implausible, without_dead
 from insenv.identify.findings import Findings

@@ -1,12 +1,16 @@
-"""A fitted gain that no gyro has, where means over the whole record did not tell it: rows in bunches, lost or late.
+"""Fitted gains that need not be a gyro's: larger than any is, or as a clock would make it.
 
-Errors of a reference make a gain smaller, and none larger; stamps of a printing, not of a measurement, do.
+Errors of a reference make a gain smaller, and none larger; rows in bunches, lost or late, with stamps of a printing and
+not of a measurement, do, where means over the whole record did not tell it. And a gyro beside an angle, or turned from
+rest to rest, is integrated over the time that the rows are said to take: where that is wrong by a share, every gyro of
+the file has a scale factor of that share, and no instrument has it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
+from insenv.data.manifest.spec import Manifest
 from insenv.effects.rate.scale import ScaleFactor
 from insenv.identify.clean.plausibility import INCREDIBLE, SURE
 from insenv.identify.findings import Findings, TargetFindings
@@ -33,3 +37,17 @@ def _sentence(target: str, gain: float) -> str:
         "gyro is, though means over the whole record do not say so: check the unit, the range setting and the time "
         "stamps, which a printer or a serial port may have given."
     )
+
+
+def clock_cautions(manifest: Manifest, found: Findings) -> Mapping[str, tuple[str, ...]]:
+    """A caution for each gyro of which a scale factor was found, where the rate of the rows is but stated."""
+    time = manifest.channels.get("time")
+    integrated = manifest.procedure == "multi-position" or "table_angle" in manifest.channels
+    if time is None or time.rate is None or not integrated:
+        return {}
+    said = (
+        f"The rate of the rows is stated, {time.rate:.6g} Hz, and was not recorded: where it is wrong by a share, "
+        "every gyro has a scale factor of that share.",
+    )
+    gains = [t.target for t in found.targets if any(a.effect == ScaleFactor.id for a in t.added)]
+    return {target: said for target in gains if target.startswith("gyro")}
