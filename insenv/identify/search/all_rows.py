@@ -171,9 +171,10 @@ def of_rests(track: Track, seed: int = 0) -> AllRows | None:
 def is_of_bias(effect: Effect) -> bool:
     """Whether an effect is a slow change of the bias, a step of it, or goes with the temperature of the moment.
 
-    What remembers the temperature has shapes, of which one is like any slow noise.
+    In proportion: what remembers the temperature has shapes, and what bends with it orders, of which one is like any
+    slow noise.
     """
-    thermal = is_thermal(effect) and not (effect.of_rate or effect.shapes)
+    thermal = is_thermal(effect) and len(effect.params) == 1 and not effect.of_rate
     return effect.key in DRIFTS or is_step(effect) or thermal
 
 

@@ -60,7 +60,7 @@ from insenv.identify.search.size import LEAST, follows_measured_rate
 from insenv.identify.search.staying import Staying
 from insenv.identify.search.tracks import MOST_ADDED, Step, Track
 from insenv.identify.search.undecided import leaning, may_be_slow
-from insenv.identify.search.unit.one_box import DRIFTS
+from insenv.identify.search.unit.one_box import DRIFTS, is_thermal
 from insenv.identify.search.unit.other_gyros import follows_other_gyros
 from insenv.identify.search.unit.turn_on import turned_on_anew
 
@@ -239,7 +239,7 @@ def _has_a_size(effect: Effect) -> bool:
     Or is a law of the bias; but the coefficients of a polynomial of the temperature are told together alone.
     """
     gain = effect.part == "gain"
-    of_bias = is_of_bias(effect) and len(effect.linear) == 1
+    of_bias = (is_of_bias(effect) or is_thermal(effect)) and len(effect.linear) == 1
     return (gain or law_of_motion(effect) or of_bias) and not effect.generic and not effect.line
 
 
