@@ -3,6 +3,10 @@
 Rows lost here and there are an accident of the logging. Where most of a dwell is lost, the instrument has said nothing
 of it, and a model that fits the rest is no statement about it: that is a finding, with its cause. One event while the
 rate moves on is none: what is lost at one rate is a dwell, or more than one visit.
+
+What is lost where the table, on its way, points the same way again and again is its encoder's: a mark, a count too
+many. Of n events k pairs are within an angle of each other; with no cause in the angle, k is of Poisson about the share
+of all pairs of rows on the way that are.
 """
 
 from __future__ import annotations
@@ -11,6 +15,7 @@ from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import pdtrc
 
 from insenv.core.recording import Floats, Recording
 from insenv.core.series.stretches import stretches
@@ -24,6 +29,11 @@ RATES, TEMPERATURES = 40, 10
 LOST, LEAST = 0.5, 0.01
 #: Share of the largest rate below which a dwell that stands still is a dead band.
 DEAD = 0.25
+#: How near two events are at one angle [rad], pairs of them that tell it, and the probability below which they do.
+SAME_ANGLE, PAIRS, CHANCE = float(np.deg2rad(5)), 3, 1e-4
+#: Rows within which two stretches are one event, and before and after it, in which the table keeps its rate to a share
+#: of the largest; share of that from which on it is on its way.
+ONE_EVENT, KEPT, ON_ITS_WAY = 20, 0.1, 0.05
 #: What an experimenter calls it.
 WORDS = {"stuck": "equal values", "outlier": "outliers", "saturation": "clipped"}
 
@@ -58,6 +68,35 @@ def lost_temperatures(
     return tuple(_classes(kelvins, np.rint((kelvins - kelvins.min()) / span * TEMPERATURES).astype(int), mask))
 
 
+def at_one_angle(recordings: tuple[Recording, ...], rejected: tuple[RejectedRows, ...]) -> bool:
+    """Whether outliers come where the table, which keeps its rate, points the same way again."""
+    near, expected = 0, 0.0
+    for run, recording in enumerate(recordings):
+        if "table_angle" not in recording.channels or len(recording) < 3 * ONE_EVENT:
+            continue
+        angle: Floats = np.unwrap(recording.channels["table_angle"].values)
+        rate: Floats = (angle[ONE_EVENT:] - angle[:-ONE_EVENT]) / ONE_EVENT
+        at: Floats = angle[_events(_mask(len(angle), run, rejected, "outlier"), rate)]
+        turns = np.subtract.outer(at, at)[np.triu_indices(len(at), 1)] / (2 * np.pi)
+        near += int(np.sum(np.abs(turns - np.rint(turns)) < SAME_ANGLE / (2 * np.pi)))
+        moving = np.abs(rate) > ON_ITS_WAY * np.abs(rate).max(initial=0.0)
+        sector = np.floor(np.mod(angle[: len(rate)][moving], 2 * np.pi) / (2 * SAME_ANGLE))
+        share = np.bincount(sector.astype(int)) / max(sector.size, 1)
+        expected += len(turns) * float(share @ share)
+    return near >= PAIRS and float(pdtrc(near - 1, expected)) < CHANCE
+
+
+def _events(lost: NDArray[np.bool_], rate: Floats) -> list[int]:
+    """First rows of what is lost while the table keeps its rate; stretches that are near each other are one event."""
+    parts = stretches(lost)
+    first = [a for k, (a, _) in enumerate(parts) if k == 0 or a - parts[k - 1][1] > ONE_EVENT]
+    last = [b for k, (_, b) in enumerate(parts) if k == len(parts) - 1 or parts[k + 1][0] - b > ONE_EVENT]
+    most = float(np.abs(rate).max(initial=0.0))
+    known = [(a, b) for a, b in zip(first, last, strict=True) if a >= ONE_EVENT and b < len(rate)]
+    moving = [(a, b) for a, b in known if abs(rate[b]) > ON_ITS_WAY * most]
+    return [a for a, b in moving if abs(rate[a - ONE_EVENT] - rate[b]) < KEPT * most]
+
+
 def sentences(recordings: tuple[Recording, ...], target: str, rejected: tuple[RejectedRows, ...]) -> tuple[str, ...]:
     """Sentences about what is lost systematically for another cause than a rail, which is named by itself."""
     found = []
@@ -76,6 +115,11 @@ def sentences(recordings: tuple[Recording, ...], target: str, rejected: tuple[Re
         if kelvins and not rates:
             where = f"{listed(kelvins, lambda k: k - 273.15)} degC"
             found.append(f"most rows at {where} are left out as {WORDS[cause]}: nothing is known of that temperature")
+    if at_one_angle(recordings, rejected):
+        found.append(
+            "rows are left out as outliers where the table, on its way, points the same way again and again: a mark of "
+            "its encoder, or a count, is wrong there"
+        )
     return tuple(found)
 
 

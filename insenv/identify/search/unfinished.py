@@ -35,7 +35,7 @@ import numpy as np
 from insenv.core.quantities import unit_for
 from insenv.effects.base import Effect, MemoryEffect
 from insenv.effects.spline import SplineTime
-from insenv.effects.timing import TimingSkew
+from insenv.effects.timing import SampleHold, TimingSkew
 from insenv.identify.clean.doubtful import shortest_agreeing
 from insenv.identify.clean.plausibility import INCREDIBLE
 from insenv.identify.findings import BY_SIGNS, Estimate
@@ -74,6 +74,8 @@ _BY_ITS_DEVIATION = "by a deviation that holds what the form of its curve and er
 
 #: Stated deviations from nothing below which a law of a rate that was measured has no name, nor a step or a warm-up.
 HELD = 2.0
+#: The same of a share of the output that is held.
+WHOLE = 4.0
 #: The same of a skew: of half a deviation the other sign has 0.31.
 SIGN = 0.5
 #: What is far beyond the level: so many times less likely; and a probability that leaves no doubt.
@@ -215,13 +217,15 @@ def nothing_as_well(track: Track, own: Mapping[Term, tuple[Estimate, ...]]) -> t
     Of an error of the reference, which may be as large, it is not told: it is said, and has no name. Nor has a slow
     change of the bias one: a step of a third of its deviation was named with a walk as its rival, a drift of a
     fourteenth, and they say nothing about the bias. A skew has one, for that there is a lag is certain and only its
-    form is not, unless not even its sign is told.
+    form is not, unless not even its sign is told. All of an output is held or nothing: a share of 1.1 +- 0.5 is half
+    of it as well.
     """
     for step in track.steps:
         effect = step.hit.candidate.effect
-        if step.together or not track.problem.turns or not (_has_a_size(effect) or isinstance(effect, TimingSkew)):
+        response = isinstance(effect, TimingSkew | SampleHold)
+        if step.together or not track.problem.turns or not (_has_a_size(effect) or response):
             continue
-        held = SIGN if isinstance(effect, TimingSkew) else HELD
+        held = SIGN if isinstance(effect, TimingSkew) else WHOLE if isinstance(effect, SampleHold) else HELD
         sizes = {param.name for param in effect.linear}
         rows = [row for row in own.get(step.hit.term, ()) if row.parameter in sizes and row.sd > 0]
         best = max(rows, key=lambda row: abs(row.value) / row.sd, default=None)

@@ -210,7 +210,15 @@ FAULTS: dict[str, Fault] = {
 UNKNOWN: dict[str, Fault] = {
     "telegraph": Fault((), _telegraph),
     "sector": Fault(("angle_locked_rate",), _sector, needs="turns"),
-    "order 6": Fault((), _wave(6), on="angle", needs="turns"),
+    # As the kink: since waves of any order have a name.
+    "order 6": Fault(
+        ("encoder_harmonic",),
+        _wave(6),
+        on="angle",
+        needs="turns",
+        anywhere=("encoder_harmonic",),
+        at_one_speed=("angle_locked_rate", "tone"),
+    ),
     # Two lines to the last digit: of the sum and of the difference of its frequencies.
     "breathing line": Fault(("tone",), _breathing, anywhere=("tone",)),
     "noise with rate": Fault((), _noise_with_rate),
