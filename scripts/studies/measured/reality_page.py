@@ -184,7 +184,7 @@ By `dc68396` 264 of these, beside a reference or with lost rows, were asked once
 before). `parabiomech/android_raw_z` and `sallypoon/drive_m10` are honest that were right, for a drift of less than two
 deviations and a gain of 8 +- 3 have no name any more, and `step305/crs03` is wrong and flagged that was honest: a knee
 of the scale factor is named where the facts have its cube, and the gain below the knee is 6715 ppm where theirs of all
-rates is 3500 +- 1000.
+rates is 3500 +- 1400.
 
 By `42310fb` the recordings with a thermometer, those of the thirty-second part and the 90 rests were asked again (200
 in all): 192 are right or honest, three wrong and flagged, four missed, one refused. That the thirty-second was mended
