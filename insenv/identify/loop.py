@@ -168,11 +168,11 @@ def _with_orders_left(track: Track, declared: dict[str, float], alpha: float) ->
     So do lines that are none of the time: at one speed what is left follows the time as well. Behind a command they are
     the motor's, for the table turns so.
     """
-    if track.problem.commanded:
+    waves = [c.effect.id for c in track.candidates if getattr(c.effect, "order", 0) == 1 and "angle" in c.effect.needs]
+    if not waves or not track.problem.turns or track.problem.commanded:
         return track
     lines = (times_a_turn(track, r.hit) for r in track.refusals if r.hit.candidate.effect.line)
     orders = {order_left(track.problem, track.fit, declared, alpha), *lines} - {0}
-    waves = [c.effect.id for c in track.candidates if getattr(c.effect, "order", 0) == 1 and "angle" in c.effect.needs]
     known = {c.effect.key for c in track.candidates}
     keys = [key for order in sorted(orders) for wave in waves if (key := f"{wave}:{order}") not in known]
     found, _ = candidates(track.problem, tuple(map(by_key, keys)))

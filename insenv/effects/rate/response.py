@@ -21,7 +21,7 @@ import numpy as np
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats
 from insenv.effects.base import OUTPUT, CurveEffect, Param
-from insenv.effects.rate.scale import LEAST_RATE, LEAST_SHARE
+from insenv.effects.rate.scale import LEAST_RATE, rates_run
 
 #: Ranges of a compensation, in largest rates of the recording, and degrees that a scan tries.
 RANGES, DEGREES = (1.0, 1.05, 1.15, 1.4, 2.0), tuple(float(m) for m in range(3, 17))
@@ -96,6 +96,5 @@ class CompensationRipple(CurveEffect):
 
 def levels(rate: Floats, largest: float) -> int:
     """Magnitudes of the rate that were run, zero not counted and those within a fiftieth of the largest as one."""
-    cell = (np.abs(rate).ravel() / (LEVEL * largest)).astype(int)
-    count = np.bincount(cell)[1:]
-    return int(np.sum(count >= max(1.0, LEAST_SHARE * rate.size)))
+    which, _ = rates_run(np.abs(rate).ravel(), LEVEL * largest)
+    return int(np.count_nonzero(which))

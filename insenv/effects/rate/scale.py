@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 from typing import Self, final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats
@@ -222,8 +223,18 @@ def _centres(magnitude: Floats, width: float) -> Floats:
     A recording of a few levels has those levels for its centres, whatever the width; a sweep has centres one
     width apart. Around zero, within half a width, the bump would be a jump in sign and no local fault.
     """
+    _, mean = rates_run(magnitude, width)
+    centres = mean[mean > 0.5 * width]
+    return np.stack([centres, np.full_like(centres, width)], axis=-1)
+
+
+def rates_run(magnitude: Floats, width: float) -> tuple[NDArray[np.int64], Floats]:
+    """Cells of one width that magnitudes of the rate, shape (n,), lie in, counted from rest, and their means there.
+
+    Those that hold `LEAST_SHARE` of the recording; both of shape (cells,).
+    """
     cell = (magnitude / width).astype(int)
     count = np.bincount(cell)
     mean = np.bincount(cell, magnitude) / np.maximum(count, 1)
-    centres = mean[(count >= max(1.0, LEAST_SHARE * len(magnitude))) & (mean > 0.5 * width)]
-    return np.stack([centres, np.full_like(centres, width)], axis=-1)
+    run = np.flatnonzero(count >= max(1.0, LEAST_SHARE * len(magnitude)))
+    return run, mean[run]

@@ -18,7 +18,7 @@ import numpy as np
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats
 from insenv.effects.base import OUTPUT, CurveEffect, Param
-from insenv.effects.rate.scale import LEAST_RATE
+from insenv.effects.rate.scale import LEAST_RATE, rates_run
 
 #: Thresholds that a scan tries, and the share of the least rates that counts as none.
 THRESHOLDS, LEAST_SHARE = 10, 0.02
@@ -27,9 +27,8 @@ STANDS = 1e-5
 
 #: Share of a threshold over which a jump at it is blurred, and shares of what is below it that are all of it.
 SECANT, ALL = 0.05, (0.8, 1.25)
-#: Knees that a scan tries, as shares of the largest rate; the share of it within which rates are one, and that of the
-#: rows which run one.
-KNEES, LEVEL, RUN = tuple(0.05 * k for k in range(2, 19)), 0.02, 1e-3
+#: Knees that a scan tries, as shares of the largest rate; the share of it within which rates are one.
+KNEES, LEVEL = tuple(0.05 * k for k in range(2, 19)), 0.02
 #: Least share of what is below a threshold that is lost: numbers cut off towards zero lose half of a step.
 CUT_OFF = 0.25
 
@@ -152,7 +151,5 @@ def _run(motion: Motion) -> Floats:
     cell = LEVEL * float(magnitude.max(initial=0.0))
     if not cell:
         return np.empty(0)
-    which = (magnitude / cell).astype(int)
-    count = np.bincount(which)
-    mean = np.bincount(which, magnitude) / np.maximum(count, 1)
-    return mean[1:][count[1:] >= max(1.0, RUN * magnitude.size)]
+    which, mean = rates_run(magnitude, cell)
+    return mean[which > 0]

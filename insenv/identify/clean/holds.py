@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -196,7 +197,7 @@ def aligned(recording: Recording, exposure: Exposure) -> Exposure:
 
 
 def _renewals(view: _View, hold: Hold) -> float:
-    """How many renewals tell a hold: (sum w)^2 / sum w^2 of what it makes in each.
+    """How many renewals tell a hold, by what it makes in each.
 
     A table that stands but for two jumps, and a clock that runs off, were a hold of four rows with 1e-48.
     """
@@ -205,8 +206,12 @@ def _renewals(view: _View, hold: Hold) -> float:
     search = _Search(view.exposure, view.cells, view.q, view.left)
     made = _outside(view.q, search.change(ratio, phase)) ** 2
     count = np.floor((view.cells[1:] + phase) / ratio).astype(np.int64)
-    each = np.bincount(count - count[0], made)
-    return float(np.sum(each) ** 2 / np.sum(each**2)) if np.any(each) else 0.0
+    return effective(np.bincount(count - count[0], made))
+
+
+def effective(weights: NDArray[Any]) -> float:
+    """How many of some weights there are, were all of them alike: (sum w)^2 / sum w^2; 0 of none."""
+    return float(np.sum(weights) ** 2 / np.sum(weights**2)) if np.any(weights) else 0.0
 
 
 def _shows(view: _View, hold: Hold) -> bool:

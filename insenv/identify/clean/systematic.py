@@ -74,7 +74,7 @@ def at_one_angle(recordings: tuple[Recording, ...], rejected: tuple[RejectedRows
     for run, recording in enumerate(recordings):
         if "table_angle" not in recording.channels or len(recording) < 3 * ONE_EVENT:
             continue
-        angle: Floats = np.unwrap(recording.channels["table_angle"].values)
+        angle = recording.channels["table_angle"].values
         rate: Floats = (angle[ONE_EVENT:] - angle[:-ONE_EVENT]) / ONE_EVENT
         at: Floats = angle[_events(_mask(len(angle), run, rejected, "outlier"), rate)]
         turns = np.subtract.outer(at, at)[np.triu_indices(len(at), 1)] / (2 * np.pi)

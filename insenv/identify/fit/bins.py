@@ -96,6 +96,12 @@ class Bins:
             mask[block.start : block.stop] = not block.fitted
         return mask
 
+    def fitted_cells(self, run: int) -> NDArray[np.int64]:
+        """Cells of a run that fitted bins are made of, in order, those that hold no row too, shape (cells,)."""
+        per_bin = self.weights[run].shape[1]
+        own = self.kept[run][~self.held_out[self.run == run]]
+        return np.asarray((own[:, None] * per_bin + np.arange(per_bin)).ravel())
+
     def mean(self, values: tuple[Floats, ...]) -> Floats:
         """Weighted means over the kept bins of cell values, one array (cells, ...) per run; shape (n, ...)."""
         means = [self._mean_of_run(i, v) for i, v in enumerate(values)]

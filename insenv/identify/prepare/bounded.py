@@ -57,9 +57,13 @@ def bounded(problem: Problem, model: Model) -> Problem:
 
 def unexplained(problem: Problem, level: Model) -> float:
     """Square sum of the reading of a gyro in the modes, the motion in it, beside its ``level`` alone."""
+    return least_squares(design(problem, level).transformed, problem.data() + turned(problem))[1]
+
+
+def turned(problem: Problem) -> Floats:
+    """The rate that a gyro was exposed to in the modes, shape (modes,)."""
     rate = problem.bins.mean(tuple(e.motion.rate for e in problem.exposures))
-    reading = problem.data() + transform(problem.fitted, rate[:, None])[:, 0]
-    return least_squares(design(problem, level).transformed, reading)[1]
+    return np.asarray(transform(problem.fitted, rate[:, None])[:, 0])
 
 
 def least_squares(columns: Floats, data: Floats) -> tuple[Floats, float]:

@@ -161,8 +161,13 @@ def _whole(problem: Problem, fit: Fit) -> tuple[Problem, Fit]:
     """The problem with all blocks fitted, and the model's fit to it."""
     if not problem.held_out:
         return problem, fit
-    whole = problem.all_fitted()
-    return whole, solve(whole, fit.model, start=fit.noise.power)
+
+    def made() -> tuple[Problem, Fit]:
+        whole = problem.all_fitted()
+        return whole, solve(whole, fit.model, start=fit.noise.power)
+
+    found: tuple[Problem, Fit] = problem.remember_last("all rows fitted", fit, made)
+    return found
 
 
 def _excess_p(problem: Problem, fit: Fit, declared: dict[str, float]) -> float:
@@ -291,8 +296,13 @@ def _integrated(problem: Problem, block: Block) -> tuple[Floats, Floats]:
 
 def _strongest_wave(problem: Problem, fit: Fit) -> Wave:
     """The wave of the angle that what is left follows best; of the integral of the rate where no angle was logged."""
-    whole, all_rows = _whole(problem, fit)
-    return strongest([block for _, block in _along(whole, tuple(_in_time(whole, whitened(whole, all_rows)[2])))])
+
+    def made() -> Wave:
+        whole, all_rows = _whole(problem, fit)
+        return strongest([block for _, block in _along(whole, tuple(_in_time(whole, whitened(whole, all_rows)[2])))])
+
+    found: Wave = problem.remember_last("strongest wave", fit, made)
+    return found
 
 
 def order_left(problem: Problem, fit: Fit, declared: dict[str, float], alpha: float) -> int:
@@ -300,8 +310,6 @@ def order_left(problem: Problem, fit: Fit, declared: dict[str, float], alpha: fl
 
     Beyond `TOLD`, for all orders of `insenv.identify.prepare.spectral.orders` are tried.
     """
-    if not problem.turns:
-        return 0
     wave = _strongest_wave(problem, fit)
     if wave.p_value >= TOLD or wave.order >= MOST_ORDER or wave.order % 1:
         return 0

@@ -16,9 +16,8 @@ import numpy as np
 from insenv.effects.bias import Bias
 from insenv.effects.rate.scale import ScaleFactor
 from insenv.effects.timing import TimingSkew
-from insenv.identify.fit.noise import transform
 from insenv.identify.fit.problem import Problem, Term, design
-from insenv.identify.prepare.bounded import least_squares, unexplained
+from insenv.identify.prepare.bounded import least_squares, turned, unexplained
 
 #: Share of the power of the reading that a command may leave.
 LEFT = 0.05
@@ -38,6 +37,5 @@ def disobeyed(problem: Problem) -> float:
 def _share(problem: Problem) -> float:
     level = (Term(Bias()),)
     own = design(problem, (*level, Term(ScaleFactor()), Term(TimingSkew(), per_run=True))).transformed
-    rate = problem.bins.mean(tuple(e.motion.rate for e in problem.exposures))
-    told = float(np.sum(transform(problem.fitted, rate[:, None]) ** 2))
+    told = float(np.sum(turned(problem) ** 2))
     return least_squares(own, problem.data())[1] / max(unexplained(problem, level), told, 1e-300)

@@ -73,7 +73,7 @@ def of_all_rows(track: Track, seed: int = 0) -> AllRows | None:
     seed : int
         Of the simulated noise.
     """
-    tried = tuple(c for c in track.candidates if is_of_bias(c.effect) or is_thermal(c.effect))
+    tried = tuple(c for c in track.candidates if may_move_bias(c.effect))
     if track.problem.turns or all(is_step(c.effect) for c in tried):
         return None
     return _asked(track, whole_of(track), track.fit.named, tried, seed)
@@ -176,6 +176,11 @@ def is_of_bias(effect: Effect) -> bool:
     """
     thermal = is_thermal(effect) and len(effect.params) == 1 and not effect.of_rate
     return effect.key in DRIFTS or is_step(effect) or thermal
+
+
+def may_move_bias(effect: Effect) -> bool:
+    """Whether an effect is such a one, or anything else that a temperature does."""
+    return is_of_bias(effect) or is_thermal(effect)
 
 
 def at_all_times(whole: Problem, one: Candidate) -> Candidate:

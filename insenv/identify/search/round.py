@@ -16,7 +16,7 @@ from insenv.effects.base import CurveEffect, Effect, MemoryEffect
 from insenv.effects.rate.scale import ScaleFactor
 from insenv.effects.timing import SampleHold
 from insenv.effects.tone import Tone
-from insenv.identify.clean.holds import RENEWALS
+from insenv.identify.clean.holds import RENEWALS, effective
 from insenv.identify.clean.settling import only_time
 from insenv.identify.fit.evidence import held_out_deviate, joint_deviate, log_tail
 from insenv.identify.fit.gls import Fit, solve
@@ -277,8 +277,7 @@ def seldom_renewed(problem: Problem, term: Term) -> str:
         return ""
     made, bins = problem.columns(term)[:, 0] ** 2, problem.bins
     _, each = np.unique(np.column_stack([bins.run, bins.time // term.shape[0]]), axis=0, return_inverse=True)
-    power = np.bincount(each.ravel(), np.where(bins.held_out, 0.0, made))
-    told = float(power.sum() ** 2 / np.sum(power**2)) if power.any() else 0.0
+    told = effective(np.bincount(each.ravel(), np.where(bins.held_out, 0.0, made)))
     return f"it would be told by {told:.2g} renewals: jumps that come late do that" if told < RENEWALS else ""
 
 

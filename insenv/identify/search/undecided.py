@@ -34,7 +34,7 @@ from insenv.identify.fit.problem import NOISE_TERMS, Problem
 from insenv.identify.prepare.vibration import went_away
 from insenv.identify.search.all_rows import (
     AllRows,
-    is_of_bias,
+    may_move_bias,
     of_all_rows,
     of_all_rows_beside_a_reference,
     of_longer_means,
@@ -233,7 +233,7 @@ def _by_rests(track: Track) -> tuple[str, ...]:
 def may_be_slow(track: Track) -> bool:
     """Whether a slow cause is named, or a rival of what is named."""
     rivals = {key for one in track.rivalries for key in (*one.rivals, *one.rarer)}
-    slow = {c.effect.key for c in track.candidates if is_of_bias(c.effect) or is_thermal(c.effect)}
+    slow = {c.effect.key for c in track.candidates if may_move_bias(c.effect)}
     return bool(slow & (rivals | {step.hit.candidate.effect.key for step in track.steps}))
 
 

@@ -47,7 +47,7 @@ from insenv.identify.fit.uncertainty import SCALE
 from insenv.identify.prepare.obeyed import disobeyed
 from insenv.identify.prepare.spectral.wandering import of_counts
 from insenv.identify.prepare.two_levels import two_levels
-from insenv.identify.search.all_rows import is_of_bias, longer_means
+from insenv.identify.search.all_rows import longer_means, may_move_bias
 from insenv.identify.search.artefacts.reference_errors import log_p_alone
 from insenv.identify.search.artefacts.rounded import log_p_unrounded
 from insenv.identify.search.candidates import law_of_motion, turns_few_waves
@@ -60,7 +60,7 @@ from insenv.identify.search.size import LEAST, follows_measured_rate
 from insenv.identify.search.staying import Staying
 from insenv.identify.search.tracks import MOST_ADDED, Step, Track
 from insenv.identify.search.undecided import leaning, may_be_slow
-from insenv.identify.search.unit.one_box import DRIFTS, is_thermal
+from insenv.identify.search.unit.one_box import DRIFTS
 from insenv.identify.search.unit.other_gyros import follows_other_gyros
 from insenv.identify.search.unit.turn_on import turned_on_anew
 
@@ -222,19 +222,26 @@ def nothing_as_well(track: Track, own: Mapping[Term, tuple[Estimate, ...]]) -> t
     """
     for step in track.steps:
         effect = step.hit.candidate.effect
-        response = isinstance(effect, TimingSkew | SampleHold)
-        if step.together or not track.problem.turns or not (_has_a_size(effect) or response):
+        if step.together or not track.problem.turns:
             continue
-        held = SIGN if isinstance(effect, TimingSkew) else WHOLE if isinstance(effect, SampleHold) else HELD
         sizes = {param.name for param in effect.linear}
         rows = [row for row in own.get(step.hit.term, ()) if row.parameter in sizes and row.sd > 0]
         best = max(rows, key=lambda row: abs(row.value) / row.sd, default=None)
-        if best is None or not 0 < abs(best.value) < held * best.sd:
+        if best is None or not 0 < abs(best.value) < _least(effect) * best.sd:
             continue
         off = f"{abs(best.value) / best.sd:.2g} standard deviations from nothing"
         told = unit_for(best.unit, best.value).show_with_sd(best.value, best.sd)
         return step, f"{UNSIGNED if isinstance(effect, TimingSkew) else _UNSIZED}: {told}, {off}"
     return None
+
+
+def _least(effect: Effect) -> float:
+    """Stated deviations from nothing that a name wants of an effect; 0 where none are asked."""
+    if isinstance(effect, TimingSkew):
+        return SIGN
+    if isinstance(effect, SampleHold):
+        return WHOLE
+    return HELD if _has_a_size(effect) else 0.0
 
 
 def _has_a_size(effect: Effect) -> bool:
@@ -243,7 +250,7 @@ def _has_a_size(effect: Effect) -> bool:
     Or is a law of the bias; but the coefficients of a polynomial of the temperature are told together alone.
     """
     gain = effect.part == "gain"
-    of_bias = (is_of_bias(effect) or is_thermal(effect)) and len(effect.linear) == 1
+    of_bias = may_move_bias(effect) and len(effect.linear) == 1
     return (gain or law_of_motion(effect) or of_bias) and not effect.generic and not effect.line
 
 

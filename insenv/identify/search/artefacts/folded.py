@@ -50,11 +50,8 @@ def folded(problem: Problem, fit: Fit) -> str:
 def _of_cells(problem: Problem, model: Model, theta: Floats) -> tuple[Floats, Floats, Floats]:
     """Columns of a model but for its last term, the curve of that, and what is read, over the cells of fitted bins."""
     columns, wave, left = [], [], []
-    for run, (exposure, kept, weights) in enumerate(
-        zip(problem.exposures, problem.bins.kept, problem.bins.weights, strict=True)
-    ):
-        fitted = ~problem.bins.held_out[problem.bins.run == run]
-        cells = (kept[fitted][:, None] * weights.shape[1] + np.arange(weights.shape[1])).ravel()
+    for run, exposure in enumerate(problem.exposures):
+        cells = problem.bins.fitted_cells(run)
         cells = cells[exposure.count[cells] > 0]
         own = np.zeros((len(cells), len(problem.exposures)))
         own[:, run] = 1.0

@@ -25,12 +25,13 @@ Source of the second: B. Efron, Tweedie's formula and selection bias, J. Am. Sta
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import ndtri_exp
 
+from insenv.core.lazy import Lazy
 from insenv.core.recording import Floats
 from insenv.core.series.tails import log_tail_of_t
 from insenv.identify.fit.bands import in_bands, response
@@ -68,10 +69,11 @@ def beside_reference_errors(problem: Problem, fit: Fit, base: Reference, hit: Hi
     """
     if not _may_be_reference(problem, hit):
         return hit
-    evidence = _evidence(problem, fit, base, hit.term)
+    larger = Lazy(lambda: solve(problem, (*fit.model, hit.term)))
+    evidence = _evidence(problem, fit, base, hit.term, larger)
     if evidence is None:
         return hit
-    if evidence.response < 1 and in_reference_alone(problem, fit, hit.term):
+    if evidence.response < 1 and in_reference_alone(problem, larger()):
         evidence = replace(evidence, response=1.0)
     deviate = evidence.of(hit.deviate)
     if deviate >= hit.deviate:
@@ -112,7 +114,8 @@ class _Evidence:
         return "it is not the same swing by swing: what is left goes with the motion, as errors of a reference do"
 
 
-def _evidence(problem: Problem, fit: Fit, base: Reference, term: Term) -> _Evidence | None:
+def _evidence(problem: Problem, fit: Fit, base: Reference, term: Term, larger: Callable[[], Fit]) -> _Evidence | None:
+    """What is left of the evidence of a ``term`` beside the model of ``fit``, ``larger`` with it; None of none."""
     columns = beside(problem, base, term)
     span, size, _ = np.linalg.svd(columns, full_matrices=False)
     span = span[:, size > 1e-6 * size.max(initial=1e-300)]
@@ -121,7 +124,7 @@ def _evidence(problem: Problem, fit: Fit, base: Reference, term: Term) -> _Evide
     if not span.shape[1] or alone <= 0:
         return None
     bands, frequency = _bands(problem, base)
-    crowding = np.column_stack([_crowding(problem, solve(problem, (*fit.model, term))), second_order(problem, fit)])
+    crowding = np.column_stack([_crowding(problem, larger()), second_order(problem, fit)])
     crowd = white_beside(base, transform(problem.fitted, crowding))
     gram = _Gram.of(span, data, bands, crowd)
     sizes, gained = gram.response(frequency, with_effect=True)

@@ -15,11 +15,11 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from insenv.core.recording import Floats
-from insenv.data.exposure import Exposure
 from insenv.effects.angle import EncoderHarmonic
-from insenv.identify.fit.gls import Fit, solve
+from insenv.identify.fit.gls import Fit
 from insenv.identify.fit.problem import Problem, Term, regressors
 
 #: Share of the wave that the gyro has at most, two of its deviations counted.
@@ -29,12 +29,12 @@ HALF = 0.5
 LEAST_CELLS, STEADY, WAVES = 4.0, 3.0, 2.0
 
 
-def in_reference_alone(problem: Problem, fit: Fit, term: Term) -> bool:
-    """Whether the gyro has none of a wave of the encoder, the ``term`` beside the model of a fit."""
+def in_reference_alone(problem: Problem, fit: Fit) -> bool:
+    """Whether the gyro has none of a wave of the encoder that was fitted last."""
+    term = fit.model[-1]
     if not isinstance(term.effect, EncoderHarmonic) or problem.commanded or term.per_run or not _sees_it(problem):
         return False
-    found = solve(problem, (*fit.model, term))
-    theta = found.theta[found.design.term == len(found.model) - 1]
+    theta = fit.theta[fit.design.term == len(fit.model) - 1]
     parts = [part for run in range(len(problem.exposures)) for part in _steady(problem, run, term, theta)]
     if len(theta) != len(term.effect.linear) or sum(waves for *_, waves in parts) < WAVES:
         return False
@@ -51,7 +51,7 @@ def _sees_it(problem: Problem) -> bool:
     """Whether the gyro reads the turning at all: of one across the table's axis it is no wonder that it has no wave."""
     read, turned = 0.0, 0.0
     for run, exposure in enumerate(problem.exposures):
-        fitted = _fitted(problem, run, exposure)
+        fitted = _fitted(problem, run)
         read += float(exposure.y[fitted] @ exposure.motion.rate[fitted])
         turned += float(exposure.motion.rate[fitted] @ exposure.motion.rate[fitted])
     return abs(problem.gain * read) > HALF * turned
@@ -62,7 +62,7 @@ def _steady(problem: Problem, run: int, term: Term, theta: Floats) -> Iterator[t
     exposure = problem.exposures[run]
     if exposure.motion.angle is None:
         return
-    fitted = _fitted(problem, run, exposure)
+    fitted = _fitted(problem, run)
     if not fitted.any():
         return
     turned = np.abs(np.diff(exposure.motion.angle)) * getattr(term.effect, "order", 1) / (2 * np.pi)
@@ -83,13 +83,10 @@ def _steady(problem: Problem, run: int, term: Term, theta: Floats) -> Iterator[t
     )
 
 
-def _fitted(problem: Problem, run: int, exposure: Exposure) -> np.ndarray:
-    """Which cells of a run fitted bins are made of, shape (cells,)."""
-    bins = problem.bins
-    kept, weights = bins.kept[run], bins.weights[run]
-    own = ~bins.held_out[bins.run == run]
+def _fitted(problem: Problem, run: int) -> NDArray[np.bool_]:
+    """Which cells of a run hold rows of fitted bins, shape (cells,)."""
+    exposure, cells = problem.exposures[run], problem.bins.fitted_cells(run)
     out = np.zeros(len(exposure.y), bool)
-    cells = (kept[own][:, None] * weights.shape[1] + np.arange(weights.shape[1])).ravel()
     out[cells] = exposure.count[cells] > 0
     return out
 
