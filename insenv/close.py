@@ -16,7 +16,7 @@ from insenv.data.manifest import Manifest, load_manifest
 from insenv.data.power import by_power_up
 from insenv.data.reference import sentences
 from insenv.data.remarks import remarks
-from insenv.data.split import sentence_of_split, split, without_tails
+from insenv.data.split import RowUse, other_folds, sentence_of_split, split, without_tails
 from insenv.data.turned_about import about_its_axis
 from insenv.effects.base import DrivenEffect, Effect, NoiseEffect
 from insenv.effects.catalogue import by_key, catalogue
@@ -26,6 +26,7 @@ from insenv.identify.clean.gains import clock_cautions, gain_cautions
 from insenv.identify.clean.motion import motion_cautions
 from insenv.identify.clean.plausibility import implausible, without_dead
 from insenv.identify.findings import Findings
+from insenv.identify.folds import by_other_folds
 from insenv.identify.formula import formulas_of, with_laws
 from insenv.identify.loop import Outcome, trace
 from insenv.identify.positions.findings import position_findings
@@ -108,9 +109,14 @@ def close_on(  # noqa: PLR0913 -- as of `close`
         found = position_findings(read, recordings, traced, remarks(recordings), alpha, seed)
     else:
         uses = split(read, recordings)
-        odd = (*remarks(recordings, [use.fit | use.held_out for use in uses]), *sentence_of_split(read, recordings))
-        own = without_tails(recordings, uses) if read.procedure == "static" else (recordings, uses)
-        outcome = trace(read, *own, catalogue() if tried is None else tried, alpha, seed, progress)
+        odd = remarks(recordings, [use.fit | use.held_out for use in uses])
+
+        def searched(uses: tuple[RowUse, ...]) -> Outcome:
+            own = without_tails(recordings, uses) if read.procedure == "static" else (recordings, uses)
+            return trace(read, *own, catalogue() if tried is None else tried, alpha, seed, progress)
+
+        outcome, other = by_other_folds(searched(uses), other_folds(read, recordings), searched, progress)
+        odd = (*odd, *(other or sentence_of_split(read, recordings)))
         outcome = with_laws(outcome, progress) if tried is None else outcome
         said = [name for name, channel in read.channels.items() if channel.source is not None]
         found = findings(read, recordings, outcome, (*odd, *sentences(recordings, said)), limits)

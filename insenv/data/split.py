@@ -16,6 +16,8 @@ Mask = NDArray[np.bool_]
 
 #: Share of each run's time that is held out where the manifest names nothing.
 HELD_OUT_SHARE = 0.4
+#: Shares of the time between which the other folds hold rows out: the first of it, and its middle.
+_OTHER_FOLDS = ((0.0, HELD_OUT_SHARE), ((1 - HELD_OUT_SHARE) / 2, (1 + HELD_OUT_SHARE) / 2))
 #: Share of what a table turned, below which the rows before tell next to nothing of a gain.
 LEAST_TURNED = 0.05
 #: Parts of a run whose turns are summed: fine enough for swings, and noise of a reading averages within them.
@@ -60,6 +62,21 @@ def split(manifest: Manifest, recordings: Sequence[Recording]) -> tuple[RowUse, 
         raise InputError(f"{manifest.path}: every row is held out ({_name(manifest)}); wanted rows to fit")
     edges = np.cumsum(lengths)[:-1]
     return tuple(RowUse(f, h) for f, h in zip(np.split(fit, edges), np.split(held_out, edges), strict=True))
+
+
+def other_folds(manifest: Manifest, recordings: Sequence[Recording]) -> tuple[tuple[RowUse, ...], ...]:
+    """Uses of every row with the first rows of each run held out, and with those in its middle.
+
+    As many are held out as by `split`, by the time or by the motion as there. None where the manifest names rows.
+    """
+    if manifest.fit_rows or not manifest.held_out.names_nothing:
+        return ()
+    at = _at_share_of_motion if stands_first(manifest, recordings) else _at_share_of_time
+    folds = []
+    for first, last in _OTHER_FOLDS:
+        held_out = [(r.t > at(r, first)) & (r.t <= at(r, last)) if first else r.t <= at(r, last) for r in recordings]
+        folds.append(tuple(RowUse(~held, held) for held in held_out))
+    return tuple(folds)
 
 
 def without_tails(
@@ -108,8 +125,8 @@ def _held_out(manifest: Manifest, recordings: Sequence[Recording]) -> Mask:
         return np.concatenate(whole)
     if named.start is not None:
         return np.concatenate([r.t - r.t[0] >= named.start for r in recordings])
-    end = _share_of_motion if stands_first(manifest, recordings) else _share_of_time
-    return np.concatenate([r.t > end(r) for r in recordings])
+    at = _at_share_of_motion if stands_first(manifest, recordings) else _at_share_of_time
+    return np.concatenate([r.t > at(r, 1 - HELD_OUT_SHARE) for r in recordings])
 
 
 def stands_first(manifest: Manifest, recordings: Sequence[Recording]) -> bool:
@@ -124,9 +141,9 @@ def stands_first(manifest: Manifest, recordings: Sequence[Recording]) -> bool:
     fitted, whole = 0.0, 0.0
     for recording in recordings:
         edges, turned = _turned(recording)
-        fitted += float(np.interp(_share_of_time(recording), edges, turned))
+        fitted += float(np.interp(_at_share_of_time(recording, 1 - HELD_OUT_SHARE), edges, turned))
         whole += float(turned[-1])
-        if whole and np.mean(recording.t > _share_of_motion(recording)) < _LEAST_HELD:
+        if whole and np.mean(recording.t > _at_share_of_motion(recording, 1 - HELD_OUT_SHARE)) < _LEAST_HELD:
             return False
     return fitted < LEAST_TURNED * whole
 
@@ -142,16 +159,16 @@ def sentence_of_split(manifest: Manifest, recordings: Sequence[Recording]) -> tu
     )
 
 
-def _share_of_time(recording: Recording) -> float:
-    return float(recording.t[0] + (1 - HELD_OUT_SHARE) * (recording.t[-1] - recording.t[0]))
+def _at_share_of_time(recording: Recording, share: float) -> float:
+    return float(recording.t[0] + share * (recording.t[-1] - recording.t[0]))
 
 
-def _share_of_motion(recording: Recording) -> float:
-    """Time at which the table has turned all but `HELD_OUT_SHARE` of what it turns; of one at rest by the time."""
+def _at_share_of_motion(recording: Recording, share: float) -> float:
+    """Time at which the table has turned a share of what it turns; of one at rest by the time."""
     edges, turned = _turned(recording)
     if not turned[-1]:
-        return _share_of_time(recording)
-    return float(np.interp((1 - HELD_OUT_SHARE) * turned[-1], turned, edges))
+        return _at_share_of_time(recording, share)
+    return float(np.interp(share * turned[-1], turned, edges))
 
 
 def _turned(recording: Recording) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -11,7 +11,7 @@ from insenv.core.errors import InputError
 from insenv.core.recording import Recording
 from insenv.data.load import read_recordings
 from insenv.data.manifest import load_manifest
-from insenv.data.split import RowUse, sentence_of_split, split, without_tails
+from insenv.data.split import RowUse, other_folds, sentence_of_split, split, without_tails
 
 
 def used(folder: Path, more: str, runs: int = 1) -> tuple[tuple[Recording, ...], tuple[RowUse, ...]]:
@@ -35,6 +35,20 @@ def ranges(mask: np.ndarray) -> list[int]:
 def test_without_a_word_the_last_part_of_the_time_is_held_out(tmp_path: Path) -> None:
     _, (use,) = used(tmp_path, "")
     assert ranges(use.fit) == [0, 60] and ranges(use.held_out) == [60, 100]
+
+
+def test_other_folds_hold_out_the_first_and_the_middle_part_of_each_run(tmp_path: Path) -> None:
+    recordings, _ = used(tmp_path, "", runs=2)
+    first, middle = other_folds(load_manifest(tmp_path / "run.toml"), recordings)
+    assert [ranges(use.held_out) for use in first] == 2 * [[0, 40]]
+    assert [ranges(use.held_out) for use in middle] == 2 * [[30, 70]]
+    assert all(np.array_equal(use.fit, ~use.held_out) for use in (*first, *middle))
+
+
+@pytest.mark.parametrize("more", ["[fit]\nrows = [[10, 30]]\n", '[held_out]\nstart = "40 s"\n'])
+def test_rows_that_a_manifest_names_have_no_other_folds(tmp_path: Path, more: str) -> None:
+    recordings, _ = used(tmp_path, more)
+    assert not other_folds(load_manifest(tmp_path / "run.toml"), recordings)
 
 
 def test_rows_that_are_named_alone_are_parted(tmp_path: Path) -> None:
@@ -81,6 +95,10 @@ def test_of_a_table_that_stands_first_the_last_part_of_its_motion_is_held_out(tm
     assert ranges(use.fit)[0] == 0 and ranges(use.held_out)[1] == 1000 and not np.any(use.fit & use.held_out)
     assert 820 < ranges(use.held_out)[0] < 880
     assert len(said) == 1 and "the last 40 % of what it turns" in said[0]
+    manifest = load_manifest(tmp_path / "turned.toml")
+    (first,), (middle,) = other_folds(manifest, read_recordings(manifest))
+    assert ranges(first.held_out)[0] == 0 and 740 < ranges(first.held_out)[1] < 800
+    assert 710 < ranges(middle.held_out)[0] < 760 and 860 < ranges(middle.held_out)[1] < 920
 
 
 @pytest.mark.parametrize("first", [0, 300, 560, 1000])

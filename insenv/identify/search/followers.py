@@ -7,7 +7,8 @@ asks: likelihood ratio with the noise fitted anew, its shapes and the number of 
 reference in its evidence (`insenv.identify.search.artefacts.reference_errors`), its coefficients credible and the same
 all the time. Waves of the table's angle of which it turns by less than two beside a late reference are asked too.
 
-Nothing is named by this, for no row is left that could refuse it. What is certain is a doubt; where there is a doubt
+Nothing is named by this, for no row is left that could refuse it; of what is beyond doubt other folds of the rows are
+asked (`insenv.identify.folds`). What is certain is a doubt; where there is a doubt
 anyway, what would follow the rest best is said with it, and what would do so nearly as well. A doubt needs six
 deviations, as a curve of a measured rate of any number of looks does (`insenv.identify.search.size`), and an effect
 that is not rare (`Effect.unusual`): of 24 tables without a fault one had a lock-in by 5.6 of all rows, 5e-6 by chance,
@@ -28,6 +29,7 @@ from insenv.identify.search.all_rows import at_all_times, whole_of
 from insenv.identify.search.artefacts.reference_errors import beside_reference_errors, log_p_alone
 from insenv.identify.search.artefacts.rounded import beside_rounding, beside_steps
 from insenv.identify.search.candidates import Candidate
+from insenv.identify.search.jumps import is_step
 from insenv.identify.search.round import by_fit_alone, no_law, with_term
 from insenv.identify.search.scan import Hit, Reference, largest_statistic, reference
 from insenv.identify.search.size import unsized
@@ -42,6 +44,8 @@ SEEN = 9.0
 NEAR = 6.0
 #: How many are said at most.
 MOST = 3
+#: Probability, all that was tried paid for, below which other folds of the rows are asked for an effect.
+SURE = 1e-6
 
 
 def followers(track: Track, alpha: float, doubted: bool) -> tuple[str, ...]:
@@ -76,6 +80,20 @@ def followers(track: Track, alpha: float, doubted: bool) -> tuple[str, ...]:
         f"{best.candidate.effect.key} explains all rows, the held-out ones too, better than noise does (p = "
         f"{best.p_value:.1g} among all that was tried){also}: not named, for no rows are left that could refuse it",
     )
+
+
+def surest(track: Track) -> Hit | None:
+    """The law that all rows of a unit that turns tell beyond doubt, and the fitted ones did not; None where none is.
+
+    A step is none: errors of a reference jump.
+    """
+    if not track.problem.turns or track.law is not None:
+        return None
+    told = [hit for hit in _by_all_rows(track) if hit.log_p < math.log(SURE) and not hit.remark]
+    best = max(told, key=lambda hit: hit.rank, default=None)
+    if best is None or is_step(best.candidate.effect):
+        return None
+    return None if isinstance(best.candidate.effect, TimingSkew) and _lag_is_said(track) else best
 
 
 def _lag_is_said(track: Track) -> bool:
