@@ -18,6 +18,7 @@ from insenv.core.series.spectrum import psd
 from insenv.data.manifest.spec import Manifest
 from insenv.effects.base import Effect, NoiseEffect
 from insenv.effects.noise import readings_density
+from insenv.effects.rate.scale import ScaleFactorCubic
 from insenv.effects.rate.threshold import DeadBand
 from insenv.effects.timing import SampleHold, TimingSkew
 from insenv.identify.clean import systematic
@@ -68,7 +69,14 @@ from insenv.identify.search.detectable import Sensitivity
 from insenv.identify.search.followers import followers
 from insenv.identify.search.rivals import Rivalry
 from insenv.identify.search.tracks import Step, Track
-from insenv.identify.search.twins import half_row_sentence, half_step_sentence, rarer_sentence, twin_sentence, twins
+from insenv.identify.search.twins import (
+    chord_sentence,
+    half_row_sentence,
+    half_step_sentence,
+    rarer_sentence,
+    twin_sentence,
+    twins,
+)
 from insenv.identify.search.undecided import beside_doubts
 from insenv.identify.search.unfinished import made_by_rounding, unfinished
 from insenv.identify.search.whole.error import of_chance
@@ -460,10 +468,12 @@ def _added(
 def _made_by_sampling(
     effect: Effect, parameters: tuple[Estimate, ...], target: str, recordings: tuple[Recording, ...]
 ) -> str:
-    """A sentence on an effect that is half a row, or half a step of the readings; else empty."""
+    """A sentence on an effect that is half a row, its chord, or half a step of the readings; else empty."""
     channels = [r.channels[target] for r in recordings]
     if effect.id == TimingSkew.id and all(channel.covers == "instant" for channel in channels):
         return half_row_sentence([(e.value, e.sd) for e in parameters], recordings[0].dt)
+    if effect.id == ScaleFactorCubic.id:
+        return chord_sentence(parameters[0].value, parameters[0].sd, recordings[0].dt) if len(parameters) == 1 else ""
     if isinstance(effect, DeadBand) and not effect.whole:
         (lost,) = (e for e in parameters if e.parameter == "c")
         return half_step_sentence(lost.value, lost.sd, max(counted(channel.values) for channel in channels))

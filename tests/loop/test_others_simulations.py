@@ -257,3 +257,18 @@ def test_means_of_ten_seconds_at_nine_rates_are_an_ordinary_test(tmp_path: Path)
     found = of(close(tmp_path / "run.toml"))
     (scale,) = [e for e in found.estimates_after if e.effect == "scale_factor"]
     assert abs(scale.value - 8e-4) < 4 * scale.sd < 1e-3
+
+
+@pytest.mark.parametrize(("share", "made"), [(1 / 24, "the chord of"), (1 / 6, "the sine of")])
+def test_a_rate_made_of_attitudes_is_said_to_be_a_chord(tmp_path: Path, share: float, made: str) -> None:
+    """Twice the vector part of the turn of a row, or half the antisymmetric part of its matrix, over the row."""
+    t = np.arange(6000) / 25
+    turn = np.deg2rad(6) * np.sin(2 * np.pi * 0.05 * t)  # a row: up to 150 deg/s
+    read = 2 * np.sin(turn / 2) * 25 if share == 1 / 24 else np.sin(turn) * 25
+    angle = np.rad2deg(np.cumsum(turn))
+    gyro = np.rad2deg(read) + 0.01 * np.random.default_rng(4).standard_normal(len(t))
+    found = judged(tmp_path, t, "table_angle", angle, gyro, ', covers = "interval"')
+    (cubic,) = of(found).added
+    assert cubic.effect == "scale_factor_cubic"
+    assert cubic.parameters[0].value == pytest.approx(-share / 25**2, rel=0.02)
+    assert f"as of a reading that is {made}" in cubic.remark

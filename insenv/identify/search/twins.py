@@ -24,6 +24,10 @@ HALF_ROW = 0.02
 #: Share of half a step of the readings within which a dead band is that, and to which it must be told.
 NEAR_HALF = 0.35
 
+#: Shares of a row's square that the chord of a turn over the row, and its sine, are short of the cube of the rate; the
+#: share of them within which a cubic is that, and to which it must be told.
+CHORDS, NEAR_CHORD = (1 / 24, 1 / 6), 0.15
+
 
 def twins(problem: Problem, fit: Fit, term: Term) -> tuple[Effect, ...]:
     """Effects that are the curve of a term of ``fit`` on this recording."""
@@ -65,6 +69,23 @@ def half_row_sentence(skews: Sequence[tuple[float, float]], row: float) -> str:
     ):
         if all(abs(c - 0.5 * sign * row) <= max(HALF_ROW * row, 3 * sd) for c, sd in skews):
             return f"it is half a row, as of readings that are means over the step that {when} at their time{covers}"
+    return ""
+
+
+def chord_sentence(c: float, sd: float, row: float) -> str:
+    """A sentence on a cubic ``c`` [s^2/rad^2] that is what a rate made of attitudes a ``row`` [s] apart has.
+
+    Rates of simulations are often twice the vector part of the turn of a row, or its sine, over its length:
+    (2/dt) sin(u dt/2) = u - (dt^2/24) u^3, and sin(u dt)/dt = u - (dt^2/6) u^3.
+    """
+    for share in CHORDS:
+        size = share * row**2
+        if sd < NEAR_CHORD * size and abs(abs(c) - size) < max(3 * sd, NEAR_CHORD**2 * size):
+            what, whose = ("chord" if share == CHORDS[0] else "sine"), ("reading" if c < 0 else "reference")
+            return (
+                f"it is the square of a row over {1 / share:.0f}, as of a {whose} that is the {what} of the turn over "
+                "each row: made of attitudes, and no error of the gyro"
+            )
     return ""
 
 
