@@ -21,6 +21,7 @@ from insenv.core.recording import Channel, Recording
 from insenv.core.units import DEG, ZERO_CELSIUS
 from insenv.data.manifest import Manifest, RunSpec, load_manifest
 from insenv.data.manifest.spec import GYROS
+from insenv.data.reference import is_in_points, with_positions
 from insenv.data.stream import stream_run
 
 Progress = Callable[[str], None]
@@ -81,6 +82,9 @@ def rate_test(
     for run in read.runs:
         chunks = _chunks(read, run, target, found[-1].power_up if found else 0.0, progress)
         first = next(chunks)
+        if is_in_points(with_positions(first)):
+            wanted = "wanted the samples of dwells (insenv close-loop takes points)"
+            raise InputError(f"{read.path}: each row is a point at one rate of the table; {wanted}")
         sheets.append(_datasheet(read, first, target))
         _check_alike(read, first, sheets)
         if line is None and _turns(read):

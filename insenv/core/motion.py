@@ -69,6 +69,8 @@ class Motion:
         Time over which the reference is a mean of the rate [s], beside that lag, as counts of an encoder are. 0: none.
     stands : bool
         Whether the table stands in each interval at the angle of its end, and was turned between them.
+    points : bool
+        Whether the rate of each interval was set, and nothing is known of the way from one to the next.
     reading : float, optional
         Standard deviation of the noise with which the rate is read, at most, by the instrument's own reading [rad/s].
     step : float, optional
@@ -96,6 +98,7 @@ class Motion:
     filtered: bool = False
     window: float = 0.0
     stands: bool = False
+    points: bool = False
     reading: float | None = None
     step: float | None = None
 

@@ -30,7 +30,7 @@ from insenv.core.motion import Motion, interval_mean, reading_noise
 from insenv.core.recording import Floats, Recording, Response
 from insenv.data.cells.rows import cells_of, covered_by, interpolated, means_of_rows
 from insenv.data.cells.table import STEADY, TargetCells, integral
-from insenv.data.reference import is_set, order
+from insenv.data.reference import is_in_points, is_set, order
 from insenv.data.smooth import smoothed
 
 #: Which manifest channel would supply a field of `Motion`.
@@ -194,6 +194,7 @@ def _exposed(
         filtered=response.filtered,
         window=response.window,
         stands=is_set(recording),
+        points=is_in_points(recording),
         reading=reading_noise((y - table.reference * share)[count > 0]) if table.rate.any() else None,
     )
     beside = None if table.beside is None else table.beside * share

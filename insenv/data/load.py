@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from insenv.core.errors import InputError
 from insenv.core.recording import GAP, Channel, Covers, Floats, Recording, Segment, Site
+from insenv.core.series.positions import rates_were_set
 from insenv.core.series.rounding import counter_step, rounding
 from insenv.core.series.stretches import stretches
 from insenv.core.units import DIMENSIONS, scale_to_si
@@ -63,6 +64,8 @@ MOST_STRAYS, FEWEST_BESIDE = 5, 10
 APART = 100.0
 #: A share of equal rows beyond which they are how the recording is, and one below which they are no matter.
 MOST_COPIES, FEW_COPIES = 0.2, 0.01
+#: Share by which points at one rate each may be further apart than is usual and be as good as evenly apart.
+POINTS_APART = 0.01
 
 
 def read_recordings(manifest: Manifest) -> tuple[Recording, ...]:
@@ -142,6 +145,8 @@ def _read_run(manifest: Manifest, run: RunSpec, words: Mended) -> Recording:
     table, t, far = _without_strays(manifest, run, table, t)
     t, back = nearly_forwards(t, table.place)
     table, t, again = _without_copies(manifest, run, table, t)
+    t, points = _evenly_apart(table, t)
+    again = (*again, *points)
     notes, stamps = (*table.notes, *table.behind, *words.notes, *anew, *far, *back, *again), t
     if table.notes and (manifest.fit_rows or manifest.held_out.rows):
         raise InputError(f"{run.file}: {table.notes[0]}; wanted all of them where {manifest.path} counts rows")
@@ -393,6 +398,23 @@ def time(manifest: Manifest, run: RunSpec, table: Table, first: int = 0) -> Floa
     return t if spec.nanoseconds is None else t + 1e-9 * table.values[_NANOSECONDS]
 
 
+def _evenly_apart(table: Table, t: Floats) -> tuple[Floats, tuple[str, ...]]:
+    """Times of points at one rate of a table each, as far apart as is usual, and a word where they were not so.
+
+    No clock has to be found in them: between two of them somebody set the table.
+    """
+    rate = table.values.get("table_rate")
+    if rate is None or "table_angle" in table.values or not rates_were_set(t, rate):
+        return t, ()
+    steps = np.diff(t)
+    usual = float(np.median(steps))
+    if np.abs(steps - usual).max() <= POINTS_APART * usual:
+        return t, ()
+    least, most = float(steps.min()), float(steps.max())
+    text = f"rows are points at one rate each, {least:.3g} to {most:.3g} s apart: taken as {usual:.3g} s apart"
+    return t[0] + usual * np.arange(len(t)), (text,)
+
+
 def _count(manifest: Manifest, run: RunSpec, table: Table) -> float:
     """What a count of the time column is [s]."""
     spec = manifest.channels.get("time")
@@ -499,9 +521,9 @@ def _unwound(manifest: Manifest, run: RunSpec, table: Table) -> Table:
 
 def _with_whole_turns(recording: Recording, manifest: Manifest, run: RunSpec, table: Table) -> Recording:
     """The table's angle made cumulative where it is declared wrapped; refused where it jumps undeclared."""
+    recording = with_positions(recording)
     if "table_angle" not in recording.channels:
         return recording
-    recording = with_positions(recording)
     channel, turn = recording.channels["table_angle"], 2 * np.pi
     if channel.source == "set":
         return recording

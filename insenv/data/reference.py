@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.recording import GAP, Channel, Floats, Origin, Recording
-from insenv.core.series.positions import were_set
+from insenv.core.series.positions import rates_were_set, were_set
 from insenv.core.series.trajectory import Of, Trajectory, reading_noise, trajectory
 from insenv.data.cells.follow import follows
 
@@ -35,7 +35,7 @@ def with_reference(recording: Recording) -> Recording:
         return recording
     told = {name: replace(c, source=c.source or found_source(name, c)) for name, c in found.items()}
     recording = replace(recording, channels={**recording.channels, **told})
-    if is_set(recording):
+    if is_set(recording) or is_in_points(recording):
         return recording
     encoder = next((name for name in order(recording) if told[name].source == "encoder"), None)
     if encoder is None:
@@ -74,13 +74,27 @@ def _turned(gyro: Channel, t: Floats) -> Floats:
 
 
 def with_positions(recording: Recording) -> Recording:
-    """The recording with it said that its table's angle was set, where nobody said what it is and it looks so."""
-    channel = recording.channels.get("table_angle")
-    if channel is None or channel.source is not None or "table_rate" in recording.channels:
+    """The recording with it said that its table's angle or rate was set, where it looks so and nobody said otherwise.
+
+    Points at one rate each are so whether the rates were read or told: means of some seconds have no noise to speak of.
+    """
+    there = [name for name in TABLE if name in recording.channels]
+    if len(there) != 1:
         return recording
-    if not were_set(recording.t, channel.values) or _read(recording, channel):
+    (name,), channel = there, recording.channels[there[0]]
+    if name == "table_rate":
+        was_set = rates_were_set(recording.t, channel.values)
+    else:
+        was_set = channel.source is None and were_set(recording.t, channel.values) and not _read(recording, channel)
+    if not was_set:
         return recording
-    return replace(recording, channels={**recording.channels, "table_angle": replace(channel, source="set")})
+    return replace(recording, channels={**recording.channels, name: replace(channel, source="set")})
+
+
+def is_in_points(recording: Recording) -> bool:
+    """Whether its rows are means at one rate of the table each, with no row of the changes between."""
+    channel = recording.channels.get("table_rate")
+    return channel is not None and channel.source == "set" and "table_angle" not in recording.channels
 
 
 def is_set(recording: Recording) -> bool:
@@ -153,13 +167,15 @@ def sentences(recordings: Sequence[Recording], said: Sequence[str] = ()) -> tupl
             if name in recording.channels and name not in said:
                 channel = recording.channels[name]
                 source = channel.source or found_source(name, channel)
-                found.setdefault(f"{name} is taken for {_WORDS[source]}", []).append(recording.label)
+                words = _POINTS if is_in_points(recording) else _WORDS[source]
+                found.setdefault(f"{name} is taken for {words}", []).append(recording.label)
     return tuple(
         f"{text}{'' if len(labels) == len(recordings) else ' in ' + ', '.join(labels)}"
         for text, labels in found.items()
     )
 
 
+_POINTS = 'what the table was set to, each row a mean at one rate with no row of the changes between (source = "set")'
 _WORDS = {
     "encoder": 'the reading of an encoder (source = "encoder")',
     "command": 'what the table was told (source = "command")',

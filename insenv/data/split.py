@@ -11,11 +11,14 @@ from numpy.typing import NDArray
 from insenv.core.errors import InputError
 from insenv.core.recording import Recording, rows_between
 from insenv.data.manifest import Manifest, RowRanges
+from insenv.data.reference import is_in_points, with_positions
 
 Mask = NDArray[np.bool_]
 
 #: Share of each run's time that is held out where the manifest names nothing.
 HELD_OUT_SHARE = 0.4
+#: Of points at one rate each one in so many is held out.
+EVERY = 3
 #: Shares of the time between which the other folds hold rows out: the first of it, and its middle.
 _OTHER_FOLDS = ((0.0, HELD_OUT_SHARE), ((1 - HELD_OUT_SHARE) / 2, (1 + HELD_OUT_SHARE) / 2))
 #: Share of what a table turned, below which the rows before tell next to nothing of a gain.
@@ -67,9 +70,10 @@ def split(manifest: Manifest, recordings: Sequence[Recording]) -> tuple[RowUse, 
 def other_folds(manifest: Manifest, recordings: Sequence[Recording]) -> tuple[tuple[RowUse, ...], ...]:
     """Uses of every row with the first rows of each run held out, and with those in its middle.
 
-    As many are held out as by `split`, by the time or by the motion as there. None where the manifest names rows.
+    As many are held out as by `split`, by the time or by the motion as there. None where the manifest names rows, nor
+    of points at one rate each.
     """
-    if manifest.fit_rows or not manifest.held_out.names_nothing:
+    if manifest.fit_rows or not manifest.held_out.names_nothing or _in_points(recordings):
         return ()
     at = _at_share_of_motion if stands_first(manifest, recordings) else _at_share_of_time
     folds = []
@@ -125,8 +129,15 @@ def _held_out(manifest: Manifest, recordings: Sequence[Recording]) -> Mask:
         return np.concatenate(whole)
     if named.start is not None:
         return np.concatenate([r.t - r.t[0] >= named.start for r in recordings])
+    if _in_points(recordings):
+        return np.concatenate([np.arange(len(r)) % EVERY == EVERY - 1 for r in recordings])
     at = _at_share_of_motion if stands_first(manifest, recordings) else _at_share_of_time
     return np.concatenate([r.t > at(r, 1 - HELD_OUT_SHARE) for r in recordings])
+
+
+def _in_points(recordings: Sequence[Recording]) -> bool:
+    """Whether all rows are points at one rate of the table each: a staircase is fastest at one of its ends."""
+    return all(is_in_points(with_positions(r)) for r in recordings)
 
 
 def stands_first(manifest: Manifest, recordings: Sequence[Recording]) -> bool:
@@ -149,7 +160,13 @@ def stands_first(manifest: Manifest, recordings: Sequence[Recording]) -> bool:
 
 
 def sentence_of_split(manifest: Manifest, recordings: Sequence[Recording]) -> tuple[str, ...]:
-    """What to say where rows were parted by the motion."""
+    """What to say where rows were not parted by the time."""
+    named = manifest.fit_rows or not manifest.held_out.names_nothing
+    if not named and _in_points(recordings):
+        return (
+            f"each row is a point at one rate of the table: one in {EVERY} is held out, and not the last "
+            f"{100 * HELD_OUT_SHARE:.0f} % of the time. [held_out] can name other rows",
+        )
     if not stands_first(manifest, recordings):
         return ()
     share = f"{100 * HELD_OUT_SHARE:.0f} %"

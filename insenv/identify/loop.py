@@ -16,7 +16,7 @@ import numpy as np
 from insenv.core.recording import Recording
 from insenv.core.series.allan import WALK
 from insenv.data.manifest.spec import Manifest
-from insenv.data.reference import with_reference
+from insenv.data.reference import is_in_points, with_reference
 from insenv.data.split import RowUse
 from insenv.effects.base import Effect
 from insenv.effects.catalogue import CATALOGUE, by_key
@@ -312,9 +312,10 @@ def _begin(
     samples: bool = True,
 ) -> Track:
     """A target before its search; bins of ``width`` at least, lines and holds found in the ``samples`` taken out."""
-    tones = any(effect.line for effect in catalogue)
+    apart = any(is_in_points(recording) for recording in recordings)
+    tones = not apart and any(effect.line for effect in catalogue)
     made = any(recording.period is not None for recording in recordings)
-    holds = not made and any(effect.id == SampleHold.id for effect in catalogue)
+    holds = not made and not apart and any(effect.id == SampleHold.id for effect in catalogue)
     prepared = prepare(manifest, recordings, uses, target, tones and samples, holds and samples, width)
     found, blind = candidates(prepared.problem, catalogue)
     if len(manifest.model.targets) > 1:

@@ -1,9 +1,12 @@
-"""Angles of a table that were set: a row at each position, or rests without a row of the turns between them.
+"""Angles and rates of a table that were set: a row at each, or rests without a row of the turns between them.
 
 Nobody may make a motion of such a column. Means of 7 s at 0, 180, 45, 225 deg ... in the rows of a file are those of a
 table at rest: what follows the angle is taken as it stands at each row, and no rate is subtracted. An angle is taken to
 have been set where every change of it is either none or one to another position, whole turns apart; not where it goes
 on evenly, as a table that turns does, unless it rests for long between, nor where a gyro reads the turns.
+
+So is a table of rates and readings, the common test of a scale factor: a row is the mean of some seconds at one rate,
+and the next is of another. What lies between was not recorded: no angle follows from it, no lag and no line.
 """
 
 from __future__ import annotations
@@ -22,6 +25,10 @@ FEWEST = 3
 #: Change from one turn to the next, of half of them, up to which a table turns evenly [rad], and usual time between
 #: turns [s] from which on it rests.
 EVENLY, RESTS = 0.2, 20.0
+#: Usual time from row to row of rates that were set [s], share of their range by which a rate is another one, and share
+#: of the rows at which it is; fewest and most rows: nobody sets a thousand, and a table that swings may be read once a
+#: second.
+APART, ANOTHER, OFTEN, FEWEST_ROWS, MOST_ROWS = 1.0, 0.005, 0.25, 6, 300
 
 
 def were_set(t: Floats, angle: Floats) -> bool:
@@ -36,6 +43,13 @@ def were_set(t: Floats, angle: Floats) -> bool:
         return False
     bend = np.abs(_within_a_turn(np.diff(change[gone])))
     return float(np.median(bend)) > EVENLY or float(np.median(np.diff(t[1:][gone]))) > RESTS
+
+
+def rates_were_set(t: Floats, rate: Floats) -> bool:
+    """Whether rates [rad/s] of a table at times ``t`` [s], shape (n,), are those of single points far apart."""
+    if not FEWEST_ROWS <= len(t) <= MOST_ROWS or float(np.median(np.diff(t))) < APART:
+        return False
+    return float(np.mean(np.abs(np.diff(rate)) > ANOTHER * np.ptp(rate))) > OFTEN and bool(np.ptp(rate))
 
 
 def _within_a_turn(angle: Floats) -> Floats:

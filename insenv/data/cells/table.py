@@ -17,7 +17,7 @@ from insenv.core.recording import Channel, Floats, Recording
 from insenv.core.series.trajectory import Trajectory
 from insenv.data.cells.follow import followed
 from insenv.data.cells.rows import interpolated, intervals, is_even, means_of_rows, without_leaps
-from insenv.data.reference import at_cells, is_set, order, programme
+from insenv.data.reference import at_cells, is_in_points, is_set, order, programme
 from insenv.data.resample import through
 
 #: Share of the second difference at one end of a row, of that at the other, below which the rate has a corner in it.
@@ -70,6 +70,9 @@ class TargetCells:
         if is_set(self.recording):
             angle = at_cells(self.recording.channels["table_angle"], self.cell_of_row, n)
             return TableMotion(np.zeros(n), np.zeros(n), np.zeros(n + 1), angle)
+        if is_in_points(self.recording):
+            rate = means_of_rows(self.recording.channels["table_rate"].values, self.cell_of_row, n)[1]
+            return TableMotion(rate, rate, np.zeros(n + 1), None)
         if behind is not None and behind.still:
             # The noise of an encoder is no motion: neither to subtract nor to make a curve of.
             return TableMotion(np.zeros(n), np.zeros(n), np.zeros(n + 1), np.full(n + 1, behind.angle[0]))
@@ -301,5 +304,7 @@ def table_rate_of_rows(
         return None
     if is_set(recording):
         return np.zeros(len(recording))
+    if is_in_points(recording):
+        return recording.channels["table_rate"].values
     start, end = intervals(recording, target)
     return (angle(end) - angle(start)) / (end - start)

@@ -287,8 +287,6 @@ def _refuse_keys(name: str, table: schema.ChannelTable, where: str) -> None:
     for key, names in meant_for.items():
         if getattr(table, key) not in (None, False) and name not in names:
             raise InputError(f"{where}.{key} has no meaning on this channel; it belongs to {', '.join(names)}")
-    if table.source == "set" and name != "table_angle":
-        raise InputError(f"{where}.source = 'set' is of an angle; wanted 'encoder' or 'command'")
 
 
 def _positive(text: str, dimension: str, where: str) -> float:

@@ -87,14 +87,17 @@ def at_one_angle(recordings: tuple[Recording, ...], rejected: tuple[RejectedRows
 
 
 def _events(lost: NDArray[np.bool_], rate: Floats) -> list[int]:
-    """First rows of what is lost while the table keeps its rate; stretches that are near each other are one event."""
+    """Middle rows of what is lost while the table keeps its rate; stretches that are near each other are one event.
+
+    Rows are left out as far on either side as a filter or a mean makes one of them: both ways the middle is the same.
+    """
     parts = stretches(lost)
     first = [a for k, (a, _) in enumerate(parts) if k == 0 or a - parts[k - 1][1] > ONE_EVENT]
     last = [b for k, (_, b) in enumerate(parts) if k == len(parts) - 1 or parts[k + 1][0] - b > ONE_EVENT]
     most = float(np.abs(rate).max(initial=0.0))
     known = [(a, b) for a, b in zip(first, last, strict=True) if a >= ONE_EVENT and b < len(rate)]
     moving = [(a, b) for a, b in known if abs(rate[b]) > ON_ITS_WAY * most]
-    return [a for a, b in moving if abs(rate[a - ONE_EVENT] - rate[b]) < KEPT * most]
+    return [(a + b) // 2 for a, b in moving if abs(rate[a - ONE_EVENT] - rate[b]) < KEPT * most]
 
 
 def sentences(recordings: tuple[Recording, ...], target: str, rejected: tuple[RejectedRows, ...]) -> tuple[str, ...]:

@@ -59,8 +59,10 @@ def held_out_score(problem: Problem, fit: Fit) -> Score:
     left = residual(problem, fit)
     variance = problem.held_out_modes().shapes @ fit.noise.power
     modes = transform(problem.held_out, left) ** 2
-    # The level of a block is what the noise wandered since the fit, not its scatter: no part of the floor.
-    moves = eigenvalues(problem.held_out) > 0
+    # The level of a block is what the noise wandered since the fit, not its scatter: no part of the floor. A block of
+    # one mean has nothing else.
+    alone = np.concatenate([np.full(block.n, block.n == 1) for block in problem.held_out])
+    moves = (eigenvalues(problem.held_out) > 0) | alone
 
     def scatter(of_modes: Floats) -> float:
         return float(np.sqrt(np.mean(np.where(moves, of_modes, 0.0))))

@@ -173,6 +173,11 @@ class Problem:
         return turns(self.exposures)
 
     @property
+    def in_points(self) -> bool:
+        """Whether each mean is of one rate of the table, and nothing is known of the way from one to the next."""
+        return any(e.motion.points for e in self.exposures)
+
+    @property
     def smoothed(self) -> bool:
         """Whether the rate in the regressors is the motion behind the noise of a measured reference, and no reading."""
         return any(np.ptp(e.u - e.motion.rate) > ROUNDING * np.ptp(e.u) for e in self.exposures)

@@ -148,7 +148,7 @@ def _counts(recording: Recording) -> Counts | None:
 def _commanded(recording: Recording) -> bool:
     """Whether the reference is a command, or has no noise of its own."""
     names = order(recording)
-    return bool(names) and recording.channels[names[0]].source == "command"
+    return bool(names) and recording.channels[names[0]].source in ("command", "set")
 
 
 def _coarse(recordings: tuple[Recording, ...], target: str) -> Coarse | None:

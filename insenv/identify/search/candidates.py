@@ -24,6 +24,10 @@ from insenv.identify.search.unit.real_motion import unmoved
 DISOBEYED = "what the unit did not do that it was told to goes with the motion as well"
 #: Share of the fitted time at either end in which no step is looked for.
 END_SHARE = 0.05
+#: Why nothing is told of the angle, of a lag, a line or a hold.
+IN_POINTS = "each row is a point at one rate of the table, and nothing was recorded of the way between"
+#: Fitted means for each parameter of a curve without a cause.
+MEANS_EACH = 3
 #: Means over which a hold must last to be more than a delay in them.
 HELD_MEANS = 2.0
 #: Arc, in radians of a wave of the table's angle, below which the wave is no wave but a gain: on a quarter of one its
@@ -56,7 +60,11 @@ def candidates(
         if isinstance(effect, NoiseEffect) or effect.line or not _fits_instrument(problem, effect):
             continue
         needs, reason = _unseen(problem, effect) if told or not law_of_motion(effect) else ((), DISOBEYED)
+        if problem.in_points and _of_the_way(effect):
+            needs, reason = (), IN_POINTS
         terms = () if reason else _terms(problem, effect)
+        if terms and effect.generic and _is_richer(problem, terms[0]):
+            terms, reason = (), "a curve of so many parameters follows so few means, whatever they are"
         if terms:
             found.append(Candidate(effect, terms))
         else:
@@ -78,6 +86,16 @@ def _unseen(problem: Problem, effect: Effect) -> tuple[tuple[str, ...], str]:
         return (), still
     own = [effect.blind(e.motion) for e in problem.exposures]
     return (), own[0] if all(own) else ""
+
+
+def _is_richer(problem: Problem, term: Term) -> bool:
+    """Whether a curve has more than one parameter for each `MEANS_EACH` fitted means."""
+    return MEANS_EACH * term.size > int((~problem.bins.held_out).sum())
+
+
+def _of_the_way(effect: Effect) -> bool:
+    """Whether an effect goes by how the table came to a rate: its angle, and all of a response but the gain."""
+    return (effect.of_response and effect.part != "gain") or bool({"angle", "rate_edges"} & set(effect.needs))
 
 
 def _fits_instrument(problem: Problem, effect: Effect) -> bool:

@@ -15,6 +15,7 @@
 * A step of a unit at rest that noise which does not jump would make less than once in a thousand times.
 * Tones at multiples of one frequency: one wave that is no sine, and has a cause that no tone names. Tones nearer than
   two lines are: one whose amplitude swings.
+* Waves of four orders of the table's angle: a place in the turn, which no order names.
 * A curve without a cause beside effects that have one.
 * What is beyond all doubt, and would be of a size that its effect cannot have: another cause is there.
 * What would explain far better than an effect that was added, of a size that it cannot have.
@@ -88,6 +89,8 @@ ONE_CURVE, LEAST_BINS = 0.95, 32
 #: which one alone is a step, and two about a few means are an event. Odds from which on it bends. Of 61 tables with
 #: neither the largest were 200 and 220, and for one bend 3e4; of 107 channels at rest the largest were 4e5 and 1e4.
 MANY_CHANGES, ODDS, FEWEST_CHANGES, SURE, SELDOM, BENDS, AT_REST = 4, 3e3, 2, 1e5, 0.1, 1e5, 1e6
+#: Orders of the angle from which on their waves are one curve.
+MANY_ORDERS = 4
 #: Fewest means in which they are looked for.
 FEWEST_SLOW = 100
 
@@ -107,6 +110,7 @@ def unfinished(track: Track, alpha: float) -> tuple[str, ...]:
         *turned_on_anew(track, alpha),
         *_jumping(track, alpha),
         *_waves(track),
+        *_waves_of_the_angle(track),
         *_curves(track),
         *_of_no_credible_size(track),
         *_imitated(track),
@@ -366,6 +370,18 @@ def _waves(track: Track) -> tuple[str, ...]:
     return (
         f"tones at {low:.5g} and {high:.5g} Hz are as near as one line is whose amplitude swings in "
         f"{1 / (high - low):.2g} s: not told from two",
+    )
+
+
+def _waves_of_the_angle(track: Track) -> tuple[str, ...]:
+    """Waves of the table's angle that are one curve of it: a place in the turn takes as many as were tried."""
+    effects = [step.hit.candidate.effect for step in track.steps]
+    orders = sorted({order for e in effects if "angle" in e.needs and (order := getattr(e, "order", 0))})
+    if len(orders) < MANY_ORDERS:
+        return ()
+    return (
+        f"waves of the orders {', '.join(map(str, orders))} of the table's angle: one curve of it that is no wave, as "
+        "of a place in the turn (a magnet, a bearing, a mark), whose cause is not named",
     )
 
 

@@ -58,6 +58,8 @@ def test_outliers_at_one_angle_of_the_table_are_its_encoders() -> None:
     marks = np.flatnonzero((turn[:-1] < 2.0) & (turn[1:] >= 2.0)).tolist()
     assert len(marks) > 8
     assert at_one_angle((recording,), outliers(*((k, k + 3) for k in marks)))
+    # A means' width on either side is left out with each: it begins 0.4 rad before the mark, whichever way that is.
+    assert at_one_angle((recording,), outliers(*((k - 15, k + 15) for k in marks)))
     anywhere = np.sort(rng.choice(12_000, len(marks), replace=False)).tolist()
     assert not at_one_angle((recording,), outliers(*((k, k + 3) for k in anywhere)))
 

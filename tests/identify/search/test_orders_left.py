@@ -86,3 +86,14 @@ def test_a_ripple_that_both_see_is_no_wave_of_a_filtered_encoder() -> None:
     late = lfilter([1 - share], [1, -share], angle - angle[0]) + angle[0]
     found = said(np.diff(angle) / DT, np.asarray(late), 5)
     assert not any(name.startswith("encoder_harmonic") for name in names(found))
+
+
+def test_a_place_in_the_turn_takes_as_many_waves_as_were_tried_and_is_said_to_be_one() -> None:
+    """A magnet beside the table: half a radian of each turn."""
+    angle = turned("two rates")
+    middle = 0.5 * (angle[1:] + angle[:-1])
+    place = 3e-4 * np.exp(-0.5 * (np.angle(np.exp(1j * (middle - 2.0))) / 0.4) ** 2)
+    found = said(np.diff(angle) / DT + place, angle, 5)
+    assert {f"angle_locked_rate:{k}" for k in (1, 2, 3, 4)} <= set(names(found))
+    assert found.verdict == "effects-found-incomplete"
+    assert any("one curve of it that is no wave" in reason for reason in found.reasons)

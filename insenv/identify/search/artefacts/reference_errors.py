@@ -18,6 +18,7 @@ bends, has errors of its own that go with the motion. Beside the model X, an eff
 3. *Noise that goes with the motion* (`insenv.identify.fit.swings`): the variance of C's coefficient is larger by f.
 
 Of the first an error of the encoder itself is none (`insenv.identify.search.artefacts.wave_of_reference`).
+Of points at one rate each there is neither a frequency nor a swing, and no lag: the errors are the table's own.
 The normal deviate of the evidence shrinks by sqrt(h / (h_0 f)), h_0 being what C gains without all that.
 
 Source of the second: B. Efron, Tweedie's formula and selection bias, J. Am. Stat. Assoc. 106 (2011) 1602.
@@ -87,7 +88,7 @@ def beside_reference_errors(problem: Problem, fit: Fit, base: Reference, hit: Hi
 def _may_be_reference(problem: Problem, hit: Hit) -> bool:
     if hit.candidate.effect.of_response or hit.log_p >= np.log(WORTH):
         return False
-    return problem.target.startswith("gyro") and problem.turns
+    return problem.target.startswith("gyro") and problem.turns and not problem.in_points
 
 
 @dataclass(frozen=True)
