@@ -21,6 +21,8 @@ from insenv.report.figures import covariate_of, covariates, per_root_hertz, time
 _EFFECT, _SAMPLES = (5.2, 2.7), (10.6, 3.3)
 #: Share of a curve that a mean over a covariate must explain for the curve to be drawn against it; bins of it.
 _EXPLAINED, _BINS = 0.98, 60
+#: Points up to which the neighbours of each tell instead, and share that they must explain: they cut a curve's corners.
+_FEW, _BY_NEIGHBOURS = 120, 0.9
 #: Lines that are named in a picture.
 _NAMED = 6
 
@@ -66,20 +68,35 @@ def _effect(target: TargetFindings, curve: Floats) -> Figure:
 
 def _against(target: TargetFindings, curve: Floats) -> str:
     """The covariate of which a curve is a function; "" where it is one of time."""
-    spread = float(np.sum((curve - curve.mean()) ** 2))
-    best, chosen = _EXPLAINED, ""
+    best, chosen = _BY_NEIGHBOURS if len(curve) <= _FEW else _EXPLAINED, ""
     for name in covariates(target):
         x = covariate_of(name, target.traces.covariates[name])[0]
         if not np.isfinite(x).all():
             continue
-        b = means(x, curve, _BINS)
-        good = np.isfinite(b.mean)
-        if good.sum() < 2:
-            continue
-        left = float(np.sum((curve - np.interp(x, b.x[good], b.mean[good])) ** 2))
-        if 1 - left / spread > best:
-            best, chosen = 1 - left / spread, name
+        share = _by_neighbours(x, curve) if len(curve) <= _FEW else _by_means(x, curve)
+        if share > best:
+            best, chosen = share, name
     return chosen
+
+
+def _by_means(x: Floats, curve: Floats) -> float:
+    """Share of a curve that its means over ``x`` explain."""
+    b = means(x, curve, _BINS)
+    good = np.isfinite(b.mean)
+    if good.sum() < 2:
+        return 0.0
+    left = curve - np.interp(x, b.x[good], b.mean[good])
+    return 1 - float(np.sum(left**2) / np.sum((curve - curve.mean()) ** 2))
+
+
+def _by_neighbours(x: Floats, curve: Floats) -> float:
+    """Share of a curve of few points that the straight line between the neighbours of each in ``x`` explains."""
+    order = np.argsort(x, kind="stable")
+    x, curve = x[order], curve[order]
+    wide = x[2:] - x[:-2]
+    weight = np.where(wide > 0, (x[1:-1] - x[:-2]) / np.where(wide > 0, wide, 1.0), 0.5)
+    left = curve[1:-1] - (1 - weight) * curve[:-2] - weight * curve[2:]
+    return 1 - float(np.sum(left**2) / np.sum((curve - curve.mean()) ** 2))
 
 
 @draw.style()
