@@ -17,6 +17,7 @@ from insenv.core.series.rounding import counted
 from insenv.core.series.spectrum import psd
 from insenv.data.manifest.spec import Manifest
 from insenv.effects.base import Effect, NoiseEffect
+from insenv.effects.bias import BiasDrift
 from insenv.effects.noise import readings_density
 from insenv.effects.rate.scale import ScaleFactorCubic
 from insenv.effects.rate.threshold import DeadBand
@@ -71,6 +72,7 @@ from insenv.identify.search.rivals import Rivalry
 from insenv.identify.search.tracks import Step, Track
 from insenv.identify.search.twins import (
     chord_sentence,
+    drift_sentence,
     half_row_sentence,
     half_step_sentence,
     rarer_sentence,
@@ -445,7 +447,8 @@ def _added(
     remark = f"one cause, judged on {', '.join(step.together)} together" if step.together else ""
     same = twins(track.problem, track.fit, step.hit.term)
     made = _made_by_sampling(effect, parameters, track.problem.target, recordings)
-    remark = "; ".join(filter(None, (remark, twin_sentence(same), rarer_sentence(rivalry.rarer), made)))
+    drift = next((drift_sentence(e.value, e.sd) for e in parameters if e.parameter == "drift"), "")
+    remark = "; ".join(filter(None, (remark, twin_sentence(same), rarer_sentence(rivalry.rarer), made, drift)))
     if rivalry.noise:
         remark = UNDECIDED
     if track.instead:
@@ -461,7 +464,7 @@ def _added(
         held_out_after=step.after.rms,
         generic=step.hit.candidate.generic,
         remark=remark,
-        same_curve=(*(e.key for e in same), *rivalry.rarer),
+        same_curve=(*(e.key for e in same), *rivalry.rarer, *((BiasDrift.id,) if drift else ())),
     )
 
 

@@ -176,6 +176,17 @@ def test_a_tilting_base_is_found_on_both_level_accelerometers() -> None:
     assert all("accel_x, accel_y" in found.added[0].remark for found in findings.targets)
 
 
+def test_what_drifts_beside_a_tilt_may_be_the_accelerometers() -> None:
+    """The ramp beside the tilt takes all of it, for an offset of the gyros makes one."""
+    recording = rocking_base(6)
+    own = recording.channels["accel_x"]
+    drifting = replace(own, values=own.values + 1e-4 * recording.t)
+    channels = {**recording.channels, "accel_x": drifting}
+    found = closed(replace(recording, channels=channels), manifest(("accel_x", "accel_y"), ("bias",))).targets[0]
+    assert named(found)[0] == "base_tilt" and "bias_drift" in found.added[0].same_curve
+    assert "a drift of the accelerometer" in found.added[0].remark
+
+
 def test_a_tilt_needs_the_gyros_and_says_so() -> None:
     recording = rocking_base(6)
     channels = {name: c for name, c in recording.channels.items() if name.startswith("accel")}

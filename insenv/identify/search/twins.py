@@ -24,6 +24,8 @@ HALF_ROW = 0.02
 #: Share of half a step of the readings within which a dead band is that, and to which it must be told.
 NEAR_HALF = 0.35
 
+#: Deviations of a drift beside a tilt from which on it is said what else it may be.
+LEANS_ON = 5.0
 #: Shares of a row's square that the chord of a turn over the row, and its sine, are short of the cube of the rate; the
 #: share of them within which a cubic is that, and to which it must be told.
 CHORDS, NEAR_CHORD = (1 / 24, 1 / 6), 0.15
@@ -70,6 +72,16 @@ def half_row_sentence(skews: Sequence[tuple[float, float]], row: float) -> str:
         if all(abs(c - 0.5 * sign * row) <= max(HALF_ROW * row, 3 * sd) for c, sd in skews):
             return f"it is half a row, as of readings that are means over the step that {when} at their time{covers}"
     return ""
+
+
+def drift_sentence(drift: float, sd: float) -> str:
+    """A sentence on what drifts beside a tilt of the base, with its deviation [m/s^3]; empty where nothing does."""
+    if abs(drift) < LEANS_ON * sd:
+        return ""
+    return (
+        "its drift is what a constant offset of the gyros leaves in the angle, a base that leans on, or a drift of the "
+        "accelerometer: bias_drift is the same curve"
+    )
 
 
 def chord_sentence(c: float, sd: float, row: float) -> str:

@@ -17,6 +17,7 @@ from insenv.core.errors import InputError
 from insenv.core.recording import Floats
 from insenv.core.series.positions import rates_were_set
 from insenv.identify.findings import Findings
+from insenv.report.evidence import effects
 
 Law = Callable[[Floats], Floats]
 
@@ -131,3 +132,12 @@ def test_too_few_points_are_refused_with_what_is_wanted(tmp_path: Path) -> None:
 )
 def test_what_points_are(t: Floats, rate: Floats, were: bool) -> None:
     assert rates_were_set(t, rate) is were
+
+
+def test_a_law_of_few_points_is_drawn_against_the_rate(tmp_path: Path) -> None:
+    rng = np.random.default_rng(7)
+    (target,) = closed(tmp_path, in_order("thrice", 11, rng), LAWS["scale_factor_cubic"], rng).targets
+    model = target.switchable()
+    assert model is not None
+    ((_, figure),) = effects(target, model)
+    assert figure.axes[0].get_xlabel() == "rate [deg/s]"
