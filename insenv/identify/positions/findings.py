@@ -49,6 +49,8 @@ from insenv.identify.positions.trace import Part, Positions
 
 _HELD = "The parameters that are declared of this axis hold, in these attitudes, what there may be of"
 _ELSEWHERE = "was found on other axes: on this one, which points one way alone, its bias holds what there may be of it"
+#: Range of what an axis feels, in gravity, from which on its bias and its scale factor are told apart.
+LEAST_SPAN = 0.7
 _MORE = "hold the triad still in more attitudes, each axis up, level, down and half-way, in another order"
 
 
@@ -129,7 +131,11 @@ def _target(
                 rows_of(recordings, found, shown),
             )
         ),
-        cautions=(*_cautions(found, gyro), *(f"{_HELD} {key}." for key in untold)),
+        cautions=(
+            *(() if gyro else _of_one_side(found, target)),
+            *_cautions(found, gyro),
+            *(f"{_HELD} {key}." for key in untold),
+        ),
     )
 
 
@@ -316,6 +322,19 @@ def _cautions(found: Positions, gyro: bool) -> tuple[str, ...]:
         *said,
         f"Neither gravity nor latitude is given, {STANDARD_GRAVITY} m/s² is taken: where gravity is larger by a share, "
         f"the three accelerometer scale factors are larger by it too, up to 0.3 % on the Earth; {width}.",
+    )
+
+
+def _of_one_side(found: Positions, target: str) -> tuple[str, ...]:
+    """Of an accelerometer that felt nearly the same in all rests: what tells its bias from its scale factor."""
+    parts = {term.effect.part for term in found.accel.outcome.after.terms}
+    felt = found.forces[:, AXES.index(target[-1])]
+    if not {"gain", "level"} <= parts or np.ptp(felt) >= LEAST_SPAN * STANDARD_GRAVITY:
+        return ()
+    return (
+        f"In all rests {target} felt {felt.min():.3g} to {felt.max():.3g} m/s²: that alone tells its bias from its "
+        "scale factor, and axes that lean make them wrong by more than their standard deviations. Rests with this axis "
+        "up and down tell.",
     )
 
 
