@@ -19,6 +19,7 @@ t_j stand at t_j-1 + (t_j - t_j-1) i / k.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -51,7 +52,7 @@ def resampled(recording: Recording, rate: float, where: str) -> Recording:
     steps = np.diff(t)
     middle = float(np.median(steps))
     if width < FEWEST * middle * (1 - 1e-9):
-        most = f"wanted at most {1 / (FEWEST * middle):.3g} Hz, means over two rows"
+        most = f"wanted at most {_rounded_down(1 / (FEWEST * middle)):g} Hz, means over two rows"
         raise InputError(f"{where} = {rate:g} Hz; the median step of {recording.label} is {middle:.3g} s: {most}")
     # At rest it is all one when within a cell its rows were read.
     turns = any(name in recording.channels for name in ("table_angle", "table_rate"))
@@ -71,6 +72,12 @@ def resampled(recording: Recording, rate: float, where: str) -> Recording:
     found = replace(recording, t=ends, channels=channels, segments=segments, notes=(*recording.notes, text))
     own = np.searchsorted(t, edges, side="right")
     return replace(found, period=width, made_of=np.column_stack([own[:-1], own[1:]])[kept])
+
+
+def _rounded_down(value: float) -> float:
+    """The largest number of three figures that is no more than a positive one."""
+    unit = 10.0 ** (math.floor(math.log10(value)) - 2)
+    return round(math.floor(value / unit * (1 + 1e-9)) * unit, 12)
 
 
 def spread(t: Floats) -> tuple[Floats, tuple[str, ...]]:

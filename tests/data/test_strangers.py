@@ -167,6 +167,10 @@ def test_steps_of_any_length_are_refused_where_rows_of_several_runs_are_counted(
 def test_means_finer_than_the_rows_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"fit.resample = 10 Hz; the median step .* wanted at most 5 Hz"):
         read(tmp_path, sound(), '[fit]\nresample = "10 Hz"\n')
+    own = sound()
+    own["time"] = np.asarray(0.0358 * np.arange(len(own["time"])), np.float64)
+    with pytest.raises(InputError, match=r"fit.resample = 14 Hz; .* wanted at most 13.9 Hz"):
+        read(tmp_path, own, '[fit]\nresample = "14 Hz"\n')
     tail = '[fit]\nresample = "2 Hz"\nrows = [[0, 100]]\n'
     with pytest.raises(InputError, match=r"fit.rows beside fit.resample.* of 2 runs"):
         load_manifest(write(tmp_path, [sound(), sound()], {"": tail}, ("bias",)))

@@ -119,7 +119,8 @@ def find_rests(manifest: Manifest, recordings: Sequence[Recording], channels: Se
         remarks += said
     if len(found) < 2:
         count = "no rest" if not found else "one rest"
-        wanted = f"wanted several attitudes, each held still for {(SHORTEST + 2) * WINDOW:g} s or longer"
+        longest = max((SHORTEST + 2) * window_rows(recording) * recording.dt for recording in recordings)
+        wanted = f"wanted several attitudes, each held still for {longest:.2g} s or longer"
         where = f"{count} found in {', '.join(r.label for r in recordings)}"
         why = f" ({'; '.join(remarks)})" if remarks else ""
         raise InputError(f"{manifest.path}: {where}{why}; {wanted}")

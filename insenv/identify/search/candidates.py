@@ -24,6 +24,8 @@ from insenv.identify.search.unit.real_motion import unmoved
 DISOBEYED = "what the unit did not do that it was told to goes with the motion as well"
 #: Share of the fitted time at either end in which no step is looked for.
 END_SHARE = 0.05
+#: Why nothing is told of vibration beside accelerometers.
+SLOW = "rows are too far apart, or too few, to show what vibrates within a second"
 #: Why nothing is told of the angle, of a lag, a line or a hold.
 IN_POINTS = "each row is a point at one rate of the table, and nothing was recorded of the way between"
 #: Fitted means for each parameter of a curve without a cause.
@@ -77,7 +79,8 @@ def _unseen(problem: Problem, effect: Effect) -> tuple[tuple[str, ...], str]:
     if effect.of_rate and not problem.turns and any(np.any(e.motion.rate) for e in problem.exposures):
         return (), "the table turns at one rate, which tells no law of it"
     if needs := _missing(problem, effect):
-        return needs, "the recording has no such channel"
+        felt = "vibration" in effect.needs and all(e.motion.force or e.motion.cross_rate for e in problem.exposures)
+        return ((), SLOW) if felt else (needs, "the recording has no such channel")
     if resting := unmoved(problem, effect):
         return ("motion",), resting
     if effect.id == EncoderHarmonic.id and not any(e.motion.projection for e in problem.exposures):
