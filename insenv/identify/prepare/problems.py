@@ -66,6 +66,8 @@ LEAST_LINE = 0.01
 CERTAIN = 1e-8
 #: Frequency in bins from which on a line that wanders, for which all bins become longer, is not left to them.
 WANDERS = 0.6
+#: Share of its power to which the noise of means must fall for means twice as long, and fewest of these to fit.
+QUIETER, FEWEST_QUIET = 0.5, 50
 #: Share of the square sum of the acceleration below the frequency that the motion reaches.
 MOTION = 0.95
 
@@ -134,10 +136,11 @@ def prepare(
     lines = _recurring(_that_matter(seen, ready.plain, ready.plain.bins.width), ready.plain)
     lines = tuple(line for line in lines if not _of_hold_or_motion(line, ready.held.hold, ready.plain))
     rows = _rejecting_rows(manifest, ready, lines)
-    plain = ready.plain if rows == ready.rows else binned(manifest, ready.measured, ready.uses, target, rows)
     if lines:
         problem = _without_lines(manifest, ready, lines, rows, model, target)
-    else:
+        lines, rows, problem = _quieter(manifest, ready, seen, (lines, rows, problem), model)
+    plain = ready.plain if rows == ready.rows else binned(manifest, ready.measured, ready.uses, target, rows)
+    if not lines:
         problem = plain if ready.held.hold is None else binned(manifest, ready.recordings, ready.uses, target, rows)
     plain = _clipping(manifest, ready.clean, ready.uses, target, rows, plain)
     plain, problem = bounded(plain, model), bounded(problem, model)
@@ -225,6 +228,31 @@ def _without_lines(
         return problem
     rejecting = binned(manifest, freed, ready.uses, target, rows, reject_lines=True)
     return rejecting if _scatter(rejecting, model) < _scatter(problem, model) else problem
+
+
+def _quieter(
+    manifest: Manifest,
+    ready: _Ready,
+    seen: tuple[Line, ...],
+    so_far: tuple[tuple[Line, ...], int, Problem],
+    model: Model,
+) -> tuple[tuple[Line, ...], int, Problem]:
+    """The same, of a unit at rest, by means twice as long as long as their noise becomes less by `QUIETER`.
+
+    White noise is as loud in any means, for so long a mean. A dithered laser gyro has lines at 9 and 30 Hz and beside
+    them others, a twentieth of these, that are most of what its means scatter by once these are rejected.
+    """
+    lines, rows, problem = so_far
+    while not problem.turns and manifest.held_out.averaging is None:
+        if int((~problem.bins.held_out).sum()) < 2 * FEWEST_QUIET:
+            break
+        hidden = (x for x in _that_matter(seen, problem, problem.bins.width) if x not in lines)
+        more = (*lines, *hidden)
+        found = _without_lines(manifest, ready, more, 2 * rows, model, problem.target)
+        if _scatter(found, model) * found.bins.width > QUIETER * _scatter(problem, model) * problem.bins.width:
+            break
+        lines, rows, problem = more, 2 * rows, found
+    return lines, rows, problem
 
 
 def _without_jumps(
