@@ -70,6 +70,8 @@ from insenv.identify.trial import SUSPECTED, times_a_turn, tried
 
 #: Share by which bins of two targets may differ in length and be as good as one.
 SAME = 1e-6
+#: How often they are made as long as the longest at most: holds of two outputs may have no length in common.
+PASSES = 3
 
 
 #: Why what is asked of one target alone is not tried of several.
@@ -121,9 +123,14 @@ def trace(
     for target in manifest.model.targets:
         progress(f"{target}: declared model")
         tracks.append(begin(target))
-    # The axes of a unit are compared with each other: one averaging for all of them.
-    width = max(track.problem.bins.width for track in tracks)
-    tracks = [t if width < (1 + SAME) * t.problem.bins.width else begin(t.problem.target, width=width) for t in tracks]
+    # The axes of a unit are compared with each other: one averaging for all of them, which one may want longer still.
+    for _ in range(PASSES):
+        width = max(t.problem.bins.width for t in tracks)
+        short = [width >= (1 + SAME) * t.problem.bins.width for t in tracks]
+        tracks = [begin(t.problem.target, width=width) if s else t for t, s in zip(tracks, short, strict=True)]
+        if not any(short):
+            break
+    width = max(t.problem.bins.width for t in tracks)
     found = partial(_found, manifest, alpha=alpha, seed=seed, progress=progress)
     tracks = found(tracks)
     if manifest.held_out.averaging is None:
