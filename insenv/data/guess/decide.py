@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats
 from insenv.core.series.moving import LEAST_REST, TIPPED, TURNING, departs, longest_rest
+from insenv.core.series.positions import rates_were_set
 from insenv.core.units import DEG, quantity, scale_to_si
 from insenv.data.guess import numbers, rates
 from insenv.data.guess.columns import AXES, Role, Roles, assign
@@ -157,7 +158,7 @@ def _time(said: _Said, roles: Roles, listing: Listing, answers: Mapping[str, str
         said.channels.append(Channel("time", "row", "", Choice("", "positions in their order", "assumed")))
         return None
     if role is None:
-        return _rate(said, listing, answers)
+        return _rate(said, roles, listing, answers)
     clock = numbers.clock(role.column.values)
     heading, column = role.column.heading, role.column.key
     stated = role.heading.unit
@@ -178,7 +179,7 @@ def _unused(roles: Roles, time: Channel) -> tuple[str, ...]:
     return (str(roles.by_channel["time"].column.heading),) if there else ()
 
 
-def _rate(said: _Said, listing: Listing, answers: Mapping[str, str]) -> float | None:
+def _rate(said: _Said, roles: Roles, listing: Listing, answers: Mapping[str, str]) -> float | None:
     """A time that is known by its rate, or asked."""
     if answers.get("time.rate") == "row":
         said.channels.append(Channel("time", "row", "", Choice("", "a row counts as a second", "answered")))
@@ -194,10 +195,21 @@ def _rate(said: _Said, listing: Listing, answers: Mapping[str, str]) -> float | 
     if any(question.key == "time.column" for question in said.questions):
         said.channels.append(Channel("time", None, "", Choice(None, "several columns of time", "open")))
         return None
+    if _in_points(roles):
+        said.channels.append(
+            Channel("time", "row", "", Choice("", "points at one rate each, in their order", "assumed"))
+        )
+        return None
     text = f"{_no_time(listing)}. At which rate were the rows taken? ('row': a row counts as a second)"
     said.questions.append(Question("time.rate", text, "", ("frequency",), ("row",), quantity=True))
     said.channels.append(Channel("time", None, "", Choice(None, "no column of time", "open")))
     return None
+
+
+def _in_points(roles: Roles) -> bool:
+    """Whether a rate of the table is another one from row to row, and nothing was recorded between."""
+    rate = roles.by_channel.get("table_rate")
+    return rate is not None and rates_were_set(np.arange(len(rate.column.values), dtype=float), rate.column.values)
 
 
 def _no_time(listing: Listing) -> str:

@@ -127,6 +127,15 @@ def test_a_file_without_time_is_asked_for_its_rate(tmp_path: Path) -> None:
     assert drafted(path, time__rate="row").channels[0].column == "row"
 
 
+def test_points_at_one_rate_each_need_no_time(tmp_path: Path) -> None:
+    rates = np.linspace(-100, 100, 11)
+    path = table(tmp_path / "a.csv", {"commanded_rate (deg/s)": rates, "gyro (deg/s)": 1.01 * rates + 0.3})
+    found = drafted(path)
+    assert not found.questions
+    (time,) = (channel for channel in found.channels if channel.name == "time")
+    assert time.column == "row"
+
+
 def test_stamps_of_packets_are_said_where_the_rate_is_asked(tmp_path: Path) -> None:
     columns = {"timestamp": np.repeat(np.arange(800.0) * 0.1, 10), **turned_by_hand()}
     asks = {q.key: q.text for q in drafted(table(tmp_path / "a.csv", columns)).questions}
