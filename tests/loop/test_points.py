@@ -125,6 +125,7 @@ def test_too_few_points_are_refused_with_what_is_wanted(tmp_path: Path) -> None:
         (0.01 * np.arange(11), np.linspace(-1, 1, 11), False),  # a ramp
         (1.0 * np.arange(400), np.repeat(np.linspace(-1, 1, 10), 40), False),  # dwells of 40 rows
         (10.0 * np.arange(30), np.repeat(np.linspace(-1, 1, 10), 3), True),  # three readings at each
+        (1.0 * np.arange(110), np.linspace(0, 1, 110), False),  # a motor that is told to go faster and faster
         (12.0 * np.arange(11), np.zeros(11), False),
         (1.0 * np.arange(1000), np.sin(0.31 * np.arange(1000)), False),  # a swing, read once a second
         (12.0 * np.arange(5), np.linspace(-1, 1, 5), False),

@@ -28,7 +28,7 @@ EVENLY, RESTS = 0.2, 20.0
 #: Usual time from row to row of rates that were set [s], share of their range by which a rate is another one, and share
 #: of the rows at which it is; fewest and most rows: nobody sets a thousand, and a table that swings may be read once a
 #: second.
-APART, ANOTHER, OFTEN, FEWEST_ROWS, MOST_ROWS = 1.0, 0.005, 0.25, 6, 300
+APART, ANOTHER, OFTEN, FEWEST_ROWS, MOST_ROWS = 1.0, 0.01, 0.25, 6, 300
 
 
 def were_set(t: Floats, angle: Floats) -> bool:
