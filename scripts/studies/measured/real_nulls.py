@@ -4,7 +4,8 @@ What an instrument does lasts or recurs: a name that stands in fewer than a thir
 one alone, is counted as false, and so is a name that needs motion, for there is none. `alpha` is the share of pieces
 in which a false name is promised at most. A step, a drift or a warm-up happens once, and so is put to the next piece,
 which no fit has seen: where its level has changed by half to twice of what the name foretells, it is borne out, and
-told beside. Pieces with a gap are left out. Answers are kept in a store, a line each: a study that was interrupted goes
+told beside. A line that has no name in another piece may stand in its samples all the same: how many do is told too.
+Pieces with a gap are left out. Answers are kept in a store, a line each: a study that was interrupted goes
 on, and may be made in parts (`--minutes`).
 
     python real_nulls.py MANIFEST.toml ... [--piece 600] [--most 20] [--store FILE.jsonl] [--minutes 4]
@@ -23,7 +24,7 @@ import json
 import tempfile
 import time
 from collections import Counter, defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -32,6 +33,7 @@ import numpy as np
 
 from insenv.close import close
 from insenv.core.errors import InputError
+from insenv.core.recording import Floats
 from insenv.data.load import read_recordings
 from insenv.data.manifest import load_manifest
 from insenv.identify.findings import TargetFindings
@@ -47,6 +49,8 @@ NEED_MOTION = frozenset({"cross_axis", "g_sensitivity", "misalignment", "base_ti
 GYRO, ACCEL = "rad/s", "m/s^2"
 #: Means of a piece that are kept to judge by; share of the change foretold from which on it is borne out.
 MEANS, BORNE_OUT = 24, (0.5, 2.0)
+#: Share of a line's frequency, and bins at most, within which other pieces may have it; deviations that make it so.
+ABOUT, MOST_BINS, SURE = 0.03, 60, 6.0
 #: A piece that lasts longer than its rows by this share has a gap.
 GAP = 0.02
 
@@ -131,7 +135,7 @@ def main() -> None:
                 if given.store:
                     with given.store.open("a", encoding="utf-8") as file:
                         file.write(json.dumps([*key, said[key]]) + "\n")
-    print(*false_names(said), *summary(said), sep="\n")
+    print(*false_names(said), *summary(said), standing(given.manifests, said), sep="\n")
 
 
 Said = dict[tuple[str, float, str], dict[str, dict[str, Any]]]
@@ -208,6 +212,48 @@ def summary(said: Said) -> list[str]:
         f"do not recur, or need motion: {dict(once)}",
         f"recur: {dict(recur)}",
     ]
+
+
+def standing(manifests: Iterable[Path], said: Said) -> str:
+    """How many of the lines that do not recur by name the other pieces of their channel have all the same.
+
+    The power of the samples about the frequency (within `ABOUT` of it), over that beside it, is in means over the
+    other pieces `SURE` deviations more than noise leaves (neighbouring bins of a window are not independent).
+    """
+    lines: dict[str, list[tuple[str, str, float]]] = defaultdict(list)
+    for one in judged(said):
+        manifest, piece, target = one.where.rsplit(" ", 2)
+        tones = (added for added in one.wrong if added["effect"] == "tone")
+        lines[manifest] += [(piece, target, float(added["values"]["f"][0])) for added in tones]
+    count = 0
+    for manifest in map(str, manifests):
+        own = lines[manifest]
+        if not own:
+            continue
+        recording = max(read_recordings(load_manifest(Path(manifest))), key=lambda r: r.t.size)
+        rate = 1.0 / float(np.median(np.diff(recording.t)))
+        for piece, target, frequency in own:
+            lengths = {length for m, length, _ in said if m == manifest}
+            rows = int(max(lengths) * rate)
+            values = recording.channels[target].values
+            names = {name for m, _, name in said if m == manifest} - {piece}
+            starts = [int(name.removeprefix("piece")) * rows for name in sorted(names)]
+            found = [_over_its_side(values[a : a + rows], frequency / rate) for a in starts]
+            mean = float(np.mean([ratio for ratio, _ in found]))
+            count += mean > 1 + SURE / np.sqrt(sum(bins for _, bins in found))
+    return f"of {sum(map(len, lines.values()))} lines among them the samples of the other pieces have {count} as well"
+
+
+def _over_its_side(values: Floats, frequency: float) -> tuple[float, int]:
+    """Power of the samples about a frequency [1/row] over that beside it, and the bins of which it is a mean."""
+    row = np.arange(len(values))
+    power = np.abs(np.fft.rfft((values - np.polyval(np.polyfit(row, values, 2), row)) * np.hanning(len(row)))) ** 2
+    at = round(frequency * len(values))
+    reach = max(2, int(ABOUT * at)) if ABOUT * at < MOST_BINS else MOST_BINS
+    near = np.abs(np.arange(len(power)) - at)
+    beside = power[(near > reach + 2) & (near < 8 * reach + 20)]
+    about = power[near <= reach]
+    return float(about.mean() / beside.mean()), len(about)
 
 
 def borne_out(added: dict[str, Any], one: dict[str, Any], later: dict[str, Any] | None, length: float) -> bool:
