@@ -152,7 +152,7 @@ def _read_run(manifest: Manifest, run: RunSpec, words: Mended) -> Recording:
     table, t, far = _without_strays(manifest, run, table, t)
     t, back = nearly_forwards(t, table.place)
     table, t, again = _without_copies(manifest, run, table, t)
-    t, points = _evenly_apart(table, t)
+    t, points = _evenly_apart(manifest, table, t)
     again = (*again, *points)
     notes, stamps = (*table.notes, *table.behind, *words.notes, *anew, *far, *back, *again), t
     if table.notes and (manifest.fit_rows or manifest.held_out.rows):
@@ -405,13 +405,15 @@ def time(manifest: Manifest, run: RunSpec, table: Table, first: int = 0) -> Floa
     return t if spec.nanoseconds is None else t + 1e-9 * table.values[_NANOSECONDS]
 
 
-def _evenly_apart(table: Table, t: Floats) -> tuple[Floats, tuple[str, ...]]:
+def _evenly_apart(manifest: Manifest, table: Table, t: Floats) -> tuple[Floats, tuple[str, ...]]:
     """Times of points at one rate of a table each, as far apart as is usual, and a word where they were not so.
 
     No clock has to be found in them: between two of them somebody set the table.
     """
     rate = table.values.get("table_rate")
-    if rate is None or "table_angle" in table.values or not rates_were_set(t, rate):
+    if rate is None or "table_angle" in table.values or manifest.channels["table_rate"].source == "encoder":
+        return t, ()
+    if not rates_were_set(t, rate):
         return t, ()
     steps = np.diff(t)
     usual = float(np.median(steps))

@@ -76,14 +76,14 @@ def _turned(gyro: Channel, t: Floats) -> Floats:
 def with_positions(recording: Recording) -> Recording:
     """The recording with it said that its table's angle or rate was set, where it looks so and nobody said otherwise.
 
-    Points at one rate each are so whether the rates were read or told: means of some seconds have no noise to speak of.
+    Rates that were told, or of which nobody said what they are, are those of points where they look so.
     """
     there = [name for name in TABLE if name in recording.channels]
     if len(there) != 1:
         return recording
     (name,), channel = there, recording.channels[there[0]]
     if name == "table_rate":
-        was_set = rates_were_set(recording.t, channel.values)
+        was_set = channel.source != "encoder" and rates_were_set(recording.t, channel.values)
     else:
         was_set = channel.source is None and were_set(recording.t, channel.values) and not _read(recording, channel)
     if not was_set:

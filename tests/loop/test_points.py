@@ -94,6 +94,17 @@ def test_points_without_a_fault_name_nothing(tmp_path: Path) -> None:
     assert named <= 2
 
 
+def test_readings_of_an_encoder_are_no_points(tmp_path: Path) -> None:
+    rng = np.random.default_rng(8)
+    closed(tmp_path, in_order("drawn", 41, rng), None, rng)
+    text = (tmp_path / "run.toml").read_text()
+    (tmp_path / "run.toml").write_text(
+        text.replace('unit = "deg/s" }\n[model]', 'unit = "deg/s", source = "encoder" }\n[model]')
+    )
+    found = close(tmp_path / "run.toml")
+    assert not any("one in 3 is held out" in remark for remark in found.remarks)
+
+
 def test_nothing_is_told_of_the_way_between(tmp_path: Path) -> None:
     rng = np.random.default_rng(4)
     (target,) = closed(tmp_path, in_order("drawn", 21, rng), None, rng).targets
