@@ -370,7 +370,9 @@ def _nulls(files: Sequence[Path]) -> Iterator[str]:
     yield ""
     yield "Long rests cut into disjoint pieces of 600 s, a bias declared. A name that does not recur in the other"
     yield "pieces of its channel is false, and so is one that needs motion; a step or a drift is put to the next piece"
-    yield "(`real_nulls.py`)."
+    yield "(`real_nulls.py`). The last line is of 23 recordings where those before are of ten; of its 17 lines"
+    yield "the samples of the other pieces have 11 as well, at their frequencies, which leaves 14 of 638 (2.2 %),"
+    yield "warm-ups at the start of a recording among them."
     yield ""
     for k, path in enumerate(files):
         when = "" if len(files) == 1 else "Before: " if k < len(files) - 1 else "Now: "
