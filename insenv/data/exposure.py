@@ -252,7 +252,9 @@ def _temperature(recording: Recording, cell_of_row: NDArray[np.int64], n: int) -
     filled = np.flatnonzero(count)
     edges = np.arange(n + 1.0)
     middle: Floats = edges[:-1] + 0.5
-    return interpolated(middle, smoothed(np.interp(edges[:-1], filled, mean[filled])))(edges)
+    read = np.interp(edges[:-1], filled, mean[filled])
+    # Between two points somebody waited for another temperature: a leap there is none of the thermometer's noise.
+    return interpolated(middle, read if is_in_points(recording) else smoothed(read))(edges)
 
 
 def up_direction(recording: Recording) -> Floats:

@@ -146,6 +146,9 @@ class Effect(ABC):
         Whether it is one physical cause on several targets of a unit.
     of_one : bool
         Whether it is asked where one target alone is judged: of several axes what they have together comes first.
+    of_way : bool
+        Whether it goes by how rate or temperature came to be what they are: points of which nothing is known between
+        tell nothing of it.
     hides : str
         Family of effects that hide each other where a recording tells too little; empty for none.
     part : str
@@ -182,6 +185,7 @@ class Effect(ABC):
     of_response: ClassVar[bool] = False
     of_base: ClassVar[bool] = False
     of_one: ClassVar[bool] = False
+    of_way: ClassVar[bool] = False
     hides: ClassVar[str] = ""
     part: ClassVar[Part] = ""
     on_axes: ClassVar[tuple[Instrument, ...]] = ()

@@ -91,6 +91,7 @@ class BiasTemperatureRate(LinearEffect):
     linear = (Param("c", OUTPUT + " s/K", sd=1.0, bound=100.0),)
     needs = ("temperature",)
     source = "D. M. Shupe, Appl. Opt. 19 (1980) 654"
+    of_way = True
     on_axes = ("gyro", "accelerometer")
 
     def basis(self, u: Floats, motion: Motion) -> Floats:
@@ -111,6 +112,7 @@ class BiasThermalLag(MemoryEffect):
     needs = ("temperature",)
     becomes = ("bias_temperature_rate", "bias_temperature")
     source = "First-order thermal response; IEEE Std 952-1997: bias temperature gradient sensitivity"
+    of_way = True
     on_axes = ("gyro", "accelerometer")
     of_base = True
 
@@ -155,6 +157,7 @@ class BiasThermalHysteresis(MemoryEffect):
     shapes = (Param("r", "K", sd=5.0, low=0.05),)
     needs = ("temperature",)
     source = "Play operator: Brokate and Sprekels, Hysteresis and Phase Transitions (1996), section 2.1"
+    of_way = True
     on_axes = ("gyro", "accelerometer")
     unusual = True
     of_one = True

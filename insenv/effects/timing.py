@@ -62,6 +62,7 @@ class TimingSkew(LinearEffect):
     source = "First-order Taylor expansion of u(t - c)"
     exact = True
     of_response = True
+    of_way = True
     hides = "rate"
     instruments = ("gyro",)
     belongs = "reference"
@@ -188,6 +189,7 @@ class SampleHold(MemoryEffect):
     source = "Zero-order hold: Oppenheim and Schafer, Discrete-Time Signal Processing, section 4.8"
     exact = True
     of_response = True
+    of_way = True
     hides = "rate"
     instruments = ("gyro",)
     of_time = True

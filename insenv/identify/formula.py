@@ -312,12 +312,12 @@ def _drivers(problem: Problem, instrument: Instrument) -> Iterator[str]:
     yield "t"
     motions = [e.motion for e in problem.exposures]
     if all(m.has("temperature") for m in motions):
-        yield from ("T", "dT/dt")
+        yield from ("T",) if problem.in_points else ("T", "dT/dt")
     if instrument == "accelerometer":
         return
     if problem.turns:
         yield "u"
-        if all(m.has("rate_edges") for m in motions):
+        if all(m.has("rate_edges") for m in motions) and not problem.in_points:
             yield "du/dt"
     for order in (1, 2, 3, 4):
         if candidates(problem, (AngleLockedRate(order),))[0]:

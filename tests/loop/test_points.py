@@ -153,3 +153,24 @@ def test_a_law_of_few_points_is_drawn_against_the_rate(tmp_path: Path) -> None:
     assert model is not None
     ((_, figure),) = effects(target, model)
     assert figure.axes[0].get_xlabel() == "rate [deg/s]"
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_points_at_three_temperatures_tell_what_goes_with_it_and_not_with_its_change(tmp_path: Path, seed: int) -> None:
+    """Between them somebody waited for the chamber."""
+    rng = np.random.default_rng([9, seed])
+    rates, kelvins = np.tile(np.linspace(-150, 150, 11), 3), np.repeat([-45.0, 0.0, 35.0], 11)
+    read = 1.003 * rates + 0.2 + 2e-6 * rates * kelvins + 0.002 * rng.standard_normal(33)
+    rows = np.column_stack([rates, 25 + kelvins + 0.3 * rng.standard_normal(33), read])
+    np.savetxt(tmp_path / "run.csv", rows, "%.6f", ",", header="w,T,g", comments="")
+    (tmp_path / "run.toml").write_text(
+        'data = "run.csv"\n[channels]\ntime = { column = "row" }\n'
+        'gyro = { column = "g", unit = "deg/s" }\ntable_rate = { column = "w", unit = "deg/s" }\n'
+        'temperature = { column = "T", unit = "degC" }\n'
+        '[model]\ntarget = "gyro"\ndeclared = ["bias", "scale_factor"]\n'
+    )
+    (target,) = close(tmp_path / "run.toml").targets
+    (one,) = target.added
+    assert "scale_factor_temperature" in (one.effect, *one.confounded_with)
+    blind = {other.effect for other in target.not_testable}
+    assert {"bias_temperature_rate", "bias_thermal_lag", "bias_thermal_hysteresis"} <= blind

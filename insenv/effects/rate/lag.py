@@ -59,6 +59,7 @@ class OutputBandwidth(MemoryEffect):
     becomes = ("timing_skew",)
     source = "IEEE Std 952-1997: bandwidth; first-order low-pass"
     of_response = True
+    of_way = True
     instruments = ("gyro",)
     of_rate = True
     unusual = True

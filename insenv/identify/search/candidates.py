@@ -97,8 +97,8 @@ def _is_richer(problem: Problem, term: Term) -> bool:
 
 
 def _of_the_way(effect: Effect) -> bool:
-    """Whether an effect goes by how the table came to a rate: its angle, and all of a response but the gain."""
-    return (effect.of_response and effect.part != "gain") or bool({"angle", "rate_edges"} & set(effect.needs))
+    """Whether an effect goes by how the table came to a rate: its angle, a lag, a change of the temperature."""
+    return effect.of_way or bool({"angle", "rate_edges"} & set(effect.needs))
 
 
 def _fits_instrument(problem: Problem, effect: Effect) -> bool:
