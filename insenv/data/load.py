@@ -96,24 +96,28 @@ def read_recordings(manifest: Manifest) -> tuple[Recording, ...]:
         # One rate for all of them, even ones too.
         rate = min([e.rate for e in uneven] + [0.5 / r.dt for r in read])
         counted = bool(manifest.fit_rows or manifest.held_out.rows) and len(runs) > 1
-        if counted or not (_nothing_turns(manifest) or _in_attitudes(manifest) or all(e.alike for e in uneven)):
+        if counted or not (_at_any_time(manifest) or all(e.alike for e in uneven)):
             raise InputError(uneven[0].proposing(rate))
         anew = replace(manifest, resample=round_rate(rate))
         return tuple(_read_run(anew, run, table) for run, table in runs)
     return tuple(read)
 
 
-def _in_attitudes(manifest: Manifest) -> bool:
-    """Whether accelerometers alone are held still in attitudes: what is read between counts for nothing."""
+def _at_any_time(manifest: Manifest) -> bool:
+    """Whether it is all one when a row was read: of a unit at rest, or of accelerometers held still in attitudes."""
     gyros = any(target.startswith("gyro") for target in manifest.model.targets)
-    table = any(name in manifest.channels for name in ("table_angle", "table_rate"))
-    return manifest.procedure == "multi-position" and not gyros and not table
+    attitudes = manifest.procedure == "multi-position" and not gyros and not _has_table(manifest)
+    return _nothing_turns(manifest) or attitudes
 
 
 def _nothing_turns(manifest: Manifest) -> bool:
     """Whether the unit is declared at rest: then a row may have been taken a little earlier or later."""
-    table = any(name in manifest.channels for name in ("table_angle", "table_rate"))
-    return manifest.procedure == "static" and not table and not any(r.mounting.table_axis for r in manifest.runs)
+    table = _has_table(manifest) or any(r.mounting.table_axis for r in manifest.runs)
+    return manifest.procedure == "static" and not table
+
+
+def _has_table(manifest: Manifest) -> bool:
+    return any(name in manifest.channels for name in ("table_angle", "table_rate"))
 
 
 def check_sampling(path: Path, t: Floats, place: Callable[[int], str]) -> None:
@@ -236,7 +240,7 @@ def _taken(manifest: Manifest, run: RunSpec, table: Table, t: Floats) -> tuple[T
     try:
         return table, sampling(run.file, t, table.place, table.values.get("table_angle")), ()
     except UnevenError:
-        if not (_nothing_turns(manifest) or _in_attitudes(manifest)):
+        if not _at_any_time(manifest):
             once = _read_once(manifest, run, table, t)
             if once is None:
                 raise

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -73,9 +73,9 @@ def other_folds(manifest: Manifest, recordings: Sequence[Recording]) -> tuple[tu
     As many are held out as by `split`, by the time or by the motion as there. None where the manifest names rows, nor
     of points at one rate each.
     """
-    if manifest.fit_rows or not manifest.held_out.names_nothing or _in_points(recordings):
+    if _names_rows(manifest) or _in_points(recordings):
         return ()
-    at = _at_share_of_motion if stands_first(manifest, recordings) else _at_share_of_time
+    at = _at_share(manifest, recordings)
     folds = []
     for first, last in _OTHER_FOLDS:
         held_out = [(r.t > at(r, first)) & (r.t <= at(r, last)) if first else r.t <= at(r, last) for r in recordings]
@@ -131,8 +131,18 @@ def _held_out(manifest: Manifest, recordings: Sequence[Recording]) -> Mask:
         return np.concatenate([r.t - r.t[0] >= named.start for r in recordings])
     if _in_points(recordings):
         return np.concatenate([np.arange(len(r)) % EVERY == EVERY - 1 for r in recordings])
-    at = _at_share_of_motion if stands_first(manifest, recordings) else _at_share_of_time
+    at = _at_share(manifest, recordings)
     return np.concatenate([r.t > at(r, 1 - HELD_OUT_SHARE) for r in recordings])
+
+
+def _names_rows(manifest: Manifest) -> bool:
+    """Whether the manifest says which rows are fitted, or which are held out."""
+    return bool(manifest.fit_rows) or not manifest.held_out.names_nothing
+
+
+def _at_share(manifest: Manifest, recordings: Sequence[Recording]) -> Callable[[Recording, float], float]:
+    """By what a share of a run is counted where the manifest names no rows: its time, or its motion."""
+    return _at_share_of_motion if stands_first(manifest, recordings) else _at_share_of_time
 
 
 def _in_points(recordings: Sequence[Recording]) -> bool:
@@ -146,8 +156,7 @@ def stands_first(manifest: Manifest, recordings: Sequence[Recording]) -> bool:
     So a robot waits before it drives: the gain would be asked of rows at rest and put to all of the motion. The rows
     are parted by the motion then, at the same share of it.
     """
-    named = manifest.fit_rows or not manifest.held_out.names_nothing
-    if named or manifest.procedure == "multi-position":
+    if _names_rows(manifest) or manifest.procedure == "multi-position":
         return False
     fitted, whole = 0.0, 0.0
     for recording in recordings:
@@ -161,8 +170,7 @@ def stands_first(manifest: Manifest, recordings: Sequence[Recording]) -> bool:
 
 def sentence_of_split(manifest: Manifest, recordings: Sequence[Recording]) -> tuple[str, ...]:
     """What to say where rows were not parted by the time."""
-    named = manifest.fit_rows or not manifest.held_out.names_nothing
-    if not named and _in_points(recordings):
+    if not _names_rows(manifest) and _in_points(recordings):
         return (
             f"each row is a point at one rate of the table: one in {EVERY} is held out, and not the last "
             f"{100 * HELD_OUT_SHARE:.0f} % of the time. [held_out] can name other rows",

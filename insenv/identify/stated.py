@@ -27,6 +27,9 @@ from insenv.identify.search.tracks import Track
 from insenv.identify.search.unfinished import nothing_as_well, untold
 from insenv.identify.search.whole.error import by_chance, whole_errors
 
+#: A track, the estimates that are stated, why some are uncertain, and errors of the whole search.
+Told = tuple[Track, dict[Term, tuple[Estimate, ...]], tuple[str, ...], list[Callable[[], WholeError | None]]]
+
 #: Departure from one of a gain that a gyro may have.
 USUAL = 0.2
 #: Chance of so different a gain in the parts of a recording below which it is said.
@@ -43,14 +46,17 @@ def stated(track: Track) -> tuple[Track, dict[Term, tuple[Estimate, ...]], tuple
     return (track, own, (*differs, *unborne, *skewed, *noisy)) if weak is None else stated(dropped(track, *weak))
 
 
-def told(
-    track: Track, seed: int
-) -> tuple[Track, dict[Term, tuple[Estimate, ...]], tuple[str, ...], list[Callable[[], WholeError | None]]]:
+def told(track: Track, seed: int) -> Told:
     """The same without what signs by chance give as often too, and of what is left the error of the whole search."""
-    track, own, uncertain = stated(track)
-    errors = whole_errors(track, seed)
-    gone = by_chance(track, errors)
-    return (track, own, uncertain, errors) if gone is None else told(dropped(track, *gone), seed)
+    found: Told = track.problem.remember_last(("told", seed), track, lambda: _told(track, seed))
+    return found
+
+
+def _told(track: Track, seed: int) -> Told:
+    left, own, uncertain = stated(track)
+    errors = whole_errors(left, seed)
+    gone = by_chance(left, errors)
+    return (left, own, uncertain, errors) if gone is None else _told(dropped(left, *gone), seed)
 
 
 def _own_estimates(track: Track) -> dict[Term, tuple[Estimate, ...]]:

@@ -85,8 +85,7 @@ def _by_means(x: Floats, curve: Floats) -> float:
     good = np.isfinite(b.mean)
     if good.sum() < 2:
         return 0.0
-    left = curve - np.interp(x, b.x[good], b.mean[good])
-    return 1 - float(np.sum(left**2) / np.sum((curve - curve.mean()) ** 2))
+    return _explained(curve, curve - np.interp(x, b.x[good], b.mean[good]))
 
 
 def _by_neighbours(x: Floats, curve: Floats) -> float:
@@ -95,7 +94,11 @@ def _by_neighbours(x: Floats, curve: Floats) -> float:
     x, curve = x[order], curve[order]
     wide = x[2:] - x[:-2]
     weight = np.where(wide > 0, (x[1:-1] - x[:-2]) / np.where(wide > 0, wide, 1.0), 0.5)
-    left = curve[1:-1] - (1 - weight) * curve[:-2] - weight * curve[2:]
+    return _explained(curve, curve[1:-1] - (1 - weight) * curve[:-2] - weight * curve[2:])
+
+
+def _explained(curve: Floats, left: Floats) -> float:
+    """Share of a curve's square sum about its mean that is not ``left``."""
     return 1 - float(np.sum(left**2) / np.sum((curve - curve.mean()) ** 2))
 
 

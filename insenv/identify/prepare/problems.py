@@ -243,15 +243,16 @@ def _quieter(
     them others, a twentieth of these, that are most of what its means scatter by once these are rejected.
     """
     lines, rows, problem = so_far
-    while not problem.turns and manifest.held_out.averaging is None:
-        if int((~problem.bins.held_out).sum()) < 2 * FEWEST_QUIET:
-            break
+    if problem.turns or manifest.held_out.averaging is not None:
+        return so_far
+    loud = _density(problem, model)
+    while int((~problem.bins.held_out).sum()) >= 2 * FEWEST_QUIET:
         hidden = (x for x in _that_matter(seen, problem, problem.bins.width) if x not in lines)
         more = (*lines, *hidden)
         found = _without_lines(manifest, ready, more, 2 * rows, model, problem.target)
-        if _scatter(found, model) * found.bins.width > QUIETER * _scatter(problem, model) * problem.bins.width:
+        if (quiet := _density(found, model)) > QUIETER * loud:
             break
-        lines, rows, problem = more, 2 * rows, found
+        lines, rows, problem, loud = more, 2 * rows, found, quiet
     return lines, rows, problem
 
 
@@ -446,6 +447,11 @@ def _scatter(problem: Problem, model: Model) -> float:
     left = problem.y - solve(problem, model).predicted()
     steps = np.concatenate([np.diff(left[b.start : b.stop]) for b in problem.fitted])
     return float(np.mean(steps**2))
+
+
+def _density(problem: Problem, model: Model) -> float:
+    """The same of a mean of one second, if it were white."""
+    return _scatter(problem, model) * problem.bins.width
 
 
 def _lines(
