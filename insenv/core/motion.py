@@ -70,7 +70,8 @@ class Motion:
     stands : bool
         Whether the table stands in each interval at the angle of its end, and was turned between them.
     points : bool
-        Whether the rate of each interval was set, and nothing is known of the way from one to the next.
+        Whether each interval is of one rate, angle or temperature that was set, and nothing is known of the way from
+        one to the next: the temperature of each is that at its end.
     reading : float, optional
         Standard deviation of the noise with which the rate is read, at most, by the instrument's own reading [rad/s].
     step : float, optional

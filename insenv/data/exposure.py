@@ -30,7 +30,7 @@ from insenv.core.motion import Motion, interval_mean, reading_noise
 from insenv.core.recording import Floats, Recording, Response
 from insenv.data.cells.rows import cells_of, covered_by, interpolated, means_of_rows
 from insenv.data.cells.table import STEADY, TargetCells, integral
-from insenv.data.reference import is_in_points, is_set, order
+from insenv.data.reference import at_cells, is_in_points, is_set, order
 from insenv.data.smooth import smoothed
 
 #: Which manifest channel would supply a field of `Motion`.
@@ -245,16 +245,20 @@ def _turn_rate(cells: TargetCells) -> Floats | None:
 
 
 def _temperature(recording: Recording, cell_of_row: NDArray[np.int64], n: int) -> Floats | None:
-    """Temperature at the edges, from the smoothed means of the cells."""
+    """Temperature at the edges, from the smoothed means of the cells; of points that at the end of a cell is its own.
+
+    Between two points somebody waited for another temperature: a leap there is none of the thermometer's noise.
+    """
     if "temperature" not in recording.channels:
         return None
+    if is_in_points(recording):
+        return at_cells(recording.channels["temperature"], cell_of_row, n)
     count, mean = means_of_rows(recording.values("temperature", "K"), cell_of_row, n)
     filled = np.flatnonzero(count)
     edges = np.arange(n + 1.0)
     middle: Floats = edges[:-1] + 0.5
     read = np.interp(edges[:-1], filled, mean[filled])
-    # Between two points somebody waited for another temperature: a leap there is none of the thermometer's noise.
-    return interpolated(middle, read if is_in_points(recording) else smoothed(read))(edges)
+    return interpolated(middle, smoothed(read))(edges)
 
 
 def up_direction(recording: Recording) -> Floats:

@@ -15,7 +15,14 @@ from numpy.typing import NDArray
 
 from insenv.core.errors import InputError
 from insenv.core.recording import GAP, Channel, Covers, Floats, Recording, Segment, Site
-from insenv.core.series.positions import rates_were_set
+from insenv.core.series.positions import (
+    MOST_ROWS,
+    WAITED,
+    angles_are_points,
+    rates_were_set,
+    temperatures_were_set,
+    were_set,
+)
 from insenv.core.series.rounding import counter_step, rounding
 from insenv.core.series.stretches import stretches
 from insenv.core.units import DIMENSIONS, scale_to_si
@@ -64,7 +71,7 @@ MOST_STRAYS, FEWEST_BESIDE = 5, 10
 APART = 100.0
 #: A share of equal rows beyond which they are how the recording is, and one below which they are no matter.
 MOST_COPIES, FEW_COPIES = 0.2, 0.01
-#: Share by which points at one rate each may be further apart than is usual and be as good as evenly apart.
+#: Share by which points may be further apart than is usual and be as good as evenly apart.
 POINTS_APART = 0.01
 
 
@@ -156,8 +163,13 @@ def _read_run(manifest: Manifest, run: RunSpec, words: Mended) -> Recording:
     table, t, far = _without_strays(manifest, run, table, t)
     t, back = nearly_forwards(t, table.place)
     table, t, again = _without_copies(manifest, run, table, t)
-    t, points = _evenly_apart(manifest, table, t)
-    again = (*again, *points)
+    points = _points(manifest, run, table, t)
+    if points is not None:
+        t, apart = _evenly_apart(t, points)
+        again = (*again, *apart)
+    if points == "temperature":
+        channels = {**manifest.channels, points: replace(manifest.channels[points], source="set")}
+        manifest = replace(manifest, channels=channels)
     notes, stamps = (*table.notes, *table.behind, *words.notes, *anew, *far, *back, *again), t
     if table.notes and (manifest.fit_rows or manifest.held_out.rows):
         raise InputError(f"{run.file}: {table.notes[0]}; wanted all of them where {manifest.path} counts rows")
@@ -409,22 +421,48 @@ def time(manifest: Manifest, run: RunSpec, table: Table, first: int = 0) -> Floa
     return t if spec.nanoseconds is None else t + 1e-9 * table.values[_NANOSECONDS]
 
 
-def _evenly_apart(manifest: Manifest, table: Table, t: Floats) -> tuple[Floats, tuple[str, ...]]:
-    """Times of points at one rate of a table each, as far apart as is usual, and a word where they were not so.
+def _points(manifest: Manifest, run: RunSpec, table: Table, t: Floats) -> str | None:
+    """The channel of which each row is a point: the table's rate or angle, of a unit at rest the temperature."""
+    if "table_angle" in table.values:
+        return "table_angle" if _are_set_angles(manifest, run, table, t) else None
+    if "table_rate" in table.values:
+        told = manifest.channels["table_rate"].source != "encoder"
+        return "table_rate" if told and rates_were_set(t, table.values["table_rate"]) else None
+    if "temperature" not in table.values or not _nothing_turns(manifest):
+        return None
+    kelvins = _scaled(manifest, run, table, "temperature", "temperature")
+    was_set = manifest.channels["temperature"].source == "set"
+    return "temperature" if was_set or temperatures_were_set(_apart(manifest, t), kelvins) else None
 
-    No clock has to be found in them: between two of them somebody set the table.
+
+def _are_set_angles(manifest: Manifest, run: RunSpec, table: Table, t: Floats) -> bool:
+    """Whether the table was set from row to row, and no rate is there: the manifest says so, or the angles do."""
+    source = manifest.channels["table_angle"].source
+    if "table_rate" in table.values or source not in (None, "set"):
+        return False
+    angle, apart = _scaled(manifest, run, table, "table_angle", "angle"), _apart(manifest, t)
+    return angles_are_points(apart, angle) and (source == "set" or were_set(apart, angle))
+
+
+def _apart(manifest: Manifest, t: Floats) -> Floats:
+    """Times to tell points by: those of rows that have none but their numbers are as far apart as is wanted."""
+    spec = manifest.channels.get("time")
+    timeless = spec is not None and spec.column == "row" and len(t) <= MOST_ROWS
+    return WAITED * np.arange(len(t)) if timeless else t
+
+
+def _evenly_apart(t: Floats, points: str) -> tuple[Floats, tuple[str, ...]]:
+    """Times of points, as far apart as is usual, and a word where they were not so.
+
+    No clock has to be found in them: between two of them somebody set the table, or waited.
     """
-    rate = table.values.get("table_rate")
-    if rate is None or "table_angle" in table.values or manifest.channels["table_rate"].source == "encoder":
-        return t, ()
-    if not rates_were_set(t, rate):
-        return t, ()
     steps = np.diff(t)
     usual = float(np.median(steps))
     if np.abs(steps - usual).max() <= POINTS_APART * usual:
         return t, ()
     least, most = float(steps.min()), float(steps.max())
-    text = f"rows are points at one rate each, {least:.3g} to {most:.3g} s apart: taken as {usual:.3g} s apart"
+    what = points.removeprefix("table_")
+    text = f"rows are points at one {what} each, {least:.3g} to {most:.3g} s apart: taken as {usual:.3g} s apart"
     return t[0] + usual * np.arange(len(t)), (text,)
 
 
@@ -534,7 +572,7 @@ def _unwound(manifest: Manifest, run: RunSpec, table: Table) -> Table:
 
 def _with_whole_turns(recording: Recording, manifest: Manifest, run: RunSpec, table: Table) -> Recording:
     """The table's angle made cumulative where it is declared wrapped; refused where it jumps undeclared."""
-    recording = with_positions(recording)
+    recording = with_positions(recording, _apart(manifest, recording.t))
     if "table_angle" not in recording.channels:
         return recording
     channel, turn = recording.channels["table_angle"], 2 * np.pi

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.recording import GAP, Channel, Floats, Origin, Recording
-from insenv.core.series.positions import rates_were_set, were_set
+from insenv.core.series.positions import angles_are_points, rates_were_set, were_set
 from insenv.core.series.trajectory import Of, Trajectory, reading_noise, trajectory
 from insenv.data.cells.follow import follows
 
@@ -25,6 +25,8 @@ COMPUTED = 1e-5
 READ, BESIDE = 0.1, 500
 #: Channels of a table, and what each reads.
 TABLE: dict[str, Of] = {"table_angle": "angle", "table_rate": "rate"}
+#: What a point is one of.
+OF_POINTS = {"table_rate": "rate of the table", "table_angle": "angle of the table", "temperature": "temperature"}
 
 
 def with_reference(recording: Recording) -> Recording:
@@ -73,28 +75,41 @@ def _turned(gyro: Channel, t: Floats) -> Floats:
     return np.asarray(mean * np.diff(t))
 
 
-def with_positions(recording: Recording) -> Recording:
+def with_positions(recording: Recording, t: Floats | None = None) -> Recording:
     """The recording with it said that its table's angle or rate was set, where it looks so and nobody said otherwise.
 
-    Rates that were told, or of which nobody said what they are, are those of points where they look so.
+    Rates that were told, or of which nobody said what they are, are those of points where they look so. ``t`` are the
+    times to go by where those of the recording are none, shape (n,) [s].
     """
     there = [name for name in TABLE if name in recording.channels]
     if len(there) != 1:
         return recording
     (name,), channel = there, recording.channels[there[0]]
+    t = recording.t if t is None else t
     if name == "table_rate":
-        was_set = channel.source != "encoder" and rates_were_set(recording.t, channel.values)
+        was_set = channel.source != "encoder" and rates_were_set(t, channel.values)
     else:
-        was_set = channel.source is None and were_set(recording.t, channel.values) and not _read(recording, channel)
+        was_set = channel.source is None and were_set(t, channel.values) and not _read(recording, channel)
     if not was_set:
         return recording
     return replace(recording, channels={**recording.channels, name: replace(channel, source="set")})
 
 
+def points_of(recording: Recording) -> str | None:
+    """The channel of which each row is a point, with no row of the changes between; None where rows follow each other.
+
+    A rate or an angle of the table, one to a row; without a table a temperature.
+    """
+    there = [name for name in TABLE if name in recording.channels] or ["temperature"]
+    channel = recording.channels.get(there[0])
+    if len(there) > 1 or channel is None or channel.source != "set":
+        return None
+    return there[0] if there[0] != "table_angle" or angles_are_points(recording.t, channel.values) else None
+
+
 def is_in_points(recording: Recording) -> bool:
-    """Whether its rows are means at one rate of the table each, with no row of the changes between."""
-    channel = recording.channels.get("table_rate")
-    return channel is not None and channel.source == "set" and "table_angle" not in recording.channels
+    """Whether each of its rows is a point, with no row of the changes between."""
+    return points_of(recording) is not None
 
 
 def is_set(recording: Recording) -> bool:
@@ -122,7 +137,7 @@ def _share(change: Floats, turned: Floats) -> float:
 
 
 def at_cells(channel: Channel, cell_of_row: NDArray[np.int64], n: int) -> Floats:
-    """Angles at the edges of ``n`` cells, shape (n + 1,): that at the end of each is the position in it."""
+    """A state at the edges of ``n`` cells, shape (n + 1,): that at the end of each is the one in it."""
     position, known = np.zeros(n), np.zeros(n, bool)
     inside = cell_of_row >= 0
     position[cell_of_row[inside]], known[cell_of_row[inside]] = channel.values[inside], True
@@ -160,14 +175,18 @@ def _is_command(values: Floats) -> bool:
 
 
 def sentences(recordings: Sequence[Recording], said: Sequence[str] = ()) -> tuple[str, ...]:
-    """What the channels of the table are taken for, where the manifest does not say; ``said`` are those it does."""
+    """What the channels of the table are taken for, where the manifest does not say; ``said`` are those it does.
+
+    And a temperature, where each row is a point of it.
+    """
     found: dict[str, list[str]] = {}
     for recording in recordings:
-        for name in TABLE:
+        points = points_of(recording)
+        for name in (*TABLE, *(["temperature"] if points == "temperature" else [])):
             if name in recording.channels and name not in said:
                 channel = recording.channels[name]
                 source = channel.source or found_source(name, channel)
-                words = _POINTS if is_in_points(recording) else _WORDS[source]
+                words = _WORDS[source] if points is None else _POINTS[name]
                 found.setdefault(f"{name} is taken for {words}", []).append(recording.label)
     return tuple(
         f"{text}{'' if len(labels) == len(recordings) else ' in ' + ', '.join(labels)}"
@@ -175,7 +194,14 @@ def sentences(recordings: Sequence[Recording], said: Sequence[str] = ()) -> tupl
     )
 
 
-_POINTS = 'what the table was set to, each row a mean at one rate with no row of the changes between (source = "set")'
+_POINTS = {
+    "table_rate": 'what the table was set to, each row a mean at one rate with no row of the changes between '
+    '(source = "set")',
+    "table_angle": 'what the table was set to, each row a mean at one angle with no row of the turns between '
+    '(source = "set")',
+    "temperature": 'one that was waited for, each row a mean at one temperature with no row of the changes between '
+    '(source = "set")',
+}
 _WORDS = {
     "encoder": 'the reading of an encoder (source = "encoder")',
     "command": 'what the table was told (source = "command")',

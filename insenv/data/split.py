@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from insenv.core.errors import InputError
 from insenv.core.recording import Recording, rows_between
 from insenv.data.manifest import Manifest, RowRanges
-from insenv.data.reference import is_in_points, with_positions
+from insenv.data.reference import OF_POINTS, is_in_points, points_of, with_positions
 
 Mask = NDArray[np.bool_]
 
 #: Share of each run's time that is held out where the manifest names nothing.
 HELD_OUT_SHARE = 0.4
-#: Of points at one rate each one in so many is held out.
+#: Of points one in so many is held out.
 EVERY = 3
 #: Shares of the time between which the other folds hold rows out: the first of it, and its middle.
 _OTHER_FOLDS = ((0.0, HELD_OUT_SHARE), ((1 - HELD_OUT_SHARE) / 2, (1 + HELD_OUT_SHARE) / 2))
@@ -71,7 +71,7 @@ def other_folds(manifest: Manifest, recordings: Sequence[Recording]) -> tuple[tu
     """Uses of every row with the first rows of each run held out, and with those in its middle.
 
     As many are held out as by `split`, by the time or by the motion as there. None where the manifest names rows, nor
-    of points at one rate each.
+    of points.
     """
     if _names_rows(manifest) or _in_points(recordings):
         return ()
@@ -146,7 +146,7 @@ def _at_share(manifest: Manifest, recordings: Sequence[Recording]) -> Callable[[
 
 
 def _in_points(recordings: Sequence[Recording]) -> bool:
-    """Whether all rows are points at one rate of the table each: a staircase is fastest at one of its ends."""
+    """Whether all rows are points at one rate, angle or temperature each: a staircase ends at one of its extremes."""
     return all(is_in_points(with_positions(r)) for r in recordings)
 
 
@@ -171,8 +171,9 @@ def stands_first(manifest: Manifest, recordings: Sequence[Recording]) -> bool:
 def sentence_of_split(manifest: Manifest, recordings: Sequence[Recording]) -> tuple[str, ...]:
     """What to say where rows were not parted by the time."""
     if not _names_rows(manifest) and _in_points(recordings):
+        (what, *others) = {OF_POINTS[name] for r in recordings if (name := points_of(with_positions(r)))}
         return (
-            f"each row is a point at one rate of the table: one in {EVERY} is held out, and not the last "
+            f"each row is a point at one {what if not others else 'state'}: one in {EVERY} is held out, and not the last "
             f"{100 * HELD_OUT_SHARE:.0f} % of the time. [held_out] can name other rows",
         )
     if not stands_first(manifest, recordings):

@@ -25,6 +25,7 @@ from insenv.core.motion import Motion
 from insenv.core.recording import Floats
 from insenv.effects.base import OUTPUT, LinearEffect, Param
 from insenv.effects.forms import columns, known
+from insenv.effects.thermal import temperatures
 
 DEGREE = 3
 #: Below this share of the knots' spacing the difference of antiderivatives loses digits.
@@ -108,8 +109,7 @@ class SplineTemperature(Spline):
 
     def edges(self, u: Floats, motion: Motion) -> tuple[Floats, Floats]:
         """Temperature [K]."""
-        temperature = known(motion, "temperature", self.id)
-        return temperature[..., :-1], temperature[..., 1:]
+        return temperatures(motion, self.id)
 
 
 @final

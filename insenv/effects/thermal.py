@@ -70,8 +70,7 @@ class BiasTemperature(LinearEffect):
 
     def basis(self, u: Floats, motion: Motion) -> Floats:
         """Exact means of the powers, shape (..., n, order)."""
-        excess = known(motion, "temperature", self.id) - motion.reference_temperature
-        first, last = excess[..., :-1], excess[..., 1:]
+        first, last = (kelvins - motion.reference_temperature for kelvins in temperatures(motion, self.id))
         powers = []
         for power in range(1, self.order + 1):
             # The mean of x^p from a to b is (a^p + a^(p-1) b + ... + b^p) / (p + 1).
@@ -202,8 +201,17 @@ class BiasThermalHysteresis(MemoryEffect):
         return radii[told] if told.any() else radii[:1]
 
 
+def temperatures(motion: Motion, effect: str) -> tuple[Floats, Floats]:
+    """Temperature at the start and at the end of each interval [K], shapes (..., n); of points one for both."""
+    kelvins = known(motion, "temperature", effect)
+    last = kelvins[..., 1:]
+    return (last if motion.points else kelvins[..., :-1]), last
+
+
 def temperature_excess(motion: Motion, effect: str) -> Floats:
     """Mean of T - T_ref over each interval [K], shape (..., n)."""
-    excess = interval_mean(known(motion, "temperature", effect))
+    first, last = temperatures(motion, effect)
+    excess = first + last
+    excess *= 0.5
     excess -= motion.reference_temperature
     return excess

@@ -21,6 +21,7 @@ from insenv.effects.bias import BiasDrift
 from insenv.effects.noise import readings_density
 from insenv.effects.rate.scale import ScaleFactorCubic
 from insenv.effects.rate.threshold import DeadBand
+from insenv.effects.thermal import temperatures
 from insenv.effects.timing import SampleHold, TimingSkew
 from insenv.identify.clean import systematic
 from insenv.identify.clean.outliers import rows_of_bins, too_many
@@ -530,13 +531,13 @@ def _traces(recordings: tuple[Recording, ...], plain: Problem, before: Fit, prob
     covariates: dict[str, Floats] = {}
     motions = [e.motion for e in problem.exposures]
     if all(m.temperature is not None for m in motions):
-        cells = tuple(0.5 * (m.temperature[1:] + m.temperature[:-1]) for m in motions if m.temperature is not None)
-        covariates["temperature"] = problem.bins.mean(cells)
+        ends = [temperatures(m, "temperature") for m in motions]
+        covariates["temperature"] = problem.bins.mean(tuple(0.5 * (first + last) for first, last in ends))
     if problem.turns:
         covariates["rate"] = problem.bins.mean(tuple(e.u for e in problem.exposures))
-    angles = [m.angle for m in motions if m.angle is not None]
-    if len(angles) == len(motions) and any(np.ptp(angle) > 0 for angle in angles):
-        cells = tuple(0.5 * (angle[1:] + angle[:-1]) for angle in angles)
+    angles = [(m.angle, m.stands) for m in motions if m.angle is not None]
+    if len(angles) == len(motions) and any(np.ptp(angle) > 0 for angle, _ in angles):
+        cells = tuple(a[1:] if stands else 0.5 * (a[1:] + a[:-1]) for a, stands in angles)
         covariates["angle"] = np.mod(problem.bins.mean(cells), 2 * np.pi)
     return Traces(
         t=problem.bins.time,

@@ -6,7 +6,8 @@ have been set where every change of it is either none or one to another position
 on evenly, as a table that turns does, unless it rests for long between, nor where a gyro reads the turns.
 
 So is a table of rates and readings, the common test of a scale factor: a row is the mean of some seconds at one rate,
-and the next is of another. What lies between was not recorded: no angle follows from it, no lag and no line.
+and the next is of another. What lies between was not recorded: no angle follows from it, no lag and no line. The same
+holds of readings at temperatures for each of which somebody waited, and of those at one angle each.
 """
 
 from __future__ import annotations
@@ -29,6 +30,8 @@ EVENLY, RESTS = 0.2, 20.0
 #: of the rows at which it is; fewest and most rows: nobody sets a thousand, and a table that swings may be read once a
 #: second.
 APART, ANOTHER, OFTEN, FEWEST_ROWS, MOST_ROWS = 1.0, 0.01, 0.25, 6, 300
+#: Usual time from row to row of temperatures for which somebody waited [s], and least range of them [K].
+WAITED, KELVINS = 300.0, 5.0
 
 
 def were_set(t: Floats, angle: Floats) -> bool:
@@ -47,9 +50,27 @@ def were_set(t: Floats, angle: Floats) -> bool:
 
 def rates_were_set(t: Floats, rate: Floats) -> bool:
     """Whether rates [rad/s] of a table at times ``t`` [s], shape (n,), are those of single points far apart."""
-    if not FEWEST_ROWS <= len(t) <= MOST_ROWS or float(np.median(np.diff(t))) < APART:
+    return _single(t, rate, APART)
+
+
+def temperatures_were_set(t: Floats, temperature: Floats) -> bool:
+    """Whether temperatures [K] at times ``t`` [s], shape (n,), are those of single points, waited for one by one.
+
+    Of rows without times say that they are as far apart as is wanted: how a temperature came about is not known then.
+    """
+    return _single(t, temperature, WAITED) and float(np.ptp(temperature)) >= KELVINS
+
+
+def angles_are_points(t: Floats, angle: Floats) -> bool:
+    """Whether angles [rad] that were set at times ``t`` [s], shape (n,), are single points far apart."""
+    return _single(t, angle, APART)
+
+
+def _single(t: Floats, values: Floats, apart: float) -> bool:
+    """Whether few rows, usually ``apart`` or more, have another value than the row before often enough."""
+    if not FEWEST_ROWS <= len(t) <= MOST_ROWS or float(np.median(np.diff(t))) < apart:
         return False
-    return float(np.mean(np.abs(np.diff(rate)) > ANOTHER * np.ptp(rate))) > OFTEN and bool(np.ptp(rate))
+    return float(np.mean(np.abs(np.diff(values)) > ANOTHER * np.ptp(values))) > OFTEN and bool(np.ptp(values))
 
 
 def _within_a_turn(angle: Floats) -> Floats:

@@ -246,6 +246,9 @@ def _channel(name: str, table: schema.ChannelTable, where: str) -> ChannelSpec:
         raise InputError(f"{where}.covers = 'instant'; an increment always covers its interval")
     if name == "time" and table.rate is not None and (table.column is not None or table.unit is not None):
         raise InputError(f"{where} has a rate and a column or unit; wanted either rate or column with unit")
+    if name == "temperature" and table.source not in (None, "set"):
+        wanted = "'set', of temperatures that were waited for, or none"
+        raise InputError(f"{where}.source = {table.source!r}; wanted {wanted}")
     delay = 0.0 if table.delay is None else quantity(table.delay, "time", f"{where}.delay")
     rate = None if table.rate is None else _positive(table.rate, "frequency", f"{where}.rate")
     offset = table.offset or 0.0
@@ -276,7 +279,7 @@ def _refuse_keys(name: str, table: schema.ChannelTable, where: str) -> None:
         "rate": ("time",),
         "nanoseconds": ("time",),
         "wrapped": ("table_angle",),
-        "source": ("table_angle", "table_rate"),
+        "source": ("table_angle", "table_rate", "temperature"),
         "quantity": rate_type,
         "covers": (*rate_type, "turning"),
         "offset": rate_type,

@@ -8,6 +8,8 @@ neighbours (`insenv.core.series.outlying`).
 **Sticking.** A value that repeats longer than chance allows, where rows with as fast a table hardly ever repeat.
 
 Single bins of a recording at rest are judged once more by themselves (`outliers`).
+
+**Points.** Of points at one rate, angle or temperature each the row before is no neighbour (`insenv.identify.clean.blunders`).
 """
 
 from __future__ import annotations
@@ -24,6 +26,8 @@ from insenv.core.series.rounding import rounding
 from insenv.core.series.stretches import stretches
 from insenv.data.cells.table import table_rate_of_rows
 from insenv.data.exposure import table_share
+from insenv.data.reference import is_in_points
+from insenv.identify.clean.blunders import blunders
 from insenv.identify.clean.ramps import approaching
 from insenv.identify.findings import RejectedRows
 from insenv.identify.fit.bins import Block
@@ -83,7 +87,8 @@ def too_many(recordings: tuple[Recording, ...], target: str, rejected: tuple[Rej
         for one in rejected:
             if one.run == run:
                 sound[one.start : one.stop] = False
-        if table_rate_of_rows(recording, target) is not None or sound.sum() < 4 * NEIGHBOURS:
+        follow = table_rate_of_rows(recording, target) is None and not is_in_points(recording)
+        if not follow or sound.sum() < 4 * NEIGHBOURS:
             continue
         values = recording.channels[target].values[sound]
         away = far_of_many(values, rounding(values))
@@ -111,6 +116,8 @@ def leaving_out(recording: Recording, target: str, mask: Mask) -> Recording:
 
 
 def _of_run(recording: Recording, target: str, run: int, longest: int) -> list[RejectedRows]:
+    if is_in_points(recording):
+        return blunders(recording, target, run)
     y = recording.channels[target].values
     table = table_rate_of_rows(recording, target)
     share = table_share(recording, target)

@@ -254,7 +254,7 @@ def fit_noise(
     high = np.log(_MOST * scale)
     high = high if most is None else _within(np.log(np.maximum(most, 1e-300)), low, high)
     powers = 0.25 * scale if start is None else np.maximum(start, 1e-3 * scale)
-    powers = _scored(pooled, prior, restricted, powers)
+    powers = _scored(pooled, prior, restricted, powers, slice(None) if most is None else np.flatnonzero(most > 0))
     x = _within(np.log(np.maximum(powers, 1e-6 * scale)), low, high)
 
     def likelihood(power: Floats) -> tuple[float, Floats]:
@@ -279,16 +279,26 @@ def _within(values: Floats, low: Floats, high: Floats) -> Floats:
     return np.minimum(np.maximum(values, low), high)
 
 
-def _scored(pooled: Pooled, prior: Floats, restricted: bool, power: Floats, passes: int = 25) -> Floats:
-    """Powers after some passes of Fisher scoring, steps halved where the likelihood would fall."""
+def _scored(
+    pooled: Pooled, prior: Floats, restricted: bool, power: Floats, free: slice | NDArray[np.intp], passes: int = 25
+) -> Floats:
+    """Powers after some passes of Fisher scoring, steps halved where the likelihood would fall; ``free`` terms alone.
+
+    What a term that must be nothing would take the others have to take from the start: nearly nothing of them, where
+    it took all, is a place from which no slope leads away.
+    """
+    bound = np.ones(len(power), bool)
+    bound[free] = False
+    power = np.where(bound, _NONE, power)
     at = _profile(pooled, power, prior)
     value = at.loglik(pooled, prior, restricted)
     for _ in range(passes):
         freedom = _freedom(pooled, at, restricted)
         root = np.sqrt(freedom) * at.weight
-        rows = pooled.shapes * root[:, None]
+        rows = pooled.shapes[:, free] * root[:, None]
         column = np.sqrt(np.add.reduce(rows * rows, axis=0))
-        target = nnls(rows / column, at.energy / freedom * root)[0] / column
+        target = np.zeros(len(power))
+        target[free] = nnls(rows / column, at.energy / freedom * root)[0] / column
         for _ in range(6):
             tried = np.maximum(target, np.maximum(1e-12 * power, _NONE))
             new = _profile(pooled, tried, prior)

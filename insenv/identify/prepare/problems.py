@@ -39,7 +39,7 @@ from insenv.identify.findings import RejectedRows, SampleSpectrum
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Model, Problem, regressors
 from insenv.identify.prepare.binned import binned, enough
-from insenv.identify.prepare.bounded import bounded
+from insenv.identify.prepare.bounded import bounded, of_points
 from insenv.identify.prepare.declared import declared_model
 from insenv.identify.prepare.means import LEFT, ToldByMeans, by_means, of_known_errors, of_unknown_errors
 from insenv.identify.prepare.samples import sample_spectrum
@@ -143,7 +143,7 @@ def prepare(
     if not lines:
         problem = plain if ready.held.hold is None else binned(manifest, ready.recordings, ready.uses, target, rows)
     plain = _clipping(manifest, ready.clean, ready.uses, target, rows, plain)
-    plain, problem = bounded(plain, model), bounded(problem, model)
+    plain, problem = (of_points(bounded(one, model)) for one in (plain, problem))
     samples = partial(_samples, ready.recordings, ready.uses, plain, model, lines)
     fast = partial(_confirmed, *own) if tones else unanswered
     dt, rails = recordings[0].dt, ready.clean.rails

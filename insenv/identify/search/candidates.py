@@ -26,8 +26,8 @@ DISOBEYED = "what the unit did not do that it was told to goes with the motion a
 END_SHARE = 0.05
 #: Why nothing is told of vibration beside accelerometers.
 SLOW = "rows are too far apart, or too few, to show what vibrates within a second"
-#: Why nothing is told of the angle, of a lag, a line or a hold.
-IN_POINTS = "each row is a point at one rate of the table, and nothing was recorded of the way between"
+#: Why nothing is told of the angle of a table that turns, of a lag, a line or a hold.
+IN_POINTS = "each row is a point of its own, and nothing was recorded of the way between"
 #: Fitted means for each parameter of a curve without a cause.
 MEANS_EACH = 3
 #: Means over which a hold must last to be more than a delay in them.
@@ -62,7 +62,7 @@ def candidates(
         if isinstance(effect, NoiseEffect) or effect.line or not _fits_instrument(problem, effect):
             continue
         needs, reason = _unseen(problem, effect) if told or not law_of_motion(effect) else ((), DISOBEYED)
-        if problem.in_points and _of_the_way(effect):
+        if problem.in_points and _of_the_way(problem, effect):
             needs, reason = (), IN_POINTS
         terms = () if reason else _terms(problem, effect)
         if terms and effect.generic and _is_richer(problem, terms[0]):
@@ -96,9 +96,9 @@ def _is_richer(problem: Problem, term: Term) -> bool:
     return MEANS_EACH * term.size > int((~problem.bins.held_out).sum())
 
 
-def _of_the_way(effect: Effect) -> bool:
-    """Whether an effect goes by how the table came to a rate: its angle, a lag, a change of the temperature."""
-    return effect.of_way or bool({"angle", "rate_edges"} & set(effect.needs))
+def _of_the_way(problem: Problem, effect: Effect) -> bool:
+    """Whether an effect goes by how a point came about: the angle of a table that turns, a lag, a changing heat."""
+    return effect.of_way or (problem.turns and bool({"angle", "rate_edges"} & set(effect.needs)))
 
 
 def _fits_instrument(problem: Problem, effect: Effect) -> bool:

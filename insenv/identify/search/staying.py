@@ -70,11 +70,13 @@ class Staying:
 
 def _loglik(problem: Problem, model: Model, memory: Floats | None, wanders: bool) -> float:
     products, prior = pooled(problem, model)
-    most = [np.inf if wanders or term.id not in WANDERING else 0.0 for term in NOISE_TERMS]
+    most = np.array([np.inf if wanders or term.id not in WANDERING else 0.0 for term in NOISE_TERMS])
+    if problem.most is not None:
+        most = np.minimum(most, problem.most)
     if memory is not None:
         products = replace(products, shapes=np.column_stack([products.shapes, memory]))
-        most.append(np.inf)
-    return fit_noise(products, prior, restricted=False, most=np.array(most)).loglik
+        most = np.append(most, np.inf)
+    return fit_noise(products, prior, restricted=False, most=most).loglik
 
 
 def _spectrum(problem: Problem, bins: float) -> Floats:
