@@ -19,6 +19,7 @@ from insenv.core.errors import InputError
 from insenv.core.recording import Floats, Recording
 from insenv.data.manifest import Manifest
 from insenv.identify.positions.accel import Magnitudes
+from insenv.identify.positions.least_squares import solve
 from insenv.identify.positions.model import AXES, Linear, TriadTerm
 from insenv.identify.positions.rests import PARTS, Rest
 
@@ -28,6 +29,8 @@ MOUNT = 0.2
 ANOTHER = 0.7
 #: Least noise of a mean [m/s^2].
 LEAST_NOISE = 1e-6
+#: Equations to spare with which rests of one row tell that noise, and passes in which it and its weight are found.
+FREEDOM, PASSES = 4, 5
 
 
 @dataclass(frozen=True)
@@ -42,11 +45,14 @@ class KnownAttitudes(Magnitudes):
         Standard deviation of the components across ``up`` in that of the one along it.
     noise_of_mean : float
         The latter as the parts of the rests show it [m/s^2].
+    tolerance : float, optional
+        Standard deviation of the components across, as stated, where each rest is one row, which shows no parts.
     """
 
     up: Floats = field(default_factory=lambda: np.zeros((0, 3)))
     across: float = 1.0
     noise_of_mean: float = 1.0
+    tolerance: float | None = None
     rank: int = 3
 
     @property
@@ -84,6 +90,21 @@ class KnownAttitudes(Magnitudes):
         first = np.cross(self.up, helper)
         first /= np.linalg.norm(first, axis=1)[:, None]
         return np.stack([self.up, first, np.cross(self.up, first)], axis=1)
+
+
+def as_quiet_as_read(problem: KnownAttitudes, terms: Sequence[TriadTerm]) -> KnownAttitudes:
+    """The problem with the noise along ``up`` that a fit of everything that may be found leaves, where that tells one.
+
+    Each row is a rest, and ``terms`` are told by the components along ``up`` alone, as far as they can be.
+    """
+    spare = int(problem.fitted.sum()) - sum(term.size for term in terms)
+    if spare < FREEDOM or problem.tolerance is None:
+        return problem
+    for _ in range(PASSES):
+        along = solve(problem, terms).residual[problem.fitted, 0]
+        noise = max(float(np.sqrt(np.sum(along**2) / spare)), LEAST_NOISE)
+        problem = replace(problem, noise_of_mean=noise, across=max(problem.tolerance / noise, 1.0))
+    return problem
 
 
 def as_level_as_read(problem: KnownAttitudes, residual: Floats, unknowns: int) -> KnownAttitudes:

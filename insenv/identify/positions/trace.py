@@ -35,7 +35,13 @@ from insenv.identify.positions.bent import REPEATS, WORST, bent, not_repeated
 from insenv.identify.positions.evidence import evidence, held_out_errors, held_out_scatter
 from insenv.identify.positions.factor import common_factor, factor_of, other_axes, unaccounted
 from insenv.identify.positions.gyro import Rotations, rotations, with_noise
-from insenv.identify.positions.known import KnownAttitudes, as_level_as_read, noise_of_means, stated_up
+from insenv.identify.positions.known import (
+    KnownAttitudes,
+    as_level_as_read,
+    as_quiet_as_read,
+    noise_of_means,
+    stated_up,
+)
 from insenv.identify.positions.least_squares import Fit, in_turn, solve
 from insenv.identify.positions.model import AXES, Surroundings, TriadTerm, triad_term
 from insenv.identify.positions.outliers import outliers
@@ -216,6 +222,8 @@ def _accelerometers(
     steady, walks = _by_pace(more)
     left_out, room = np.zeros(len(rests), dtype=bool), len(rests) * problem.rank
     if isinstance(problem, KnownAttitudes):
+        if problem.tolerance is not None:
+            problem = as_quiet_as_read(problem, [*terms, *steady])
         left = solve(problem, [*terms, *steady]).residual
         problem = as_level_as_read(problem, left, len(problem.nuisance) + 3)
     elif not found.in_parts:
@@ -289,10 +297,13 @@ def _magnitudes(
     if not _stated(manifest):
         return Magnitudes(measured, gravity, around, *uses, free), known
     assert manifest.positions is not None
-    noise = noise_of_means(recordings, rests)
+    # One row tells nothing of its own noise: what an accelerometer repeats stands for it until a fit tells it.
+    single = all(rest.rows.stop - rest.rows.start == 1 for rest in rests)
+    noise = REPEATS if single else noise_of_means(recordings, rests)
     across = float(np.hypot(1.0, STANDARD_GRAVITY * manifest.positions.tolerance / noise))
     up = stated_up(manifest, rests, measured)
-    return KnownAttitudes(measured, gravity, around, *uses, up=up, across=across, noise_of_mean=noise), known
+    stated = KnownAttitudes(measured, gravity, around, *uses, up=up, across=across, noise_of_mean=noise)
+    return replace(stated, tolerance=across * noise if single else None), known
 
 
 def _walks(
