@@ -17,9 +17,10 @@ from insenv.data.power import by_power_up
 from insenv.data.reference import sentences
 from insenv.data.remarks import remarks
 from insenv.data.split import RowUse, other_folds, sentence_of_split, split, without_tails
+from insenv.data.tumble import tumble
 from insenv.data.turned_about import about_its_axis
 from insenv.effects.base import DrivenEffect, Effect, NoiseEffect
-from insenv.effects.catalogue import by_key, catalogue
+from insenv.effects.catalogue import TUMBLE, by_key, catalogue
 from insenv.identify.assemble import findings
 from insenv.identify.clean.common import common_mode, common_remarks
 from insenv.identify.clean.gains import clock_cautions, gain_cautions
@@ -113,7 +114,7 @@ def close_on(  # noqa: PLR0913 -- as of `close`
 
         def searched(uses: tuple[RowUse, ...]) -> Outcome:
             own = without_tails(recordings, uses) if read.procedure == "static" else (recordings, uses)
-            return trace(read, *own, catalogue() if tried is None else tried, alpha, seed, progress)
+            return trace(read, *own, _catalogue(read, recordings) if tried is None else tried, alpha, seed, progress)
 
         outcome, other = by_other_folds(searched(uses), other_folds(read, recordings), searched, progress)
         odd = (*odd, *(other or sentence_of_split(read, recordings)))
@@ -129,6 +130,12 @@ def close_on(  # noqa: PLR0913 -- as of `close`
     for more_doubts in (gain_cautions(found, doubts), clock_cautions(read, found), of_motion, doubts):
         found = _with_doubts(found, more_doubts)
     return found
+
+
+def _catalogue(read: Manifest, recordings: Sequence[Recording]) -> tuple[Effect, ...]:
+    """All effects that may be found: of an accelerometer that gravity turns through those of its model equation too."""
+    turned = any(tumble(recording, target) for recording in recordings for target in read.model.targets)
+    return (*catalogue(), *TUMBLE) if turned else catalogue()
 
 
 def _with_formulas(found: Findings, outcome: Outcome, progress: Callable[[str], None]) -> Findings:

@@ -18,7 +18,7 @@ from insenv.core.recording import Floats
 #: Quantile of the size of fourth differences by which the noise of a reading is told, and its deviation by unit noise.
 QUANTILE, DEVIATION = 0.75, 1.15 * 70**0.5
 _AT_EDGES = ("t", "angle", "temperature", "rate_edges", "turn_rate", "body_rate")
-_PER_INTERVAL = ("rate", "base_tilt", "force", "vibration", "cross_rate")
+_PER_INTERVAL = ("rate", "base_tilt", "across", "force", "vibration", "cross_rate")
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,8 @@ class Motion:
     t : ndarray, shape (n + 1,)
         Edges of the intervals [s], from the start of the run, evenly spaced.
     rate : ndarray, shape (..., n)
-        Mean true rate about the input axis over each interval [rad/s]; zero for an accelerometer at rest.
+        Mean true rate about the input axis over each interval [rad/s]; zero for an accelerometer at rest, of one that
+        gravity turns through the specific force along its input axis [m/s^2].
     angle : ndarray, shape (..., n + 1), optional
         Table angle at the edges, cumulative [rad].
     rate_edges : ndarray, shape (..., n + 1), optional
@@ -42,6 +43,8 @@ class Motion:
     base_tilt : ndarray, shape (..., n), optional
         Angle by which the base has turned about the level axis normal to the input axis, signed so that an
         accelerometer reads gravity times it [rad].
+    across : ndarray, shape (..., n), optional
+        Specific force across the input axis of an accelerometer that gravity turns through [m/s^2].
     force : mapping of str to ndarray, shape (..., n)
         Specific force along the body axes "x", "y", "z" [m/s^2].
     vibration : mapping of str to ndarray, shape (..., n)
@@ -86,6 +89,7 @@ class Motion:
     turn_rate: Floats | None = None
     temperature: Floats | None = None
     base_tilt: Floats | None = None
+    across: Floats | None = None
     force: Mapping[str, Floats] = field(default_factory=dict)
     vibration: Mapping[str, Floats] = field(default_factory=dict)
     cross_rate: Mapping[str, Floats] = field(default_factory=dict)

@@ -7,6 +7,9 @@ of their integral over the cell's edges, so that the mean over a cell is exact; 
 The rows of a target that ``covers`` its interval end at the row's time, those of an instantaneous target are
 centred on it; a channel's ``delay`` moves it back.
 
+An accelerometer that gravity turns through on a dividing head has the specific force along its input axis for a rate
+(`insenv.data.tumble`).
+
 A gyro sees the share p of the table's rate and the share q of the Earth's vertical rate:
 
     p = q = sin(tilt)                        a single gyro
@@ -32,6 +35,7 @@ from insenv.data.cells.rows import cells_of, covered_by, interpolated, means_of_
 from insenv.data.cells.table import STEADY, TargetCells, integral
 from insenv.data.reference import at_cells, is_in_points, is_set, order
 from insenv.data.smooth import smoothed
+from insenv.data.tumble import tumble
 
 #: Which manifest channel would supply a field of `Motion`.
 CHANNEL_OF = {
@@ -43,6 +47,7 @@ CHANNEL_OF = {
     "force": "accel_x",
     "vibration": "accel_x",
     "turn_rate": "table_rate",
+    "across": "table_angle",
     "cross_rate": "gyro_x, gyro_y, gyro_z",
 }
 
@@ -175,14 +180,18 @@ def _exposed(
     vertical = EARTH_RATE * np.sin(recording.site.latitude or 0.0) * upwards * with_earth * response.gain
     cells = TargetCells(recording, target, cell_of_row, count, edges, covered)
     table = cells.table(share, y - vertical)
+    turned, reference, along = tumble(recording, target), table.reference * share + vertical, None
+    if turned is not None and table.angle is not None:
+        reference, along = turned.force(table.angle[1:]), turned.across(table.angle[1:])
     motion = Motion(
         t=edges - start,
-        rate=table.reference * share + vertical,
+        rate=reference,
         angle=table.angle,
         rate_edges=None if table.rate_edges is None else table.rate_edges * share + vertical,
         turn_rate=_turn_rate(cells),
         temperature=_temperature(recording, cell_of_row, n),
         base_tilt=_base_tilt(recording, target, edges),
+        across=along,
         force=_others(recording, cell_of_row, n, "accel_") if target.startswith("gyro") else {},
         vibration=_vibration(recording, target, cell_of_row, n),
         cross_rate=_cross_rates(recording, target, cell_of_row, n) | _across(recording, target, projection, table.rate),
@@ -199,7 +208,8 @@ def _exposed(
     )
     beside = None if table.beside is None else table.beside * share
     weight = None if covered is None else count * means_of_rows(covered, cell_of_row, n)[1]
-    return Exposure(y, count, cell_of_row, motion, table.rate * share + vertical, beside, weight)
+    u = table.rate * share + vertical if along is None else reference
+    return Exposure(y, count, cell_of_row, motion, u, beside, weight)
 
 
 def rates_of_angles(recording: Recording, target: str, rows_per_cell: int, angles: Floats) -> Floats:

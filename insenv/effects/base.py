@@ -149,6 +149,8 @@ class Effect(ABC):
     of_way : bool
         Whether it goes by how rate or temperature came to be what they are: points of which nothing is known between
         tell nothing of it.
+    of_force : bool
+        Whether an accelerometer has it too where gravity turns through it: a law of the input, whatever that is.
     hides : str
         Family of effects that hide each other where a recording tells too little; empty for none.
     part : str
@@ -170,6 +172,7 @@ class Effect(ABC):
     of_rate: ClassVar[bool] = False
     of_time: ClassVar[bool] = False
     bend: ClassVar[bool] = False
+    of_force: ClassVar[bool] = False
     local: ClassVar[bool] = False
     sudden: ClassVar[bool] = False
     belongs: ClassVar[Belongs] = "instrument"

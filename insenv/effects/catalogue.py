@@ -14,9 +14,9 @@ from functools import cache
 from insenv.core.errors import InputError
 from insenv.core.plugins import EFFECTS, find, is_code, names
 from insenv.effects.base import Effect
-from insenv.effects.own import ALL, CATALOGUE, RESERVED, TRIAD
+from insenv.effects.own import ALL, CATALOGUE, RESERVED, TRIAD, TUMBLE
 
-__all__ = ["ALL", "CATALOGUE", "RESERVED", "TRIAD", "by_key", "catalogue", "described", "plug_in_of"]
+__all__ = ["ALL", "CATALOGUE", "RESERVED", "TRIAD", "TUMBLE", "by_key", "catalogue", "described", "plug_in_of"]
 
 
 #: Effects that were loaded as code, by their id: findings tell them by it.

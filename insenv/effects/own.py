@@ -30,8 +30,11 @@ from insenv.effects.tone import Tone
 from insenv.effects.triad import (
     AccelAsymmetry,
     AccelBias,
+    AccelCrossCoupling,
+    AccelMisalignment,
     AccelScaleFactor,
     AccelSecondOrder,
+    AccelThirdOrder,
     Misalignment,
     NonOrthogonality,
 )
@@ -91,6 +94,15 @@ TRIAD: tuple[Effect, ...] = (AccelBias(), AccelScaleFactor(), NonOrthogonality()
 #: Effects of accelerometers that only a unit shows which is turned about several axes.
 UNIT: tuple[Effect, ...] = (AccelAsymmetry(), AccelSecondOrder(), SizeEffect(), ForceDelay())
 
+#: Effects of an accelerometer that is turned through gravity on a dividing head (`insenv.data.tumble`).
+TUMBLE: tuple[Effect, ...] = (
+    AccelScaleFactor(),
+    AccelAsymmetry(),
+    AccelSecondOrder(),
+    AccelThirdOrder(),
+    AccelCrossCoupling(),
+)
+
 #: Those and what only a scenario may name: at one tilt, from one record, or at the rates of a usual test they cannot be
 #: told from others (a sine from a cubic, a lock from a local anomaly, a low-pass from a late reference or the servo's),
 #: or by no turning at all (a field from the Earth's rate). Some stand in a report as rivals nonetheless
@@ -99,6 +111,9 @@ ALL: tuple[Effect, ...] = (
     *CATALOGUE,
     *TRIAD,
     *UNIT,
+    AccelThirdOrder(),
+    AccelCrossCoupling(),
+    AccelMisalignment(),
     *(Wobble(order) for order in (1, 2, 3)),
     LockInWander(),
     RateLock(),

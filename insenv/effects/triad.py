@@ -6,8 +6,12 @@
     accel_second_order   c f^2                        a scale that grows with the force
     non_orthogonality    c_x v_x + c_y v_y + c_z v_z  what the other two axes see
     misalignment         c_x v_x + c_y v_y + c_z v_z
+    accel_third_order    c f^3                        a scale that grows with the square of the force
+    accel_misalignment   c f_p                        the input axis is turned by c in the plane of a tumble
+    accel_cross_coupling c f f_p                      what the force across the input axis does to its scale
 
-v is the input of the other axes: specific forces of an accelerometer, rates of a gyro. On a single axis the last two
+f_p is the specific force across the input axis in the plane in which an accelerometer is turned through gravity
+(`insenv.data.tumble`). v is the input of the other axes: specific forces of an accelerometer, rates of a gyro. On a single axis the last two
 are one form. On a triad they differ in how the coefficients of two axes belong together (`symmetry`): with c_ij that
 of axis j on axis i,
 
@@ -28,7 +32,7 @@ import numpy as np
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats
 from insenv.effects.base import OUTPUT, LinearEffect, Param
-from insenv.effects.forms import along_axes, columns
+from insenv.effects.forms import along_axes, columns, known
 
 
 @final
@@ -83,6 +87,7 @@ class AccelAsymmetry(LinearEffect):
     on_axes = ("accelerometer",)
     instruments = ("accelerometer",)
     of_rate = True
+    bend = True
 
     def basis(self, u: Floats, motion: Motion) -> Floats:
         """Magnitude of the specific force along the input axis, shape (..., n, 1)."""
@@ -102,10 +107,67 @@ class AccelSecondOrder(LinearEffect):
     on_axes = ("accelerometer",)
     instruments = ("accelerometer",)
     of_rate = True
+    bend = True
 
     def basis(self, u: Floats, motion: Motion) -> Floats:
         """Square of the specific force along the input axis, shape (..., n, 1)."""
         return columns(u, u * u)
+
+
+@final
+@dataclass(frozen=True)
+class AccelThirdOrder(LinearEffect):
+    """The third-order term K3 of an accelerometer: c f^3; the mean force stands for the force."""
+
+    id = "accel_third_order"
+    title = "third-order term of an accelerometer"
+    meaning = "the output follows the cube of the force"
+    linear = (Param("c", "1/({y})^2", sd=1e-5, bound=1e-3),)
+    source = "IEEE Std 1293-2018: third-order coefficient K3"
+    instruments = ("accelerometer",)
+    of_rate = True
+    bend = True
+
+    def basis(self, u: Floats, motion: Motion) -> Floats:
+        """Cube of the specific force along the input axis, shape (..., n, 1)."""
+        return columns(u, u * u * u)
+
+
+@final
+@dataclass(frozen=True)
+class AccelMisalignment(LinearEffect):
+    """An input axis that is turned by c in the plane of a tumble: c f_p."""
+
+    id = "accel_misalignment"
+    title = "misalignment of an accelerometer"
+    meaning = "the input axis is turned in the plane in which the accelerometer is tumbled, or the head's zero is"
+    linear = (Param("c", "rad", sd=0.01, bound=0.5),)
+    needs = ("across",)
+    source = "IEEE Std 1293-2018: misalignment of the input axis"
+    instruments = ("accelerometer",)
+
+    def basis(self, u: Floats, motion: Motion) -> Floats:
+        """Specific force across the input axis, shape (..., n, 1)."""
+        return columns(u, known(motion, "across", self.id))
+
+
+@final
+@dataclass(frozen=True)
+class AccelCrossCoupling(LinearEffect):
+    """A scale of an accelerometer that the force across its input axis changes: c f f_p."""
+
+    id = "accel_cross_coupling"
+    title = "cross-coupling of an accelerometer"
+    meaning = "the output follows the product of the forces along and across the input axis"
+    linear = (Param("c", "1/({y})", sd=1e-4, bound=1e-2),)
+    needs = ("across",)
+    source = "IEEE Std 1293-2018: cross-coupling coefficient Kip"
+    instruments = ("accelerometer",)
+    of_rate = True
+
+    def basis(self, u: Floats, motion: Motion) -> Floats:
+        """Product of the specific forces along and across the input axis, shape (..., n, 1)."""
+        return columns(u, u * known(motion, "across", self.id))
 
 
 class _OfOtherAxes(LinearEffect):

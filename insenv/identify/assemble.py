@@ -16,6 +16,7 @@ from insenv.core.series.allan import allan_deviation
 from insenv.core.series.rounding import counted
 from insenv.core.series.spectrum import psd
 from insenv.data.manifest.spec import Manifest
+from insenv.data.tumble import gravity_sentence
 from insenv.effects.base import Effect, NoiseEffect
 from insenv.effects.bias import BiasDrift
 from insenv.effects.noise import readings_density
@@ -74,6 +75,7 @@ from insenv.identify.search.tracks import Step, Track
 from insenv.identify.search.twins import (
     chord_sentence,
     drift_sentence,
+    head_sentence,
     half_row_sentence,
     half_step_sentence,
     rarer_sentence,
@@ -282,6 +284,7 @@ def _target(
         derived=derived(plain, before, track, earth),
         cautions=(
             *_cautions(problem, own, earth, scores[1]),
+            *gravity_sentence(recordings, problem.target),
             *without_north(manifest, [e.motion for e in problem.exposures]),
         ),
         covariance=covariance(problem, track.fit),
@@ -449,7 +452,8 @@ def _added(
     same = twins(track.problem, track.fit, step.hit.term)
     made = _made_by_sampling(effect, parameters, track.problem.target, recordings)
     drift = next((drift_sentence(e.value, e.sd) for e in parameters if e.parameter == "drift"), "")
-    remark = "; ".join(filter(None, (remark, twin_sentence(same), rarer_sentence(rivalry.rarer), made, drift)))
+    head = head_sentence(effect, parameters[0].value) if track.problem.through_gravity else ""
+    remark = "; ".join(filter(None, (remark, twin_sentence(same), rarer_sentence(rivalry.rarer), made, drift, head)))
     if rivalry.noise:
         remark = UNDECIDED
     if track.instead:
@@ -534,7 +538,8 @@ def _traces(recordings: tuple[Recording, ...], plain: Problem, before: Fit, prob
         ends = [temperatures(m, "temperature") for m in motions]
         covariates["temperature"] = problem.bins.mean(tuple(0.5 * (first + last) for first, last in ends))
     if problem.turns:
-        covariates["rate"] = problem.bins.mean(tuple(e.u for e in problem.exposures))
+        felt = "force" if problem.through_gravity else "rate"
+        covariates[felt] = problem.bins.mean(tuple(e.u for e in problem.exposures))
     angles = [(m.angle, m.stands) for m in motions if m.angle is not None]
     if len(angles) == len(motions) and any(np.ptp(angle) > 0 for angle, _ in angles):
         cells = tuple(a[1:] if stands else 0.5 * (a[1:] + a[:-1]) for a, stands in angles)

@@ -41,6 +41,8 @@ FINEST = 1e-7
 FINEST_CURVE = 1e-9
 #: Largest whole number, largest difference, and the highest order of differences.
 _MOST, _MOST_CHANGE, _ORDERS = 2**29, 2**30, 4
+#: Power that stands for one without a bound, which JSON does not know.
+_UNBOUNDED = 1e300
 
 Block = dict[str, Any]
 
@@ -109,7 +111,7 @@ def _target(target: TargetFindings, index: int) -> Block | None:
             {"run": run, "start": start, "n": stop - start, "fitted": fitted, "span": span}
             for run, start, stop, fitted, span in model.blocks
         ],
-        "most": None if model.most is None else list(model.most),
+        "most": None if model.most is None else [min(power, _UNBOUNDED) for power in model.most],
         "terms": list(model.noise),
         "lam": [float(model.lam[0]), float(model.lam[-1]), len(model.lam)],
         "spectra": np.round(np.log(model.spectra), 6).T.tolist(),

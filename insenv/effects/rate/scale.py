@@ -70,6 +70,7 @@ class ScaleFactorDrift(LinearEffect):
     instruments = ("gyro",)
     of_time = True
     of_rate = True
+    of_force = True
 
     def basis(self, u: Floats, motion: Motion) -> Floats:
         """Input times mean time, shape (..., n, 1)."""
@@ -114,6 +115,7 @@ class ScaleFactorTemperature(LinearEffect):
     source = "IEEE Std 952-1997 and 647-2006: scale factor temperature sensitivity"
     instruments = ("gyro",)
     of_rate = True
+    of_force = True
 
     def basis(self, u: Floats, motion: Motion) -> Floats:
         """Input times mean excess of the temperature, shape (..., n, 1)."""

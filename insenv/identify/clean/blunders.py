@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.recording import Floats, Recording
+from insenv.core.series.least_absolute import least_absolute
 from insenv.data.reference import points_of
 from insenv.identify.findings import RejectedRows
 
@@ -26,8 +27,6 @@ FAR = 10.0
 EACH, MOST_COLUMNS, ALONE = 4, 6, 20
 #: Share of the range of what was set within which points are at one place, and of a deviation that is off alike.
 SAME, ALIKE = 0.005, 0.3
-#: Passes of the reweighted squares, which come down to the least absolute deviations.
-PASSES = 30
 
 
 def blunders(recording: Recording, target: str, run: int) -> list[RejectedRows]:
@@ -47,7 +46,7 @@ def blunders(recording: Recording, target: str, run: int) -> list[RejectedRows]:
     columns = _curve(recording, name)
     if columns.shape[1] < 2:
         return []
-    left = _left(columns, y)
+    left = least_absolute(columns, y)[1]
     scale = 1.4826 * float(np.median(np.sort(np.abs(left))[columns.shape[1] :]))
     off = np.flatnonzero(np.abs(left) > FAR * scale)
     if not scale or len(off) > max(1, len(y) // ALONE):
@@ -72,15 +71,6 @@ def _curve(recording: Recording, name: str) -> Floats:
     slow = [(column - column.mean()) / np.ptp(column) for column in plain]
     columns = [np.ones(n), *law[:2], *slow, *law[2:]]
     return np.column_stack(columns[: min(MOST_COLUMNS, n // EACH)])
-
-
-def _left(columns: Floats, y: Floats) -> Floats:
-    """What the curve of least absolute deviations leaves, shape (n,)."""
-    left = y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0]
-    for _ in range(PASSES):
-        root = 1 / np.sqrt(np.maximum(np.abs(left), 1e-6 * max(float(np.abs(left).max()), 1e-300)))
-        left = y - columns @ np.linalg.lstsq(columns * root[:, None], y * root, rcond=None)[0]
-    return left
 
 
 def _is_alone(x: Floats, left: Floats, i: int, round_about: bool) -> bool:

@@ -174,8 +174,13 @@ class Problem:
 
     @property
     def in_points(self) -> bool:
-        """Whether each mean is of one rate of the table, and nothing is known of the way from one to the next."""
+        """Whether each mean is of one rate, angle or temperature, and nothing is known of the way to the next."""
         return any(e.motion.points for e in self.exposures)
+
+    @property
+    def through_gravity(self) -> bool:
+        """Whether it is an accelerometer that gravity turns through: its input is a specific force."""
+        return any(e.motion.across is not None for e in self.exposures)
 
     @property
     def smoothed(self) -> bool:

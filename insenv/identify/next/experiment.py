@@ -21,6 +21,7 @@ from insenv.effects.own import ALL
 from insenv.identify.findings import Added, NextExperiment, Pair
 from insenv.identify.fit.gls import Fit, solve, spectrum
 from insenv.identify.fit.problem import NOISE_TERMS, Model, Problem, Term
+from insenv.identify.next.points import in_other_orders
 from insenv.identify.next.procedures import Procedure, procedures
 from insenv.identify.next.separation import Contest, Known, Rival, sized, whole
 from insenv.identify.next.simulated import Recorded, further
@@ -33,6 +34,8 @@ from insenv.identify.search.tracks import Track
 SEPARATES = 5.0
 #: Size that is assumed of an effect that hides in declared ones: it puts them off by so many standard deviations.
 SPOILT = 10.0
+#: The same below which it shows nothing of them: a size that would be seen is none.
+NOT_AT_ALL = 1e-3
 #: Procedures told of one set; of a set that no residual shows.
 MOST, MOST_HIDDEN = 4, 1
 
@@ -75,8 +78,10 @@ class _Bench:
     def of(cls, track: Track, recordings: tuple[Recording, ...], limits: Limits | None) -> _Bench:
         recorded, like = whole(track.problem), Recorded.of(recordings[0])
         earth = any(t.effect.of_earth for t in track.prepared.model)
+        if recorded.in_points:
+            return cls(track, recorded, in_other_orders(recorded, recordings[0], earth))
         most = limits.acceleration if limits is not None else np.inf
-        found = [(p, further(p.plan, like, recorded, earth, most)) for p in procedures(recordings, limits)]
+        found = [(p, further(p.plan, like, recorded, earth, most)) for p in procedures(recordings, limits) if p.plan]
         return cls(track, recorded, tuple(found))
 
     def contest(self, confounded: Confounded, a: Rival, b: Rival) -> Contest | None:
@@ -256,7 +261,7 @@ def _judged(
     told = tuple(Pair((a.key, b.key), s) for a, b, s in sigmas)
     words = procedure.words
     least = min((p.sigma for p in told), default=None)
-    if confounded.assumed and least:
+    if confounded.assumed and least and least > NOT_AT_ALL:
         words += f" ({_smallest(bench, rivals[0], least)})"
     return NextExperiment(
         tuple(r.key for r in rivals), words, least, procedure.profile, procedure.told, told, procedure.control

@@ -38,7 +38,8 @@ class Procedure:
     Attributes
     ----------
     words : str
-    plan : FurtherRun
+    plan : FurtherRun, optional
+        What a plant would do; None of points, whose rows are there.
     profile : mapping, optional
         Keys of a scenario's ``[profile]``, quantities as texts.
     changes : mapping
@@ -48,7 +49,7 @@ class Procedure:
     """
 
     words: str
-    plan: FurtherRun
+    plan: FurtherRun | None = None
     profile: Texts | None = None
     changes: Texts = field(default_factory=dict)
     control: bool = False
@@ -56,7 +57,7 @@ class Procedure:
     @property
     def told(self) -> Texts:
         """``changes`` with how long it takes."""
-        return {"duration": seconds(self.plan.duration), **self.changes}
+        return {} if self.plan is None else {"duration": seconds(self.plan.duration), **self.changes}
 
 
 @dataclass(frozen=True)

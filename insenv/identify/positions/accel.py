@@ -20,9 +20,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from insenv.core import earth
-from insenv.core.recording import Floats, Recording, Site
+from insenv.core.recording import Floats, Recording
 from insenv.core.units import STANDARD_GRAVITY
+from insenv.data.tumble import site_gravity
 from insenv.identify.fit.evidence import HELD_OUT_SPREAD
 from insenv.identify.positions.model import Linear, Surroundings, TriadTerm
 from insenv.identify.positions.rests import Rest
@@ -156,13 +156,6 @@ def with_walk(
     before = np.array([sum(float(problem.around.time[runs == r].max(initial=0.0)) for r in range(run)) for run in runs])
     found = walking(errors, slopes, problem.around.time + before, problem.fitted, unit @ unit.T, allowed, anew)
     return problem if found is None else replace(problem, noise=found[0], scale=found[1])
-
-
-def site_gravity(site: Site) -> float | None:
-    """Magnitude of gravity as the manifest knows it; None where it says neither gravity nor latitude."""
-    if site.gravity is not None:
-        return site.gravity
-    return None if site.latitude is None else float(earth.gravity(site.latitude, site.altitude))
 
 
 def gravities(recordings: Sequence[Recording], rests: Sequence[Rest]) -> tuple[Floats, bool]:

@@ -14,8 +14,10 @@ from insenv.core.recording import Floats, Recording
 from insenv.data.exposure import CHANNEL_OF, expose
 from insenv.data.manifest.spec import Manifest
 from insenv.data.reference import is_set
+from insenv.data.tumble import tumble
 from insenv.effects.base import CurveEffect, DrivenEffect, NoiseEffect
 from insenv.effects.catalogue import by_key
+from insenv.effects.triad import AccelMisalignment
 from insenv.identify.clean.triads import of_others
 from insenv.identify.fit.problem import Model, Term
 
@@ -59,6 +61,9 @@ def declared_model(manifest: Manifest, recordings: tuple[Recording, ...], target
             # On an accelerometer that turns, that wave is how the table leans: in each run as it was set up then.
             leans = effect.of_earth and target.startswith("accel")
             terms.append(Term(effect, per_run=leans or effect.part == "level" and _bias_per_run(manifest, recordings)))
+    if any(tumble(recording, target) for recording in recordings):
+        # Nobody knows to the arcsecond how an accelerometer sits on its head, and its scale goes by the zero taken.
+        terms.append(Term(AccelMisalignment()))
     return tuple(terms)
 
 

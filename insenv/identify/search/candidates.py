@@ -102,6 +102,8 @@ def _of_the_way(problem: Problem, effect: Effect) -> bool:
 
 
 def _fits_instrument(problem: Problem, effect: Effect) -> bool:
+    if effect.of_force and problem.through_gravity:
+        return True
     return ("accelerometer" if problem.unit == "m/s^2" else "gyro") in effect.instruments
 
 

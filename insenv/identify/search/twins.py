@@ -12,8 +12,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from insenv.core.units import STANDARD_GRAVITY
+from insenv.core.units import ARCSEC, STANDARD_GRAVITY
 from insenv.effects.base import Effect
+from insenv.effects.triad import AccelCrossCoupling, AccelSecondOrder
 from insenv.identify.fit.gls import Fit
 from insenv.identify.fit.problem import Problem, Term
 
@@ -82,6 +83,17 @@ def drift_sentence(drift: float, sd: float) -> str:
         "its drift is what a constant offset of the gyros leaves in the angle, a base that leans on, or a drift of the "
         "accelerometer: bias_drift is the same curve"
     )
+
+
+def head_sentence(effect: Effect, c: float) -> str:
+    """A sentence on a law of the square of gravity's turn, of size ``c`` [s^2/m], that an eccentric head makes as well.
+
+    An error of its angle of c_1 cos(a) + s_1 sin(a) is f_p times that: what second order and cross-coupling follow.
+    """
+    if effect.id not in (AccelSecondOrder.id, AccelCrossCoupling.id):
+        return ""
+    size = abs(c) * STANDARD_GRAVITY / ARCSEC
+    return f"an eccentricity of {size:.2g} arcsec of the head's angle does the same: mounted anew, half a turn on, it tells"
 
 
 def chord_sentence(c: float, sd: float, row: float) -> str:

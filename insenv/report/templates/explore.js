@@ -157,8 +157,10 @@
         if (this.axisOf(u) !== 'time') return;
         u.ctx.save();
         u.ctx.fillStyle = css('--held');
+        let apart = Infinity; // a block of one bin is as wide as bins are apart where they follow each other
+        for (let i = 1; i < T.n; i++) if (x[i] > x[i - 1]) apart = Math.min(apart, x[i] - x[i - 1]);
         for (const b of T.blocks) if (!b.fitted) {
-          const i = Math.min(b.start, T.n - 2), half = b.n > 1 || !this.series ? 0.5 * (x[i + 1] - x[i]) : 0, l = Math.max(u.valToPos(x[b.start] - half, 'x', true), u.bbox.left);
+          const i = Math.min(b.start, T.n - 2), half = b.n > 1 || !this.series ? 0.5 * (x[i + 1] - x[i]) : 0.5 * apart, l = Math.max(u.valToPos(x[b.start] - half, 'x', true), u.bbox.left);
           const r = Math.min(u.valToPos(x[b.start + b.n - 1] + half, 'x', true), u.bbox.left + u.bbox.width);
           if (r > l) u.ctx.fillRect(l, u.bbox.top, r - l, u.bbox.height);
         }

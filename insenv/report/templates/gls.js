@@ -1,7 +1,7 @@
 'use strict';
 // Generalised least squares in the modes of the DCT-II, noise by restricted maximum likelihood: as insenv.identify.fit.
 const GLS = (() => {
-  const ABSENT = 1e-9, ROUNDING = 1e-15, RIDGE = 1e-11, FLAT = 0.02, COLLINEAR = 1e-5, GROUPS = 100;
+  const ABSENT = 1e-9, NONE = 1e-90, ROUNDING = 1e-15, RIDGE = 1e-11, FLAT = 0.02, COLLINEAR = 1e-5, GROUPS = 100;
 
   // Arrays of whole numbers times a step: differences of some order, zigzag, planes of bytes.
   async function unpack(text, parts) {
@@ -109,7 +109,7 @@ const GLS = (() => {
       const half = m => 4 * Math.sin(0.25 * Math.PI / m) ** 2, own = k ? 4 * Math.sin(0.5 * Math.PI * k / b.n) ** 2 : half(b.n);
       let s = spectra(problem, own);
       if (!k) { const run = spectra(problem, half(b.span)); s = s.map((v, j) => Math.max(v, run[j] * b.n / b.span)); }
-      lam.push(own); shapes.push(s); scatter.push(k > 0);
+      lam.push(own); shapes.push(s); scatter.push(k > 0 || b.n === 1); // a block of one has nothing but its level
     }
     return {lam, shapes, scatter};
   }
@@ -274,18 +274,22 @@ const GLS = (() => {
     return best.x;
   }
 
-  function scored(pool, power) { // Fisher scoring
+  function scored(pool, power, most) { // Fisher scoring of the terms that may be more than nothing
+    const free = power.map((_, j) => j).filter(j => !most || most[j] > 0);
+    power = power.map((v, j) => free.includes(j) ? v : NONE);
     let value = likelihood(pool, power).value;
     for (let pass = 0; pass < 25; pass++) {
       const s = mixed(pool, power), {energy, traces} = normal(pool, s, 0);
       const freedom = s.map((v, g) => Math.max(pool.count[g] - traces[g] / v, 0.05 * pool.count[g]));
-      const rows = pool.shapes.map((row, g) => row.map(v => v * Math.sqrt(freedom[g]) / s[g]));
-      const size = power.map((_, j) => Math.sqrt(rows.reduce((t, row) => t + row[j] ** 2, 0)));
+      const rows = pool.shapes.map((row, g) => free.map(j => row[j] * Math.sqrt(freedom[g]) / s[g]));
+      const size = free.map((_, j) => Math.sqrt(rows.reduce((t, row) => t + row[j] ** 2, 0)));
       const b = s.map((v, g) => energy[g] / freedom[g] * Math.sqrt(freedom[g]) / v);
-      let target = nonNegative(rows.map(row => row.map((v, j) => v / size[j])), b, power.length).map((v, j) => v / size[j]);
+      const part = nonNegative(rows.map(row => row.map((v, j) => v / size[j])), b, free.length);
+      let target = power.map(() => 0);
+      free.forEach((j, i) => { target[j] = part[i] / size[i]; });
       let gained = 0, tried = power;
       for (let k = 0; k < 6; k++) {
-        tried = target.map((v, j) => Math.max(v, 1e-12 * power[j]));
+        tried = target.map((v, j) => Math.max(v, 1e-12 * power[j], NONE));
         gained = likelihood(pool, tried).value - value;
         if (gained > 0) break;
         target = target.map((v, j) => 0.5 * (v + power[j]));
@@ -306,7 +310,7 @@ const GLS = (() => {
     const low = scale.map(v => Math.log(ABSENT * v)), far = scale.map(v => Math.log(1e4 * v));
     const high = most ? most.map((v, j) => Math.min(Math.max(Math.log(Math.max(v, 1e-300)), low[j]), far[j])) : far;
     const inside = x => x.map((v, j) => Math.min(Math.max(v, low[j]), high[j]));
-    let x = inside(scored(pool, scale.map(v => 0.25 * v)).map((v, j) => Math.log(Math.max(v, 1e-6 * scale[j]))));
+    let x = inside(scored(pool, scale.map(v => 0.25 * v), most).map((v, j) => Math.log(Math.max(v, 1e-6 * scale[j]))));
     const cost = y => { const p = y.map(Math.exp), {value, slope} = likelihood(pool, p); return {value: -value, slope: slope.map((v, j) => -v * p[j])}; };
     let now = cost(x);
     for (let pass = 0; pass < 30; pass++) { // Newton on the powers that are free to move
