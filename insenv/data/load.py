@@ -19,6 +19,7 @@ from insenv.core.series.positions import (
     MOST_ROWS,
     WAITED,
     angles_are_points,
+    attitudes_were_set,
     rates_were_set,
     temperatures_were_set,
     were_set,
@@ -32,7 +33,7 @@ from insenv.data.manifest import ChannelSpec, Manifest, RunSpec
 from insenv.data.manifest.spec import ACCELEROMETERS, CHANNELS, EVENTS, GYROS, INCREMENTS, Quantity
 from insenv.data.readers import Column, Table, read_table
 from insenv.data.readers.table import rows_of
-from insenv.data.reference import TABLE, with_positions
+from insenv.data.reference import ACCELEROMETER_TRIAD, ATTITUDE, TABLE, with_positions
 from insenv.data.renewals import with_renewals
 from insenv.data.resample import resampled, spread
 from insenv.data.sampling import (
@@ -167,9 +168,10 @@ def _read_run(manifest: Manifest, run: RunSpec, words: Mended) -> Recording:
     if points is not None:
         t, apart = _evenly_apart(t, points)
         again = (*again, *apart)
-    if points == "temperature":
-        channels = {**manifest.channels, points: replace(manifest.channels[points], source="set")}
-        manifest = replace(manifest, channels=channels)
+    if points in ("temperature", ATTITUDE):
+        was_set = ACCELEROMETER_TRIAD if points == ATTITUDE else (points,)
+        channels = {name: replace(manifest.channels[name], source="set") for name in was_set}
+        manifest = replace(manifest, channels={**manifest.channels, **channels})
     notes, stamps = (*table.notes, *table.behind, *words.notes, *anew, *far, *back, *again), t
     if table.notes and (manifest.fit_rows or manifest.held_out.rows):
         raise InputError(f"{run.file}: {table.notes[0]}; wanted all of them where {manifest.path} counts rows")
@@ -422,13 +424,17 @@ def time(manifest: Manifest, run: RunSpec, table: Table, first: int = 0) -> Floa
 
 
 def _points(manifest: Manifest, run: RunSpec, table: Table, t: Floats) -> str | None:
-    """The channel of which each row is a point: the table's rate or angle, of a unit at rest the temperature."""
+    """What each row is a point of: the table's rate or angle, of a unit at rest its attitude or the temperature."""
     if "table_angle" in table.values:
         return "table_angle" if _are_set_angles(manifest, run, table, t) else None
     if "table_rate" in table.values:
         told = manifest.channels["table_rate"].source != "encoder"
         return "table_rate" if told and rates_were_set(t, table.values["table_rate"]) else None
-    if "temperature" not in table.values or not _nothing_turns(manifest):
+    if not _nothing_turns(manifest):
+        return None
+    if _are_attitudes(manifest, run, table, t):
+        return ATTITUDE
+    if "temperature" not in table.values:
         return None
     kelvins = _scaled(manifest, run, table, "temperature", "temperature")
     was_set = manifest.channels["temperature"].source == "set"
@@ -442,6 +448,14 @@ def _are_set_angles(manifest: Manifest, run: RunSpec, table: Table, t: Floats) -
         return False
     angle, apart = _scaled(manifest, run, table, "table_angle", "angle"), _apart(manifest, t)
     return angles_are_points(apart, angle) and (source == "set" or were_set(apart, angle))
+
+
+def _are_attitudes(manifest: Manifest, run: RunSpec, table: Table, t: Floats) -> bool:
+    """Whether the accelerometers of a unit at rest read gravity from another side in each row."""
+    if not all(name in table.values for name in ACCELEROMETER_TRIAD):
+        return False
+    forces = np.array([_scaled(manifest, run, table, name, "acceleration") for name in ACCELEROMETER_TRIAD])
+    return attitudes_were_set(_apart(manifest, t), forces)
 
 
 def _apart(manifest: Manifest, t: Floats) -> Floats:

@@ -25,8 +25,15 @@ COMPUTED = 1e-5
 READ, BESIDE = 0.1, 500
 #: Channels of a table, and what each reads.
 TABLE: dict[str, Of] = {"table_angle": "angle", "table_rate": "rate"}
+#: Channels by which attitudes are told, and what stands for them among the channels of which rows are points.
+ACCELEROMETER_TRIAD, ATTITUDE = ("accel_x", "accel_y", "accel_z"), "attitude"
 #: What a point is one of.
-OF_POINTS = {"table_rate": "rate of the table", "table_angle": "angle of the table", "temperature": "temperature"}
+OF_POINTS = {
+    "table_rate": "rate of the table",
+    "table_angle": "angle of the table",
+    "temperature": "temperature",
+    ATTITUDE: "attitude",
+}
 
 
 def with_reference(recording: Recording) -> Recording:
@@ -96,11 +103,13 @@ def with_positions(recording: Recording, t: Floats | None = None) -> Recording:
 
 
 def points_of(recording: Recording) -> str | None:
-    """The channel of which each row is a point, with no row of the changes between; None where rows follow each other.
+    """What each row is a point of, with no row of the changes between; None where rows follow each other.
 
-    A rate or an angle of the table, one to a row; without a table a temperature.
+    A rate or an angle of the table, one to a row; without a table an attitude or a temperature.
     """
     there = [name for name in TABLE if name in recording.channels] or ["temperature"]
+    if all(name in recording.channels and recording.channels[name].source == "set" for name in ACCELEROMETER_TRIAD):
+        return ATTITUDE
     channel = recording.channels.get(there[0])
     if len(there) > 1 or channel is None or channel.source != "set":
         return None
@@ -182,6 +191,8 @@ def sentences(recordings: Sequence[Recording], said: Sequence[str] = ()) -> tupl
     found: dict[str, list[str]] = {}
     for recording in recordings:
         points = points_of(recording)
+        if points == ATTITUDE:
+            found.setdefault(_ATTITUDES, []).append(recording.label)
         for name in (*TABLE, *(["temperature"] if points == "temperature" else [])):
             if name in recording.channels and name not in said:
                 channel = recording.channels[name]
@@ -194,6 +205,10 @@ def sentences(recordings: Sequence[Recording], said: Sequence[str] = ()) -> tupl
     )
 
 
+_ATTITUDES = (
+    "the accelerometers read gravity from another side in each row: a row is taken for a mean in one attitude, with no "
+    'row of the turns between. procedure = "multi-position" calibrates the accelerometers by it too'
+)
 _POINTS = {
     "table_rate": 'what the table was set to, each row a mean at one rate with no row of the changes between '
     '(source = "set")',

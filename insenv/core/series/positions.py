@@ -7,7 +7,8 @@ on evenly, as a table that turns does, unless it rests for long between, nor whe
 
 So is a table of rates and readings, the common test of a scale factor: a row is the mean of some seconds at one rate,
 and the next is of another. What lies between was not recorded: no angle follows from it, no lag and no line. The same
-holds of readings at temperatures for each of which somebody waited, and of those at one angle each.
+holds of readings at temperatures for each of which somebody waited, of those at one angle each, and of means in one
+attitude each.
 """
 
 from __future__ import annotations
@@ -32,6 +33,8 @@ EVENLY, RESTS = 0.2, 20.0
 APART, ANOTHER, OFTEN, FEWEST_ROWS, MOST_ROWS = 1.0, 0.01, 0.25, 6, 300
 #: Usual time from row to row of temperatures for which somebody waited [s], and least range of them [K].
 WAITED, KELVINS = 300.0, 5.0
+#: Turn of "up" from row to row that is another attitude [rad], and range of a force that is gravity, as a share of it.
+TILTED, UNEQUAL = 0.1, 0.3
 
 
 def were_set(t: Floats, angle: Floats) -> bool:
@@ -59,6 +62,16 @@ def temperatures_were_set(t: Floats, temperature: Floats) -> bool:
     Of rows without times say that they are as far apart as is wanted: how a temperature came about is not known then.
     """
     return _single(t, temperature, WAITED) and float(np.ptp(temperature)) >= KELVINS
+
+
+def attitudes_were_set(t: Floats, force: Floats) -> bool:
+    """Whether specific forces, shape (3, n), at times ``t`` [s] are gravity in single attitudes, one to a row mostly."""
+    size = np.linalg.norm(force, axis=0)
+    few = FEWEST_ROWS <= len(t) <= MOST_ROWS and float(np.median(np.diff(t))) >= APART
+    if not few or not size.min() > 0 or float(np.ptp(size)) > UNEQUAL * float(np.median(size)):
+        return False
+    up = force / size
+    return float(np.mean(np.linalg.norm(np.diff(up, axis=1), axis=0) > TILTED)) > OFTEN
 
 
 def angles_are_points(t: Floats, angle: Floats) -> bool:

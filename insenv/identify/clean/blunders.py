@@ -14,11 +14,11 @@ Source: P. J. Huber, Robust Statistics (1981), section 7 (least absolute deviati
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from insenv.core.recording import Floats, Recording
 from insenv.core.series.least_absolute import least_absolute
-from insenv.data.reference import points_of
+from insenv.core.units import STANDARD_GRAVITY
+from insenv.data.reference import ACCELEROMETER_TRIAD, ATTITUDE, points_of
 from insenv.identify.findings import RejectedRows
 
 #: Robust deviations by which a point is off: of 11 to 80 points in ten thousand lists without a blunder 1 to 8 has one.
@@ -41,9 +41,9 @@ def blunders(recording: Recording, target: str, run: int) -> list[RejectedRows]:
         Number of the run, counted from 0.
     """
     name = points_of(recording)
-    assert name is not None
-    x, y = recording.channels[name].values, recording.channels[target].values
-    columns = _curve(recording, name)
+    if name is None or (name == ATTITUDE and target.startswith("accel")):
+        return []
+    columns, y = _curve(recording, name), recording.channels[target].values
     if columns.shape[1] < 2:
         return []
     left = least_absolute(columns, y)[1]
@@ -54,35 +54,45 @@ def blunders(recording: Recording, target: str, run: int) -> list[RejectedRows]:
     return [
         RejectedRows(target, run, i, i + 1, f"{min(abs(left[i]) / scale, 999):.0f} robust deviations off the other points")
         for i in off.tolist()
-        if _is_alone(x if name != "table_angle" else np.mod(x, 2 * np.pi), left, i, name == "table_angle")
+        if _is_alone(recording, name, left, i)
     ]
 
 
 def _curve(recording: Recording, name: str) -> Floats:
     """Columns that a law of the points may have, as many as the points allow, the plainest first: shape (n, k)."""
-    x, n = recording.channels[name].values, len(recording)
-    if name == "table_angle":
-        law = [wave(order * x) for order in (1, 2) for wave in (np.cos, np.sin)]
-    else:
-        s = (x - x.mean()) / max(float(np.ptp(x)), 1e-300)
-        law = [s, s**2, s**3]
-    beside = [recording.channels["temperature"].values] if "temperature" in recording.channels else []
-    plain = [column for column in (*beside, recording.t) if column is not x and np.ptp(column)]
+    n = len(recording)
+    law = _law(recording, name)
+    beside = ["temperature"] if name != "temperature" and "temperature" in recording.channels else []
+    plain = [column for column in (*(recording.channels[one].values for one in beside), recording.t) if np.ptp(column)]
     slow = [(column - column.mean()) / np.ptp(column) for column in plain]
-    columns = [np.ones(n), *law[:2], *slow, *law[2:]]
+    first = 3 if name == ATTITUDE else 2
+    columns = [np.ones(n), *law[:first], *slow, *law[first:]]
     return np.column_stack(columns[: min(MOST_COLUMNS, n // EACH)])
 
 
-def _is_alone(x: Floats, left: Floats, i: int, round_about: bool) -> bool:
+def _law(recording: Recording, name: str) -> list[Floats]:
+    if name == ATTITUDE:
+        return [recording.channels[axis].values / STANDARD_GRAVITY for axis in ACCELEROMETER_TRIAD]
+    x = recording.channels[name].values
+    if name == "table_angle":
+        return [wave(order * x) for order in (1, 2) for wave in (np.cos, np.sin)]
+    s = (x - x.mean()) / max(float(np.ptp(x)), 1e-300)
+    return [s, s**2, s**3]
+
+
+def _is_alone(recording: Recording, name: str, left: Floats, i: int) -> bool:
     """Whether no point at the same place, or next to it, is off alike, and the curve goes on on both sides."""
-    near = SAME * float(np.ptp(x))
-    there: NDArray[np.intp] = np.flatnonzero(np.abs(x - x[i]) <= near)
-    others = there[there != i]
-    if len(others):
-        return not bool(np.any(left[others] / left[i] > ALIKE))
+    at = np.column_stack(_law(recording, name)[: {ATTITUDE: 3, "table_angle": 2}.get(name, 1)])
+    there = np.linalg.norm(at - at[i], axis=1) <= SAME * float(np.max(np.ptp(at, axis=0)))
+    there[i] = False
+    if there.any():
+        return not bool(np.any(left[there] / left[i] > ALIKE))
+    if name == ATTITUDE:
+        return True  # of which no two are next to each other
+    x = recording.channels[name].values if name != "table_angle" else np.mod(recording.channels[name].values, 2 * np.pi)
     places = np.unique(x)
-    at = int(np.searchsorted(places, x[i]))
-    if not round_about and at in (0, len(places) - 1):
+    place = int(np.searchsorted(places, x[i]))
+    if name != "table_angle" and place in (0, len(places) - 1):
         return False
-    beside = np.isin(x, (places[at - 1], places[(at + 1) % len(places)]))
+    beside = np.isin(x, (places[place - 1], places[(place + 1) % len(places)]))
     return not bool(np.any(left[beside] / left[i] > ALIKE))

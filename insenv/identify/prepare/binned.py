@@ -71,8 +71,9 @@ def binned(
         mean = partial(_without_gaps, bins, reject_lines)
         y += bins.mean(beside) - mean(beside)
     turning = turns(exposures)
-    out = () if turning or exposures[0].motion.points else outliers(y, bins.blocks)
-    rounded = _coarse(recordings, target) if turning else None
+    points = exposures[0].motion.points
+    out = () if turning or points else outliers(y, bins.blocks)
+    rounded = _coarse(recordings, target) if turning and not points else None
     exact = turning and all(_commanded(recording) for recording in recordings)
     unit = recordings[0].channels[target].unit
     step = max((_encoder_step(r, e) for r, e in zip(recordings, exposures, strict=True)), default=0.0)

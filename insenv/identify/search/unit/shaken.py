@@ -38,7 +38,7 @@ def beside_shaking(problem: Problem, base: Reference, hit: Hit) -> Hit:
     hit : Hit
     """
     others = any(need.partition(".")[0] in OF_OTHERS for need in hit.candidate.effect.needs)
-    if not others or problem.turns or hit.log_p >= np.log(WORTH):
+    if not others or problem.turns or problem.in_points or hit.log_p >= np.log(WORTH):
         return hit
     span, size, _ = np.linalg.svd(beside(problem, base, hit.term), full_matrices=False)
     span = span[:, size > 1e-6 * size.max(initial=1e-300)]
