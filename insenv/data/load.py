@@ -454,6 +454,8 @@ def _are_attitudes(manifest: Manifest, run: RunSpec, table: Table, t: Floats) ->
     """Whether the accelerometers of a unit at rest read gravity from another side in each row."""
     if not all(name in table.values for name in ACCELEROMETER_TRIAD):
         return False
+    if any((manifest.channels[n].quantity or table.quantity) == "increment" for n in ACCELEROMETER_TRIAD):
+        return False
     forces = np.array([_scaled(manifest, run, table, name, "acceleration") for name in ACCELEROMETER_TRIAD])
     return attitudes_were_set(_apart(manifest, t), forces)
 

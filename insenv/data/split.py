@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from insenv.core.errors import InputError
 from insenv.core.recording import Recording, rows_between
 from insenv.data.manifest import Manifest, RowRanges
+from insenv.data.manifest.spec import ACCELEROMETERS, GYROS
 from insenv.data.reference import OF_POINTS, is_in_points, points_of, with_positions
 
 Mask = NDArray[np.bool_]
@@ -81,6 +82,26 @@ def other_folds(manifest: Manifest, recordings: Sequence[Recording]) -> tuple[tu
         held_out = [(r.t > at(r, first)) & (r.t <= at(r, last)) if first else r.t <= at(r, last) for r in recordings]
         folds.append(tuple(RowUse(~held, held) for held in held_out))
     return tuple(folds)
+
+
+def without_unused(recordings: Sequence[Recording], uses: Sequence[RowUse]) -> tuple[Recording, ...]:
+    """The runs with the instruments' readings left out of rows that are neither fitted nor held out.
+
+    Whatever happens there decides nothing: no count of outliers, no noise that channels have in common.
+    """
+    return tuple(
+        recording if (used := use.fit | use.held_out).all() else _leaving_out(recording, ~used)
+        for recording, use in zip(recordings, uses, strict=True)
+    )
+
+
+def _leaving_out(recording: Recording, unused: Mask) -> Recording:
+    names = [name for name in recording.channels if name in (*GYROS, *ACCELEROMETERS)]
+    none = np.zeros(len(unused), bool)
+    return replace(
+        recording,
+        left_out={**recording.left_out, **{name: unused | recording.left_out.get(name, none) for name in names}},
+    )
 
 
 def without_tails(

@@ -33,7 +33,7 @@ def common_mode(manifest: Manifest, recordings: Sequence[Recording]) -> tuple[Co
     names = [n for n in (*GYROS, *ACCELEROMETERS) if all(n in r.channels for r in recordings)]
     if len(names) < 2:
         return ()
-    steps = np.concatenate([_steps([r.channels[n].values for n in names]) for r in recordings])
+    steps = np.concatenate([_steps(r, names) for r in recordings])
     if len(steps) < SURE**2:
         return ()
     rho = np.corrcoef(steps.T) if np.ptp(steps, axis=0).all() else np.eye(len(names))
@@ -61,9 +61,15 @@ def _found(names: Sequence[str], rho: Floats, group: Sequence[int]) -> CommonMod
     return CommonMode(tuple(names[k] for k in group), float(inside.max()))
 
 
-def _steps(channels: Sequence[Floats]) -> Floats:
-    """Steps from row to row in robust deviations, rows without knocks, shape (rows, channels)."""
-    steps = np.diff(np.stack(channels, axis=1), axis=0)
+def _steps(recording: Recording, names: Sequence[str]) -> Floats:
+    """Steps from row to row in robust deviations, rows in use without knocks, shape (rows, channels)."""
+    steps = np.diff(np.stack([recording.channels[name].values for name in names], axis=1), axis=0)
+    unused = np.zeros(len(recording), bool)
+    for name in names:
+        unused |= recording.left_out.get(name, False)
+    steps = steps[~(unused[1:] | unused[:-1])]
+    if not len(steps):
+        return steps
     size = 1.4826 * np.median(np.abs(steps - np.median(steps, axis=0)), axis=0)
     # A channel of few counts mostly stands still: then its steps themselves are the measure.
     size = np.where(size > 0, size, np.maximum(steps.std(axis=0), 1e-300))

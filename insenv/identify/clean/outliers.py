@@ -83,7 +83,7 @@ def too_many(recordings: tuple[Recording, ...], target: str, rejected: tuple[Rej
     """
     said = []
     for run, recording in enumerate(recordings):
-        sound = np.ones(len(recording), bool)
+        sound = ~recording.left_out.get(target, np.zeros(len(recording), bool))
         for one in rejected:
             if one.run == run:
                 sound[one.start : one.stop] = False
