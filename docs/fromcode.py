@@ -22,7 +22,7 @@ from typing import Any
 import insenv.identify
 from insenv.data.exposure import CHANNEL_OF
 from insenv.effects.base import CurveEffect, DrivenEffect, Effect, LinearEffect, MemoryEffect, NoiseEffect, Param
-from insenv.effects.own import ALL, CATALOGUE, RESERVED, TRIAD
+from insenv.effects.own import ALL, CATALOGUE, RESERVED, TRIAD, TUMBLE
 
 #: What stands in a page where text from the code is to come, at the build.
 MARK = "<!-- %FROM-CODE% -->"
@@ -36,6 +36,7 @@ _CHANNELS = {
     "rate": "table_rate or table_angle",
     "rate_edges": "table_rate or table_angle",
     "turn_rate": "table_rate or table_angle",
+    "across": "an accelerometer at angles of a level `table_angle`",
     "force": "accel_x, accel_y, accel_z",
     "vibration": "accel_x, accel_y, accel_z",
     "cross_rate": "the other two axes",
@@ -77,7 +78,8 @@ def _row(orders: tuple[Effect, ...]) -> str:
     """One row for an effect, whatever its orders."""
     effect = max(orders, key=lambda one: len(one.params))
     tried = f"order 1 to {len(orders)} tried" if len(orders) > 1 else ""
-    note = tried if effect in CATALOGUE else "in several positions" if effect in TRIAD else "in scenarios only"
+    places = ((CATALOGUE, tried), (TRIAD, "in several positions"), (TUMBLE, "on a dividing head"))
+    note = next((words for those, words in places if effect in those), "in scenarios only")
     keys = f"`{effect.id}`" + (f" ({note})" if note else "")
     what = (type(effect).__doc__ or "").strip().partition("\n")[0]
     kind = next(kind.__name__ for kind in _KINDS if isinstance(effect, kind))

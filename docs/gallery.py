@@ -51,6 +51,7 @@ def motion() -> Motion:
         turn_rate=turn,
         temperature=298.15 + 15 * (1 - np.exp(-t / 200)),
         base_tilt=1e-3 * wave,
+        across=9.8 * np.sin(middle),
         force={"x": 4.9 * np.cos(middle), "y": 4.9 * np.sin(middle), "z": 8.5 + 0 * wave},
         vibration=dict.fromkeys("xyz", 0.5 + 0.3 * wave),
         cross_rate={axis: 0.5 * np.cos(middle) * (k + 1) * 0.1 for k, axis in enumerate("xyz")},

@@ -11,13 +11,13 @@ from insenv import datasets
 from insenv.core.errors import InputError
 from insenv.core.estimate import Limits
 from insenv.core.recording import Recording
+from insenv.data.cells.tumble import tumble
 from insenv.data.load import read_recordings
 from insenv.data.manifest import Manifest, load_manifest
 from insenv.data.power import by_power_up
 from insenv.data.reference import sentences
 from insenv.data.remarks import remarks
-from insenv.data.split import RowUse, other_folds, sentence_of_split, split, without_tails, without_unused
-from insenv.data.tumble import tumble
+from insenv.data.split import RowUse, other_folds, sentence_of_split, split, with_uses, without_tails
 from insenv.data.turned_about import about_its_axis
 from insenv.effects.base import DrivenEffect, Effect, NoiseEffect
 from insenv.effects.catalogue import TUMBLE, by_key, catalogue
@@ -110,7 +110,7 @@ def close_on(  # noqa: PLR0913 -- as of `close`
         found = position_findings(read, recordings, traced, remarks(recordings), alpha, seed)
     else:
         uses = split(read, recordings)
-        recordings = without_unused(recordings, uses)
+        recordings = with_uses(recordings, uses)
         odd = remarks(recordings, [use.fit | use.held_out for use in uses])
 
         def searched(uses: tuple[RowUse, ...]) -> Outcome:

@@ -136,6 +136,8 @@ class Recording:
         What reading did to the rows, in words.
     left_out : mapping of str to ndarray of bool, shape (n,)
         Rows of a channel that are no measurements of it: outliers.
+    unused : ndarray of bool, shape (n,), optional
+        Rows that are neither fitted nor held out: what is counted of a recording leaves them out.
     period : float, optional
         Sampling period [s] where it was chosen: steps between means that a few gaps part do not tell it.
     table : Trajectory, optional
@@ -154,6 +156,7 @@ class Recording:
     label: str = "recording"
     notes: tuple[str, ...] = ()
     left_out: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
+    unused: NDArray[np.bool_] | None = None
     period: float | None = None
     table: Trajectory | None = None
     responses: Mapping[str, Response] = field(default_factory=dict)
@@ -219,4 +222,5 @@ def rows_between(recording: Recording, start: int, stop: int) -> Recording:
     segments = tuple(segment for segment in cut if segment.start < segment.stop)
     left_out = {name: mask[start:stop] for name, mask in recording.left_out.items()}
     found = replace(recording, t=recording.t[start:stop], channels=channels, segments=segments, left_out=left_out)
-    return replace(found, made_of=None if recording.made_of is None else recording.made_of[start:stop])
+    unused = None if recording.unused is None else recording.unused[start:stop]
+    return replace(found, unused=unused, made_of=None if recording.made_of is None else recording.made_of[start:stop])

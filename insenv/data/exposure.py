@@ -8,7 +8,7 @@ The rows of a target that ``covers`` its interval end at the row's time, those o
 centred on it; a channel's ``delay`` moves it back.
 
 An accelerometer that gravity turns through on a dividing head has the specific force along its input axis for a rate
-(`insenv.data.tumble`).
+(`insenv.data.cells.tumble`).
 
 A gyro sees the share p of the table's rate and the share q of the Earth's vertical rate:
 
@@ -33,9 +33,9 @@ from insenv.core.motion import Motion, interval_mean, reading_noise
 from insenv.core.recording import Floats, Recording, Response
 from insenv.data.cells.rows import cells_of, covered_by, interpolated, means_of_rows
 from insenv.data.cells.table import STEADY, TargetCells, integral
+from insenv.data.cells.tumble import tumble
 from insenv.data.reference import at_cells, is_in_points, is_set, order
 from insenv.data.smooth import smoothed
-from insenv.data.tumble import tumble
 
 #: Which manifest channel would supply a field of `Motion`.
 CHANNEL_OF = {

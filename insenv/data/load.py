@@ -164,14 +164,8 @@ def _read_run(manifest: Manifest, run: RunSpec, words: Mended) -> Recording:
     table, t, far = _without_strays(manifest, run, table, t)
     t, back = nearly_forwards(t, table.place)
     table, t, again = _without_copies(manifest, run, table, t)
-    points = _points(manifest, run, table, t)
-    if points is not None:
-        t, apart = _evenly_apart(t, points)
-        again = (*again, *apart)
-    if points in ("temperature", ATTITUDE):
-        was_set = ACCELEROMETER_TRIAD if points == ATTITUDE else (points,)
-        channels = {name: replace(manifest.channels[name], source="set") for name in was_set}
-        manifest = replace(manifest, channels={**manifest.channels, **channels})
+    manifest, t, apart = _of_points(manifest, run, table, t)
+    again = (*again, *apart)
     notes, stamps = (*table.notes, *table.behind, *words.notes, *anew, *far, *back, *again), t
     if table.notes and (manifest.fit_rows or manifest.held_out.rows):
         raise InputError(f"{run.file}: {table.notes[0]}; wanted all of them where {manifest.path} counts rows")
@@ -423,6 +417,18 @@ def time(manifest: Manifest, run: RunSpec, table: Table, first: int = 0) -> Floa
     return t if spec.nanoseconds is None else t + 1e-9 * table.values[_NANOSECONDS]
 
 
+def _of_points(manifest: Manifest, run: RunSpec, table: Table, t: Floats) -> tuple[Manifest, Floats, tuple[str, ...]]:
+    """Of rows that are points the manifest with it said what was set, and times as far apart as is usual."""
+    points = _points(manifest, run, table, t)
+    if points is None:
+        return manifest, t, ()
+    if points in ("temperature", ATTITUDE):
+        names = ACCELEROMETER_TRIAD if points == ATTITUDE else (points,)
+        was_set = {name: replace(manifest.channels[name], source="set") for name in names}
+        manifest = replace(manifest, channels={**manifest.channels, **was_set})
+    return manifest, *_evenly_apart(t, points)
+
+
 def _points(manifest: Manifest, run: RunSpec, table: Table, t: Floats) -> str | None:
     """What each row is a point of: the table's rate or angle, of a unit at rest its attitude or the temperature."""
     if "table_angle" in table.values:
@@ -464,7 +470,7 @@ def _apart(manifest: Manifest, t: Floats) -> Floats:
     """Times to tell points by: those of rows that have none but their numbers are as far apart as is wanted."""
     spec = manifest.channels.get("time")
     timeless = spec is not None and spec.column == "row" and len(t) <= MOST_ROWS
-    return WAITED * np.arange(len(t)) if timeless else t
+    return np.float64(WAITED) * np.arange(len(t)) if timeless else t
 
 
 def _evenly_apart(t: Floats, points: str) -> tuple[Floats, tuple[str, ...]]:

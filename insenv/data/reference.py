@@ -210,11 +210,11 @@ _ATTITUDES = (
     'row of the turns between. procedure = "multi-position" calibrates the accelerometers by it too'
 )
 _POINTS = {
-    "table_rate": 'what the table was set to, each row a mean at one rate with no row of the changes between '
+    "table_rate": "what the table was set to, each row a mean at one rate with no row of the changes between "
     '(source = "set")',
-    "table_angle": 'what the table was set to, each row a mean at one angle with no row of the turns between '
+    "table_angle": "what the table was set to, each row a mean at one angle with no row of the turns between "
     '(source = "set")',
-    "temperature": 'one that was waited for, each row a mean at one temperature with no row of the changes between '
+    "temperature": "one that was waited for, each row a mean at one temperature with no row of the changes between "
     '(source = "set")',
 }
 _WORDS = {

@@ -11,15 +11,22 @@ from numpy.typing import NDArray
 from insenv.core.errors import InputError
 from insenv.core.recording import Recording, rows_between
 from insenv.data.manifest import Manifest, RowRanges
-from insenv.data.manifest.spec import ACCELEROMETERS, GYROS
-from insenv.data.reference import OF_POINTS, is_in_points, points_of, with_positions
+from insenv.data.reference import (
+    ACCELEROMETER_TRIAD,
+    ATTITUDE,
+    OF_POINTS,
+    is_in_points,
+    points_of,
+    with_positions,
+)
 
 Mask = NDArray[np.bool_]
 
 #: Share of each run's time that is held out where the manifest names nothing.
 HELD_OUT_SHARE = 0.4
-#: Of points one in so many is held out, each so much of that further on than the one before.
-EVERY, GOLDEN = 3, (5**0.5 - 1) / 2
+#: Of points one in so many is held out, each so much of that further on than the one before; share of the range of what
+#: was set within which it is the same.
+EVERY, GOLDEN, ALIKE = 3, (5**0.5 - 1) / 2, 0.02
 #: Shares of the time between which the other folds hold rows out: the first of it, and its middle.
 _OTHER_FOLDS = ((0.0, HELD_OUT_SHARE), ((1 - HELD_OUT_SHARE) / 2, (1 + HELD_OUT_SHARE) / 2))
 #: Share of what a table turned, below which the rows before tell next to nothing of a gain.
@@ -84,24 +91,10 @@ def other_folds(manifest: Manifest, recordings: Sequence[Recording]) -> tuple[tu
     return tuple(folds)
 
 
-def without_unused(recordings: Sequence[Recording], uses: Sequence[RowUse]) -> tuple[Recording, ...]:
-    """The runs with the instruments' readings left out of rows that are neither fitted nor held out.
-
-    Whatever happens there decides nothing: no count of outliers, no noise that channels have in common.
-    """
-    return tuple(
-        recording if (used := use.fit | use.held_out).all() else _leaving_out(recording, ~used)
-        for recording, use in zip(recordings, uses, strict=True)
-    )
-
-
-def _leaving_out(recording: Recording, unused: Mask) -> Recording:
-    names = [name for name in recording.channels if name in (*GYROS, *ACCELEROMETERS)]
-    none = np.zeros(len(unused), bool)
-    return replace(
-        recording,
-        left_out={**recording.left_out, **{name: unused | recording.left_out.get(name, none) for name in names}},
-    )
+def with_uses(recordings: Sequence[Recording], uses: Sequence[RowUse]) -> tuple[Recording, ...]:
+    """The runs with it said which rows are neither fitted nor held out: whatever happens there decides nothing."""
+    unused = (~(use.fit | use.held_out) for use in uses)
+    return tuple(replace(r, unused=rows) if rows.any() else r for r, rows in zip(recordings, unused, strict=True))
 
 
 def without_tails(
@@ -151,19 +144,32 @@ def _held_out(manifest: Manifest, recordings: Sequence[Recording]) -> Mask:
     if named.start is not None:
         return np.concatenate([r.t - r.t[0] >= named.start for r in recordings])
     if _in_points(recordings):
-        return np.concatenate([_one_of_each(len(r)) for r in recordings])
+        return np.concatenate([_one_of_each(r) for r in recordings])
     at = _at_share(manifest, recordings)
     return np.concatenate([r.t > at(r, 1 - HELD_OUT_SHARE) for r in recordings])
 
 
-def _one_of_each(n: int) -> Mask:
-    """One of each `EVERY` rows, shape (n,), by a step that comes round with no order in which points are set.
+def _one_of_each(recording: Recording) -> Mask:
+    """One of each `EVERY` points, shape (n,), in the order of what was set, and of the time where that is the same.
 
-    Six faces that are gone through again and again would never show two of them to the fit, were it always the last.
+    Of what comes three times once, in whatever order it comes: of six faces that are gone through again and again, each
+    third row would be the same two. Which one of three it is goes on by a step that comes round with nothing.
     """
-    row = np.arange(n)
-    step = np.mod((row // EVERY + 1) * GOLDEN, 1.0)
-    return row % EVERY == np.floor(EVERY * step).astype(int)
+    place = np.empty(len(recording), int)
+    place[np.lexsort(_set_to(recording)[::-1])] = np.arange(len(recording))
+    step = np.mod((place // EVERY + 1) * GOLDEN, 1.0)
+    return np.asarray(place % EVERY == np.floor(EVERY * step).astype(int))
+
+
+def _set_to(recording: Recording) -> list[NDArray[np.float64]]:
+    """What the points were set to, in steps of `ALIKE` of its range: what is read of it is never twice the same."""
+    name = points_of(with_positions(recording))
+    names = ACCELEROMETER_TRIAD if name == ATTITUDE else (name,)
+    values = np.array([recording.channels[one].values for one in names if one is not None])
+    if name == "table_angle":
+        values = np.mod(values + ALIKE, 2 * np.pi)
+    step = ALIKE * max(float(np.ptp(values)), 1e-300)
+    return list(np.rint(values / step))
 
 
 def _names_rows(manifest: Manifest) -> bool:
@@ -204,8 +210,8 @@ def sentence_of_split(manifest: Manifest, recordings: Sequence[Recording]) -> tu
     if not _names_rows(manifest) and _in_points(recordings):
         (what, *others) = {OF_POINTS[name] for r in recordings if (name := points_of(with_positions(r)))}
         return (
-            f"each row is a point at one {what if not others else 'state'}: one in {EVERY} is held out, and not the last "
-            f"{100 * HELD_OUT_SHARE:.0f} % of the time. [held_out] can name other rows",
+            f"each row is a point at one {what if not others else 'state'}: one in {EVERY} is held out, and not the "
+            f"last {100 * HELD_OUT_SHARE:.0f} % of the time. [held_out] can name other rows",
         )
     if not stands_first(manifest, recordings):
         return ()

@@ -34,7 +34,7 @@ _N, _DT = 120, 0.1
 _STOPS, _STANDS = 7.0, 1.5
 #: Fields of `Motion` that a recording may lack, and what they are where it does.
 _LACKING: dict[str, Any] = {
-    **dict.fromkeys(("angle", "rate_edges", "turn_rate", "temperature", "base_tilt")),
+    **dict.fromkeys(("angle", "rate_edges", "turn_rate", "temperature", "base_tilt", "across")),
     "force": {},
     "vibration": {},
     "cross_rate": {},
@@ -292,6 +292,7 @@ def _motion(batch: tuple[int, ...] = ()) -> Motion:
         turn_rate=(2.44 * np.cos(0.61 * clock + phase) + 0.05) * goes,
         temperature=298.15 + 6 * np.sin(0.5 * t + 2 * phase) + 8 * (1 - np.exp(-t / 2)),
         base_tilt=mean_wave(1e-3, 0.4, 0.3),
+        across=mean_wave(3.0, 0.35, 0.7),
         force={"x": mean_wave(2.0, 0.3, 0.1), "y": mean_wave(1.0, 0.5, 1.1), "z": 9.8 + mean_wave(0.5, 0.2, 2.0)},
         vibration={axis: 0.5 + mean_wave(0.3, 0.1 * k + 0.2, 0.3 * k) for k, axis in enumerate("xyz")},
         cross_rate={axis: mean_wave(0.2, 0.1 * k + 0.15, 0.4 * k) for k, axis in enumerate("xyz")},

@@ -94,13 +94,15 @@ TRIAD: tuple[Effect, ...] = (AccelBias(), AccelScaleFactor(), NonOrthogonality()
 #: Effects of accelerometers that only a unit shows which is turned about several axes.
 UNIT: tuple[Effect, ...] = (AccelAsymmetry(), AccelSecondOrder(), SizeEffect(), ForceDelay())
 
-#: Effects of an accelerometer that is turned through gravity on a dividing head (`insenv.data.tumble`).
+#: Effects of an accelerometer that is turned through gravity on a dividing head (`insenv.data.cells.tumble`); the last
+#: is part of every model there.
 TUMBLE: tuple[Effect, ...] = (
     AccelScaleFactor(),
     AccelAsymmetry(),
     AccelSecondOrder(),
     AccelThirdOrder(),
     AccelCrossCoupling(),
+    AccelMisalignment(),
 )
 
 #: Those and what only a scenario may name: at one tilt, from one record, or at the rates of a usual test they cannot be

@@ -11,9 +11,9 @@
     accel_cross_coupling c f f_p                      what the force across the input axis does to its scale
 
 f_p is the specific force across the input axis in the plane in which an accelerometer is turned through gravity
-(`insenv.data.tumble`). v is the input of the other axes: specific forces of an accelerometer, rates of a gyro. On a single axis the last two
-are one form. On a triad they differ in how the coefficients of two axes belong together (`symmetry`): with c_ij that
-of axis j on axis i,
+(`insenv.data.cells.tumble`). v is the input of the other axes: specific forces of an accelerometer, rates of a gyro. On
+a single axis non-orthogonality and misalignment are one form. On a triad they differ in how the coefficients of two
+axes belong together (`symmetry`): with c_ij that of axis j on axis i,
 
     non_orthogonality    c_ij = +c_ji = half of the angle by which the axes i and j are short of a right angle
     misalignment         c_ij = -c_ji : the triad as a whole is turned against its reference

@@ -15,8 +15,8 @@ from insenv.core.recording import Floats, Recording
 from insenv.core.series.allan import allan_deviation
 from insenv.core.series.rounding import counted
 from insenv.core.series.spectrum import psd
+from insenv.data.cells.tumble import gravity_sentence
 from insenv.data.manifest.spec import Manifest
-from insenv.data.tumble import gravity_sentence
 from insenv.effects.base import Effect, NoiseEffect
 from insenv.effects.bias import BiasDrift
 from insenv.effects.noise import readings_density
@@ -75,9 +75,9 @@ from insenv.identify.search.tracks import Step, Track
 from insenv.identify.search.twins import (
     chord_sentence,
     drift_sentence,
-    head_sentence,
     half_row_sentence,
     half_step_sentence,
+    head_sentence,
     rarer_sentence,
     twin_sentence,
     twins,

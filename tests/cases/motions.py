@@ -40,6 +40,7 @@ def rich_motion(n: int = 600, dt: float = 0.1, batch: tuple[int, ...] = ()) -> M
         turn_rate=table_rate,
         temperature=temperature,
         base_tilt=mean_wave(1e-3, 0.4, 0.3),
+        across=mean_wave(3.0, 0.35, 0.7),
         force={
             "x": mean_wave(2.0, 0.3, 0.1),
             "y": mean_wave(1.0, 0.5, 1.1),

@@ -11,7 +11,7 @@ from insenv.core.errors import InputError
 from insenv.core.recording import Recording
 from insenv.data.load import read_recordings
 from insenv.data.manifest import load_manifest
-from insenv.data.split import RowUse, other_folds, sentence_of_split, split, without_tails
+from insenv.data.split import RowUse, other_folds, sentence_of_split, split, with_uses, without_tails
 
 
 def used(folder: Path, more: str, runs: int = 1) -> tuple[tuple[Recording, ...], tuple[RowUse, ...]]:
@@ -119,3 +119,30 @@ def test_a_last_turn_alone_is_not_parted(tmp_path: Path) -> None:
     """Of four in a hundred rows hardly any would be held out."""
     said, use = turned(tmp_path, np.where(np.arange(1000) < 960, 0.0, 1.0))
     assert not said and ranges(use.held_out) == [600, 1000]
+
+
+@pytest.mark.parametrize("period", range(2, 25))
+@pytest.mark.parametrize("times", [3, 4, 6])
+def test_of_what_comes_again_and_again_each_is_fitted_and_held_out(tmp_path: Path, period: int, times: int) -> None:
+    rates = np.tile(np.arange(period, dtype=float), times)
+    np.savetxt(tmp_path / "p.csv", np.column_stack([rates, rates]), "%.9g", ",", header="w,g", comments="")
+    (tmp_path / "p.toml").write_text(
+        'data = "p.csv"\n[channels]\ntime = { column = "row" }\ngyro = { column = "g", unit = "deg/s" }\n'
+        'table_rate = { column = "w", unit = "deg/s" }\n[model]\ntarget = "gyro"\ndeclared = ["bias"]\n'
+    )
+    manifest = load_manifest(tmp_path / "p.toml")
+    (use,) = split(manifest, read_recordings(manifest))
+    assert abs(use.held_out.sum() - len(rates) / 3) <= 1
+    assert set(rates[use.fit]) == set(range(period))
+    if times != 4:  # four in a row need not hold all three of which one is held out
+        assert set(rates[use.held_out]) == set(range(period))
+
+
+def test_rows_in_no_use_are_said_and_cut_with_the_others(tmp_path: Path) -> None:
+    recordings, uses = used(tmp_path, "[fit]\nrows = [[20, 60]]\n[held_out]\nrows = [[60, 80]]")
+    (told,) = with_uses(recordings, uses)
+    assert told.unused is not None and ranges(~told.unused) == [20, 80]
+    (cut,), _ = without_tails((told,), uses)
+    assert cut.unused is not None and ranges(~cut.unused) == [20, 80] and len(cut.unused) == 80
+    whole, uses = used(tmp_path, "")
+    assert with_uses(whole, uses)[0].unused is None

@@ -12,7 +12,7 @@ from motions import rich_motion
 from insenv.core.errors import InputError
 from insenv.effects.base import OUTPUT, CurveEffect, LinearEffect, MemoryEffect, central_differences
 from insenv.effects.catalogue import ALL, CATALOGUE, TRIAD, by_key
-from insenv.effects.own import UNIT
+from insenv.effects.own import TUMBLE, UNIT
 from insenv.effects.spline import SplineAngle, SplineTime
 
 #: What does nothing, for a reason that its effect tells.
@@ -49,6 +49,7 @@ def test_what_only_a_scenario_may_name_is_not_tried() -> None:
         *("accel_bias", "accel_scale_factor", "non_orthogonality", "misalignment"),
         *("wobble", "lock_in_wander", "rate_lock", "sine_response", "magnetic_field", "base_settling"),
         *("output_bandwidth", "accel_asymmetry", "accel_second_order", "size_effect", "force_delay"),
+        *("accel_third_order", "accel_cross_coupling", "accel_misalignment"),
     }
 
 
@@ -111,7 +112,7 @@ def test_an_effect_of_the_rate_follows_the_input(key: str) -> None:
     assert follows == effect.of_rate
     # An accelerometer at rest has no input rate, and a table turns only gyros.
     turns = effect.of_rate or "angle" in effect.needs or "cross_rate" in effect.needs
-    assert not (turns and "accelerometer" in effect.instruments) or effect in (*TRIAD, *UNIT)
+    assert not (turns and "accelerometer" in effect.instruments) or effect in (*TRIAD, *UNIT, *TUMBLE)
 
 
 def test_an_effect_belongs_to_some_instrument_and_curves_without_a_cause_are_generic() -> None:
@@ -267,7 +268,7 @@ def test_a_row_of_a_batch_is_the_single_run(key: str) -> None:
 def test_needs_are_what_the_effect_depends_on(key: str) -> None:
     motion = rich_motion(50)
     mappings = ("force", "vibration", "cross_rate", "body_rate")
-    optional = ("angle", "rate_edges", "turn_rate", "temperature", "base_tilt", *mappings)
+    optional = ("angle", "rate_edges", "turn_rate", "temperature", "base_tilt", "across", *mappings)
     lacking: dict[str, object] = {name: {} if name in mappings else None for name in optional}
     effect = on(motion, key)
     theta = typical(effect, motion)

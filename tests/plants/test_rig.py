@@ -28,7 +28,9 @@ SHAPES = {"hold": 0.35, "f": 0.31, "tau": 7.0, "t0": 11.3, "u0": 0.2, "s": 0.1}
 MODELLED = tuple(effect for effect in ALL if not isinstance(effect, DrivenEffect))
 #: Every effect that a gyro on a turntable can show.
 ON_TABLE = tuple(
-    e for e in ALL if not set(e.needs) & {"base_tilt", "force", "vibration", "turn_rate", "cross_rate", "body_rate"}
+    e
+    for e in ALL
+    if not set(e.needs) & {"base_tilt", "force", "vibration", "turn_rate", "cross_rate", "body_rate", "across"}
 )
 
 

@@ -20,9 +20,9 @@ PASSES, LEAST = 30, 1e-6
 
 def least_absolute(columns: Floats, y: Floats) -> tuple[Floats, Floats]:
     """Coefficients of ``columns``, shape (n, k), and what they leave of ``y``, shape (n,)."""
-    theta = np.linalg.lstsq(columns, y, rcond=None)[0]
+    theta = np.asarray(np.linalg.lstsq(columns, y, rcond=None)[0], np.float64)
     for _ in range(PASSES):
         left = np.abs(y - columns @ theta)
         root = 1 / np.sqrt(np.maximum(left, LEAST * max(float(left.max()), 1e-300)))
-        theta = np.linalg.lstsq(columns * root[:, None], y * root, rcond=None)[0]
+        theta = np.asarray(np.linalg.lstsq(columns * root[:, None], y * root, rcond=None)[0], np.float64)
     return theta, y - columns @ theta

@@ -16,7 +16,13 @@ from numpy.typing import NDArray
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats
 from insenv.core.series.moving import LEAST_REST, TIPPED, TURNING, departs, longest_rest
-from insenv.core.series.positions import rates_were_set
+from insenv.core.series.positions import (
+    WAITED,
+    angles_are_points,
+    rates_were_set,
+    temperatures_were_set,
+    were_set,
+)
 from insenv.core.units import DEG, quantity, scale_to_si
 from insenv.data.guess import numbers, rates
 from insenv.data.guess.columns import AXES, Role, Roles, assign
@@ -40,8 +46,8 @@ SLOWEST = 1.0
 SAME_RATE = 0.02
 #: Rows at either end that are not looked at for the clock: there may be strays.
 ENDS = 6
-#: What is declared of accelerometers in several positions.
-_OF_ACCELEROMETERS = "accel_bias"
+#: What is declared of accelerometers in several positions, and on a dividing head beside it.
+_OF_ACCELEROMETERS, _THEIR_SCALE = "accel_bias", "accel_scale_factor"
 #: Procedures without a table.
 PROCEDURES = ("static", "multi-position")
 #: What is looked at for motion: readings, no increments.
@@ -195,10 +201,8 @@ def _rate(said: _Said, roles: Roles, listing: Listing, answers: Mapping[str, str
     if any(question.key == "time.column" for question in said.questions):
         said.channels.append(Channel("time", None, "", Choice(None, "several columns of time", "open")))
         return None
-    if _in_points(roles):
-        said.channels.append(
-            Channel("time", "row", "", Choice("", "points at one rate each, in their order", "assumed"))
-        )
+    if points := _points(roles):
+        said.channels.append(Channel("time", "row", "", Choice("", f"{points} each, in their order", "assumed")))
         return None
     text = f"{_no_time(listing)}. At which rate were the rows taken? ('row': a row counts as a second)"
     said.questions.append(Question("time.rate", text, "", ("frequency",), ("row",), quantity=True))
@@ -206,10 +210,27 @@ def _rate(said: _Said, roles: Roles, listing: Listing, answers: Mapping[str, str
     return None
 
 
-def _in_points(roles: Roles) -> bool:
-    """Whether a rate of the table is another one from row to row, and nothing was recorded between."""
-    rate = roles.by_channel.get("table_rate")
-    return rate is not None and rates_were_set(np.arange(len(rate.column.values), dtype=float), rate.column.values)
+def _points(roles: Roles) -> str:
+    """What rows without a time are points of, with nothing recorded between; "" where they are none."""
+    there = {name: role.column.values for name, role in roles.by_channel.items()}
+    t = np.float64(WAITED) * np.arange(max(map(len, there.values()), default=0))
+    if "table_rate" in there and rates_were_set(t, there["table_rate"]):
+        return "points at one rate"
+    if _at_angles(roles):
+        return "points at one angle"
+    if not _of_table(roles) and "temperature" in there and temperatures_were_set(t, there["temperature"]):
+        return "points at one temperature"
+    return ""
+
+
+def _at_angles(roles: Roles) -> bool:
+    """Whether a table was set to another angle from row to row [deg], and no rate of it is there."""
+    role = roles.by_channel.get("table_angle")
+    if role is None or "table_rate" in roles.by_channel:
+        return False
+    angle = role.column.values * (1.0 if role.heading.unit == "rad" else DEG)
+    t = np.float64(WAITED) * np.arange(len(angle))
+    return angles_are_points(t, angle) and were_set(t, angle)
 
 
 def _no_time(listing: Listing) -> str:
@@ -472,6 +493,8 @@ def _model(roles: Roles, procedure: str) -> tuple[tuple[str, ...], tuple[str, ..
     if procedure == "multi-position":
         gyros = gyros if len(gyros) == len(AXES) and "gyro" not in gyros else []
         return (*accels, *gyros), (_OF_ACCELEROMETERS, *DECLARED) if gyros else (_OF_ACCELEROMETERS,)
+    if procedure == "rate-table" and _at_angles(roles):  # which tell no scale factor of a gyro
+        return (tuple(gyros), DECLARED) if gyros else (tuple(accels), (_OF_ACCELEROMETERS, _THEIR_SCALE))
     if procedure == "rate-table" and gyros:
         return tuple(gyros), (*DECLARED, "scale_factor")
     return (*gyros, *accels), DECLARED

@@ -64,10 +64,8 @@ def _found(names: Sequence[str], rho: Floats, group: Sequence[int]) -> CommonMod
 def _steps(recording: Recording, names: Sequence[str]) -> Floats:
     """Steps from row to row in robust deviations, rows in use without knocks, shape (rows, channels)."""
     steps = np.diff(np.stack([recording.channels[name].values for name in names], axis=1), axis=0)
-    unused = np.zeros(len(recording), bool)
-    for name in names:
-        unused |= recording.left_out.get(name, False)
-    steps = steps[~(unused[1:] | unused[:-1])]
+    if recording.unused is not None:
+        steps = steps[~(recording.unused[1:] | recording.unused[:-1])]
     if not len(steps):
         return steps
     size = 1.4826 * np.median(np.abs(steps - np.median(steps, axis=0)), axis=0)

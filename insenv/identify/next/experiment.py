@@ -81,7 +81,7 @@ class _Bench:
         if recorded.in_points:
             return cls(track, recorded, in_other_orders(recorded, recordings[0], earth))
         most = limits.acceleration if limits is not None else np.inf
-        found = [(p, further(p.plan, like, recorded, earth, most)) for p in procedures(recordings, limits) if p.plan]
+        found = [(p, further(p.plan, like, recorded, earth, most)) for p in procedures(recordings, limits)]
         return cls(track, recorded, tuple(found))
 
     def contest(self, confounded: Confounded, a: Rival, b: Rival) -> Contest | None:

@@ -15,6 +15,7 @@ from insenv.data.exposure import expose
 from insenv.identify.fit.bins import gather
 from insenv.identify.fit.problem import Problem
 from insenv.identify.next.procedures import Procedure
+from insenv.identify.next.simulated import FurtherRun
 
 
 def in_other_orders(recorded: Problem, recording: Recording, with_earth: bool) -> tuple[tuple[Procedure, Problem], ...]:
@@ -26,7 +27,7 @@ def in_other_orders(recorded: Problem, recording: Recording, with_earth: bool) -
         ("the same points once more, as they were", np.arange(n), True),
     )
     return tuple(
-        (Procedure(words, control=control), _of(recorded, _in_order(recording, order), with_earth))
+        (Procedure(words, FurtherRun(()), control=control), _of(recorded, _in_order(recording, order), with_earth))
         for words, order, control in orders
     )
 

@@ -38,8 +38,8 @@ class Procedure:
     Attributes
     ----------
     words : str
-    plan : FurtherRun, optional
-        What a plant would do; None of points, whose rows are there.
+    plan : FurtherRun
+        What a plant would do; nothing, of points, whose rows are there.
     profile : mapping, optional
         Keys of a scenario's ``[profile]``, quantities as texts.
     changes : mapping
@@ -49,7 +49,7 @@ class Procedure:
     """
 
     words: str
-    plan: FurtherRun | None = None
+    plan: FurtherRun
     profile: Texts | None = None
     changes: Texts = field(default_factory=dict)
     control: bool = False
@@ -57,7 +57,7 @@ class Procedure:
     @property
     def told(self) -> Texts:
         """``changes`` with how long it takes."""
-        return {} if self.plan is None else {"duration": seconds(self.plan.duration), **self.changes}
+        return {"duration": seconds(self.plan.duration), **self.changes} if self.plan.pieces else {}
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from insenv.core.recording import Floats, Recording
 from insenv.core.units import STANDARD_GRAVITY
-from insenv.data.tumble import site_gravity
+from insenv.data.cells.tumble import site_gravity
 from insenv.identify.fit.evidence import HELD_OUT_SPREAD
 from insenv.identify.positions.model import Linear, Surroundings, TriadTerm
 from insenv.identify.positions.rests import Rest

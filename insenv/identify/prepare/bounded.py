@@ -57,7 +57,7 @@ def bounded(problem: Problem, model: Model) -> Problem:
 
 
 def of_points(problem: Problem) -> Problem:
-    """The problem without noise that one mean takes back from the next, where each is a point of its own; else as it is.
+    """The problem without noise that one mean takes back from the next where each is a point; else as it is.
 
     Differences of a counter are such: what is left beside them looks smoother than the readings are, and a slow law of
     16 points was told at 2e-4 that least squares know at 0.1.

@@ -11,10 +11,10 @@ import numpy as np
 from insenv.core.errors import InputError
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats, Recording
+from insenv.data.cells.tumble import tumble
 from insenv.data.exposure import CHANNEL_OF, expose
 from insenv.data.manifest.spec import Manifest
 from insenv.data.reference import is_set
-from insenv.data.tumble import tumble
 from insenv.effects.base import CurveEffect, DrivenEffect, NoiseEffect
 from insenv.effects.catalogue import by_key
 from insenv.effects.triad import AccelMisalignment

@@ -347,7 +347,13 @@ def _clean(
     clipping = tuple(_leaving_out(r, target, run, others) for run, r in enumerate(recordings)) if rails else free
     tables = [slewed(recording, target).channels.get("table_rate") for recording in recordings]
     free, clipping = _on_tables(free, tables), _on_tables(clipping, tables)
-    return _Clean(free, clipping, (*clipped, *others), rails)
+    rejected = tuple(row for row in (*clipped, *others) if _in_use(row, recordings[row.run]))
+    return _Clean(free, clipping, rejected, rails)
+
+
+def _in_use(one: RejectedRows, recording: Recording) -> bool:
+    """Whether some of the rows are fitted or held out."""
+    return recording.unused is None or not bool(recording.unused[one.start : one.stop].all())
 
 
 def _on_tables(recordings: tuple[Recording, ...], rates: list[Channel | None]) -> tuple[Recording, ...]:

@@ -92,8 +92,8 @@ def head_sentence(effect: Effect, c: float) -> str:
     """
     if effect.id not in (AccelSecondOrder.id, AccelCrossCoupling.id):
         return ""
-    size = abs(c) * STANDARD_GRAVITY / ARCSEC
-    return f"an eccentricity of {size:.2g} arcsec of the head's angle does the same: mounted anew, half a turn on, it tells"
+    size = f"{abs(c) * STANDARD_GRAVITY / ARCSEC:.2g} arcsec"
+    return f"an eccentricity of {size} of the head's angle does the same: mounted anew, half a turn on, it tells"
 
 
 def chord_sentence(c: float, sd: float, row: float) -> str:

@@ -136,6 +136,28 @@ def test_points_at_one_rate_each_need_no_time(tmp_path: Path) -> None:
     assert time.column == "row"
 
 
+@pytest.mark.parametrize(
+    ("columns", "points", "declared"),
+    [
+        ({"temp_degC": np.linspace(-40, 60, 21), "gyro (deg/s)": np.linspace(0, 1, 21)}, "temperature", ("bias",)),
+        ({"table_angle (deg)": np.arange(0, 360, 15.0), "gyro (deg/h)": np.ones(24)}, "angle", ("bias",)),
+        (
+            {"table_angle (deg)": np.arange(0, 360, 15.0), "accel (m/s^2)": np.sin(np.arange(24.0))},
+            "angle",
+            ("accel_bias", "accel_scale_factor"),
+        ),
+    ],
+)
+def test_points_of_other_kinds_need_no_time(
+    columns: dict[str, Floats], points: str, declared: tuple[str, ...], tmp_path: Path
+) -> None:
+    found = drafted(table(tmp_path / "a.csv", columns))
+    assert not found.questions
+    (time,) = (channel for channel in found.channels if channel.name == "time")
+    assert time.column == "row" and f"points at one {points} each" in time.unit.why
+    assert found.declared == declared
+
+
 def test_stamps_of_packets_are_said_where_the_rate_is_asked(tmp_path: Path) -> None:
     columns = {"timestamp": np.repeat(np.arange(800.0) * 0.1, 10), **turned_by_hand()}
     asks = {q.key: q.text for q in drafted(table(tmp_path / "a.csv", columns)).questions}

@@ -55,6 +55,28 @@ def six_faces(
     return close(folder / "m.toml")
 
 
+@pytest.mark.parametrize("noise", [1e-3, 1e-4])
+@pytest.mark.parametrize("seed", range(2))
+def test_a_list_of_means_in_stated_attitudes_tells_scale_factors(tmp_path: Path, noise: float, seed: int) -> None:
+    """Each row is a rest and shows no noise of its own: none was taken, and no rest foretold another."""
+    rng = np.random.default_rng([7, seed])
+    scale = 20 * noise / STANDARD_GRAVITY * np.array([1.0, -0.8, 0.6])
+    up = np.array([sign * np.eye(3)[axis] for axis, sign in FACES * 4])
+    set_to = up + 2e-3 * rng.standard_normal(up.shape)
+    force = STANDARD_GRAVITY * set_to / np.linalg.norm(set_to, axis=1)[:, None]
+    read = force * (1 + scale) + [0.02, -0.03, 0.05] + noise * rng.standard_normal(force.shape)
+    np.savetxt(tmp_path / "means.csv", read, delimiter=",", header="x,y,z", comments="", fmt="%.7f")
+    lines = ['data = "means.csv"', "[channels]", 'segment = { column = "row" }']
+    lines += [f'accel_{axis} = {{ column = "{axis}", unit = "m/s^2" }}' for axis in "xyz"]
+    lines += ["[site]", f'gravity = "{STANDARD_GRAVITY} m/s^2"', "[model]", 'procedure = "multi-position"']
+    lines += ['target = ["accel_x", "accel_y", "accel_z"]', 'declared = ["accel_bias"]', "[positions]"]
+    lines += [f"up = {json.dumps(['-+'[sign > 0] + 'xyz'[axis] for axis, sign in FACES * 4])}"]
+    (tmp_path / "m.toml").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    for target, true in zip(close(tmp_path / "m.toml").targets, scale, strict=True):
+        (one,) = (a for a in target.added if a.effect == "accel_scale_factor")
+        assert abs(one.parameters[0].value - true) < 4 * one.parameters[0].sd
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_a_unit_that_repeats_itself_leaves_nothing(tmp_path: Path, seed: int) -> None:
     """Named only where 3 mm/s^2 from rest to rest would not do: of 60 seeds with 0.3, 1 and 3 mm/s^2 none is."""

@@ -18,13 +18,13 @@ from insenv.core.estimate import Datasheet, Limits
 from insenv.core.recording import Channel, Floats, Recording
 from insenv.core.unit.gimbals import Gimbals
 from insenv.core.unit.motion import UNIT
+from insenv.data.cells.tumble import site_gravity
 from insenv.data.manifest import Manifest
 from insenv.data.split import split
 from insenv.effects.base import Effect
 from insenv.effects.catalogue import by_key
 from insenv.effects.noise import AngleRandomWalk
 from insenv.identify.findings import NextExperiment
-from insenv.identify.positions.accel import site_gravity
 from insenv.identify.positions.least_squares import Fit
 from insenv.identify.positions.on_axes.next import limits_of, next_runs, plans
 from insenv.identify.positions.on_axes.problem import Cells, OnAxes, UnitTerm, as_noisy_as_read, foretold

@@ -73,9 +73,7 @@ def unmoved(problem: Problem, effect: Effect) -> str:
     return f"the {what} covers {covered:.2g} {unit}, which instruments at rest do by themselves; nothing moved"
 
 
-def _unmoved_points(
-    problem: Problem, fields: Sequence[Mapping[str, Floats]], least: tuple[float, str, str]
-) -> str:
+def _unmoved_points(problem: Problem, fields: Sequence[Mapping[str, Floats]], least: tuple[float, str, str]) -> str:
     """The same of points, each a mean of its own: their range."""
     covered = max((float(np.ptp(problem.bins.mean(cells))) for cells in _of_axes(fields)), default=0.0)
     size, what, unit = least
