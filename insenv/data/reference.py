@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.recording import GAP, Channel, Floats, Origin, Recording
+from insenv.core.series.outlying import MOST, unseen
 from insenv.core.series.positions import angles_are_points, rates_were_set, were_set
 from insenv.core.series.trajectory import Of, Trajectory, reading_noise, trajectory
 from insenv.data.cells.follow import follows
@@ -23,6 +24,8 @@ HOLDS = 0.05
 COMPUTED = 1e-5
 #: Share of the turns that a gyro reads where they are in the rows, and rows beside one that may be part of it at most.
 READ, BESIDE = 0.1, 500
+#: Share of the motion that a gyro reads which follows it, and fewest rows in which leaps of a rate are looked for.
+FOLLOWS, FEWEST = 0.3, 64
 #: Channels of a table, and what each reads.
 TABLE: dict[str, Of] = {"table_angle": "angle", "table_rate": "rate"}
 #: Channels by which attitudes are told, and what stands for them among the channels of which rows are points.
@@ -51,11 +54,30 @@ def with_reference(recording: Recording) -> Recording:
         return recording
     channel = told[encoder]
     over = channel.covers == "interval"
-    doubtful = recording.left_out.get(encoder)
+    doubtful = _doubtful(recording, encoder)
     table = trajectory(recording.t - channel.delay, recording.dt, channel.values, TABLE[encoder], over, doubtful)
     if table is not None and not table.still and _is_motion(recording, encoder, table):
         table = None
     return replace(recording, table=table)
+
+
+def _doubtful(recording: Recording, encoder: str) -> NDArray[np.bool_] | None:
+    """Rows of an encoder that say nothing of the motion: those left out, and leaps of a rate that no gyro has seen.
+
+    One wrong word of a wheel bends the motion on both sides of it, and what multiplies its change hangs on that.
+    """
+    left_out, channel = recording.left_out.get(encoder), recording.channels[encoder]
+    if TABLE[encoder] != "rate" or len(recording) < FEWEST:
+        return left_out
+    u = channel.values
+    gyros = [c.values for name, c in recording.channels.items() if name.partition("_")[0] == "gyro"]
+    along = [y for y in gyros if abs(float(u @ y)) > FOLLOWS * float(u @ u) > 0]
+    if not along:
+        return left_out
+    wrong = np.logical_and.reduce([unseen(y, u)[0] for y in along])
+    if not 0 < wrong.mean() <= MOST:
+        return left_out
+    return wrong if left_out is None else wrong | left_out
 
 
 def _is_motion(recording: Recording, encoder: str, table: Trajectory) -> bool:

@@ -38,6 +38,23 @@ LOCAL = 256
 FEWEST_ANGLES, AT_ONE_ANGLE = 5, 1e-3
 
 
+def unseen(reading: Floats, reference: Floats, coarse: float = 0.0) -> tuple[NDArray[np.bool_], Floats]:
+    """Rows in which a reference leaps away and back and a reading of it has seen nothing, and by how much of what is far.
+
+    Parameters
+    ----------
+    reading, reference : ndarray, shape (n,)
+        In one unit; the reading is of the reference.
+    coarse : float
+        What rounding moves a value of the reference by.
+    """
+    from scipy.ndimage import median_filter  # slow to import
+
+    seen, level = (median_filter(x, size=NEIGHBOURS, mode="nearest") for x in (reading, reference))
+    away = far(reference, 0.3 * level, 0.3 * level, coarse)
+    return (away > 1) & (np.abs(reading - seen) < 0.3 * np.abs(reference - level)), away
+
+
 def far(x: Floats, high: Floats, low: Floats, coarse: float) -> Floats:
     """Distance of each value from the medians before and after it, of what is allowed; 0 where they disagree.
 

@@ -65,7 +65,7 @@ def temperatures_were_set(t: Floats, temperature: Floats) -> bool:
 
 
 def attitudes_were_set(t: Floats, force: Floats) -> bool:
-    """Whether specific forces, shape (3, n), at times ``t`` [s] are gravity in attitudes, mostly another in each row."""
+    """Whether specific forces, shape (3, n), at times ``t`` [s] are gravity, mostly from another side in each row."""
     size = np.linalg.norm(force, axis=0)
     few = FEWEST_ROWS <= len(t) <= MOST_ROWS and float(np.median(np.diff(t))) >= APART
     if not few or not size.min() > 0 or float(np.ptp(size)) > UNEQUAL * float(np.median(size)):

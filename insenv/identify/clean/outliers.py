@@ -29,7 +29,7 @@ from scipy.ndimage import median_filter
 
 from insenv.core.recording import Floats, Recording
 from insenv.core.series.least_absolute import least_absolute
-from insenv.core.series.outlying import FAR, MOST, NEIGHBOURS, at_one_angle, far, far_of_many
+from insenv.core.series.outlying import FAR, MOST, NEIGHBOURS, at_one_angle, far, far_of_many, unseen
 from insenv.core.series.rounding import rounding
 from insenv.core.series.stretches import stretches
 from insenv.core.units import STANDARD_GRAVITY
@@ -276,9 +276,7 @@ def _spikes(
 
 def _reference_spikes(y: Floats, u: Floats, sizes: Floats, coarse: float) -> Mask:
     """Rows in which the table's rate leaps away and back and the instrument has seen nothing of it: a wrong angle."""
-    seen, level = (median_filter(x, size=NEIGHBOURS, mode="nearest") for x in (y, u))
-    away = far(u, 0.3 * level, 0.3 * level, coarse)
-    hit = (away > 1) & (np.abs(y - seen) < 0.3 * np.abs(u - level))
+    hit, away = unseen(y, u, coarse)
     sizes[hit] = np.maximum(sizes[hit], FAR * away[hit])
     return hit
 
