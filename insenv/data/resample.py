@@ -110,6 +110,11 @@ def _without_outliers(recording: Recording) -> Recording:
             continue
         of_gyro = np.abs(turned) if name.startswith("gyro") else np.zeros(len(t))
         spikes = far(channel.values, of_gyro, -of_gyro, 0.0) > 1
+        if spikes.mean() > MOST and not of_gyro.any():
+            notes.append(
+                f"{int(spikes.sum())} of {len(t)} readings of {name} are far off the neighbours, first in row "
+                f"{int(np.argmax(spikes))}: too many to be left out, and the means hold them"
+            )
         if not 0 < spikes.mean() <= MOST or (angle is not None and at_one_angle(angle.values, spikes)):
             continue
         values = np.where(spikes, np.interp(t, t[~spikes], channel.values[~spikes]), channel.values)

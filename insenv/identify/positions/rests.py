@@ -158,10 +158,15 @@ def _in_turn(manifest: Manifest, rests: Sequence[Rest]) -> bool:
     return len(rests) < MANY and not manifest.fit_rows
 
 
+def rows_of_parts(recording: Recording) -> int:
+    """Rows from which on a rest is long enough to be cut into parts."""
+    return PARTS * max(WINDOW_ROWS, round(SHORTEST_PART * WINDOW / recording.dt))
+
+
 def _parts(recording: Recording, rest: Rest) -> list[Rest]:
     """The rest in parts of equal length, every second one held out; as a whole where it is too short."""
     length = (rest.stop - rest.start) // PARTS
-    if length < max(WINDOW_ROWS, round(SHORTEST_PART * WINDOW / recording.dt)):
+    if rest.stop - rest.start < rows_of_parts(recording):
         return [rest]
     starts = [rest.start + k * length for k in range(PARTS)]
     return [replace(rest, start=a, stop=a + length, held_out=bool(k % 2)) for k, a in enumerate(starts)]

@@ -46,7 +46,7 @@ from insenv.identify.positions.least_squares import Fit, in_turn, solve
 from insenv.identify.positions.model import AXES, Surroundings, TriadTerm, triad_term
 from insenv.identify.positions.outliers import outliers
 from insenv.identify.positions.rest import RestMeans, RestTerm, over_walks, with_walk
-from insenv.identify.positions.rests import Rest, Rests, find_rests, means, middle_times
+from insenv.identify.positions.rests import Rest, Rests, find_rests, means, middle_times, rows_of_parts
 from insenv.identify.positions.search import (
     INCREDIBLE,
     LEAST_FREEDOM,
@@ -216,7 +216,9 @@ def _accelerometers(
     problem, known = _magnitudes(manifest, recordings, found, declared)
     terms = [triad_term(effect) for effect in declared]
     declared_size = sum(term.size for term in terms)
-    _enough(manifest, problem, declared_size, "rests", len({rest.number for rest in rests}))
+    rows = max(rows_of_parts(recordings[rest.run]) for rest in rests)
+    uncut = f", or rests of {rows} rows and more, which are cut into parts" if not found.in_parts else ""
+    _enough(manifest, problem, declared_size, "rests", (len({rest.number for rest in rests}), uncut))
     tried, blind = _candidates(OF_ACCELEROMETERS, declared, problem.around, keys if targets else None)
     more = [triad_term(effect) for effect in tried]
     steady, walks = _by_pace(more)
@@ -568,18 +570,22 @@ def _candidates(
 
 
 def _enough(
-    manifest: Manifest, problem: Magnitudes | Rotations, size: int, units: str, distinct: int | None = None
+    manifest: Manifest, problem: Magnitudes | Rotations, size: int, units: str, told: tuple[int, str] | None = None
 ) -> None:
-    """Refuse fewer rests than the declared model can be fitted to; of ``distinct`` attitudes, where it was parts."""
+    """Refuse fewer rests than the declared model can be fitted to.
+
+    ``told`` are the attitudes of them, of which parts are none, and what else would do.
+    """
     count = int(problem.fitted.sum())
     least = -(-(size + LEAST_FREEDOM) // problem.rank)
     silent = "" if in_turn(problem) else ", or no [held_out] at all: each is then held out in its turn"
-    if distinct is not None and distinct * problem.rank < size:
+    distinct, instead = (count, "") if told is None else told
+    if told is not None and distinct * problem.rank < size:
         found = f"{distinct} {units} for {size} declared parameters"
         raise InputError(f"{manifest.path}: {found}; wanted at least {-(-size // problem.rank)} attitudes")
     if count < least:
         found = f"{count} {units} to fit for {size} declared parameters"
-        raise InputError(f"{manifest.path}: {found}; wanted at least {least} that are not held out{silent}")
+        raise InputError(f"{manifest.path}: {found}; wanted at least {least} that are not held out{silent or instead}")
 
 
 def _named(rests: Sequence[Rest], recordings: Sequence[Recording], left_out: NDArray[np.bool_]) -> tuple[str, ...]:
