@@ -26,6 +26,8 @@ COMPUTED = 1e-5
 READ, BESIDE = 0.1, 500
 #: Share of the motion that a gyro reads which follows it, and fewest rows in which leaps of a rate are looked for.
 FOLLOWS, FEWEST = 0.3, 64
+#: Rows on either side in which a gyro may have seen what a reference that is early or late has.
+LATE = 8
 #: Channels of a table, and what each reads.
 TABLE: dict[str, Of] = {"table_angle": "angle", "table_rate": "rate"}
 #: Channels by which attitudes are told, and what stands for them among the channels of which rows are points.
@@ -74,7 +76,7 @@ def _doubtful(recording: Recording, encoder: str) -> NDArray[np.bool_] | None:
     along = [y for y in gyros if abs(float(u @ y)) > FOLLOWS * float(u @ u) > 0]
     if not along:
         return left_out
-    wrong = np.logical_and.reduce([unseen(y, u)[0] for y in along])
+    wrong = np.logical_and.reduce([unseen(y, u, beside=LATE)[0] for y in along])
     if not 0 < wrong.mean() <= MOST:
         return left_out
     return wrong if left_out is None else wrong | left_out

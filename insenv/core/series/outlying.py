@@ -38,7 +38,9 @@ LOCAL = 256
 FEWEST_ANGLES, AT_ONE_ANGLE = 5, 1e-3
 
 
-def unseen(reading: Floats, reference: Floats, coarse: float = 0.0) -> tuple[NDArray[np.bool_], Floats]:
+def unseen(
+    reading: Floats, reference: Floats, coarse: float = 0.0, beside: int = 0
+) -> tuple[NDArray[np.bool_], Floats]:
     """Rows in which a reference leaps away and back and a reading of it has seen nothing, and by how much of what is far.
 
     Parameters
@@ -47,12 +49,15 @@ def unseen(reading: Floats, reference: Floats, coarse: float = 0.0) -> tuple[NDA
         In one unit; the reading is of the reference.
     coarse : float
         What rounding moves a value of the reference by.
+    beside : int
+        Rows on either side in which it may have been seen, by a reading that is early or late.
     """
-    from scipy.ndimage import median_filter  # slow to import
+    from scipy.ndimage import maximum_filter1d, median_filter  # slow to import
 
     seen, level = (median_filter(x, size=NEIGHBOURS, mode="nearest") for x in (reading, reference))
     away = far(reference, 0.3 * level, 0.3 * level, coarse)
-    return (away > 1) & (np.abs(reading - seen) < 0.3 * np.abs(reference - level)), away
+    moved = maximum_filter1d(np.abs(reading - seen), 2 * beside + 1)
+    return (away > 1) & (moved < 0.3 * np.abs(reference - level)), away
 
 
 def far(x: Floats, high: Floats, low: Floats, coarse: float) -> Floats:
