@@ -156,7 +156,6 @@ class BiasThermalHysteresis(MemoryEffect):
     shapes = (Param("r", "K", sd=5.0, low=0.05),)
     needs = ("temperature",)
     source = "Play operator: Brokate and Sprekels, Hysteresis and Phase Transitions (1996), section 2.1"
-    of_way = True
     on_axes = ("gyro", "accelerometer")
     unusual = True
     of_one = True
@@ -179,7 +178,10 @@ class BiasThermalHysteresis(MemoryEffect):
         heat = np.broadcast_to(heat, np.broadcast_shapes(heat.shape, radius.shape))
         behind = play(heat, radius, np.asarray(state))
         behind[..., 0] = state
-        return spread(u, theta[..., 0, None] * interval_mean((heat - behind) / radius)), behind[..., -1].copy()
+        side = (heat - behind) / radius
+        # Of points each is at the end of the way that led to it.
+        of_interval = side[..., 1:] if motion.points else interval_mean(side)
+        return spread(u, theta[..., 0, None] * of_interval), behind[..., -1].copy()
 
     def blind(self, motion: Motion) -> str:
         """Where the temperature does not turn back and forth: two slopes are no loop."""
@@ -196,7 +198,9 @@ class BiasThermalHysteresis(MemoryEffect):
 
     def _radii(self, motion: Motion) -> Floats:
         radii = np.ptp(self._turns(motion)) * np.array(RADII)
-        told = radii > BEYOND * reading_noise(known(motion, "temperature", self.id))
+        # Fourth differences of points are no noise of the thermometer.
+        noise = 0.0 if motion.points else reading_noise(known(motion, "temperature", self.id))
+        told = radii > BEYOND * noise
         told &= radii <= self.widest
         return radii[told] if told.any() else radii[:1]
 

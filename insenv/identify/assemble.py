@@ -88,8 +88,8 @@ from insenv.identify.search.whole.error import of_chance
 from insenv.identify.stated import told, unforetold
 from insenv.identify.switches import switchable
 
-#: Held-out error in scatters of the fitted noise from which on a word is said.
-WANDER = 2.0
+#: Held-out error in scatters of the fitted noise from which on a word is said; of points, whose few tell it worse.
+WANDER, WANDER_OF_POINTS = 2.0, 4.0
 #: Standard deviations by which a parameter must be beyond what is credible to be said so.
 SURE = 3.0
 #: Causes of rows that are left out which have a sentence of their own.
@@ -385,7 +385,8 @@ def _saturation(track: Track, recordings: tuple[Recording, ...], scores: tuple[S
 
 def _wander(problem: Problem, score: Score) -> tuple[str, ...]:
     """A word where held-out data scatter more than the fitted noise."""
-    if not score.scatter > WANDER * score.floor > 0 or unforetold(problem, score):
+    times = WANDER_OF_POINTS if problem.in_points else WANDER
+    if not score.scatter > times * score.floor > 0 or unforetold(problem, score):
         return ()
     return (
         f"Held-out data scatter by {score.scatter / score.floor:.2g} times as much as the fitted noise: they hold "
@@ -399,6 +400,8 @@ def _level_off(problem: Problem, score: Score) -> tuple[str, ...]:
     Noise that wanders does that, and so does what moved or drifts: of six channels of 724 measured recordings that were
     so, and of which nothing else was said, five had done it.
     """
+    if problem.in_points:
+        return ()  # each is one of its own, and few tell their noise to a factor of two
     if not score.rms > WANDER * score.floor > 0 or unforetold(problem, score) or score.scatter > WANDER * score.floor:
         return ()
     return (

@@ -14,7 +14,7 @@ import pytest
 from insenv.close import close
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats
-from insenv.core.series.positions import attitudes_were_set, temperatures_were_set
+from insenv.core.series.positions import attitudes_were_set, rates_were_set, temperatures_were_set, were_set
 from insenv.identify.findings import Findings, TargetFindings
 
 STRENGTH = 20.0
@@ -112,7 +112,7 @@ def test_temperatures_without_a_fault_name_nothing(tmp_path: Path) -> None:
 
 def test_nothing_is_told_of_how_a_temperature_came_about(tmp_path: Path) -> None:
     blind = {one.effect: one.reason for one in heated(tmp_path, "drawn", 21, 2, 1).not_testable}
-    for key in ("bias_temperature_rate", "bias_thermal_lag", "bias_thermal_hysteresis"):
+    for key in ("bias_temperature_rate", "bias_thermal_lag"):
         assert "nothing was recorded of the way between" in blind[key]
 
 
@@ -253,3 +253,48 @@ def test_an_axis_that_leans_is_not_turned_through_gravity(tmp_path: Path) -> Non
     y = 0.01 + 0.1 * np.sin(a) + 1e-4 * rng.standard_normal(36)
     (target,) = closed(tmp_path, HEAD, a=np.rad2deg(a), y=y).targets
     assert not any(e.effect == "accel_misalignment" for e in target.estimates_after)
+
+
+# ------------------------------------------------------------------------------------------ as people write them
+
+
+def test_cycles_of_the_temperature_tell_a_hysteresis(tmp_path: Path) -> None:
+    """The order of the points is all that a play wants to know."""
+    rng = np.random.default_rng(8)
+    up = np.linspace(-30.0, 50.0, 9)
+    kelvins = np.concatenate([up, up[-2::-1], up[1:], up[-2::-1]])
+    side = np.concatenate([np.ones(9), -np.ones(8), np.ones(8), -np.ones(8)])
+    y = 0.05 + 1e-3 * kelvins + 5e-3 * side + 1e-3 * rng.standard_normal(len(kelvins))
+    (target,) = closed(tmp_path, TEMPERATURE, T=kelvins, y=y).targets
+    assert "bias_thermal_hysteresis" in keys(target)
+
+
+def test_one_wrong_sign_in_a_list_at_rest_is_no_motion(tmp_path: Path) -> None:
+    """An accelerometer that points down reads -1 g, and +1 g in one line: its neighbours went with it, as shaken."""
+    rng = np.random.default_rng(9)
+    kelvins = np.tile(np.linspace(-20.0, 60.0, 17), 2)
+    y = -9.8 + 2e-6 * (kelvins - 20) ** 2 + 1e-4 * rng.standard_normal(34)
+    y[11] *= -1
+    accel = TEMPERATURE.replace("gyro =", "accel =").replace('"gyro"', '"accel"').replace("deg/s", "m/s^2")
+    found = closed(tmp_path, accel, T=kelvins, y=y)
+    assert keys(found.targets[0]) == {"bias_temperature"}
+    assert [(row.start, row.stop) for row in found.rows_rejected] == [(11, 12)]
+
+
+@pytest.mark.parametrize(
+    ("t", "degrees", "was_set"),
+    [
+        (60.0 * np.arange(9.0), [5, 13, 37, 39, 60, 166, 199, 201, 290], True),  # by hand, unevenly
+        (60.0 * np.arange(9.0), [0, 2, 4, 6, 8, 10, 12, 14, 16], False),  # a table that turns slowly
+        (0.01 * np.arange(9.0), [5, 13, 37, 39, 60, 166, 199, 201, 290], False),
+    ],
+)
+def test_angles_that_go_on_unevenly_were_set(t: Floats, degrees: list[float], was_set: bool) -> None:
+    assert were_set(t, np.deg2rad(degrees)) is was_set
+
+
+def test_a_staircase_of_one_two_five_and_four_readings_at_each_are_points() -> None:
+    ladder = np.array([0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100])
+    thrice = np.repeat(np.concatenate([-ladder[::-1], ladder]), 3)
+    assert rates_were_set(np.linspace(0.0, 590.0, 60), thrice)
+    assert temperatures_were_set(np.linspace(0.0, 19 * 3600.0, 20), np.repeat(np.linspace(250.0, 330.0, 5), 4))

@@ -41,7 +41,7 @@ FEWEST_ANGLES, AT_ONE_ANGLE = 5, 1e-3
 def unseen(
     reading: Floats, reference: Floats, coarse: float = 0.0, beside: int = 0
 ) -> tuple[NDArray[np.bool_], Floats]:
-    """Rows in which a reference leaps away and back and a reading of it has seen nothing, and by how much of what is far.
+    """Rows in which a reference leaps away and back and a reading of it has seen nothing, and by how much of far.
 
     Parameters
     ----------

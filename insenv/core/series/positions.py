@@ -27,10 +27,14 @@ FEWEST = 3
 #: Change from one turn to the next, of half of them, up to which a table turns evenly [rad], and usual time between
 #: turns [s] from which on it rests.
 EVENLY, RESTS = 0.2, 20.0
-#: Usual time from row to row of rates that were set [s], share of their range by which a rate is another one, and share
-#: of the rows at which it is; fewest and most rows: nobody sets a thousand, and a table that swings may be read once a
-#: second.
-APART, ANOTHER, OFTEN, FEWEST_ROWS, MOST_ROWS = 1.0, 0.01, 0.25, 6, 300
+#: Usual time from row to row of rates that were set [s], share of their range by which a rate is another one, or times
+#: the larger of both, as of 0.1, 0.2, 0.5, 1, 2 deg/s; share of the rows at which it is, that of six readings at each;
+#: fewest and most rows: nobody sets a thousand, and a table that swings may be read once a second.
+APART, ANOTHER, TIMES, OFTEN, FEWEST_ROWS, MOST_ROWS = 1.0, 0.01, 0.2, 0.15, 6, 300
+#: Least scatter of the rates at which an angle goes on, as a share of their mean, with which no table turns.
+UNEVENLY = 0.2
+#: Least such change of the smaller ones, as a share of the range: noise about nothing is none.
+LEAST_STEP = 1e-4
 #: Usual time from row to row of temperatures for which somebody waited [s], and least range of them [K].
 WAITED, KELVINS = 300.0, 5.0
 #: Turn of "up" from row to row that is another attitude [rad], and range of a force that is gravity, as a share of it.
@@ -39,6 +43,8 @@ TILTED, UNEQUAL = 0.1, 0.3
 
 def were_set(t: Floats, angle: Floats) -> bool:
     """Whether readings of an angle [rad] at times ``t`` [s], shape (n,), go from position to position at once."""
+    if _single(t, angle, RESTS) and _goes_unevenly(t, angle):
+        return True
     change = np.diff(angle)
     short = np.abs(_within_a_turn(change))
     gone = short > GONE
@@ -49,6 +55,12 @@ def were_set(t: Floats, angle: Floats) -> bool:
         return False
     bend = np.abs(_within_a_turn(np.diff(change[gone])))
     return float(np.median(bend)) > EVENLY or float(np.median(np.diff(t[1:][gone]))) > RESTS
+
+
+def _goes_unevenly(t: Floats, angle: Floats) -> bool:
+    """Whether an angle goes on from row to row as no table turns: at rates that differ from one to the next."""
+    rate = np.abs(np.diff(angle)) / np.diff(t)
+    return float(np.std(rate)) > UNEVENLY * float(np.mean(rate)) > 0
 
 
 def rates_were_set(t: Floats, rate: Floats) -> bool:
@@ -83,7 +95,10 @@ def _single(t: Floats, values: Floats, apart: float) -> bool:
     """Whether few rows, usually ``apart`` or more, have another value than the row before often enough."""
     if not FEWEST_ROWS <= len(t) <= MOST_ROWS or float(np.median(np.diff(t))) < apart:
         return False
-    return float(np.mean(np.abs(np.diff(values)) > ANOTHER * np.ptp(values))) > OFTEN and bool(np.ptp(values))
+    change, larger = np.abs(np.diff(values)), np.maximum(np.abs(values[1:]), np.abs(values[:-1]))
+    range_ = float(np.ptp(values))
+    another = (change > ANOTHER * range_) | (change > np.maximum(TIMES * larger, LEAST_STEP * range_))
+    return float(np.mean(another)) > OFTEN and range_ > 0
 
 
 def _within_a_turn(angle: Floats) -> Floats:

@@ -225,7 +225,7 @@ def channels(
     if "time" not in tables and "segment" in tables and tables["segment"].column == "row":
         tables = {"time": schema.ChannelTable(column="row"), **tables}
     if "time" not in tables and not psins:
-        raise InputError(f'{path}: channels.time is missing; wanted its column, or its rate as in "100 Hz"')
+        raise InputError(f'{path}: channels.time is missing; wanted its column, its rate as in "100 Hz", or "row"')
     found = {name: _channel(name, spec, f"{path}: channels.{name}") for name, spec in tables.items()}
     own = {name: spec.file for name, spec in tables.items() if spec.file is not None}
     if own and len(runs) > 1:

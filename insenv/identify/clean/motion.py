@@ -22,6 +22,7 @@ from insenv.core.series.stretches import stretches
 from insenv.core.units import DEG
 from insenv.data.exposure import has_table
 from insenv.data.manifest.spec import Manifest
+from insenv.data.reference import is_in_points
 from insenv.data.split import RowUse
 from insenv.identify.findings import RejectedRows
 
@@ -52,7 +53,7 @@ def at_rest(
         If the target is at rest in less than `LEAST_REST` of the rows that may be fitted, or of those held out.
     """
     table = any(has_table(r) or r.mounting.table_axis for r in recordings)
-    if table or manifest.procedure != "static":
+    if table or manifest.procedure != "static" or all(map(is_in_points, recordings)):
         return uses, ()
     used = [u.fit | u.held_out for u in uses]
     moving = [_moving(r, target, rows) & rows for r, rows in zip(recordings, used, strict=True)]

@@ -224,6 +224,8 @@ def _is_alone(recording: Recording, name: str, left: Floats, i: int) -> bool:
     if name == ATTITUDE:
         return True  # of which no two are next to each other
     x = recording.channels[name].values if name != "table_angle" else np.mod(recording.channels[name].values, 2 * np.pi)
+    if name == "table_rate" and abs(x[i]) == np.abs(x[x != 0]).min(initial=np.inf):
+        return False  # a dead band and a lock-in show at the slowest rate alone
     places = np.unique(x)
     place = int(np.searchsorted(places, x[i]))
     if name != "table_angle" and place in (0, len(places) - 1):

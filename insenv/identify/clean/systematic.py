@@ -27,6 +27,8 @@ from insenv.identify.findings import RejectedRows
 RATES, TEMPERATURES = 40, 10
 #: Share of a class that is lost, and share of all rows that a class has at least.
 LOST, LEAST = 0.5, 0.01
+#: Fewest rows of a class: of one in three nothing is systematic.
+SEVERAL = 3
 #: Share of the largest rate below which a dwell that stands still is a dead band.
 DEAD = 0.25
 #: How near two events are at one angle [rad], pairs of them that tell it, and the probability below which they do.
@@ -147,7 +149,7 @@ def _classes(values: Floats, index: NDArray[np.int64], mask: NDArray[np.bool_]) 
     lost = stretches(mask)
     for one in np.unique(index[mask]):
         own = index == one
-        if own.sum() < LEAST * len(own) or mask[own].mean() <= LOST:
+        if own.sum() < max(LEAST * len(own), SEVERAL) or mask[own].mean() <= LOST:
             continue
         visits = [own[a:b].mean() for a, b in lost if own[a:b].any()]
         if len(visits) > 1 or max(visits) > LOST:

@@ -13,6 +13,8 @@
 4. Angle: waves of the table's angle of any order, in windows of time (`insenv.identify.prepare.spectral.orders`).
    Temperature: the same, its range the turn.
 5. Lines that move (`insenv.identify.prepare.spectral.sweeps`).
+   Points: whether readings at one setting agree better with each other, and go on from row to row
+   (`insenv.identify.prepare.lack_of_fit`).
 6. Held-out data: the same in groups of their modes, with the noise of the fitted data: what sets in after the fit.
 
 Bands, angle and lines that move are judged on all rows, the model fitted anew to all of them: what these tests see goes
@@ -36,6 +38,7 @@ from insenv.identify.fit.evidence import HELD_OUT_SPREAD, held_out_modes
 from insenv.identify.fit.gls import Fit, noise_freedom, solve, spectrum, whitened
 from insenv.identify.fit.noise import eigenvalues, fit_noise, modes, transform
 from insenv.identify.fit.problem import NOISE_TERMS, Problem, pooled
+from insenv.identify.prepare import lack_of_fit
 from insenv.identify.prepare.spectral.orders import AS_WELL, MOST_ORDER, Wave, order_of, strongest
 from insenv.identify.prepare.spectral.sweeps import sweeps_p
 
@@ -141,6 +144,8 @@ def _tests(problem: Problem, fit: Fit, declared: dict[str, float]) -> dict[str, 
         (MOVING, sweeps_p(_by_run(whole, everywhere))),
         ("held-out data hold slow structure that neither model nor noise foretells", _later_p(problem, fit)),
     ]
+    if problem.in_points:
+        tests += lack_of_fit.tests(whole, all_rows)
     if declared:
         bands = _bands_p(whole, all_rows, declared)
         # Beside counts of an encoder noise that is free takes what these leave for more of its own.
