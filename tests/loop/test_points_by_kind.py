@@ -16,6 +16,7 @@ from insenv.core.errors import InputError
 from insenv.core.recording import Floats
 from insenv.core.series.positions import attitudes_were_set, rates_were_set, temperatures_were_set, were_set
 from insenv.identify.findings import Findings, TargetFindings
+from insenv.report import summary, to_json
 
 STRENGTH = 20.0
 GRAVITY = 9.80665
@@ -298,3 +299,37 @@ def test_a_staircase_of_one_two_five_and_four_readings_at_each_are_points() -> N
     thrice = np.repeat(np.concatenate([-ladder[::-1], ladder]), 3)
     assert rates_were_set(np.linspace(0.0, 590.0, 60), thrice)
     assert temperatures_were_set(np.linspace(0.0, 19 * 3600.0, 20), np.repeat(np.linspace(250.0, 330.0, 5), 4))
+
+
+def any_column(rng: np.random.Generator, rows: int) -> Floats:
+    """What may stand in a column of a list: nothing, one number, noise of any size, a ramp, one wild word, two levels."""
+    wild = rng.standard_normal(rows)
+    wild[rng.integers(rows)] *= 1e6
+    two = rng.choice([-1.0, 1.0], rows)
+    size = 10.0 ** rng.integers(-6, 6)
+    columns = (
+        np.zeros(rows),
+        np.full(rows, 3.7),
+        size * rng.standard_normal(rows),
+        np.linspace(-1, 1, rows),
+        wild,
+        two,
+    )
+    return np.asarray(columns[rng.integers(len(columns))])
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_any_list_ends_in_an_answer_or_in_one_sentence(tmp_path: Path, seed: int) -> None:
+    rng = np.random.default_rng([10, seed])
+    rows = int(rng.choice([6, 9, 12, 20, 60, 301]))
+    manifest, name = ((TEMPERATURE, "T"), (NORTH, "a"), (HEAD, "a"))[seed % 3]
+    setting = (25 + 10 * np.tanh(any_column(rng, rows))) if name == "T" else 30 * any_column(rng, rows)
+    said = manifest.replace('unit = "deg" }', 'unit = "deg", source = "set" }').replace(
+        'unit = "degC" }', 'unit = "degC", source = "set" }'
+    )
+    try:
+        found = closed(tmp_path, said if seed % 2 else manifest, **{name: setting, "y": any_column(rng, rows)})
+    except InputError as error:
+        assert "\n" not in str(error)
+    else:
+        assert to_json(found) and summary(found)

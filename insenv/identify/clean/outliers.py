@@ -173,7 +173,7 @@ def blunders(recording: Recording, target: str, run: int) -> list[RejectedRows]:
         Number of the run, counted from 0.
     """
     name = points_of(recording)
-    if name is None or (name == ATTITUDE and target.startswith("accel")):
+    if name is None or (name == ATTITUDE and target.startswith("accel")) or not _law(recording, name):
         return []
     columns, y = _curve(recording, name), recording.channels[target].values
     if columns.shape[1] < 2:
@@ -205,12 +205,15 @@ def _curve(recording: Recording, name: str) -> Floats:
 
 
 def _law(recording: Recording, name: str) -> list[Floats]:
+    """Columns of what the points were set to; none where that is the same in all of them."""
     if name == ATTITUDE:
         return [recording.channels[axis].values / STANDARD_GRAVITY for axis in ACCELEROMETER_TRIAD]
     x = recording.channels[name].values
     if name == "table_angle":
         return [wave(order * x) for order in (1, 2) for wave in (np.cos, np.sin)]
-    s = (x - x.mean()) / max(float(np.ptp(x)), 1e-300)
+    if not np.ptp(x):
+        return []
+    s = (x - x.mean()) / np.ptp(x)
     return [s, s**2, s**3]
 
 
