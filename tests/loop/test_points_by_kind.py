@@ -302,7 +302,7 @@ def test_a_staircase_of_one_two_five_and_four_readings_at_each_are_points() -> N
 
 
 def any_column(rng: np.random.Generator, rows: int) -> Floats:
-    """What may stand in a column of a list: nothing, one number, noise of any size, a ramp, one wild word, two levels."""
+    """What may stand in a column: nothing, one number, noise of any size, a ramp, one wild word, two levels."""
     wild = rng.standard_normal(rows)
     wild[rng.integers(rows)] *= 1e6
     two = rng.choice([-1.0, 1.0], rows)
