@@ -47,7 +47,9 @@ SAME_RATE = 0.02
 #: Rows at either end that are not looked at for the clock: there may be strays.
 ENDS = 6
 #: What is declared of accelerometers in several positions, and on a dividing head beside it.
-_OF_ACCELEROMETERS, _THEIR_SCALE = "accel_bias", "accel_scale_factor"
+_OF_ACCELEROMETERS = "accel_bias"
+#: The scale factor of a gyro; that of an accelerometer has its name behind another word.
+_SCALE = "scale_factor"
 #: Procedures without a table.
 PROCEDURES = ("static", "multi-position")
 #: What is looked at for motion: readings, no increments.
@@ -494,9 +496,9 @@ def _model(roles: Roles, procedure: str) -> tuple[tuple[str, ...], tuple[str, ..
         gyros = gyros if len(gyros) == len(AXES) and "gyro" not in gyros else []
         return (*accels, *gyros), (_OF_ACCELEROMETERS, *DECLARED) if gyros else (_OF_ACCELEROMETERS,)
     if procedure == "rate-table" and _at_angles(roles):  # which tell no scale factor of a gyro
-        return (tuple(gyros), DECLARED) if gyros else (tuple(accels), (_OF_ACCELEROMETERS, _THEIR_SCALE))
+        return (tuple(gyros), DECLARED) if gyros else (tuple(accels), (_OF_ACCELEROMETERS, f"accel_{_SCALE}"))
     if procedure == "rate-table" and gyros:
-        return tuple(gyros), (*DECLARED, "scale_factor")
+        return tuple(gyros), (*DECLARED, _SCALE)
     return (*gyros, *accels), DECLARED
 
 
