@@ -468,9 +468,7 @@ def _are_attitudes(manifest: Manifest, run: RunSpec, table: Table, t: Floats) ->
 
 def _apart(manifest: Manifest, t: Floats) -> Floats:
     """Times to tell points by: those of rows that have none but their numbers are as far apart as is wanted."""
-    spec = manifest.channels.get("time")
-    timeless = spec is not None and spec.column == "row" and len(t) <= MOST_ROWS
-    return np.float64(WAITED) * np.arange(len(t)) if timeless else t
+    return t if manifest.timed or len(t) > MOST_ROWS else np.float64(WAITED) * np.arange(len(t))
 
 
 def _evenly_apart(t: Floats, points: str) -> tuple[Floats, tuple[str, ...]]:

@@ -522,7 +522,8 @@ class RunRead:
 class Findings:
     """The whole outcome of one call: one block per target, and what was noticed while reading the data.
 
-    ``procedure`` is "multi-position" where the figures are of rests, ``filing`` the head of a page.
+    ``procedure`` is "multi-position" where the figures are of rests, ``filing`` the head of a page. ``timed``: whether
+    rows have a time, and not their number alone, of which nobody measured the ``duration``.
     """
 
     title: str
@@ -541,6 +542,7 @@ class Findings:
     rows_rejected: tuple[RejectedRows, ...] = ()
     common_mode: tuple[CommonMode, ...] = ()
     filing: Filing = Filing()
+    timed: bool = True
 
 
 #: Verdicts from the strongest to the weakest: with several targets the strongest one speaks for all.
@@ -577,4 +579,5 @@ def findings_of(
         source=" ".join(filter(None, (source.repository, source.commit[:12]))) if source else "",
         licence=source.licence if source else "",
         runs=tuple(RunRead(r.label, fingerprint(r), r.site, r.mounting) for r in recordings),
+        timed=manifest.timed,
     )

@@ -91,7 +91,7 @@ def to_html(findings: Findings) -> str:
         overall=sentences.overall(findings),
         cautions=sentences.cautions(findings),
         label=_label_of_all(findings.targets),
-        duration=span(findings.duration),
+        duration=span(findings.duration) if findings.timed else "",
         alpha=percent(findings.alpha),
         targets=[
             {**_target(t, f"t{i}", findings.alpha), "once": found.as_before(t, findings.targets)}

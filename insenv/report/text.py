@@ -21,7 +21,7 @@ def summary(findings: Findings, width: int = 100) -> str:
     for caution in sentences.cautions(findings):
         lines += ["", *_hang(f"Caution: {caution}", width, "")]
     if findings.title:
-        about = f"{findings.title}: {findings.rows} rows, {span(findings.duration)}"
+        about = f"{findings.title}: {findings.rows} rows{f', {span(findings.duration)}' if findings.timed else ''}"
         lines += ["", *_paragraph(about, width)]
     if len(findings.targets) > 1:
         lines += ["", *_all_targets(findings.targets)]

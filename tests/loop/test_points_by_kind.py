@@ -16,7 +16,7 @@ from insenv.core.errors import InputError
 from insenv.core.recording import Floats
 from insenv.core.series.positions import attitudes_were_set, rates_were_set, temperatures_were_set, were_set
 from insenv.identify.findings import Findings, TargetFindings
-from insenv.report import summary, to_json
+from insenv.report import summary, to_html, to_json
 
 STRENGTH = 20.0
 GRAVITY = 9.80665
@@ -103,6 +103,14 @@ def test_a_bend_over_temperature_is_named_in_whatever_order_the_chamber_went(tmp
         (k, n, law, s) for k in ("up", "there and back", "drawn") for n in (12, 21) for law in (2, 3) for s in (1, 2)
     ]
     assert sum("bias_temperature" in keys(heated(tmp_path, *case)) for case in cases) >= 22
+
+
+def test_rows_without_a_time_have_no_duration(tmp_path: Path) -> None:
+    x = np.linspace(-1, 1, 21)
+    found = closed(
+        tmp_path, TEMPERATURE, T=10 + 50 * x, y=0.02 * x + 1e-3 * np.random.default_rng(5).standard_normal(21)
+    )
+    assert "run: 21 rows\n" in summary(found) and "21 rows</p>" in to_html(found)
 
 
 def test_temperatures_without_a_fault_name_nothing(tmp_path: Path) -> None:

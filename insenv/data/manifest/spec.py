@@ -246,6 +246,12 @@ class Manifest:
         return self._is_row("time")
 
     @property
+    def timed(self) -> bool:
+        """Whether rows have a time, and not their number alone."""
+        spec = self.channels.get("time")
+        return spec is None or spec.rate is not None or spec.column != "row"
+
+    @property
     def segment_is_row(self) -> bool:
         """Whether each row is a segment: a table of positions, with the means of each."""
         return self._is_row("segment")
