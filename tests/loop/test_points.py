@@ -174,3 +174,14 @@ def test_points_at_three_temperatures_tell_what_goes_with_it_and_not_with_its_ch
     assert "scale_factor_temperature" in (one.effect, *one.confounded_with)
     blind = {other.effect for other in target.not_testable}
     assert {"bias_temperature_rate", "bias_thermal_lag", "bias_thermal_hysteresis"} <= blind
+
+
+def test_rates_of_one_sign_want_the_other(tmp_path: Path) -> None:
+    """What goes with the square and what goes with the cube are one curve on one side of nothing."""
+    rng = np.random.default_rng(10)
+    rates = np.concatenate([np.linspace(0, TOP, 21), np.linspace(TOP, 0, 21)])
+    (target,) = closed(tmp_path, rates, LAWS["centripetal_acceleration"], rng).targets
+    assert target.verdict == "confounded"
+    (best, *_) = target.next_experiment
+    assert best.procedure == "the same rates the other way about"
+    assert best.expected_separation_sigma is not None and best.expected_separation_sigma > 5

@@ -234,6 +234,8 @@ def _ranked(bench: _Bench, confounded: Confounded, most: int) -> list[NextExperi
         return _listed(known, most)
     if len(keys) > 2 and (pairs := _by_pairs(known, keys, most)):
         return pairs
+    if (known[0].expected_separation_sigma or 0.0) < NOT_AT_ALL:
+        return [replace(known[0], procedure=f"none of {len(known)} procedures that were tried separates them")]
     now = f"{known[0].procedure}: the best of {len(known)} procedures that were tried, and none separates them clearly"
     return [replace(known[0], procedure=now)]
 

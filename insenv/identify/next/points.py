@@ -1,4 +1,4 @@
-"""What may be done next of points at one rate, angle or temperature each: the same ones again, in another order.
+"""What may be done next of points at one rate, angle or temperature each: the same again, in another order or sense.
 
 A law of the time and one of what was set part where the order is another. What a further list would show is that of the
 rows as they were, read in another order; nothing is known of the way between them, and nothing is simulated.
@@ -19,17 +19,34 @@ from insenv.identify.next.simulated import FurtherRun
 
 
 def in_other_orders(recorded: Problem, recording: Recording, with_earth: bool) -> tuple[tuple[Procedure, Problem], ...]:
-    """The same points backwards, in an order that is drawn, and as they were, as problems without data."""
+    """The same points backwards, in an order that is drawn, and as they were, as problems without data.
+
+    Of rates of one sign also those of the other.
+    """
     n = len(recording)
     orders = (
         ("the same points once more, backwards", np.arange(n)[::-1], False),
         ("the same points once more, in an order that is drawn", np.random.default_rng(0).permutation(n), False),
         ("the same points once more, as they were", np.arange(n), True),
     )
+    made = [(words, _in_order(recording, order), control) for words, order, control in orders]
+    if _one_way(recording):
+        made.insert(0, ("the same rates the other way about", _the_other_way(recording), False))
     return tuple(
-        (Procedure(words, FurtherRun(()), control=control), _of(recorded, _in_order(recording, order), with_earth))
-        for words, order, control in orders
+        (Procedure(words, FurtherRun(()), control=control), _of(recorded, again, with_earth))
+        for words, again, control in made
     )
+
+
+def _one_way(recording: Recording) -> bool:
+    """Whether a table was set to rates of one sign alone."""
+    rate = recording.channels.get("table_rate")
+    return rate is not None and (bool(np.all(rate.values >= 0)) or bool(np.all(rate.values <= 0)))
+
+
+def _the_other_way(recording: Recording) -> Recording:
+    rate = recording.channels["table_rate"]
+    return replace(recording, channels={**recording.channels, "table_rate": replace(rate, values=-rate.values)})
 
 
 def _in_order(recording: Recording, order: np.ndarray) -> Recording:
