@@ -137,8 +137,6 @@ def _of_run(recording: Recording, target: str, run: int, longest: int) -> list[R
     share = table_share(recording, target)
     u = np.zeros(len(y)) if table is None else table * share
     before = recording.left_out.get(target, np.zeros(len(y), bool))
-    if recording.unused is not None:
-        before = before | recording.unused
     stuck = _stuck(y, u) & ~before
     found = [RejectedRows(target, run, a, b, f"{b - a} equal values", "stuck") for a, b in stretches(stuck)]
     ramps = approaching(recording, target, run)
@@ -150,7 +148,8 @@ def _of_run(recording: Recording, target: str, run: int, longest: int) -> list[R
     if table is not None:
         spikes |= _reference_spikes(y, u, sizes, coarse)
     angle = recording.channels.get("table_angle")
-    if spikes.mean() > MOST or (angle is not None and at_one_angle(angle.values, spikes)):
+    used = slice(None) if recording.unused is None else ~recording.unused
+    if spikes[used].mean() > MOST or (angle is not None and at_one_angle(angle.values, spikes)):
         return found
     for a, b in stretches(spikes & ~stuck & ~before):
         size = min(float(sizes[a:b].max()), 999.0)
