@@ -125,7 +125,10 @@ def _manifest_text(
         tables.append(("[runs.site]", _site(recording)))
         tables += nested("runs.mounting", _mounting(recording))
     tables.append(("[channels.time]", {"unit": "s"}))
-    tables += [(f"[channels.{n}]", _channel(n, *layout)) for n, layout in _layout(recordings[0]).items()]
+    tables += [
+        (f"[channels.{n}]", _channel(n, *layout) | _origin(n, recordings[0]))
+        for n, layout in _layout(recordings[0]).items()
+    ]
     if recordings[0].segments:
         tables.append(("[channels.segment]", {"column": "segment"}))
     tables.append(("[model]", _model(model)))
@@ -158,6 +161,12 @@ def _channel(name: str, unit: str, covers: str, delay: float) -> dict[str, objec
     if delay:
         table["delay"] = _quantity(delay, "s")
     return table
+
+
+def _origin(name: str, recording: Recording) -> dict[str, object]:
+    """Where a channel comes from, as far as a manifest may say it: attitudes are found out from the forces again."""
+    source = recording.channels[name].source
+    return {"source": source} if source is not None and not name.startswith(("gyro", "accel")) else {}
 
 
 def _model(model: Model) -> dict[str, object]:

@@ -15,6 +15,10 @@ from insenv.close import close
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats
 from insenv.core.series.positions import attitudes_were_set, rates_were_set, temperatures_were_set, were_set
+from insenv.data.load import read_recordings
+from insenv.data.manifest import load_manifest
+from insenv.data.reference import points_of
+from insenv.data.save import save
 from insenv.identify.findings import Findings, TargetFindings
 from insenv.report import summary, to_html, to_json
 
@@ -341,3 +345,22 @@ def test_any_list_ends_in_an_answer_or_in_one_sentence(tmp_path: Path, seed: int
         assert "\n" not in str(error)
     else:
         assert to_json(found) and summary(found)
+
+
+@pytest.mark.parametrize(("manifest", "source"), [(TEMPERATURE, "T"), (HEAD, "a")])
+def test_points_that_are_written_are_points(tmp_path: Path, manifest: str, source: str) -> None:
+    """What was set is said, for times stand beside it then: a corrected list was a recording a second apart."""
+    rng = np.random.default_rng(11)
+    x = np.linspace(0.0, 345.0, 24) if source == "a" else np.linspace(-40.0, 60.0, 24)
+    y = np.sin(np.deg2rad(x)) if source == "a" else 1e-3 * x
+    found = closed(tmp_path, manifest, **{source: x, "y": y + 1e-4 * rng.standard_normal(24)})
+    read = load_manifest(tmp_path / "run.toml")
+    recordings = read_recordings(read)
+    save(tmp_path / "again.toml", recordings, read.model)
+    again = close(tmp_path / "again.toml")
+    assert again.rows == 24
+    assert points_of(read_recordings(load_manifest(tmp_path / "again.toml"))[0]) == points_of(recordings[0]) is not None
+    (was,), (now,) = found.targets, again.targets
+    assert [e.effect for e in now.estimates_after] == [e.effect for e in was.estimates_after]
+    for one, other in zip(was.estimates_after, now.estimates_after, strict=True):
+        assert abs(one.value - other.value) < 0.2 * one.sd
