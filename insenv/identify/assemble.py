@@ -22,7 +22,7 @@ from insenv.effects.bias import BiasDrift
 from insenv.effects.noise import readings_density
 from insenv.effects.rate.scale import ScaleFactorCubic
 from insenv.effects.rate.threshold import DeadBand
-from insenv.effects.thermal import temperatures
+from insenv.effects.thermal import temperature_excess
 from insenv.effects.timing import SampleHold, TimingSkew
 from insenv.identify.clean import systematic
 from insenv.identify.clean.outliers import rows_of_bins, too_many
@@ -538,8 +538,8 @@ def _traces(recordings: tuple[Recording, ...], plain: Problem, before: Fit, prob
     covariates: dict[str, Floats] = {}
     motions = [e.motion for e in problem.exposures]
     if all(m.temperature is not None for m in motions):
-        ends = [temperatures(m, "temperature") for m in motions]
-        covariates["temperature"] = problem.bins.mean(tuple(0.5 * (first + last) for first, last in ends))
+        kelvins = (temperature_excess(m, "temperature") + m.reference_temperature for m in motions)
+        covariates["temperature"] = problem.bins.mean(tuple(kelvins))
     if problem.turns:
         felt = "force" if problem.through_gravity else "rate"
         covariates[felt] = problem.bins.mean(tuple(e.u for e in problem.exposures))
