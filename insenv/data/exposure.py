@@ -267,8 +267,7 @@ def _temperature(recording: Recording, cell_of_row: NDArray[np.int64], n: int) -
     filled = np.flatnonzero(count)
     edges = np.arange(n + 1.0)
     middle: Floats = edges[:-1] + 0.5
-    read = np.interp(edges[:-1], filled, mean[filled])
-    return interpolated(middle, smoothed(read))(edges)
+    return interpolated(middle, smoothed(np.interp(edges[:-1], filled, mean[filled])))(edges)
 
 
 def up_direction(recording: Recording) -> Floats:

@@ -17,9 +17,9 @@ from insenv.core.errors import InputError
 from insenv.core.recording import GAP, Channel, Covers, Floats, Recording, Segment, Site
 from insenv.core.series.positions import (
     MOST_ROWS,
-    WAITED,
     angles_are_points,
     attitudes_were_set,
+    of_untimed,
     rates_were_set,
     temperatures_were_set,
     were_set,
@@ -125,7 +125,7 @@ def _nothing_turns(manifest: Manifest) -> bool:
 
 
 def _has_table(manifest: Manifest) -> bool:
-    return any(name in manifest.channels for name in ("table_angle", "table_rate"))
+    return any(name in manifest.channels for name in TABLE)
 
 
 def check_sampling(path: Path, t: Floats, place: Callable[[int], str]) -> None:
@@ -468,7 +468,7 @@ def _are_attitudes(manifest: Manifest, run: RunSpec, table: Table, t: Floats) ->
 
 def _apart(manifest: Manifest, t: Floats) -> Floats:
     """Times to tell points by: those of rows that have none but their numbers are as far apart as is wanted."""
-    return t if manifest.timed or len(t) > MOST_ROWS else np.float64(WAITED) * np.arange(len(t))
+    return t if manifest.timed or len(t) > MOST_ROWS else of_untimed(len(t))
 
 
 def _evenly_apart(t: Floats, points: str) -> tuple[Floats, tuple[str, ...]]:

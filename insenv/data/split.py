@@ -15,7 +15,6 @@ from insenv.data.reference import (
     ACCELEROMETER_TRIAD,
     ATTITUDE,
     OF_POINTS,
-    is_in_points,
     points_of,
     with_positions,
 )
@@ -163,7 +162,7 @@ def _one_of_each(recording: Recording) -> Mask:
 
 def _set_to(recording: Recording) -> list[NDArray[np.float64]]:
     """What the points were set to, in steps of `ALIKE` of its range: what is read of it is never twice the same."""
-    name = points_of(with_positions(recording))
+    name = _points_of(recording)
     names = ACCELEROMETER_TRIAD if name == ATTITUDE else (name,)
     values = np.array([recording.channels[one].values for one in names if one is not None])
     if name == "table_angle":
@@ -184,7 +183,12 @@ def _at_share(manifest: Manifest, recordings: Sequence[Recording]) -> Callable[[
 
 def _in_points(recordings: Sequence[Recording]) -> bool:
     """Whether all rows are points at one rate, angle or temperature each: a staircase ends at one of its extremes."""
-    return all(is_in_points(with_positions(r)) for r in recordings)
+    return all(_points_of(r) for r in recordings)
+
+
+def _points_of(recording: Recording) -> str | None:
+    """What each row is a point of, also in a recording that was not read from a file."""
+    return points_of(with_positions(recording))
 
 
 def stands_first(manifest: Manifest, recordings: Sequence[Recording]) -> bool:
@@ -208,7 +212,7 @@ def stands_first(manifest: Manifest, recordings: Sequence[Recording]) -> bool:
 def sentence_of_split(manifest: Manifest, recordings: Sequence[Recording]) -> tuple[str, ...]:
     """What to say where rows were not parted by the time."""
     if not _names_rows(manifest) and _in_points(recordings):
-        (what, *others) = {OF_POINTS[name] for r in recordings if (name := points_of(with_positions(r)))}
+        (what, *others) = {OF_POINTS[name] for r in recordings if (name := _points_of(r))}
         return (
             f"each row is a point at one {what if not others else 'state'}: one in {EVERY} is held out, and not the "
             f"last {100 * HELD_OUT_SHARE:.0f} % of the time. [held_out] can name other rows",

@@ -71,7 +71,7 @@ def rates_were_set(t: Floats, rate: Floats) -> bool:
 def temperatures_were_set(t: Floats, temperature: Floats) -> bool:
     """Whether temperatures [K] at times ``t`` [s], shape (n,), are those of single points, waited for one by one.
 
-    Of rows without times say that they are as far apart as is wanted: how a temperature came about is not known then.
+    For rows without times take those of `of_untimed`: how a temperature came about is not known then.
     """
     return _single(t, temperature, WAITED) and float(np.ptp(temperature)) >= KELVINS
 
@@ -84,6 +84,11 @@ def attitudes_were_set(t: Floats, force: Floats) -> bool:
         return False
     up = force / size
     return float(np.mean(np.linalg.norm(np.diff(up, axis=1), axis=0) > TILTED)) > OFTEN
+
+
+def of_untimed(n: int) -> Floats:
+    """Times of ``n`` rows that have none, shape (n,) [s]: as far apart as points of any kind are wanted."""
+    return np.float64(WAITED) * np.arange(n)
 
 
 def angles_are_points(t: Floats, angle: Floats) -> bool:

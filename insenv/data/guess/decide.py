@@ -17,8 +17,8 @@ from insenv.core.errors import InputError
 from insenv.core.recording import Floats
 from insenv.core.series.moving import LEAST_REST, TIPPED, TURNING, departs, longest_rest
 from insenv.core.series.positions import (
-    WAITED,
     angles_are_points,
+    of_untimed,
     rates_were_set,
     temperatures_were_set,
     were_set,
@@ -215,7 +215,7 @@ def _rate(said: _Said, roles: Roles, listing: Listing, answers: Mapping[str, str
 def _points(roles: Roles) -> str:
     """What rows without a time are points of, with nothing recorded between; "" where they are none."""
     there = {name: role.column.values for name, role in roles.by_channel.items()}
-    t = np.float64(WAITED) * np.arange(max(map(len, there.values()), default=0))
+    t = of_untimed(max(map(len, there.values()), default=0))
     if "table_rate" in there and rates_were_set(t, there["table_rate"]):
         return "points at one rate"
     if _at_angles(roles):
@@ -231,7 +231,7 @@ def _at_angles(roles: Roles) -> bool:
     if role is None or "table_rate" in roles.by_channel:
         return False
     angle = role.column.values * (1.0 if role.heading.unit == "rad" else DEG)
-    t = np.float64(WAITED) * np.arange(len(angle))
+    t = of_untimed(len(angle))
     return angles_are_points(t, angle) and were_set(t, angle)
 
 

@@ -232,12 +232,11 @@ def standing(manifests: Iterable[Path], said: Said) -> str:
             continue
         recording = max(read_recordings(load_manifest(Path(manifest))), key=lambda r: r.t.size)
         rate = 1.0 / float(np.median(np.diff(recording.t)))
+        rows = int(max(length for m, length, _ in said if m == manifest) * rate)
+        pieces = sorted({name for m, _, name in said if m == manifest})
         for piece, target, frequency in own:
-            lengths = {length for m, length, _ in said if m == manifest}
-            rows = int(max(lengths) * rate)
             values = recording.channels[target].values
-            names = {name for m, _, name in said if m == manifest} - {piece}
-            starts = [int(name.removeprefix("piece")) * rows for name in sorted(names)]
+            starts = [int(name.removeprefix("piece")) * rows for name in pieces if name != piece]
             found = [_over_its_side(values[a : a + rows], frequency / rate) for a in starts]
             mean = float(np.mean([ratio for ratio, _ in found]))
             count += mean > 1 + SURE / np.sqrt(sum(bins for _, bins in found))

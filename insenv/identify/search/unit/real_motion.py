@@ -14,7 +14,7 @@ tells which of it the one should have read.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -57,9 +57,11 @@ def unmoved(problem: Problem, effect: Effect) -> str:
     position = needs[0] == "force"
     fields: list[Mapping[str, Floats]] = [getattr(e.motion, needs[0]) for e in problem.exposures]
     axes = set.intersection(*(set(one) for one in fields))
-    if problem.in_points:
-        return _unmoved_points(problem, fields, (least, what, unit))
-    covered = max((covered_by(problem, tuple(one[axis] for one in fields), position) for axis in axes), default=0.0)
+    of_axes = [tuple(one[axis] for one in fields) for axis in axes]
+    if problem.in_points:  # each a mean of its own
+        covered = max((float(np.ptp(problem.bins.mean(cells))) for cells in of_axes), default=0.0)
+        return "" if covered >= least else f"the {what} covers {covered:.2g} {unit}: nothing moved"
+    covered = max((covered_by(problem, cells, position) for cells in of_axes), default=0.0)
     if covered >= least and needs[0] == "force" and len(axes) == 3:
         sizes = tuple(np.sqrt(sum(np.square(one[axis]) for axis in axes)) for one in fields)
         magnitude = covered_by(problem, sizes, position)
@@ -71,19 +73,6 @@ def unmoved(problem: Problem, effect: Effect) -> str:
     if covered >= least:
         return ""
     return f"the {what} covers {covered:.2g} {unit}, which instruments at rest do by themselves; nothing moved"
-
-
-def _unmoved_points(problem: Problem, fields: Sequence[Mapping[str, Floats]], least: tuple[float, str, str]) -> str:
-    """The same of points, each a mean of its own: their range."""
-    covered = max((float(np.ptp(problem.bins.mean(cells))) for cells in _of_axes(fields)), default=0.0)
-    size, what, unit = least
-    return "" if covered >= size else f"the {what} covers {covered:.2g} {unit}: nothing moved"
-
-
-def _of_axes(fields: Sequence[Mapping[str, Floats]]) -> list[tuple[Floats, ...]]:
-    """Cells of all runs for each axis that all have."""
-    axes = set.intersection(*(set(one) for one in fields))
-    return [tuple(one[axis] for one in fields) for axis in sorted(axes)]
 
 
 def turned_by_a_table(motion: Motion) -> bool:
