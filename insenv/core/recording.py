@@ -16,6 +16,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from insenv.core import earth
 from insenv.core.errors import InputError
 from insenv.core.series.trajectory import Trajectory
 from insenv.core.unit.gimbals import Gimbals
@@ -98,6 +99,13 @@ class Site:
     latitude: float | None = None
     altitude: float = 0.0
     gravity: float | None = None
+
+    @property
+    def local_gravity(self) -> float | None:
+        """Gravity, as given or by the latitude [m/s^2]; None where nobody said either."""
+        if self.gravity is not None or self.latitude is None:
+            return self.gravity
+        return float(earth.gravity(self.latitude, self.altitude))
 
 
 @dataclass(frozen=True)

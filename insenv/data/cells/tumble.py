@@ -15,8 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from insenv.core import earth
-from insenv.core.recording import Floats, Recording, Site
+from insenv.core.recording import Floats, Recording
 from insenv.core.series.least_absolute import least_absolute
 from insenv.core.units import STANDARD_GRAVITY
 from insenv.data.reference import is_set
@@ -52,7 +51,7 @@ def tumble(recording: Recording, target: str) -> Tumble | None:
         return None
     wave = np.column_stack([np.ones(len(y)), np.sin(angle), np.cos(angle)])
     (_, s, c), left = least_absolute(wave, y)
-    gravity, size = site_gravity(recording.site) or STANDARD_GRAVITY, float(np.hypot(s, c))
+    gravity, size = recording.site.local_gravity or STANDARD_GRAVITY, float(np.hypot(s, c))
     if not FROM * gravity < size < TO * gravity or float(np.median(np.abs(left))) > OTHER * size:
         return None
     return Tumble(gravity, float(np.arctan2(-c, s)))
@@ -60,16 +59,9 @@ def tumble(recording: Recording, target: str) -> Tumble | None:
 
 def gravity_sentence(recordings: Sequence[Recording], target: str) -> tuple[str, ...]:
     """A word where nobody said how large the gravity is that turns through an accelerometer."""
-    if not any(site_gravity(r.site) is None and tumble(r, target) for r in recordings):
+    if not any(r.site.local_gravity is None and tumble(r, target) for r in recordings):
         return ()
     return (
         f"Neither gravity nor latitude is given, {STANDARD_GRAVITY} m/s² is taken: where gravity is larger by a share, "
         "the scale factor is larger by it too, up to 0.3 % on the Earth; its standard deviation does not include that.",
     )
-
-
-def site_gravity(site: Site) -> float | None:
-    """Magnitude of gravity as the manifest knows it [m/s^2]; None where it says neither gravity nor latitude."""
-    if site.gravity is not None:
-        return site.gravity
-    return None if site.latitude is None else float(earth.gravity(site.latitude, site.altitude))

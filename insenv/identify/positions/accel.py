@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 
 from insenv.core.recording import Floats, Recording
 from insenv.core.units import STANDARD_GRAVITY
-from insenv.data.cells.tumble import site_gravity
 from insenv.identify.fit.evidence import HELD_OUT_SPREAD
 from insenv.identify.positions.model import Linear, Surroundings, TriadTerm
 from insenv.identify.positions.rests import Rest
@@ -160,6 +159,6 @@ def with_walk(
 
 def gravities(recordings: Sequence[Recording], rests: Sequence[Rest]) -> tuple[Floats, bool]:
     """Gravity at each rest, shape (rests,) [m/s^2], and whether all of it is known."""
-    known = [site_gravity(recording.site) for recording in recordings]
+    known = [recording.site.local_gravity for recording in recordings]
     each = np.array([STANDARD_GRAVITY if g is None else g for g in known])
     return each[[rest.run for rest in rests]], None not in known

@@ -18,7 +18,6 @@ from insenv.core.estimate import Datasheet, Limits
 from insenv.core.recording import Channel, Floats, Recording
 from insenv.core.unit.gimbals import Gimbals
 from insenv.core.unit.motion import UNIT
-from insenv.data.cells.tumble import site_gravity
 from insenv.data.manifest import Manifest
 from insenv.data.split import split
 from insenv.effects.base import Effect
@@ -182,7 +181,7 @@ def _shaped(tried: Sequence[UnitTerm], keys: Sequence[str]) -> list[UnitTerm]:
 
 def _check(manifest: Manifest, recordings: Sequence[Recording]) -> None:
     path = manifest.path
-    if any(site_gravity(r.site) is None for r in recordings):
+    if any(r.site.local_gravity is None for r in recordings):
         raise InputError(f"{path}: neither site.gravity nor site.latitude; a unit on axes wants one of them")
     if len({r.mounting.gimbals.axes for r in recordings if r.mounting.gimbals}) > 1:
         raise InputError(f"{path}: runs on tables with other axes; wanted one table")
@@ -201,7 +200,7 @@ def _sheet(manifest: Manifest, recording: Recording) -> Datasheet:
         steps = np.diff(recording.channels[target].values)
         white = float(np.median(np.abs(steps))) / 0.6745 / np.sqrt(2) * np.sqrt(dt)
         noise[target] = stated or {AngleRandomWalk.id: max(white, 1e-12)}
-    gravity = site_gravity(recording.site)
+    gravity = recording.site.local_gravity
     return Datasheet(
         sampling=1.0 / dt,
         duration=len(recording) * dt,

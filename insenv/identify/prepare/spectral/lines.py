@@ -46,8 +46,9 @@ LOUDER, SMOOTHED, WIDEST = 2.0, 0.1, 0.1
 IN_REFERENCE = 0.25
 #: Share of a line's power below which the readings themselves, or the reference, have none of it.
 IN_READING = 0.1
-#: The same of motion, where it has a line, and where it has any: an axis that is reversed leaves four times its power.
-MOTION_LINE, MOTION_ANY = 0.1, 0.5
+#: The same of motion, where it has a line, of which a drive's filter may leave a seventh; and where it has any: an axis
+#: that is reversed leaves four times its power.
+MOTION_LINE, MOTION_ANY = 0.02, 0.5
 #: Times the middle step from value to value of what is a change of the motion, and cycles of a line that show it.
 CHANGES, CYCLES = 10.0, 3.0
 #: A line is steady if one sinusoid takes out more than this share of its power, and is so many deviations tall.

@@ -8,7 +8,7 @@ from simulated_runs import manifest, use
 
 from insenv.core.recording import Channel, Floats, Recording
 from insenv.identify.prepare.problems import prepare, tamed
-from insenv.identify.prepare.spectral.lines import find_lines
+from insenv.identify.prepare.spectral.lines import find_lines, of_motion
 
 DT = 0.01
 N = 9000
@@ -73,3 +73,12 @@ def test_what_a_servo_leaves_of_jumps_again_and_again_is_no_line(amplitude: floa
     jumping, tame = (find_lines(t, dt, values, 0.0, 0, 1.0) for values in (left, tamed(left)))
     assert len(jumping) > 3
     assert [round(line.frequency, 2) for line in tame] == ([3.3] if amplitude else [])
+
+
+@pytest.mark.parametrize(("share", "moved"), [(0.0, False), (0.05, False), (0.3, True), (1.0, True)])
+def test_a_ripple_of_which_a_drive_leaves_a_third_is_one_of_the_motion(share: float, moved: bool) -> None:
+    """36 to a turn at 100 deg/s, beside an encoder behind a filter; a twentieth may leak into it from what it reads."""
+    rng, t = np.random.default_rng(4), DT * np.arange(N, dtype=np.float64)
+    ripple = np.cos(2 * np.pi * 10.0 * t)
+    left = ripple + 0.3 * rng.standard_normal(N)
+    assert of_motion(10.0, DT, left, share * ripple + 0.01 * rng.standard_normal(N)) is moved
