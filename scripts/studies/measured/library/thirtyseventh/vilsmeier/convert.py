@@ -23,7 +23,9 @@ turn = np.array(
     ]
 ).transpose(2, 0, 1)
 step = np.einsum("nji,njk->nik", turn[:-2], turn[2:])
-axis = np.column_stack([step[:, 2, 1] - step[:, 1, 2], step[:, 0, 2] - step[:, 2, 0], step[:, 1, 0] - step[:, 0, 1]]) / 2
+axis = (
+    np.column_stack([step[:, 2, 1] - step[:, 1, 2], step[:, 0, 2] - step[:, 2, 0], step[:, 1, 0] - step[:, 0, 1]]) / 2
+)
 angle = np.arccos(np.clip((np.trace(step, axis1=1, axis2=2) - 1) / 2, -1, 1))
 rate = np.degrees(axis * np.where(angle > 1e-6, angle / np.sin(np.maximum(angle, 1e-9)), 1)[:, None])
 rate /= (time[2:] - time[:-2])[:, None]
