@@ -11,8 +11,8 @@ import numpy as np
 lines = Path("raw/imu_data.txt").read_text(encoding="utf-8-sig").splitlines()
 rows = [line.split("\t") for line in lines if line.startswith("0x50")]
 values = np.array([row[2:11] for row in rows], float)
-stamps = [sum(float(part) * size for part, size in zip(row[1].strip().split(":"), (3600, 60, 1))) for row in rows]
-time = np.linspace(0, stamps[-1] - stamps[0], len(rows))
+clock = np.array([row[1].strip().split(":") for row in rows], float) @ [3600, 60, 1]  # s
+time = np.linspace(0, clock[-1] - clock[0], len(rows))
 x, y, z = np.radians(values[:, 6:9]).T
 cx, sx, cy, sy, cz, sz = np.cos(x), np.sin(x), np.cos(y), np.sin(y), np.cos(z), np.sin(z)
 turn = np.array(
