@@ -130,9 +130,15 @@ def with_laws(outcome: Outcome, progress: Progress = lambda text: None) -> Outco
     return replace(outcome, tracks=tracks)
 
 
+def _heats(problem: Problem) -> bool:
+    """Whether the temperature of each run was recorded, and changed in one."""
+    read = [e.motion.temperature for e in problem.exposures]
+    return all(t is not None for t in read) and any(np.ptp(t) > 0 for t in read if t is not None)
+
+
 def _with_law(track: Track, alpha: float, seed: int, progress: Progress) -> Track:
     problem = track.problem
-    if not problem.turns:
+    if not problem.turns and not _heats(problem):
         return track
     tried = testable(problem, _refitted(track, track.fit.named), unasked())
     search_on = partial(_seen, track, tried=tried, seed=seed)

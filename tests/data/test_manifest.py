@@ -185,6 +185,16 @@ quantization = "1 mm/s"
     }
 
 
+def test_a_data_sheet_may_state_noise_of_channels_that_are_no_targets(tmp_path: Path) -> None:
+    """A maker states gyros and accelerometers together; a channel that is not there is still a mistake."""
+    noise = '[noise]\nangle_random_walk = "0.6 deg/sqrt(h)"\nvelocity_random_walk = "0.6 m/s/sqrt(h)"\n'
+    of_gyro = SMALL.replace('["gyro_x", "accel_x"]', '"gyro_x"')
+    assert load(tmp_path, of_gyro + noise).noise == {"gyro_x": {"angle_random_walk": pytest.approx(0.01 * DEG)}}
+    alone = of_gyro.replace('channels.accel_x = { unit = "m/s^2" }\n', "")
+    with pytest.raises(InputError, match="no target is an accelerometer"):
+        load(tmp_path, alone + noise)
+
+
 def test_a_psins_log_needs_no_channels(tmp_path: Path) -> None:
     manifest = load(tmp_path, 'data = "a.imu"\n[model]\ntarget = "accel_y"\ndeclared = []')
     assert list(manifest.channels) == ["gyro_x", "gyro_y", "gyro_z", "accel_x", "accel_y", "accel_z"]

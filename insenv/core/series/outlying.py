@@ -24,6 +24,8 @@ Floats = NDArray[np.float64]
 FAR = 8.0
 #: The same where rounding alone may have moved a row: of a rare step to the next number the deviation knows nothing.
 ROUNDED = 5.0
+#: Share of its largest value to which a reference is exact as it is computed.
+EXACT = 1e-9
 #: Bins whose median a bin is compared with.
 NEIGHBOURS = 9
 #: Steps of the readings that their deviation must have to be told by the median.
@@ -55,7 +57,8 @@ def unseen(
     from scipy.ndimage import maximum_filter1d, median_filter  # slow to import
 
     seen, level = (median_filter(x, size=NEIGHBOURS, mode="nearest") for x in (reading, reference))
-    away = far(reference, 0.3 * level, 0.3 * level, coarse)
+    exact = EXACT * float(np.abs(reference).max(initial=0.0))
+    away = far(reference, 0.3 * level, 0.3 * level, max(coarse, exact))
     moved = maximum_filter1d(np.abs(reading - seen), 2 * beside + 1)
     return (away > 1) & (moved < 0.3 * np.abs(reference - level)), away
 

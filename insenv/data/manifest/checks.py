@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from datetime import date
 from pathlib import Path
+from types import MappingProxyType
 
 from insenv.core.errors import InputError, nearest
 from insenv.core.filing import Filing
@@ -328,9 +329,11 @@ def model(table: schema.ModelTable, channels: Mapping[str, ChannelSpec], path: P
 def noise(table: schema.ManifestTable, targets: tuple[str, ...], path: Path) -> dict[str, dict[str, float]]:
     """Declared noise of each target: what stands in ``[noise]``, overruled by the target's own sub-table."""
     noise: dict[str, dict[str, float]] = {target: {} for target in targets}
+    # Of a unit's data sheet some is of channels that are no targets.
+    others: dict[str, dict[str, float]] = {name: {} for name in table.channels if name in (*GYROS, *ACCELEROMETERS)}
     for name, value in table.noise.items():
         if isinstance(value, str):
-            _declare(noise, name, value, f"{path}: noise.{name}")
+            _declare(noise, name, value, f"{path}: noise.{name}", others)
         elif name not in noise:
             raise InputError(f"{path}: [noise.{name}] is not a target of the model; {nearest(name, targets)}")
     for target, own in table.noise.items():
@@ -340,14 +343,20 @@ def noise(table: schema.ManifestTable, targets: tuple[str, ...], path: Path) -> 
     return noise
 
 
-def _declare(noise: dict[str, dict[str, float]], name: str, text: str, where: str) -> None:
-    """Enter one noise parameter for those targets whose dimension it has; there must be one."""
+def _declare(
+    noise: dict[str, dict[str, float]],
+    name: str,
+    text: str,
+    where: str,
+    others: Mapping[str, dict[str, float]] = MappingProxyType({}),
+) -> None:
+    """Enter one noise parameter for those targets whose dimension it has; there must be one, or one of ``others``."""
     slot = WHITE if name == VELOCITY_RANDOM_WALK else name
     if slot not in NOISE:
         raise InputError(f"{where}: unknown noise parameter; {nearest(name, [*NOISE, VELOCITY_RANDOM_WALK])}")
     failed: InputError | None = None
     entered = False
-    for target, parameters in noise.items():
+    for target, parameters in (*noise.items(), *others.items()):
         is_accelerometer = target in ACCELEROMETERS
         if name == VELOCITY_RANDOM_WALK and not is_accelerometer:
             continue

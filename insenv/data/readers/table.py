@@ -112,6 +112,9 @@ def find_column(path: Path, names: Sequence[str], column: Column) -> int:
     bare = [split_unit(name)[0] for name in names]
     found = [i for i, name in enumerate(names) if name.strip() == column.key.strip()]
     found = found or [i for i, name in enumerate(bare) if name == column.key.strip()]
+    # As it stands in the file, behind the mark of a comment.
+    plain = column.key.lstrip("#%/ ").rstrip()
+    found = found or [i for i, name in enumerate(names) if plain in (name.strip(), bare[i])]
     if not found:
         raise InputError(f"{path}: no {column}; {nearest(column.key, bare)}")
     if len(found) > 1:

@@ -38,6 +38,14 @@ NOISE_UNITS = {
 
 
 @dataclass(frozen=True)
+class _Joint:
+    """Covariance of all parameters (SI), shape (p, p), and by how much swings make the variance of each larger."""
+
+    covariance: Floats
+    larger: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True)
 class _Slopes:
     """Derivatives to the shapes of a term: columns over the modes, name, unit, value and prior of each shape."""
 
@@ -54,7 +62,7 @@ def estimates(problem: Problem, fit: Fit, inexact: tuple[Term, ...] = ()) -> dic
     (`insenv.identify.fit.lag_form`), and so they are where readings are rounded (`insenv.identify.fit.rounded`).
     """
     slopes, beside = _all_slopes(problem, fit), beside_response(problem, fit)
-    sd = np.sqrt(np.diag(_joint(problem, fit, slopes, beside)))
+    sd = np.sqrt(np.diag(_joint(problem, fit, slopes, beside).covariance))
     linear_sd, shape_sd = _standard_deviations(sd, fit, slopes)
     if beside:
         added = beside.added + lag_form.added_variance(problem, fit)
@@ -91,7 +99,7 @@ def coefficients_of(problem: Problem, fit: Fit, term: Term, inexact: tuple[Term,
     with the frequency add is in it but for responses, which tell them.
     """
     own, beside = np.flatnonzero(fit.design.term == fit.model.index(term)), beside_response(problem, fit)
-    cov = _joint(problem, fit, _all_slopes(problem, fit), beside)[np.ix_(own, own)]
+    cov = _joint(problem, fit, _all_slopes(problem, fit), beside).covariance[np.ix_(own, own)]
     if beside and not term.effect.of_response:
         cov = cov + np.diag((beside.added / fit.design.scale**2)[own])
     if inexact:
@@ -99,6 +107,13 @@ def coefficients_of(problem: Problem, fit: Fit, term: Term, inexact: tuple[Term,
         added = added + other_forms.added_variance(problem, fit, inexact)
         cov = cov + np.diag(added[own])
     return fit.theta[own], cov
+
+
+def swings_of(problem: Problem, fit: Fit, term: Term) -> tuple[float, float]:
+    """Factor on the variance of a term's coefficients by swings, and the freedom with which these tell it; 1, inf."""
+    own = np.flatnonzero(fit.design.term == fit.model.index(term))
+    larger = _joint(problem, fit, _all_slopes(problem, fit), beside_response(problem, fit)).larger
+    return max((larger[j] for j in own), default=(1.0, np.inf))
 
 
 def covariance(problem: Problem, fit: Fit) -> Covariance:
@@ -113,7 +128,8 @@ def covariance(problem: Problem, fit: Fit) -> Covariance:
     return Covariance(
         (*((key, name) for key, name in labels), *((key, name) for key, name, _ in shapes)),
         np.concatenate([zeros + gains * fit.theta[kept], [value for *_, value in shapes]]),
-        _joint(problem, fit, slopes, beside_response(problem, fit))[np.ix_(index, index)] * np.outer(factor, factor),
+        _joint(problem, fit, slopes, beside_response(problem, fit)).covariance[np.ix_(index, index)]
+        * np.outer(factor, factor),
     )
 
 
@@ -162,13 +178,13 @@ def _standard_deviations(sd: Floats, fit: Fit, slopes: dict[Term, _Slopes]) -> t
     return sd[:p], shape_sd
 
 
-def _joint(problem: Problem, fit: Fit, slopes: dict[Term, _Slopes], beside: Beside | None) -> Floats:
-    """Covariance of the linear parameters and of the shapes of each term (SI), shape (p, p)."""
-    found: Floats = problem.remember_last("joint", fit, lambda: _joined(problem, fit, slopes, beside))
+def _joint(problem: Problem, fit: Fit, slopes: dict[Term, _Slopes], beside: Beside | None) -> _Joint:
+    """Of the linear parameters and of the shapes of each term."""
+    found: _Joint = problem.remember_last("joint", fit, lambda: _joined(problem, fit, slopes, beside))
     return found
 
 
-def _joined(problem: Problem, fit: Fit, slopes: dict[Term, _Slopes], beside: Beside | None) -> Floats:
+def _joined(problem: Problem, fit: Fit, slopes: dict[Term, _Slopes], beside: Beside | None) -> _Joint:
     weight = 1 / np.sqrt(spectrum(problem, fit.noise.power))
     blocks = [fit.design.transformed, *(s.columns for s in slopes.values())]
     columns = np.column_stack(blocks) * weight[:, None]
@@ -176,15 +192,18 @@ def _joined(problem: Problem, fit: Fit, slopes: dict[Term, _Slopes], beside: Bes
     size = np.sqrt(np.sum(columns**2, axis=0) + prior)
     scaled = columns / size
     inverse = np.linalg.pinv(scaled.T @ scaled + np.diag(prior / size**2), hermitian=True)
-    factor = _for_fitted_noise(problem, fit, scaled @ inverse, beside) / size
+    weights = scaled @ inverse
+    # What errors of the reference leave goes with the motion: a coefficient is as uncertain as swings differ.
+    larger = tuple(by_swings(problem, column, beside.left) if beside else (1.0, np.inf) for column in weights.T)
+    factor = _for_fitted_noise(problem, fit, weights) * np.sqrt([f for f, _ in larger]) / size
     p = len(fit.design.scale)
     factor[:p] /= fit.design.scale
     joint = np.asarray(inverse * np.outer(factor, factor))
     joint[:p, :p] += added_covariance(problem, fit) / np.outer(fit.design.scale, fit.design.scale)
-    return joint
+    return _Joint(joint, larger)
 
 
-def _for_fitted_noise(problem: Problem, fit: Fit, weights: Floats, beside: Beside | None) -> Floats:
+def _for_fitted_noise(problem: Problem, fit: Fit, weights: Floats) -> Floats:
     """Factor on each standard deviation because the noise is fitted too: that of Student's t, shape (p,).
 
     Column j of ``weights``, shape (modes, p), is what the whitened data are multiplied with to give coefficient j.
@@ -192,9 +211,7 @@ def _for_fitted_noise(problem: Problem, fit: Fit, weights: Floats, beside: Besid
     factors = np.ones(weights.shape[1])
     for j in range(weights.shape[1]):
         freedom = max(noise_freedom(problem, fit.noise.power, weights[:, j] ** 2), LEAST_FREEDOM)
-        # What errors of the reference leave goes with the motion: a coefficient is as uncertain as swings differ.
-        larger = by_swings(problem, weights[:, j], beside.left)[0] if beside else 1.0
-        factors[j] = np.sqrt(larger * freedom / (freedom - 2))
+        factors[j] = np.sqrt(freedom / (freedom - 2))
     return factors
 
 

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import fdtrc
+from scipy.special import chdtrc, fdtrc
 
 from insenv.core.recording import Floats
 from insenv.core.units import STANDARD_GRAVITY
@@ -34,6 +34,8 @@ REPEATS, WORST, NOISY = 1e-3, 3e-3, 5.0
 #: What rests leave that no accelerometer at rest does, nor a hand that holds it: a hundredth of gravity [m/s^2], or so
 #: many times the worst that is sound.
 UNLIKE, UNSOUND = 0.01 * STANDARD_GRAVITY, 3.0
+#: By how much what was stated and the noise of means may be smaller than they are; probability of more by chance.
+NOT_EXACT, CHANCE = 1.5, 1e-3
 #: Fewest degrees of freedom beside the coefficients with which a bend is told.
 LEAST_FREEDOM = 4
 
@@ -86,6 +88,12 @@ def _p_value(r: Floats, slopes: Floats, columns: Floats) -> float:
     return float(fdtrc(gained, freedom, explained / gained / (rest / freedom)))
 
 
+def _beyond(scatter: float, repeats: float, noise: float, freedom: int) -> bool:
+    """Whether rests scatter more than what was stated of them and their noise, neither of which is exact, by chance."""
+    most = NOT_EXACT * float(np.hypot(repeats, noise))
+    return float(chdtrc(freedom, freedom * (scatter / most) ** 2)) < CHANCE
+
+
 def not_repeated(
     problem: Magnitudes,
     fit: Fit,
@@ -120,8 +128,14 @@ def not_repeated(
     worst = WORST if repeats is None else repeats
     each, used = problem.plain(fit.residual)[:, 0], problem.fitted | problem.held_out
     left = np.array([each[used & (number == k)].mean() for k in np.unique(number[used])])
-    scatter = float(np.sqrt(np.sum(left**2) / max(len(left) - sum(term.size for term in fit.terms), 1)))
+    freedom = max(len(left) - sum(term.size for term in fit.terms), 1)
+    scatter = float(np.sqrt(np.sum(left**2) / freedom))
     sound = max(worst, NOISY * noise)
+    if repeats is not None and not few and not doubted and _beyond(scatter, repeats, noise, freedom):
+        return (
+            f"rests leave {1e3 * scatter:.2g} mm/s^2, where {1e3 * repeats:g} mm/s^2 from rest to rest, as stated, and "
+            f"{1e3 * noise:.2g} mm/s^2 of noise of their means would be left",
+        )
     if scatter < sound or not (few or (scatter > min(UNLIKE, UNSOUND * sound) and not doubted)):
         return ()
     said = f"rests leave {1e3 * scatter:.2g} mm/s^2, where an accelerometer repeats itself to about {1e3 * worst:g}"

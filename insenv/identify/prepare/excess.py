@@ -17,8 +17,8 @@
    (`insenv.identify.prepare.lack_of_fit`).
 6. Held-out data: the same in groups of their modes, with the noise of the fitted data: what sets in after the fit.
 
-Bands, angle and lines that move are judged on all rows, the model fitted anew to all of them: what these tests see goes
-on in the held-out ones, and no model is chosen by them.
+Loudness, bands, angle and lines that move are judged on all rows, the model fitted anew to all of them: what these
+tests see goes on in the held-out ones, and no model is chosen by them.
 """
 
 from __future__ import annotations
@@ -137,7 +137,7 @@ def _tests(problem: Problem, fit: Fit, declared: dict[str, float]) -> dict[str, 
             "the residual's spectrum has a hump or line that the noise model cannot follow",
             _shape_p(problem, q, residual),
         ),
-        ("the residual is louder at some times than at others", _loudness_p(tuple(_in_time(problem, residual)))),
+        ("the residual is louder at some times than at others", _loudness_p(everywhere)),
         ("slow noise is louder where the table turns faster, which no noise term is", _fast_p(whole, everywhere)),
         (OF_ANGLE, strongest([block for _, block in _turned(whole, everywhere)]).p_value),
         (OF_TEMPERATURE, strongest(_heated(whole, everywhere)).p_value),

@@ -45,6 +45,8 @@ Floats = NDArray[np.float64]
 Law = Callable[[Floats, Floats], Floats]
 STUDY = Path(__file__).resolve().parents[3] / "scripts" / "studies" / "unknown"
 DT, N = 0.5, 3600
+#: Heating of a chamber, one step after another [K/s].
+STEPS = [0.0, 0.03, 0.0, -0.03, 0.02, 0.0]
 
 
 def recorded(folder: Path, law: Law, seed: int = 0, declared: str = '"bias", "scale_factor"', more: str = "") -> Path:
@@ -142,6 +144,25 @@ def test_what_follows_the_rates_of_the_minute_before_is_said(tmp_path: Path) -> 
 
     (target,) = close(recorded(tmp_path, after)).targets
     assert any("goes with lag(u)" in reason for reason in target.reasons)
+
+
+@pytest.mark.parametrize("size", [0.0, 2e-3])
+def test_a_law_of_the_temperature_is_asked_of_a_unit_at_rest(tmp_path: Path, size: float) -> None:
+    """A stress that goes with the square of the heating: beside noise that may walk it was nothing significant."""
+    rng, t = np.random.default_rng(3), np.arange(1.0, N + 1)
+    change = np.interp(t, [0, 300, 301, 900, 901, 1500, 1501, 2100, 2101, 2700, 2701, 3600], np.repeat(STEPS, 2))
+    warm = 25.0 + np.cumsum(change)
+    gyro = size * change**2 * 1e2 + 5e-5 * rng.standard_normal(N)
+    np.savetxt(tmp_path / "run.csv", np.column_stack([t, gyro, warm]), "%.12g", ",", header="t,gyro,temp", comments="")
+    path = tmp_path / "gyro.toml"
+    path.write_text(
+        'data = "run.csv"\n[channels]\ntime = { column = "t", unit = "s" }\n'
+        'gyro = { column = "gyro", unit = "rad/s" }\ntemperature = { column = "temp", unit = "degC" }\n'
+        '[model]\ntarget = "gyro"\ndeclared = ["bias"]\n'
+    )
+    (target,) = close(path).targets
+    said = any("(dT/dt)^2" in reason for reason in target.reasons)
+    assert said is (size > 0)
 
 
 @pytest.mark.parametrize(("duration", "tried"), [(8.0, False), (900.0, True)])

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.stats import chi2, norm
+from scipy.stats import t as student
 from simulated_runs import FITTED, closed, gyro_run, manifest, use
 
 from insenv.core.recording import Channel, Floats, Recording
@@ -22,9 +23,15 @@ from insenv.identify.fit.problem import Problem, Term
 from insenv.identify.fit.uncertainty import coefficients_of, estimates
 from insenv.identify.prepare.problems import prepare
 from insenv.identify.search.candidates import candidates
-from insenv.identify.search.size import LEAST, deviate, unsized
+from insenv.identify.search.size import LEAST, as_normal, deviate, unsized
 
 WHITE = 1e-5
+
+
+@pytest.mark.parametrize(("z", "freedom"), [(4.2, 9.0), (1.0, 4.0), (3.0, 1e6)])
+def test_a_size_that_few_swings_tell_is_as_rare_as_students_t(z: float, freedom: float) -> None:
+    assert norm.sf(as_normal(z, freedom)) == pytest.approx(student.sf(z, freedom), rel=1e-9)
+    assert as_normal(z, np.inf) == z
 
 
 @pytest.fixture(scope="module")
