@@ -59,6 +59,8 @@ END = 0.25
 FIRST, SLOWER = 3, 3.0
 
 
+#: Share of the rows from which on a table is on its way all the time.
+NEVER_THERE = 0.9
 #: Fewest jumps that tell an acceleration and a delay.
 LEAST_JUMPS = 3
 #: Rows for which a table stands at its rate before and after a jump, the share of the jump within which it does, and
@@ -138,6 +140,8 @@ def approaching(recording: Recording, target: str, run: int) -> tuple[RejectedRo
     pace = float(np.median([one.pace for one in larger]))
     found += [_paced(u, a, b, pace) for (a, b), one in zip(dwells, seen, strict=True) if one is None or not one.between]
     found += [one for one in (_from_rest(left, u, dwells[0][0], pace),) if one is not None]
+    if sum(one.stop - one.start for one in found) > NEVER_THERE * (len(u) - dwells[0][0]):
+        return ()  # what is left where it never stands is no way of the table, and nothing would be left of the rest
     reason = "the table was still on its way to the commanded rate"
     # Slopes of the command are central differences: the row before a jump has a part of it.
     return tuple(
