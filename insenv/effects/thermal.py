@@ -188,6 +188,10 @@ class BiasThermalHysteresis(MemoryEffect):
         back = reversals(self._turns(motion), self._radii(motion)[0]) >= BOTH_WAYS
         return "" if back else "the temperature does not turn back and forth"
 
+    def half_blind(self, motion: Motion) -> bool:
+        """Whether the temperature turns back once: there is half a loop, which a lag may stand for."""
+        return bool(self.blind(motion)) and reversals(self._turns(motion), self._radii(motion)[0]) == 1
+
     def grid(self, motion: Motion) -> Floats:
         """Radii beyond the noise of the thermometer, shape (g, 1)."""
         return self._radii(motion)[:, None]

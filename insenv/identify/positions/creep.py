@@ -39,8 +39,8 @@ def creeping(recordings: Sequence[Recording], rests: Sequence[Rest]) -> tuple[st
     axis = max(there, key=lambda one: abs(np.median(there[one])))
     change = 1e3 * float(np.median(there[axis]))
     return (
-        f"accel_{axis} reads {change:+.2g} mm/s^2 in the second half of a rest beside the first, in {len(spans)} rests: "
-        "it drifts, warms up or creeps after each turn, and means of rests do not tell which",
+        f"accel_{axis} reads {change:+.2g} mm/s^2 in the second half of a rest beside the first, in {len(spans)} rests:"
+        " it drifts, warms up or creeps after each turn, and means of rests do not tell which",
     )
 
 

@@ -22,6 +22,7 @@
 * A law of the rate beside a gain that no gyro has: then the reference is not the rate that it turns by.
 * One law of the rate twice: a curve of a form that neither has; what signs by chance give as often.
 * An effect of the angle, of few waves, of a table that swings at one frequency: there its angle is its acceleration.
+* A bias that follows how the temperature changes, where it turned back once: a hysteresis does so too.
 * A product of what was recorded that no effect of the catalogue is, and that what is left follows.
 * A bias that goes to and fro between two levels, or, beside a reference, bends as no drift does.
 * As many effects as are added at most.
@@ -29,13 +30,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
 from insenv.core.quantities import unit_for
 from insenv.effects.base import Effect, MemoryEffect
 from insenv.effects.spline import SplineTime
+from insenv.effects.thermal import BiasThermalHysteresis
 from insenv.effects.timing import SampleHold, TimingSkew
 from insenv.identify.clean.doubtful import shortest_agreeing
 from insenv.identify.clean.plausibility import INCREDIBLE
@@ -55,7 +57,7 @@ from insenv.identify.search.candidates import law_of_motion, turns_few_waves
 from insenv.identify.search.jumps import is_step
 from insenv.identify.search.one_wave import frequencies, swinging, wave
 from insenv.identify.search.round import against
-from insenv.identify.search.scan import Hit
+from insenv.identify.search.scan import Hit, likelihood_ratio, reference
 from insenv.identify.search.settle import REPEATED, times
 from insenv.identify.search.size import LEAST, follows_measured_rate
 from insenv.identify.search.staying import Staying
@@ -91,6 +93,8 @@ ONE_CURVE, LEAST_BINS = 0.95, 32
 MANY_CHANGES, ODDS, FEWEST_CHANGES, SURE, SELDOM, BENDS, AT_REST = 4, 3e3, 2, 1e5, 0.1, 1e5, 1e6
 #: Orders of the angle from which on their waves are one curve.
 MANY_ORDERS = 4
+#: Likelihood ratio by which another explains less and does so as well.
+NEARLY = 9.0
 #: Fewest means in which they are looked for.
 FEWEST_SLOW = 100
 
@@ -117,6 +121,7 @@ def unfinished(track: Track, alpha: float) -> tuple[str, ...]:
         *_swung(track),
         *_by_another_rate(track),
         *_without_a_name(track),
+        *_half_a_loop(track),
         *_follows_a_product(track),
         *_slow_without_a_name(track),
         *_as_many_as_may_be(track),
@@ -447,6 +452,34 @@ def swings_at_one_frequency(problem: Problem) -> bool:
     angle, change = np.concatenate([[0.0], *angles]), np.concatenate([[0.0], *changes])
     size = float(np.linalg.norm(angle) * np.linalg.norm(change))
     return size > 0 and -float(angle @ change) > ONE_CURVE * size
+
+
+def _half_a_loop(track: Track) -> tuple[str, ...]:
+    """A bias that follows how the temperature changes, where it turned back once: a hysteresis does so too.
+
+    Of three simulated loops of a chamber that rose and fell one was stated to be a lag, and one a rate.
+    """
+    hysteresis = BiasThermalHysteresis()
+    motions = [e.motion for e in track.problem.exposures]
+    ways = [s for s in track.steps if s.hit.candidate.effect.of_way and "temperature" in s.hit.candidate.effect.needs]
+    if not ways or not any(hysteresis.half_blind(motion) for motion in motions):
+        return ()
+    radii = {float(r) for motion in motions for r in hysteresis.grid(motion)[:, 0]}
+    names = ", ".join(s.hit.candidate.effect.key for s in ways if _as_well(track, s, hysteresis, radii))
+    if not names:
+        return ()
+    return (
+        f"the temperature turns back once only: {names} may as well be {hysteresis.id}, of which that is half a loop",
+    )
+
+
+def _as_well(track: Track, step: Step, other: Effect, shapes: Iterable[float]) -> bool:
+    """Whether another effect of one shape explains in the place of a step what it does, or nearly."""
+    rest = tuple(term for term in track.fit.model if term is not step.hit.term)
+    base = reference(track.problem, rest, track.fit.noise.power)
+    own, _ = likelihood_ratio(track.problem, base, track.fit.model)
+    best = max(likelihood_ratio(track.problem, base, (*rest, Term(other, (one,))))[0] for one in shapes)
+    return best > own - NEARLY
 
 
 def _follows_a_product(track: Track) -> tuple[str, ...]:
