@@ -69,6 +69,19 @@ def test_a_unit_that_slips_is_told_with_the_time(tmp_path: Path) -> None:
     assert one.parameters[0].value == pytest.approx(2e-4, abs=5 * one.parameters[0].sd)
 
 
+def test_a_unit_that_slips_again_and_again_is_a_doubt(tmp_path: Path) -> None:
+    """Beside the eccentricity of an encoder nine slips were stated."""
+    runs = [
+        outputs({"mounting.x": x, "mounting.z": z}, {}) for x, z in ((0, 0), (2e-4, 0), (-2e-4, 2e-4), (2e-4, -2e-4))
+    ]
+    part = np.minimum(np.arange(len(runs[0]["gyro_x"])) // (8 * 17 * RATE), 3)
+    slipped = {name: np.choose(part, [one[name] for one in runs]) for name in runs[0]}
+    target = found(tmp_path, recording(slipped, seed=1)).targets[0]
+    assert [one.effect for one in target.added].count("mounting_shift") > 2
+    assert target.verdict == "effects-found-incomplete"
+    assert any("slips so often" in reason for reason in target.reasons)
+
+
 def test_what_is_confounded_is_settled_by_the_run_that_is_proposed(tmp_path: Path) -> None:
     """At right angles a force is 0 or g: its square and its magnitude are the same."""
     bent: dict[str, dict[str, tuple[float, ...]]] = {"accel_y": {"accel_second_order": (9e-6,)}}

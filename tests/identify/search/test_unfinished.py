@@ -125,3 +125,22 @@ def test_a_lag_of_which_not_even_the_sign_is_told_has_no_name(deviations: float,
         assert reason.startswith("timing_skew follows the data")
         assert followers(replace(without, refusals=()), 0.01, doubted=True)
         assert followers(without, 0.01, doubted=True) == ()  # it was said
+
+
+@pytest.mark.parametrize("loop", [True, False])
+def test_a_lag_of_a_temperature_that_turned_back_once_may_be_a_hysteresis(loop: bool) -> None:
+    """Of three loops of a chamber that rises and falls two were stated to be a lag or a rate; a lag is told from it."""
+    rng, n = np.random.default_rng(4), 3600
+    t = np.arange(1.0, n + 1)
+    warm = np.interp(t, [0, 300, 900, 1300, 1500, 2400, n], [298.0, 298, 330, 330, 330, 290, 290])
+    behind = np.empty(n)
+    now = warm[0]
+    for i, kelvin in enumerate(warm):
+        now = min(max(now, kelvin - 4.0), kelvin + 4.0) if loop else now + (kelvin - now) / 250.0
+        behind[i] = now
+    gyro = (2e-5 if loop else 1e-5) * (warm - behind) + 5e-5 * rng.standard_normal(n)
+    channels = {"gyro_x": Channel(gyro, "rad/s"), "temperature": Channel(warm, "K")}
+    (target,) = closed(Recording(t, channels), manifest(("gyro_x",), ("bias",)), (use(n, FITTED),)).targets
+    assert any("bias_thermal_hysteresis" in reason for reason in target.reasons) is loop
+    if not loop:
+        assert "bias_thermal_lag" in [one.effect for one in target.added]

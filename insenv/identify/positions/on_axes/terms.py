@@ -50,6 +50,8 @@ def able() -> set[str]:
 
 #: Time constants of a thermal lag that are tried [s], and the least change of temperature by which one is told [K].
 LAGS, _CHANGES = (30.0, 100.0, 300.0, 1000.0), 0.1
+#: What a unit that moves on the table is.
+SLIP = "mounting_shift"
 #: Errors of a table by name: what their names in `Gimbals.names` begin with.
 _TABLE: Mapping[str, tuple[str, ...]] = {
     "unit_mounting": ("mounting.",),
@@ -167,7 +169,7 @@ def _slips(times: Sequence[float]) -> Iterator[_Made]:
     for t in times:
         shares = tuple((Share("", f"mounting.{a}", "rad"),) for a in "xyz")
         columns = [_after(f"mounting.{a}", t) for a in "xyz"]
-        yield UnitTerm(Cause("table", "mounting_shift", (_ANGLE,)), (), shares, t), columns
+        yield UnitTerm(Cause("table", SLIP, (_ANGLE,)), (), shares, t), columns
 
 
 def _lags(warm: bool) -> Iterator[_Made]:

@@ -28,6 +28,7 @@ from insenv.identify.positions.least_squares import Fit
 from insenv.identify.positions.on_axes.next import limits_of, next_runs, plans
 from insenv.identify.positions.on_axes.problem import Cells, OnAxes, UnitTerm, as_noisy_as_read, foretold
 from insenv.identify.positions.on_axes.terms import (
+    SLIP,
     Candidates,
     Raw,
     able,
@@ -36,7 +37,7 @@ from insenv.identify.positions.on_axes.terms import (
     excess,
     whole_sheet,
 )
-from insenv.identify.positions.search import Outcome, as_told, search
+from insenv.identify.positions.search import Outcome, Step, as_told, search
 from insenv.information.positions import QUARTER
 from insenv.information.unit.calibration import Blocks, UnitModel, gathered, joined, nothing
 
@@ -48,6 +49,8 @@ _TURNS = 1e-5
 _AT_ONCE = 1e-5
 #: Probability, of a residual that is noise, below which something is left.
 _LEFT = 1e-3
+#: How often a mounting slips at most.
+MOST_SLIPS = 2
 
 
 @dataclass(frozen=True)
@@ -121,7 +124,7 @@ def trace_unit(
     progress("candidates")
     terms = replace(terms, tried=tuple(as_told(problem, terms.declared, terms.tried)))
     outcome = search(problem, terms.declared, terms.tried, alpha, at_once=1)
-    reasons = _structure(problem, outcome.after)
+    reasons = (*_structure(problem, outcome.after), *_slipped_often(outcome.steps))
     further: tuple[NextExperiment, ...] = ()
     if any(outcome.rivals.values()):
         progress("what to measure next")
@@ -341,6 +344,16 @@ def _structure(problem: OnAxes, fit: Fit) -> tuple[str, ...]:
         return ()
     ratio = np.sqrt(square / len(r))
     return (f"held-out rests and turns scatter {ratio:.3g} times as much as the fitted ones foretell (p = {p:.1e})",)
+
+
+def _slipped_often(steps: Sequence[Step]) -> tuple[str, ...]:
+    """A unit that slips again and again: what goes with the attitude is off by as much at each, and no slip."""
+    slips = sum(step.term.effect.id == SLIP for step in steps)
+    if slips <= MOST_SLIPS:
+        return ()
+    return (
+        f"{SLIP} {slips} times: a mounting that slips so often is none, and a cause that goes with the attitude may",
+    )
 
 
 def _said(rests: int, held: Sequence[NDArray[np.bool_]], numbers: Sequence[NDArray[np.int64]]) -> str:
