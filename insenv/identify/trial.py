@@ -22,6 +22,7 @@ from insenv.identify.prepare.spectral.cycles import each_cycle
 from insenv.identify.prepare.spectral.lines import Line
 from insenv.identify.prepare.spectral.wandering import (
     goes_with_motion,
+    heated_there,
     left_of,
     lost,
     moves_there,
@@ -64,6 +65,8 @@ OF_TURNS = "it comes {} a turn of the table, as what goes with its angle does: a
 OF_MOTION = "the motion has a line there as well, of which a filter or a lag leaves some: a motor's ripple, for one"
 #: Why a line is refused that the table has while it turns alone.
 OF_RIPPLE = "it is there while the table turns and not while it rests: the ripple of a motor, for one"
+#: Why a line is refused that the temperature has.
+OF_HEAT = "the temperature has a line there as well: what goes with it is asked by its own effects"
 #: Why a line is refused that repeats as the motion does.
 OF_CYCLES = "it comes {} in each of the periods in which the motion repeats: as what goes with the motion does"
 #: Why a line is refused that another gyro of the unit reads.
@@ -133,6 +136,8 @@ def _nothing(track: Track, hit: Hit, joined: tuple[str, ...]) -> str:
         return OF_COUNTS if damped.of_counts else OF_MOTION if damped.of_motion else OF_DAMPED
     if order := times_a_turn(track, hit):
         return OF_TURNS.format("once" if order == 1 else f"{order} times")
+    if heated_there(track.problem, hit.term.shape[0]):
+        return OF_HEAT
     return OF_REFERENCE if _of_the_reference(track, hit) else _of_the_motion(track, hit)
 
 

@@ -63,7 +63,7 @@ from insenv.identify.search.size import LEAST, follows_measured_rate
 from insenv.identify.search.staying import Staying
 from insenv.identify.search.tracks import MOST_ADDED, Step, Track
 from insenv.identify.search.undecided import leaning, may_be_slow
-from insenv.identify.search.unit.one_box import DRIFTS
+from insenv.identify.search.unit.one_box import DRIFTS, is_thermal
 from insenv.identify.search.unit.other_gyros import follows_other_gyros
 from insenv.identify.search.unit.turn_on import turned_on_anew
 
@@ -268,7 +268,7 @@ def _one_size(step: Step, own: Mapping[Term, tuple[Estimate, ...]]) -> Estimate 
     rows, effect = own.get(step.hit.term, ()), step.hit.candidate.effect
     if step.together:  # its shape is that of all of them
         rows = tuple(row for row in rows if row.parameter in {param.name for param in effect.linear})
-    of_base = step.together and effect.key not in DRIFTS
+    of_base = step.together and not (effect.key in DRIFTS or is_thermal(effect))
     return None if effect.generic or effect.line or of_base or len(rows) != 1 else rows[0]
 
 

@@ -176,6 +176,15 @@ def moves_there(problem: Problem, fit: Fit, frequency: float) -> bool:
     )
 
 
+def heated_there(problem: Problem, frequency: float) -> bool:
+    """Whether the temperature changes in a line at ``frequency`` [Hz] in each run, as a room or a chamber does."""
+    read = tuple(t for e in problem.exposures if (t := e.motion.temperature) is not None)
+    if len(read) < len(problem.exposures):
+        return False
+    change = np.gradient(problem.bins.mean(read))
+    return _has_line(problem, ((b, change[b.start : b.stop]) for b in _stretches(problem, True)), frequency)
+
+
 def _has_line(problem: Problem, stretches: Iterable[tuple[Block, Floats]], frequency: float) -> bool:
     for block, motion in stretches:
         found = periodogram(motion, problem.bins.width)

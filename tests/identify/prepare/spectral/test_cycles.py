@@ -9,6 +9,7 @@ from simulated_runs import manifest, use
 from insenv.core.recording import Channel, Floats, Recording
 from insenv.identify.prepare.problems import prepare
 from insenv.identify.prepare.spectral.cycles import each_cycle, period
+from insenv.identify.prepare.spectral.wandering import heated_there
 
 DT, N = 0.1, 6000
 T: Floats = DT * np.arange(N, dtype=np.float64)
@@ -44,3 +45,13 @@ def test_moves_of_other_angles_on_one_beat_repeat(hertz: float, order: int) -> N
     channels = {"gyro": Channel(rate, "rad/s"), "table_rate": Channel(rate, "rad/s", source="encoder")}
     problem = prepare(manifest(), (Recording(T, channels),), (use(N),), "gyro", tones=False, holds=False).problem
     assert each_cycle(problem, hertz) == order
+
+
+@pytest.mark.parametrize(("hertz", "found"), [(0.02, True), (0.013, False)])
+def test_a_line_that_the_temperature_has_is_told(hertz: float, found: bool) -> None:
+    """A chamber's controller goes to and fro 20 mHz beside a slow rise; five tones were named of one bias."""
+    rng = np.random.default_rng(6)
+    warm = 300.0 + 10.0 * T / T[-1] + 0.3 * np.sin(2 * np.pi * 0.02 * T) + 0.02 * rng.standard_normal(N)
+    channels = {"gyro": Channel(rng.standard_normal(N), "rad/s"), "temperature": Channel(warm, "K")}
+    problem = prepare(manifest(), (Recording(T, channels),), (use(N),), "gyro", tones=False, holds=False).problem
+    assert heated_there(problem, hertz) is found
