@@ -18,7 +18,6 @@ from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.heldout import CHANCE, MOST_GROWTH, confirms, held_out_score, rescored
 from insenv.identify.fit.lag_form import is_skew
 from insenv.identify.prepare.excess import order_of_line
-from insenv.identify.prepare.spectral.cycles import each_cycle
 from insenv.identify.prepare.spectral.lines import Line
 from insenv.identify.prepare.spectral.wandering import (
     goes_with_motion,
@@ -67,8 +66,6 @@ OF_MOTION = "the motion has a line there as well, of which a filter or a lag lea
 OF_RIPPLE = "it is there while the table turns and not while it rests: the ripple of a motor, for one"
 #: Why a line is refused that the temperature has.
 OF_HEAT = "the temperature has a line there as well: what goes with it is asked by its own effects"
-#: Why a line is refused that repeats as the motion does.
-OF_CYCLES = "it comes {} in each of the periods in which the motion repeats: as what goes with the motion does"
 #: Why a line is refused that another gyro of the unit reads.
 OF_TURN = "the unit turns there, as its other gyros read"
 #: P-value below which what is left is suspected to be more than the declared noise.
@@ -148,8 +145,6 @@ def _of_the_motion(track: Track, hit: Hit) -> str:
         return OF_TURN
     if stops_at_rest(problem, fit, frequency):
         return OF_RIPPLE
-    if cycles := each_cycle(problem, frequency):
-        return OF_CYCLES.format(f"{cycles} times" if cycles > 1 else "once")
     moved = moves_there(problem, fit, frequency) or goes_with_motion(problem, fit, frequency)
     return OF_MOTION if moved else ""
 

@@ -21,6 +21,7 @@ from insenv.identify.clean.settling import only_time
 from insenv.identify.fit.evidence import held_out_deviate, joint_deviate, log_tail
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import Model, Problem, Term
+from insenv.identify.prepare.spectral.cycles import each_cycle
 from insenv.identify.prepare.spectral.lines import coherent_power, strongest_tone, within_half_a_count
 from insenv.identify.search.artefacts.folded import folded
 from insenv.identify.search.artefacts.recurrence import (
@@ -325,19 +326,20 @@ def _tone_hit(problem: Problem, fit: Fit, base: Reference, count: float) -> Hit:
         return replace(
             best,
             deviate=-np.inf,
-            remark="at a multiple of the frequency at which the table swings: its motion, not a line",
+            remark="at a multiple of the frequency at which the motion repeats: of the motion, and no line",
         )
     return refined(problem, base, best, np.array([min(resolution, 0.25 / _span(problem))]))
 
 
 def _of_the_motion(problem: Problem, term: Term) -> bool:
-    """Whether a tone stands where a table swings, in any run, or at a multiple of that.
+    """Whether a tone stands where a table swings, or its motion repeats, in any run, or at a multiple of that.
 
-    What follows the motion of a table that swings, its angle or rate by any curve, has lines there and nowhere else.
+    What follows such a motion, its angle or rate by any curve, has lines there and nowhere else.
     """
     u = problem.bins.mean(tuple(e.u for e in problem.exposures))
     swings = (_swing(u[run], problem.bins.width) for run in _runs(problem))
-    return any(_multiple(term.shape[0], *swing) for swing in swings if swing is not None)
+    swung = any(_multiple(term.shape[0], *swing) for swing in swings if swing is not None)
+    return swung or each_cycle(problem, term.shape[0]) > 0
 
 
 def _runs(problem: Problem) -> list[NDArray[np.int64]]:

@@ -11,6 +11,8 @@ itself again.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from scipy.signal import correlate
 
@@ -26,21 +28,24 @@ MOST, WITHIN = 12, 0.5
 
 def each_cycle(problem: Problem, frequency: float) -> int:
     """Times in a period of the motion that a line at ``frequency`` [Hz] comes; 0 where it does not go with it."""
+    found: tuple[tuple[float, float], ...] = problem.remember("cycles", lambda: tuple(_cycles(problem)))
+    for seconds, span in found:
+        cycles = frequency * seconds
+        if 1 <= round(cycles) <= MOST and abs(cycles - round(cycles)) * span <= WITHIN * seconds:
+            return round(cycles)
+    return 0
+
+
+def _cycles(problem: Problem) -> Iterator[tuple[float, float]]:
+    """Periods of the motion and of its size in each run, and the time in which they are told [s]."""
     if not problem.turns:
-        return 0
-    u = problem.bins.mean(tuple(e.u for e in problem.exposures))
-    width = problem.bins.width
-    for run in {block.run for block in problem.fitted}:
+        return
+    u, width = problem.bins.mean(tuple(e.u for e in problem.exposures)), problem.bins.width
+    for run in dict.fromkeys(block.run for block in problem.fitted):
         block = max((b for b in problem.fitted if b.run == run), key=lambda b: b.n)
         own = u[block.start : block.stop]
-        for motion in (own, np.abs(own)):
-            cycles = frequency * period(motion) * width
-            if (
-                1 <= round(cycles) <= MOST
-                and abs(cycles - round(cycles)) * block.n * width * frequency <= WITHIN * cycles
-            ):
-                return round(cycles)
-    return 0
+        found = (period(motion) * width for motion in (own, np.abs(own)))
+        yield from ((seconds, block.n * width) for seconds in found if seconds)
 
 
 def period(motion: Floats) -> float:
