@@ -16,6 +16,7 @@ from math import comb
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import qr
 from scipy.special import chdtrc
 
@@ -26,6 +27,8 @@ from insenv.identify.positions.least_squares import Fit, Problem, normal, solve
 
 #: Share of its size that a column must have beside the model: below it the attitudes do not tell the effect.
 DISTINCT = 0.02
+#: Of two columns that are one, but for rounding: what their correlation is less than one by at most.
+ONE_CURVE = 1e-9
 #: Why an effect is refused that nothing confirms.
 UNFORETOLD = "no rest foretells another"
 #: Why a law is refused of which no instrument has so much.
@@ -197,7 +200,9 @@ def _left(problem: Problem, fit: Fit, term: Any) -> tuple[Floats, Floats]:
     residual, slopes = problem.evaluate((*fit.terms, term), theta)
     slopes, _ = normal(problem, residual, slopes, theta, fit.variance)
     own = slopes[:, p : p + term.size]
-    model = np.delete(slopes, np.s_[p : p + term.size], axis=1)
+    # What is stated of the very error that the term is tells nothing against it: it is far beyond that, or it is none.
+    stated = _alike(slopes[: len(slopes) - len(problem.nuisance)], np.arange(p, p + term.size), p + term.size)
+    model = np.delete(slopes, [*range(p, p + term.size), *stated], axis=1)
     size = np.linalg.norm(own, axis=0)
     shares = own / np.where(size > 0, size, 1.0)
     if model.shape[1]:
@@ -360,3 +365,9 @@ def _unusual(fit: Fit, term: Any) -> bool:
     usual = max(param.sd for param in term.effect.linear)
     values, sd = fit.theta[fit.of(term)], fit.sd()[fit.of(term)]
     return bool(chdtrc(term.size, float(np.sum(values**2 / (usual**2 + sd**2)))) < UNUSUAL)
+
+
+def _alike(rows: Floats, own: NDArray[np.int64], first: int) -> list[int]:
+    """Columns of ``rows`` from the ``first`` on that are one of its ``own`` columns, but for a factor."""
+    unit = rows / np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
+    return [j for j in range(first, rows.shape[1]) if np.any(np.abs(unit[:, own].T @ unit[:, j]) > 1 - ONE_CURVE)]
