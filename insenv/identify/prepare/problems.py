@@ -54,6 +54,7 @@ from insenv.identify.prepare.spectral.lines import (
     steps_of_encoder,
 )
 from insenv.identify.prepare.spectral.lost_rows import lines_of_rows, longest, rows_of
+from insenv.identify.prepare.spectral.wandering import of_poles
 from insenv.identify.prepare.widths import rows_of_motion, rows_per_bin, whole_holds, whole_rows
 
 #: Cycles of the slowest rejected line in a bin.
@@ -482,6 +483,7 @@ def _lines(
         for line in lines:
             steps = steps_of_encoder(line, recording.dt, values, reference, problem.encoder)
             moved = problem.turns and not steps and _of_motion(problem, line, recording.dt, values, reference)
+            moved |= problem.turns and of_poles(problem, line, recording.dt)
             binned_too = not line.steady and line.frequency < least
             found += [] if moved or binned_too else [replace(line, of_counts=steps)]
     return tuple(found)

@@ -10,7 +10,8 @@ from insenv.core.recording import Channel, Recording
 from insenv.data.reference import with_reference
 from insenv.identify.fit.gls import solve
 from insenv.identify.prepare.problems import prepare
-from insenv.identify.prepare.spectral.wandering import each_turn, stops_at_rest
+from insenv.identify.prepare.spectral.lines import Line
+from insenv.identify.prepare.spectral.wandering import each_turn, of_poles, stops_at_rest
 
 RATE, SECONDS, FREQUENCY = 20.0, 300.0, 0.3
 
@@ -52,3 +53,15 @@ def test_a_line_comes_each_turn_of_a_table_that_turns_steadily(frequency: float,
     run = with_reference(Recording(t, channels, label="run"))
     problem = prepare(manifest(), (run,), (use(len(t)),), "gyro", tones=False, holds=False).problem
     assert each_turn(problem, frequency) is found
+
+
+@pytest.mark.parametrize(("frequency", "found"), [(3.0, True), (20.0 - 16.5, True), (3.27, False)])
+def test_a_line_of_samples_is_one_of_poles_at_one_rate(frequency: float, found: bool) -> None:
+    """At half a turn a second 6 and 33 to a turn, the latter too fast for 20 Hz; chance makes 1 % of others so."""
+    t = np.arange(1, int(RATE * SECONDS)) / RATE
+    rate = np.full(len(t), np.pi) * np.where(t < 150.0, 1.0, -1.0)
+    channels = {"gyro": Channel(rate, "rad/s"), "table_rate": Channel(rate, "rad/s", source="encoder")}
+    run = Recording(t, channels, label="run")
+    problem = prepare(manifest(), (run,), (use(len(t)),), "gyro", tones=False, holds=False).problem
+    line = Line(0, frequency, 1e-4, 1e-3, 1e-4, 0.0, True, 0.2, 1e-20)
+    assert of_poles(problem, line, 1 / RATE) is found

@@ -18,6 +18,7 @@ import numpy as np
 from scipy.fft import dct, idct
 from scipy.ndimage import median_filter, uniform_filter1d
 
+from insenv.core.motion import Motion
 from insenv.core.recording import Floats
 from insenv.identify.fit.bins import Block, at_places
 from insenv.identify.fit.gls import Fit
@@ -48,6 +49,8 @@ WITHIN = 2.0
 #: Share within which a table that turns steadily keeps its rate, the share of the time that it must, and most lines of
 #: one turn.
 STEADY_TURN, MOSTLY, ORDERS = 0.01, 0.8, 8
+#: Most poles, or teeth of a gear; deviations of a line's frequency, and width in 1 / duration, by which it is theirs.
+POLES, SURE, EXACTLY = 72, 3.0, 0.2
 #: Share of the largest rate below which a table rests, and fewest bins there; share of its amplitude in motion that a
 #: line of the target has at rest at least.
 RESTS, FEWEST_AT_REST, HALF = 1e-2, 8, 0.5
@@ -195,12 +198,18 @@ def _has_line(problem: Problem, stretches: Iterable[tuple[Block, Floats]], frequ
 
 def _turned(problem: Problem) -> Iterator[tuple[Block, Floats]]:
     """The longest fitted stretch of each run in which a table turns, with the angle by which it does in a cell."""
-    angles = [e.motion.angle for e in problem.exposures]
-    cells = (np.zeros(e.motion.n) if a is None else np.diff(a) for a, e in zip(angles, problem.exposures, strict=True))
-    turned = problem.bins.mean(tuple(cells))
+    cells = tuple(_angles_of_cells(e.motion) for e in problem.exposures)
+    turned = problem.bins.mean(cells)
     for block in _stretches(problem, True):
         if np.ptp(turned[block.start : block.stop]):
             yield block, turned[block.start : block.stop]
+
+
+def _angles_of_cells(motion: Motion) -> Floats:
+    """By how much the table turns in each cell [rad], by its rate where no angle was logged; shape (cells,)."""
+    if motion.angle is not None:
+        return np.diff(motion.angle)
+    return motion.rate * motion.dt / motion.projection if motion.projection else np.zeros(motion.n)
 
 
 def goes_with_motion(problem: Problem, fit: Fit, frequency: float) -> bool:
@@ -232,15 +241,35 @@ def each_turn(problem: Problem, frequency: float) -> bool:
 
     There a wave of its angle whose amplitude changes, as with the temperature, is a line whose phase does not hold.
     """
+    for span, turn in _steady_turns(problem):
+        order = round(frequency / turn)
+        if 1 <= order <= ORDERS and abs(frequency - order * turn) <= WITHIN / span:
+            return True
+    return False
+
+
+def of_poles(problem: Problem, line: Line, dt: float) -> bool:
+    """Whether a line of samples every ``dt`` seconds comes a whole number of times a turn, as a motor's poles do.
+
+    Or is one that is too fast for them. At one rate nothing tells it from a line of the instrument.
+    """
+    for span, turn in _steady_turns(problem):
+        near = max(SURE * line.frequency_sd, EXACTLY / span)
+        for frequency in (line.frequency, 1 / dt - line.frequency):
+            order = round(frequency / turn)
+            if 1 <= order <= POLES and abs(frequency - order * turn) <= near:
+                return True
+    return False
+
+
+def _steady_turns(problem: Problem) -> Iterator[tuple[float, float]]:
+    """Of each run in which a table turns steadily the time that is looked at [s], and how often it turns [1/s]."""
     for block, turned in _turned(problem):
         turns = np.abs(turned) / (2 * np.pi * problem.exposures[block.run].motion.dt)
         usual = float(np.median(turns))
-        if not usual or np.mean(np.abs(turns - usual) < STEADY_TURN * usual) < MOSTLY:
-            continue
-        order = round(frequency / usual)
-        if 1 <= order <= ORDERS and abs(frequency - order * usual) <= WITHIN / (block.n * problem.bins.width):
-            return True
-    return False
+        steady = np.abs(turns - usual) < STEADY_TURN * usual
+        if usual and np.mean(steady) >= MOSTLY:
+            yield block.n * problem.bins.width, float(turns[steady].mean())
 
 
 def _beside_reference(problem: Problem, fit: Fit) -> Iterator[tuple[Block, Floats, Floats]]:
