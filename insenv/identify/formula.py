@@ -122,7 +122,7 @@ def formulas_of(outcome: Outcome, progress: Progress = lambda text: None) -> dic
 
 
 def with_laws(outcome: Outcome, progress: Progress = lambda text: None) -> Outcome:
-    """The outcome with the product that what is left follows on each target that turns, a doubt and no finding.
+    """The outcome with the product that what is left follows, on each target that turns or is heated: a doubt.
 
     What had been added, explains less than a product in its place and is nothing beside it, has no name any more.
     """

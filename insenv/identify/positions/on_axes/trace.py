@@ -351,9 +351,7 @@ def _slipped_often(steps: Sequence[Step]) -> tuple[str, ...]:
     slips = sum(step.term.effect.id == SLIP for step in steps)
     if slips <= MOST_SLIPS:
         return ()
-    return (
-        f"{SLIP} {slips} times: a mounting that slips so often is none, and a cause that goes with the attitude may",
-    )
+    return (f"{SLIP} {slips} times: no mounting slips so often, and a cause that goes with the attitude looks like it",)
 
 
 def _said(rests: int, held: Sequence[NDArray[np.bool_]], numbers: Sequence[NDArray[np.int64]]) -> str:
