@@ -39,10 +39,10 @@ NOISE_UNITS = {
 
 @dataclass(frozen=True)
 class _Joint:
-    """Covariance of all parameters (SI), shape (p, p), and by how much swings make the variance of each larger."""
+    """Covariance of all parameters (SI), shape (p, p), and the freedom with which swings tell it, shape (p,)."""
 
     covariance: Floats
-    larger: tuple[tuple[float, float], ...]
+    freedoms: Floats
 
 
 @dataclass(frozen=True)
@@ -109,11 +109,11 @@ def coefficients_of(problem: Problem, fit: Fit, term: Term, inexact: tuple[Term,
     return fit.theta[own], cov
 
 
-def swings_of(problem: Problem, fit: Fit, term: Term) -> tuple[float, float]:
-    """Factor on the variance of a term's coefficients by swings, and the freedom with which these tell it; 1, inf."""
+def freedom_of_swings(problem: Problem, fit: Fit, term: Term) -> float:
+    """Freedom with which swings tell how uncertain the coefficients of a term are; infinite where noise tells it."""
     own = np.flatnonzero(fit.design.term == fit.model.index(term))
-    larger = _joint(problem, fit, _all_slopes(problem, fit), beside_response(problem, fit)).larger
-    return max((larger[j] for j in own), default=(1.0, np.inf))
+    freedoms = _joint(problem, fit, _all_slopes(problem, fit), beside_response(problem, fit)).freedoms
+    return float(np.min(freedoms[own], initial=np.inf))
 
 
 def covariance(problem: Problem, fit: Fit) -> Covariance:
@@ -194,13 +194,14 @@ def _joined(problem: Problem, fit: Fit, slopes: dict[Term, _Slopes], beside: Bes
     inverse = np.linalg.pinv(scaled.T @ scaled + np.diag(prior / size**2), hermitian=True)
     weights = scaled @ inverse
     # What errors of the reference leave goes with the motion: a coefficient is as uncertain as swings differ.
-    larger = tuple(by_swings(problem, column, beside.left) if beside else (1.0, np.inf) for column in weights.T)
-    factor = _for_fitted_noise(problem, fit, weights) * np.sqrt([f for f, _ in larger]) / size
+    told = [by_swings(problem, column, beside.left) if beside else (1.0, np.inf) for column in weights.T]
+    larger, freedoms = np.array(told).reshape(-1, 2).T
+    factor = _for_fitted_noise(problem, fit, weights) * np.sqrt(larger) / size
     p = len(fit.design.scale)
     factor[:p] /= fit.design.scale
     joint = np.asarray(inverse * np.outer(factor, factor))
     joint[:p, :p] += added_covariance(problem, fit) / np.outer(fit.design.scale, fit.design.scale)
-    return _Joint(joint, larger)
+    return _Joint(joint, freedoms)
 
 
 def _for_fitted_noise(problem: Problem, fit: Fit, weights: Floats) -> Floats:

@@ -43,7 +43,7 @@ from insenv.effects.timing import SampleHold, TimingSkew
 from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import Model, Problem, Term
-from insenv.identify.fit.uncertainty import coefficients_of, estimates, swings_of
+from insenv.identify.fit.uncertainty import coefficients_of, estimates, freedom_of_swings
 from insenv.identify.search.jumps import is_step
 
 #: Deviations by which an effect must differ from zero; a curve of the rate beside a reference that is late, whose
@@ -97,11 +97,10 @@ def _untold(problem: Problem, fit: Fit, term: Term, inexact: Model, held_out: fl
     sd = np.sqrt(np.diag(cov))
     if not len(theta) or not np.all(sd > 0):
         return ""
-    larger, freedom = swings_of(problem, fit, term)
-    z = as_normal(deviate(theta, cov), freedom)
+    z = as_normal(deviate(theta, cov), freedom_of_swings(problem, fit, term))
     if problem.commanded and z >= OWN and not (late or term.shape):
         z = math.hypot(z, max(held_out, 0.0))
-    if why := _too_small(problem, term, z, late, looks, larger > 1):
+    if why := _too_small(problem, term, z, late, looks):
         where = " beside a constant gain" if constant else " beside a reference that is late" if late else ""
         told = f"{_listed(problem, term, theta, sd)}, {z:.2g} standard deviations from nothing{why.rstrip()}"
         return f"its size is not told{where}: {told}"
@@ -186,15 +185,12 @@ def as_normal(z: float, freedom: float) -> float:
     return float(-ndtri(tail)) if tail > 0 else z
 
 
-def _too_small(problem: Problem, term: Term, z: float, late: bool, looks: float, scatters: bool) -> str:
-    """How little a size is that is so many deviations from nothing, the end of a sentence; empty if it is told.
-
-    Whether it ``scatters`` more from swing to swing than noise says: then errors of a reference go with the motion.
-    """
+def _too_small(problem: Problem, term: Term, z: float, late: bool, looks: float) -> str:
+    """How little a size is that is so many deviations from nothing, the end of a sentence; empty if it is told."""
     if z < (BESIDE_LAG if late else LEAST):
         return " "
     by_chance = z < LARGEST_BY_CHANCE and log_tail(z) + math.log(2 * max(looks, 1.0)) >= math.log(CHANCE)
-    if by_chance and (_follows_reference(problem, term) or (scatters and _curve_of_rate(term))):
+    if by_chance and _follows_reference(problem, term):
         return f", of {looks:.2g} curves that errors of the reference may follow"
     return ""
 

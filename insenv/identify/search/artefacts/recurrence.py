@@ -85,8 +85,8 @@ def not_in_all_runs(problem: Problem, fit: Fit, term: Term) -> str:
     effect = term.effect
     curve, late = _curve_of_rate(effect, term), _late(problem, fit.model)
     if curve and late and not _knows_change(effect) and _beside_response(problem, fit, term) < LEAST:
-        each = " of its own in each run" if len({b.run for b in problem.fitted}) > 1 else ""
-        return f"its size is not told beside a gain and a lag{each}, as a reference that comes late may make them"
+        runs = " of its own in each run" if len({b.run for b in problem.fitted}) > 1 else ""
+        return f"its size is not told beside a gain and a lag{runs}, as a reference that comes late may make them"
     if len({b.run for b in problem.fitted}) < 2 or effect.generic:
         return ""
     if effect.line:
