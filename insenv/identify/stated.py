@@ -30,8 +30,8 @@ from insenv.identify.search.whole.error import by_chance, whole_errors
 #: A track, the estimates that are stated, why some are uncertain, and errors of the whole search.
 Told = tuple[Track, dict[Term, tuple[Estimate, ...]], tuple[str, ...], list[Callable[[], WholeError | None]]]
 
-#: Departure from one of a gain that a gyro may have.
-USUAL = 0.2
+#: Departure from one of a gain that a gyro may have, and how many times its scatter the rate is of a table at one rate.
+USUAL, ONE_RATE = 0.2, 10.0
 #: Chance of so different a gain in the parts of a recording below which it is said.
 PARTS_APART = 1e-3
 
@@ -177,12 +177,15 @@ def _by_the_reference(
     much, gain = "much" if low > FOLLOWS * high else "most", abs(1 + row.value)
     half = min(0.5 * (high - low) + max(low - gain, gain - high, 0.0), 1.0)
     # A table that turns one way more than the other: what the gain lacks, the level has.
-    mean = float(np.mean(problem.bins.mean(tuple(e.u for e in problem.exposures)))) / problem.gain
+    u = problem.bins.mean(tuple(e.u for e in problem.exposures)) / problem.gain
+    mean = float(np.mean(u))
     wider = {SCALE: half} | {t.effect.id: half * abs(mean) for t in own if t.effect.part == "level"}
     own = {
         t: tuple(replace(row, sd=math.hypot(row.sd, wider.get(t.effect.id, 0.0))) for row in rows)
         for t, rows in own.items()
     }
+    if abs(mean) > ONE_RATE * float(np.std(u)):
+        return own, ()  # a table at one rate: of its gain nothing was asked, and bias and scale factor are as uncertain
     return own, (
         f"{much} of the change of the reference, or of the reading, is noise that the other has not: the gain is "
         f"anything from {low:.2g}, by the reference, to {high:.2g}, by the reading",

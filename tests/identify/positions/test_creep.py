@@ -23,7 +23,7 @@ def said(way: Floats, seed: int = 0, rests: int = RESTS, hand: float = 0.0) -> t
     values[:, 2] += np.tile(way, rests)
     values[3 * ROWS : 4 * ROWS, 2] += hand * np.repeat(rng.standard_normal(10), ROWS // 10)
     channels = {f"accel_{axis}": Channel(values[:, k], "m/s^2") for k, axis in enumerate("xyz")}
-    recording = Recording(0.01 * np.arange(len(values)), channels)
+    recording = Recording(0.01 * np.arange(float(len(values))), channels)
     return creeping((recording,), [Rest(k, 0, k * ROWS, (k + 1) * ROWS) for k in range(rests)])
 
 
