@@ -25,7 +25,7 @@ from scipy.special import fdtrc
 
 from insenv.core.recording import Floats
 from insenv.identify.positions.accel import Magnitudes
-from insenv.identify.positions.bent import UNLIKE
+from insenv.identify.positions.checks.bent import UNLIKE
 from insenv.identify.positions.evidence import MOST_OUTLIERS, OUTLIER
 from insenv.identify.positions.least_squares import Fit, solve
 

@@ -31,8 +31,8 @@ from insenv.effects.triad import AccelBias, AccelScaleFactor, Misalignment, NonO
 from insenv.identify.findings import NotTestable
 from insenv.identify.positions.accel import Magnitudes, directions, gravities, uncertain_directions
 from insenv.identify.positions.accel import with_walk as with_bias_walk
-from insenv.identify.positions.bent import REPEATS, WORST, bent, not_repeated
-from insenv.identify.positions.creep import creeping
+from insenv.identify.positions.checks.bent import REPEATS, WORST, bent, not_repeated
+from insenv.identify.positions.checks.creep import creeping
 from insenv.identify.positions.evidence import evidence, held_out_errors, held_out_scatter
 from insenv.identify.positions.factor import common_factor, factor_of, other_axes, unaccounted
 from insenv.identify.positions.gyro import Rotations, rotations, with_noise

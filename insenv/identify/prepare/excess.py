@@ -10,6 +10,7 @@
    a tolerance, shows what comes and goes. Single bins count for no more than three standard deviations.
    And with the rate: its means over some bins are louder where the table turns faster, more clearly than bins are, as
    errors of a reference would be.
+   And with its changes: a mean over them (`insenv.identify.prepare.after_moves`).
 4. Angle: waves of the table's angle of any order, in windows of time (`insenv.identify.prepare.spectral.orders`).
    Temperature: the same, its range the turn.
 5. Lines that move (`insenv.identify.prepare.spectral.sweeps`).
@@ -39,6 +40,7 @@ from insenv.identify.fit.gls import Fit, noise_freedom, solve, spectrum, whitene
 from insenv.identify.fit.noise import eigenvalues, fit_noise, modes, transform
 from insenv.identify.fit.problem import NOISE_TERMS, Problem, pooled
 from insenv.identify.prepare import lack_of_fit
+from insenv.identify.prepare.after_moves import after_moves_p
 from insenv.identify.prepare.spectral.orders import AS_WELL, MOST_ORDER, Wave, order_of, strongest
 from insenv.identify.prepare.spectral.sweeps import sweeps_p
 
@@ -139,6 +141,10 @@ def _tests(problem: Problem, fit: Fit, declared: dict[str, float]) -> dict[str, 
         ),
         ("the residual is louder at some times than at others", _loudness_p(everywhere)),
         ("slow noise is louder where the table turns faster, which no noise term is", _fast_p(whole, everywhere)),
+        (
+            "what is left repeats at each change of the motion, as what rings or settles does",
+            after_moves_p(whole, everywhere),
+        ),
         (OF_ANGLE, strongest([block for _, block in _turned(whole, everywhere)]).p_value),
         (OF_TEMPERATURE, strongest(_heated(whole, everywhere)).p_value),
         (MOVING, sweeps_p(_by_run(whole, everywhere))),

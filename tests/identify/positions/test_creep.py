@@ -7,7 +7,7 @@ import pytest
 
 from insenv.core.recording import Channel, Floats, Recording
 from insenv.core.units import STANDARD_GRAVITY
-from insenv.identify.positions.creep import creeping
+from insenv.identify.positions.checks.creep import creeping
 from insenv.identify.positions.rests import Rest
 
 ROWS, RESTS = 400, 12

@@ -132,7 +132,7 @@ def test_a_line_at_a_multiple_of_a_swing_is_of_the_motion(multiple: float, remar
     one = replace(one, channels={**one.channels, "gyro": replace(one.channels["gyro"], values=gyro)})
     problem = prepare(manifest(), (one,), (use(N),), "gyro", holds=False, tones=False)
     (hit,) = search(problem.problem, solve(problem.problem, problem.model), (), 0, 1, tones=True)
-    assert ("swings" in hit.remark) == remarked
+    assert ("repeats" in hit.remark) == remarked
 
 
 @pytest.mark.parametrize("length", [24, 60, 77, 100])

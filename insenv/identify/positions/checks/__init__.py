@@ -1,0 +1,1 @@
+"""What rests of several positions leave that no effect explains."""
