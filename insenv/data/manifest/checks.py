@@ -12,7 +12,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 from datetime import date
 from pathlib import Path
-from types import MappingProxyType
 
 from insenv.core.errors import InputError, nearest
 from insenv.core.filing import Filing
@@ -339,7 +338,7 @@ def noise(table: schema.ManifestTable, targets: tuple[str, ...], path: Path) -> 
     for target, own in table.noise.items():
         if isinstance(own, dict):
             for name, value in own.items():
-                _declare({target: noise[target]}, name, value, f"{path}: noise.{target}.{name}")
+                _declare({target: noise[target]}, name, value, f"{path}: noise.{target}.{name}", {})
     return noise
 
 
@@ -348,7 +347,7 @@ def _declare(
     name: str,
     text: str,
     where: str,
-    others: Mapping[str, dict[str, float]] = MappingProxyType({}),
+    others: dict[str, dict[str, float]],
 ) -> None:
     """Enter one noise parameter for those targets whose dimension it has; there must be one, or one of ``others``."""
     slot = WHITE if name == VELOCITY_RANDOM_WALK else name

@@ -182,6 +182,11 @@ class Problem:
         """Whether it is an accelerometer that gravity turns through: its input is a specific force."""
         return any(e.motion.across is not None for e in self.exposures)
 
+    def heat(self) -> Floats | None:
+        """Mean temperature of each bin [K], shape (bins,); None where that of a run was not recorded."""
+        read = tuple(t for e in self.exposures if (t := e.motion.temperature) is not None)
+        return self.bins.mean(read) if len(read) == len(self.exposures) else None
+
     @property
     def smoothed(self) -> bool:
         """Whether the rate in the regressors is the motion behind the noise of a measured reference, and no reading."""

@@ -365,12 +365,9 @@ def _turned(problem: Problem, blocks: Blocks) -> list[tuple[Block, tuple[Floats,
 
 def _heated(problem: Problem, blocks: Blocks) -> list[tuple[Floats, Floats, Floats]]:
     """What is left, and the temperature as an angle, its whole range a turn; nothing where it was not recorded."""
-    read = tuple(t for e in problem.exposures if (t := e.motion.temperature) is not None)
-    if len(read) < len(problem.exposures):
-        return []
-    heat = problem.bins.mean(read)
-    span = float(np.ptp(heat))
-    if not span:
+    heat = problem.heat()
+    span = 0.0 if heat is None else float(np.ptp(heat))
+    if heat is None or not span:
         return []
     angle = 2 * np.pi * (heat - heat.min()) / span
     rows = [(slice(block.start, block.stop), np.clip(white, -LOUDEST, LOUDEST)) for block, white in blocks]

@@ -482,8 +482,10 @@ def _lines(
         values, reference = rows.filled(left), rows.filled(channel.values[rows.index] - left)
         for line in lines:
             steps = steps_of_encoder(line, recording.dt, values, reference, problem.encoder)
-            moved = problem.turns and not steps and _of_motion(problem, line, recording.dt, values, reference)
-            moved |= problem.turns and of_poles(problem, line, recording.dt)
+            moved = problem.turns and (
+                (not steps and _of_motion(problem, line, recording.dt, values, reference))
+                or of_poles(problem, line, recording.dt)
+            )
             binned_too = not line.steady and line.frequency < least
             found += [] if moved or binned_too else [replace(line, of_counts=steps)]
     return tuple(found)

@@ -22,7 +22,7 @@ from insenv.identify.fit.evidence import held_out_deviate, joint_deviate, log_ta
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import Model, Problem, Term
 from insenv.identify.prepare.spectral.cycles import each_cycle
-from insenv.identify.prepare.spectral.lines import coherent_power, strongest_tone, within_half_a_count
+from insenv.identify.prepare.spectral.lines import coherent_power, multiple, strongest_tone, within_half_a_count
 from insenv.identify.search.artefacts.folded import folded
 from insenv.identify.search.artefacts.recurrence import (
     comes_and_goes,
@@ -337,8 +337,8 @@ def _of_the_motion(problem: Problem, term: Term) -> bool:
     What follows such a motion, its angle or rate by any curve, has lines there and nowhere else.
     """
     u = problem.bins.mean(tuple(e.u for e in problem.exposures))
-    swings = (_swing(u[run], problem.bins.width) for run in _runs(problem))
-    swung = any(_multiple(term.shape[0], *swing) for swing in swings if swing is not None)
+    swings = (swing for run in _runs(problem) if (swing := _swing(u[run], problem.bins.width)) is not None)
+    swung = any(multiple(term.shape[0], at, HARMONICS, near) for at, near in swings)
     return swung or each_cycle(problem, term.shape[0]) > 0
 
 
@@ -361,11 +361,6 @@ def _swing(u: Floats, width: float) -> tuple[float, float] | None:
         return None
     around = np.arange(max(at - 1, 1), min(at + 2, len(power)))
     return float(power[around] @ around / power[around].sum()) / (len(u) * width), 1 / (len(u) * width)
-
-
-def _multiple(frequency: float, swing: float, resolution: float) -> bool:
-    order = round(frequency / swing)
-    return 1 <= order <= HARMONICS and abs(frequency - order * swing) <= resolution
 
 
 def _span(problem: Problem) -> float:

@@ -18,6 +18,7 @@ from scipy.signal import correlate
 
 from insenv.core.recording import Floats
 from insenv.identify.fit.problem import Problem
+from insenv.identify.prepare.spectral.lines import multiple
 
 #: Correlation from which on a motion is itself again, as often as is asked, and that it must have lost before; fewest
 #: periods. Moves of other angles on one beat have 0.7.
@@ -29,11 +30,7 @@ MOST, WITHIN = 12, 0.5
 def each_cycle(problem: Problem, frequency: float) -> int:
     """Times in a period of the motion that a line at ``frequency`` [Hz] comes; 0 where it does not go with it."""
     found: tuple[tuple[float, float], ...] = problem.remember("cycles", lambda: tuple(_cycles(problem)))
-    for seconds, span in found:
-        cycles = frequency * seconds
-        if 1 <= round(cycles) <= MOST and abs(cycles - round(cycles)) * span <= WITHIN * seconds:
-            return round(cycles)
-    return 0
+    return next((k for seconds, span in found if (k := multiple(frequency, 1 / seconds, MOST, WITHIN / span))), 0)
 
 
 def _cycles(problem: Problem) -> Iterator[tuple[float, float]]:

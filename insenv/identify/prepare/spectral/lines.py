@@ -205,6 +205,12 @@ def find_lines(t: Floats, dt: float, values: Floats, quantum: float, run: int, l
     return tuple(sorted(lines, key=lambda line: -line.amplitude))
 
 
+def multiple(frequency: float, base: float, most: int, near: float) -> int:
+    """Which multiple of a ``base`` a frequency is, as nearly as ``near`` (all [Hz]); 0 of none up to the ``most``."""
+    order = round(frequency / base)
+    return order if 1 <= order <= most and abs(frequency - order * base) <= near else 0
+
+
 def within_half_a_count(amplitude: float, frequency: float, count: float) -> bool:
     """Whether the angle of a line stays within half a ``count`` of the readings [rad]: their counter's own pattern.
 

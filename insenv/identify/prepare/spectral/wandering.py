@@ -32,6 +32,7 @@ from insenv.identify.prepare.spectral.lines import (
     Line,
     has_line,
     line_at,
+    multiple,
     of_reference,
     periodogram,
     steps_of_encoder,
@@ -181,10 +182,10 @@ def moves_there(problem: Problem, fit: Fit, frequency: float) -> bool:
 
 def heated_there(problem: Problem, frequency: float) -> bool:
     """Whether the temperature changes in a line at ``frequency`` [Hz] in each run, as a room or a chamber does."""
-    read = tuple(t for e in problem.exposures if (t := e.motion.temperature) is not None)
-    if len(read) < len(problem.exposures):
+    heat = problem.heat()
+    if heat is None:
         return False
-    change = np.gradient(problem.bins.mean(read))
+    change = np.gradient(heat)
     return _has_line(problem, ((b, change[b.start : b.stop]) for b in _stretches(problem, True)), frequency)
 
 
@@ -241,11 +242,7 @@ def each_turn(problem: Problem, frequency: float) -> bool:
 
     There a wave of its angle whose amplitude changes, as with the temperature, is a line whose phase does not hold.
     """
-    for span, turn in _steady_turns(problem):
-        order = round(frequency / turn)
-        if 1 <= order <= ORDERS and abs(frequency - order * turn) <= WITHIN / span:
-            return True
-    return False
+    return any(multiple(frequency, turn, ORDERS, WITHIN / span) for span, turn in _steady_turns(problem))
 
 
 def of_poles(problem: Problem, line: Line, dt: float) -> bool:
@@ -255,10 +252,8 @@ def of_poles(problem: Problem, line: Line, dt: float) -> bool:
     """
     for span, turn in _steady_turns(problem):
         near = max(SURE * line.frequency_sd, EXACTLY / span)
-        for frequency in (line.frequency, 1 / dt - line.frequency):
-            order = round(frequency / turn)
-            if 1 <= order <= POLES and abs(frequency - order * turn) <= near:
-                return True
+        if any(multiple(f, turn, POLES, near) for f in (line.frequency, 1 / dt - line.frequency)):
+            return True
     return False
 
 
