@@ -203,6 +203,9 @@ def _of_term(fit: Fit, term: object, axis: int, unit: str) -> list[Estimate]:
         for coefficient, value, width in zip(term.coefficients, values, sd, strict=True)
         for place in named(term, coefficient, unit)
         if place.axis == axis
+    ] + [
+        Estimate(term.effect.key, param.name, value, width, param.unit)
+        for param, value, width in zip(term.effect.shapes, term.shape, term.shape_sd, strict=True)
     ]
 
 

@@ -18,9 +18,11 @@ import numpy as np
 
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats
-from insenv.effects.base import OUTPUT, Effect, LinearEffect
+from insenv.effects.base import OUTPUT, CurveEffect, Effect, LinearEffect
 
 AXES = "xyz"
+#: Half of what counts as an instant [s]: less than any turn between rests takes.
+INSTANT = 1e-3
 
 
 @dataclass(frozen=True)
@@ -35,10 +37,23 @@ class Coefficient:
 
 @dataclass(frozen=True)
 class TriadTerm:
-    """An effect on all three axes and its coefficients."""
+    """An effect on all three axes and its coefficients.
 
-    effect: LinearEffect
+    Attributes
+    ----------
+    effect : LinearEffect or CurveEffect
+    coefficients : tuple of Coefficient
+    shape, shape_sd : tuple of float
+        Of a curve of time its shapes, which no fit changes, and how well each is known.
+    looks : int
+        Forms of the effect among which this one was chosen.
+    """
+
+    effect: LinearEffect | CurveEffect
     coefficients: tuple[Coefficient, ...]
+    shape: tuple[float, ...] = ()
+    shape_sd: tuple[float, ...] = ()
+    looks: int = 1
 
     @property
     def size(self) -> int:
@@ -55,14 +70,17 @@ class TriadTerm:
         return replace(self, coefficients=tuple(self.coefficients[j] for j in kept))
 
 
-def triad_term(effect: Effect) -> TriadTerm:
+def triad_term(
+    effect: Effect, shape: tuple[float, ...] = (), shape_sd: tuple[float, ...] = (), looks: int = 1
+) -> TriadTerm:
     """The effect on three axes: coefficients of each axis its own, or tied where the effect says how."""
-    assert isinstance(effect, LinearEffect)
+    assert isinstance(effect, LinearEffect) or (isinstance(effect, CurveEffect) and len(shape) == len(effect.shapes))
     symmetry = getattr(effect, "symmetry", None)
     if symmetry is None:
         others = "cross_rate" in effect.needs  # what an axis sees of itself is a scale factor
         places = [(axis, k) for axis in range(3) for k in range(len(effect.linear)) if not (others and axis == k)]
-        return TriadTerm(effect, tuple(Coefficient(((axis, k, 1.0),)) for axis, k in places))
+        own = tuple(Coefficient(((axis, k, 1.0),)) for axis, k in places)
+        return TriadTerm(effect, own, shape, shape_sd, looks)
     pairs = ((0, 1), (0, 2), (1, 2))
     return TriadTerm(effect, tuple(Coefficient(((i, j, 1.0), (j, i, float(symmetry)))) for i, j in pairs))
 
@@ -142,6 +160,8 @@ class Linear:
 
 def _derivatives(term: TriadTerm, around: Surroundings) -> tuple[Floats, Floats]:
     """Of one term: shapes (k, 3, 3) and (k, n, 3)."""
+    if isinstance(term.effect, CurveEffect):
+        return _derivatives_of_curve(term, term.effect, around)
     n = len(around.time)
     none = np.zeros((n, 3))
     # Three readings of unit inputs, at the time and the temperature of the first: only their difference to none counts.
@@ -162,6 +182,21 @@ def _derivatives(term: TriadTerm, around: Surroundings) -> tuple[Floats, Floats]
                     gain[j, axis] += factor * ones[:, index]
                     offset[j, :, axis] += factor * at_rest[:, index]
     return gain, offset
+
+
+def _derivatives_of_curve(term: TriadTerm, effect: CurveEffect, around: Surroundings) -> tuple[Floats, Floats]:
+    """Of a curve of time: it is asked at each reading by itself, for between readings it may bend."""
+    at = [effect.profile(np.zeros(1), _instant(float(t)), np.array(term.shape))[0] for t in around.time]
+    offset = np.zeros((term.size, len(at), 3))
+    for j, coefficient in enumerate(term.coefficients):
+        for axis, index, factor in coefficient.shares:
+            offset[j, :, axis] += factor * np.array(at)[:, index]
+    return np.zeros((term.size, 3, 3)), offset
+
+
+def _instant(t: float) -> Motion:
+    """No motion, about one time [s]."""
+    return Motion(t=np.array([t - INSTANT, t + INSTANT]), rate=np.zeros(1))
 
 
 @dataclass(frozen=True)

@@ -47,7 +47,8 @@ def offered(part: Part) -> tuple[tuple[Any, Switch], ...]:
     others += [Switch(r.effect, "refused") for r in sorted(outcome.rejected, key=lambda r: r.p_value)]
     units = int((part.problem.fitted | part.problem.held_out).sum())
     for switch in others:
-        full = len(rows) >= MOST or units * 2 ** (len(rows) + 1) > MOST_VALUES
+        # Of a curve that was refused nobody kept its shape.
+        full = len(rows) >= MOST or units * 2 ** (len(rows) + 1) > MOST_VALUES or by_key(switch.effect).shapes
         if not full and switch.effect not in {one.effect for _, one in rows}:
             rows.append((_term(part, switch.effect), switch))
     return tuple(rows)

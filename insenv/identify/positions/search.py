@@ -100,7 +100,7 @@ def search(  # noqa: PLR0913 -- of three callers each names what it has
     """
     before = solve(problem, declared)
     testable, blind = _testable(problem, before, tried)
-    looks = max(len(testable), 1)
+    looks = max(sum(getattr(term, "looks", 1) for term in testable), 1)
     now, steps = before, list[Step]()
     refused: dict[str, Rejected] = {}
     alone: dict[str, Rejected] = {}

@@ -21,7 +21,7 @@ from insenv.core.recording import Floats, Recording
 from insenv.core.units import STANDARD_GRAVITY
 from insenv.data.manifest import Manifest
 from insenv.effects.base import Effect
-from insenv.effects.bias import Bias, BiasDrift
+from insenv.effects.bias import Bias, BiasDrift, BiasStep
 from insenv.effects.catalogue import by_key
 from insenv.effects.cross import CrossAxis, GSensitivity
 from insenv.effects.noise import RateRandomWalk
@@ -36,6 +36,7 @@ from insenv.identify.positions.checks.creep import creeping
 from insenv.identify.positions.evidence import evidence, held_out_errors, held_out_scatter
 from insenv.identify.positions.factor import common_factor, factor_of, other_axes, unaccounted
 from insenv.identify.positions.gyro import Rotations, rotations, with_noise
+from insenv.identify.positions.jump import likeliest_jump
 from insenv.identify.positions.known import (
     KnownAttitudes,
     as_level_as_read,
@@ -235,14 +236,14 @@ def _accelerometers(
     if isinstance(problem, KnownAttitudes) or found.in_parts:
         steady = as_told(problem, terms, steady)
     parted = tuple(term for term in steady if term.size < triad_term(term.effect).size)
-    more = [*steady, *walks]
+    more = [*steady, *walks, *_jump(problem, [*terms, *steady, *walks], found, keys if targets else None)]
     if found.in_parts and not isinstance(problem, KnownAttitudes):
         room = len({rest.number for rest in rests}) - declared_size
         more, few = _determined(more, room)
         blind += few
     noisy, doubts = _walks(manifest, problem, [*terms, *more], found)
-    # Where the rests tell a walk, they tell a drift.
-    slow = [] if noisy is not None else [term for term in more if term.effect.id in SLOW]
+    # Where the rests tell a walk, they tell a drift or a jump.
+    slow = [] if noisy is not None else [term for term in more if term.effect.id in (*SLOW, BiasStep.id)]
     blind += tuple(
         NotTestable(t.effect.key, ("more positions",), "so few rests do not tell it from noise") for t in slow
     )
@@ -256,6 +257,16 @@ def _accelerometers(
     if not isinstance(problem, KnownAttitudes):
         reasons = _with_what_is_left(manifest, problem, outcome, recordings, found, more, alpha, reasons)
     return Part(problem, outcome, reasons, parted), left_out, known
+
+
+def _jump(
+    problem: Magnitudes, terms: Sequence[TriadTerm], found: Rests, keys: tuple[str, ...] | None
+) -> tuple[TriadTerm, ...]:
+    """A step of the biases where rests of one run may tell it and it is to be tried."""
+    if found.in_parts or found.rests[0].run != found.rests[-1].run or not (keys is None or BiasStep.id in keys):
+        return ()
+    jump = likeliest_jump(problem, terms)
+    return () if jump is None else (jump,)
 
 
 def _by_pace(terms: Sequence[TriadTerm]) -> tuple[list[TriadTerm], list[TriadTerm]]:
@@ -278,7 +289,7 @@ def _with_what_is_left(  # noqa: PLR0913 -- what is left of a fit is judged by a
     # Parts are no attitudes, and of a unit that moved no rest tells a bend.
     untold = found.in_parts or held_out_errors(problem, outcome.after)[0] > NO_REST
     said = reasons if untold else (*reasons, *bent(problem, outcome.after, alpha, _by_pace(more)[0]))
-    changes = any(term.effect.of_time or "temperature" in term.effect.needs for term in outcome.after.terms)
+    changes = any(term.effect.id in SLOW for term in outcome.after.terms)
     said = said if changes else (*said, *creeping(recordings, found.rests))
     scarce = any(n.effect == AccelScaleFactor.id and n.needs in UNTOLD for n in outcome.not_testable)
     number = np.array([rest.number for rest in found.rests])
