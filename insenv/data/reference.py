@@ -58,7 +58,7 @@ def with_reference(recording: Recording) -> Recording:
     over = channel.covers == "interval"
     doubtful = _doubtful(recording, encoder)
     table = trajectory(recording.t - channel.delay, recording.dt, channel.values, TABLE[encoder], over, doubtful)
-    if table is not None and not table.still and _is_motion(recording, encoder, table):
+    if table is not None and _is_motion(recording, encoder, table):
         table = None
     return replace(recording, table=table)
 

@@ -69,6 +69,8 @@ class Param:
         Least credible value: ``-bound`` unless the parameter cannot be negative.
     least : float
         Least credible magnitude where the effect is there at all: a share of which less than half is something else.
+    rows : float
+        Sampling periods that are credible whatever ``bound`` says: what is read once a second may be seconds late.
     """
 
     name: str
@@ -79,6 +81,7 @@ class Param:
     per_run: bool = False
     low: float = -np.inf
     least: float = 0.0
+    rows: float = 0.0
 
     def unit_on(self, measured: str) -> str:
         """Unit where ``measured`` is that of what is measured."""

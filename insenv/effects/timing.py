@@ -57,7 +57,7 @@ class TimingSkew(LinearEffect):
     id = "timing_skew"
     title = "timing skew"
     meaning = "gyro and reference are not sampled at the same time"
-    linear = (Param("c", "s", sd=0.01, bound=1.0),)
+    linear = (Param("c", "s", sd=0.01, bound=1.0, rows=20.0),)
     needs = ("rate_edges",)
     source = "First-order Taylor expansion of u(t - c)"
     exact = True

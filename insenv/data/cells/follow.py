@@ -26,6 +26,7 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from insenv.core.recording import Floats
@@ -36,6 +37,8 @@ GAMMA = 4.0
 FOLLOWED = 0.5
 #: Share of the square sum of what was left out that an instrument may miss of a motion.
 UNREAD = 0.1
+#: Rows beside each other that undo a filter, and fewest rows for each.
+TAPS, EACH = 7, 100
 #: Width of a window up to which a sample stands at a corner of the motion, and what jitter makes at most there, in its
 #: standard deviations.
 NARROW, LARGEST = 5, 2.5
@@ -82,10 +85,22 @@ def followed(rate: Floats, reading: Floats, known: NDArray[np.bool_], of: Litera
 
 
 def follows(change: Floats, smooth: Floats, reading: Floats, known: NDArray[np.bool_]) -> bool:
-    """Whether an instrument reads nearly all that a smooth motion leaves out of a table's, shape (n,) each."""
-    left = (change - smooth)[known]
-    unread = left - (_alongside(change, reading, known) - smooth)[known]
-    return bool(float(unread @ unread) < UNREAD * float(left @ left))
+    """Whether an instrument reads nearly all that a smooth motion leaves out of a table's, shape (n,) each.
+
+    By itself, or behind a filter: what that makes of the motion a few rows beside each other undo.
+    """
+    left, read = change - smooth, _alongside(change, reading, known) - smooth
+    allowed = UNREAD * float(left[known] @ left[known])
+    unread = (left - read)[known]
+    if float(unread @ unread) < allowed:
+        return True
+    if len(left) < EACH * TAPS:
+        return False
+    ends = slice(TAPS // 2, len(left) - TAPS // 2)
+    beside, rows = sliding_window_view(read, TAPS)[known[ends]], left[ends][known[ends]]
+    beside, rows = beside - beside.mean(axis=0), rows - rows.mean()
+    unread = rows - beside @ np.linalg.lstsq(beside, rows, rcond=1e-9)[0]
+    return bool(float(unread @ unread) < UNREAD * float(rows @ rows))
 
 
 def _alongside(rate: Floats, reading: Floats, known: NDArray[np.bool_]) -> Floats:

@@ -52,6 +52,8 @@ SHREDDED = 0.1
 LIVELY = 0.1
 #: Fewest rows that tell a gain, longest lag [s], and rows of a run that are looked at.
 FEWEST, LONGEST, MOST_ROWS = 64, 0.5, 40_000
+#: Rows by which a lag is always looked for: what is read once a second may be seconds late.
+ROWS = 10
 #: Longest lag of two clocks that were never set by each other [s], the correlation, squared, from which on the reading
 #: follows the input, and by how much it must be larger there.
 FARTHEST, FOLLOWS, FAR_BETTER = 2.0, 0.25, 4.0
@@ -431,9 +433,10 @@ def _coarse(one: Stretch) -> float:
     peaks as good as the best the one nearest to no lag is taken. Two clocks may be further apart than any one is late:
     where next to nothing is alike within `LONGEST`, lags up to `FARTHEST` are asked, and one counts that is.
     """
-    lag, alike = _most_alike(one, LONGEST)
+    longest = max(LONGEST, ROWS * one.exposure.motion.dt)
+    lag, alike = _most_alike(one, longest)
     if alike < FOLLOWS:
-        far, then = _most_alike(one, FARTHEST)
+        far, then = _most_alike(one, max(FARTHEST, longest))
         if then > max(FOLLOWS, FAR_BETTER * alike):
             return far
     return lag

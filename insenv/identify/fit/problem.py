@@ -290,7 +290,7 @@ class Problem:
             scale = max(float(np.abs(e.u).max()) for e in self.exposures)
         if param.per_run:
             scale /= max(float(np.ptp(e.motion.t)) for e in self.exposures)
-        bound = param.bound * scale
+        bound = max(param.bound * scale, param.rows * max(e.motion.dt for e in self.exposures))
         return max(param.low * scale, -bound), bound
 
     def _prior_scale(self, param: Param) -> float:

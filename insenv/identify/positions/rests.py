@@ -30,7 +30,6 @@ from insenv.data.manifest import Manifest
 from insenv.data.split import split
 from insenv.identify.positions.stillness import (
     WINDOW,
-    WINDOW_ROWS,
     quiet_levels,
     scatter,
     sizes,
@@ -51,8 +50,8 @@ MOVING_SHARE = 0.5
 CALM = (2.0, 4.0, 8.0, 16.0)
 #: Rests below which the manifest's silence means that each is held out in turn; from here on it means the last 40 %.
 MANY = 100
-#: Parts of a rest where rests are too few to be held out themselves, and the least length of a part in windows.
-PARTS, SHORTEST_PART = 8, 1
+#: Parts of a rest where rests are too few to be held out themselves, the fewest of a short one, and fewest rows of one.
+PARTS, FEWEST_PARTS, ROWS_OF_PART = 8, 4, 4
 #: Share of rests too short to be cut from which on none is; below it they are fitted as they are.
 MOST_WHOLE = 0.5
 
@@ -134,7 +133,9 @@ def find_rests(manifest: Manifest, recordings: Sequence[Recording], channels: Se
         whole = sum(len(each) == 1 for each in parts)
         if whole < MOST_WHOLE * len(rests) and manifest.held_out.positions is None:
             short = f", but for {whole} too short for that" if whole else ""
-            how = f"each cut into {PARTS} parts, every second one held out{short}"
+            counts = sorted({len(each) for each in parts if len(each) > 1})
+            many = f"{counts[0]} to {counts[-1]}" if len(counts) > 1 else str(counts[0])
+            how = f"each cut into {many} parts, every second one held out{short}"
             cut = tuple(chain.from_iterable(parts))
             return replace(in_turn, rests=cut, remarks=(_counted(recordings, rests, how), *remarks))
         return in_turn
@@ -160,15 +161,23 @@ def _in_turn(manifest: Manifest, rests: Sequence[Rest]) -> bool:
 
 def rows_of_parts(recording: Recording) -> int:
     """Rows from which on a rest is long enough to be cut into parts."""
-    return PARTS * max(WINDOW_ROWS, round(SHORTEST_PART * WINDOW / recording.dt))
+    return FEWEST_PARTS * _rows_of_part(recording)
+
+
+def _rows_of_part(recording: Recording) -> int:
+    """Fewest rows of a part: those of a window, but of slow ones a few tell a scatter too."""
+    return max(ROWS_OF_PART, round(WINDOW / recording.dt))
 
 
 def _parts(recording: Recording, rest: Rest) -> list[Rest]:
     """The rest in parts of equal length, every second one held out; as a whole where it is too short."""
-    length = (rest.stop - rest.start) // PARTS
-    if rest.stop - rest.start < rows_of_parts(recording):
+    rows = rest.stop - rest.start
+    # As many are fitted as are held out.
+    count = min(PARTS, rows // _rows_of_part(recording) // 2 * 2)
+    if count < FEWEST_PARTS:
         return [rest]
-    starts = [rest.start + k * length for k in range(PARTS)]
+    length = rows // count
+    starts = [rest.start + k * length for k in range(count)]
     return [replace(rest, start=a, stop=a + length, held_out=bool(k % 2)) for k, a in enumerate(starts)]
 
 

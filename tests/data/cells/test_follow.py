@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from insenv.core.recording import Floats
 from insenv.data.cells.follow import correlation, followed, follows
@@ -110,3 +111,15 @@ def test_one_rate_tells_no_shift_and_no_ratio() -> None:
     rate, known, reading = np.full(N, 0.5), np.ones(N, bool), np.zeros(N)
     rate[4000], known[4000], reading[4001] = 0.5 + 3.5e-12, False, 1.0
     assert not follows(rate, rate - 1e-3, reading, known)
+
+
+@pytest.mark.parametrize("behind", [0.3, 0.6, 0.8])
+def test_motion_behind_a_filter_of_the_instrument_is_no_jitter(behind: float) -> None:
+    """A body that shakes from row to row, its reading and what a filter of first order leaves of it."""
+    rng = np.random.default_rng(8)
+    change = rng.standard_normal(N)
+    reading = lfilter([1 - behind], [1, -behind], change)
+    known = np.ones(N, bool)
+    assert follows(change, np.zeros(N), reading, known)
+    assert not follows(change, np.zeros(N), lfilter([1 - behind], [1, -behind], rng.standard_normal(N)), known)
+    assert not follows(change, np.zeros(N), reading + 0.5 * rng.standard_normal(N), known)

@@ -35,8 +35,17 @@ from insenv.identify.positions.trace import _uncertain, trace_positions
 # ---------------------------------------------------------------------------------------------------------- few rests
 
 
-@pytest.mark.parametrize(("bench", "one_file"), [(NAVIGATION, True), (NAVIGATION, False), (PHONE, True)])
-def test_the_six_position_test_runs_as_it_is_and_agrees_with_the_textbook(bench: Bench, one_file: bool) -> None:
+#: The telephone read twice a second, for 20 s and for 10 s a face.
+SLOW, SHORT = replace(PHONE, rate=2.0, rest_s=20.0), replace(PHONE, rate=2.0, rest_s=10.0)
+
+
+@pytest.mark.parametrize(
+    ("bench", "one_file", "parts"),
+    [(NAVIGATION, True, 8), (NAVIGATION, False, 8), (PHONE, True, 8), (SLOW, False, 8), (SHORT, False, 4)],
+)
+def test_the_six_position_test_runs_as_it_is_and_agrees_with_the_textbook(
+    bench: Bench, one_file: bool, parts: int
+) -> None:
     """Bias within 0.3 mm/s^2 and scale factor within 30 ppm of twelve parameters by least squares, navigation grade.
 
     The phone lies level within 0.6 deg: the textbook takes the faces for exact, the magnitude of gravity does not.
@@ -44,7 +53,7 @@ def test_the_six_position_test_runs_as_it_is_and_agrees_with_the_textbook(bench:
     runs = faces(bench, 1, one_file)
     model = replace(manifest(ACCELS, CALIBRATED, HeldOut()), runs=(None,) * len(runs))  # type: ignore[arg-type]
     found = trace_positions(model, runs)
-    assert found.remarks[0].startswith("6 rests") and "each cut into 8 parts" in found.remarks[0]
+    assert found.remarks[0].startswith("6 rests") and f"each cut into {parts} parts" in found.remarks[0]
     assert names(found.accel.outcome) == [] and found.accel.reasons == ()
     fit = found.accel.outcome.after
     truth = {"accel_bias": bench.bias, "accel_scale_factor": tuple(np.diag(bench.matrix))}
