@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from sequential import Shares
 
 from insenv.close import close
 from insenv.core.errors import InputError
@@ -62,15 +63,14 @@ def closed(folder: Path, rates: Floats, law: Law | None, rng: np.random.Generato
 
 
 def test_a_law_of_the_rate_is_named_in_whatever_order_the_rates_were_set(tmp_path: Path) -> None:
-    """If 97 of 100 are, 28 and more of 32 are in all but 6 of ten thousand such sets."""
+    """If 97 of 100 are, 13 and more of 16 are in all but one of a thousand such sets; half of them are in one of 90."""
     named = 0
     for kind in ("there and back", "by size", "thrice", "drawn"):
         for name, law in LAWS.items():
-            for seed in (1, 2):
-                rng = np.random.default_rng([sum(map(ord, kind)), seed])
-                (target,) = closed(tmp_path, in_order(kind, 21, rng), law, rng).targets
-                named += name in {key.split(":")[0] for a in target.added for key in (a.effect, *a.confounded_with)}
-    assert named >= 28
+            rng = np.random.default_rng([sum(map(ord, kind)), 1])
+            (target,) = closed(tmp_path, in_order(kind, 21, rng), law, rng).targets
+            named += name in {key.split(":")[0] for a in target.added for key in (a.effect, *a.confounded_with)}
+    assert named >= 13
 
 
 @pytest.mark.parametrize("name", ["scale_factor_cubic", "scale_factor_knee"])
@@ -85,13 +85,14 @@ def test_eleven_rates_from_least_to_greatest_are_enough(tmp_path: Path, name: st
 
 
 def test_points_without_a_fault_name_nothing(tmp_path: Path) -> None:
-    """At a level of 1 % two of 30 or fewer are false in all but 3 in a thousand such sets."""
-    named = 0
-    for seed in range(30):
+    """A law where there is none has a probability of 1 %: refused with 3e-3, one in five lists accepted with 0.04."""
+
+    def named(seed: int) -> bool:
         rng = np.random.default_rng([3, seed])
         rates = in_order(("up", "by size", "drawn")[seed % 3], 21, rng)
-        named += bool(closed(tmp_path, rates, None, rng).targets[0].added)
-    assert named <= 2
+        return bool(closed(tmp_path, rates, None, rng).targets[0].added)
+
+    assert Shares(good=0.01, bad=0.2, alarm=3e-3, miss=0.04).accept(map(named, range(60)))
 
 
 def test_readings_of_an_encoder_are_no_points(tmp_path: Path) -> None:
