@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from sequential import Shares
 
 from insenv.close import close
 from insenv.core.errors import InputError
@@ -102,11 +103,9 @@ def heated(folder: Path, kind: str, count: int, law: int, seed: int) -> TargetFi
 
 
 def test_a_bend_over_temperature_is_named_in_whatever_order_the_chamber_went(tmp_path: Path) -> None:
-    """If 97 of 100 are, 22 and more of 24 are in all but 3 in a hundred such sets."""
-    cases = [
-        (k, n, law, s) for k in ("up", "there and back", "drawn") for n in (12, 21) for law in (2, 3) for s in (1, 2)
-    ]
-    assert sum("bias_temperature" in keys(heated(tmp_path, *case)) for case in cases) >= 22
+    """If 97 of 100 are, 10 and more of 12 are in all but 5 in a thousand such sets; half of them are in one of 50."""
+    cases = [(k, n, law, 1) for k in ("up", "there and back", "drawn") for n in (12, 21) for law in (2, 3)]
+    assert sum("bias_temperature" in keys(heated(tmp_path, *case)) for case in cases) >= 10
 
 
 def test_rows_without_a_time_have_no_duration(tmp_path: Path) -> None:
@@ -118,9 +117,10 @@ def test_rows_without_a_time_have_no_duration(tmp_path: Path) -> None:
 
 
 def test_temperatures_without_a_fault_name_nothing(tmp_path: Path) -> None:
-    """At a level of 1 % two of 24 or fewer are false in all but 2 in a thousand such sets."""
-    cases = [(kind, count, 0, s) for kind in ("up", "there and back", "drawn") for count in (12, 21) for s in range(4)]
-    assert sum(bool(heated(tmp_path, *case).added) for case in cases) <= 2
+    """A law where there is none has a probability of 1 %: refused with 2e-3, one in five lists accepted with 0.1."""
+    cases = [(kind, count, 0, s) for s in range(8) for kind in ("up", "there and back", "drawn") for count in (12, 21)]
+    false = Shares(good=0.01, bad=0.2, alarm=2e-3, miss=0.1)
+    assert false.accept(bool(heated(tmp_path, *case).added) for case in cases)
 
 
 def test_nothing_is_told_of_how_a_temperature_came_about(tmp_path: Path) -> None:

@@ -45,10 +45,11 @@ def told(story: ModuleType) -> Callable[[str, int], Any]:
 
 
 #: Slowest rates [deg/s] that a case does without: a turn of each takes two thirds of a power-up, four fifths with the
-#: third, and they tell what goes with the table's angle alone.
+#: third, and they tell what goes with the table's angle alone; of that the others tell enough.
 SLOWEST = {
-    "anomaly": (0.5, 0.8, 1.0),
-    **dict.fromkeys(("none", "asymmetry", "warm-up", "scale-warm-up"), (0.5, 0.8)),
+    **dict.fromkeys(("anomaly", "none", "ripple"), (0.5, 0.8, 1.0)),
+    **dict.fromkeys(("asymmetry", "warm-up", "scale-warm-up"), (0.5, 0.8)),
+    "magnetic": (0.5,),
 }
 
 
