@@ -19,6 +19,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -292,13 +293,16 @@ def _scored(
     power = np.where(bound, _NONE, power)
     at = _profile(pooled, power, prior)
     value = at.loglik(pooled, prior, restricted)
+    shapes = pooled.shapes[:, free]
     for _ in range(passes):
         freedom = _freedom(pooled, at, restricted)
-        root = np.sqrt(freedom) * at.weight
-        rows = pooled.shapes[:, free] * root[:, None]
+        root = np.sqrt(freedom)
+        root *= at.weight
+        rows = shapes * root[:, None]
         column = np.sqrt(np.add.reduce(rows * rows, axis=0))
+        rows /= column
         target = np.zeros(len(power))
-        target[free] = nnls(rows / column, at.energy / freedom * root)[0] / column
+        target[free] = nnls(rows, at.energy / freedom * root)[0] / column
         for _ in range(6):
             tried = np.maximum(target, np.maximum(1e-12 * power, _NONE))
             new = _profile(pooled, tried, prior)
@@ -337,8 +341,11 @@ def _scale(pooled: Pooled) -> Floats:
     return np.maximum((share * energy[:, None]).sum(0) / (share * pooled.shapes * pooled.count[:, None]).sum(0), 1e-60)
 
 
-@dataclass(frozen=True)
-class _Profile:
+#: Of no regressors, and their factor.
+_NO_COEFFICIENTS = np.zeros(0), np.zeros((0, 0))
+
+
+class _Profile(NamedTuple):
     """Coefficients at their best for a noise.
 
     Variances of the groups and their inverses, energy left in each, coefficients, Cholesky factor of their information.
@@ -365,19 +372,21 @@ class _Profile:
 def _profile(pooled: Pooled, power: Floats, prior: Floats) -> _Profile:
     s = pooled.shapes.dot(power)
     weight = 1 / s
-    a = pooled.weighted(weight)
-    axx = a[1:, 1:].copy()
-    diagonal = axx.reshape(-1)[:: len(axx) + 1]
+    products = weight.dot(pooled.flat)
+    c = len(prior) + 1
+    diagonal = products[c + 1 :: c + 1]
     diagonal += prior
     diagonal *= 1 + _RIDGE
-    beta, factor = np.zeros(0), axx
-    if len(prior):
+    beta, factor = _NO_COEFFICIENTS
+    r = np.empty(c)
+    r[0] = 1.0
+    if c > 1:
+        a = products.reshape(c, c)
         # As scipy.linalg.cho_factor and cho_solve, whose checks of batches cost more than the matrix itself.
-        factor, beta, indefinite = dposv(axx, a[1:, 0])
+        factor, beta, indefinite = dposv(a[1:, 1:], a[1:, 0])
         if indefinite:
             raise np.linalg.LinAlgError("the regressors' information is not positive definite")
-    r = np.empty(len(beta) + 1)
-    r[0], r[1:] = 1.0, -beta
+        np.negative(beta, out=r[1:])
     return _Profile(s, weight, pooled.energy(r), beta, factor)
 
 
