@@ -133,11 +133,6 @@ def test_the_command_waits_for_nothing_that_it_does_not_need() -> None:
     assert python(program).strip() == "[]"
 
 
-def test_the_loop_waits_for_no_library_that_takes_as_long_to_load_as_it_does() -> None:
-    program = "import sys, insenv.close\nprint([m for m in ('scipy.signal', 'scipy.stats') if m in sys.modules])"
-    assert python(program).strip() == "[]"
-
-
 @pytest.mark.parametrize("first", ["insenv", "gymnasium"])
 def test_the_environments_are_registered_whichever_is_imported_first(first: str) -> None:
     other = {"insenv": "gymnasium", "gymnasium": "insenv"}[first]

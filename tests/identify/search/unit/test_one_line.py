@@ -29,7 +29,8 @@ def written(folder: Path, read: np.ndarray) -> dict[str, TargetFindings]:
     head = ['data = "bench.npz"', "[channels]", f'time = {{ rate = "{1 / DT:g} Hz" }}']
     tail = ["[model]", f"target = {json.dumps(AXES)}", 'declared = ["bias"]']
     (folder / "bench.toml").write_text("\n".join([*head, *channels, *tail]) + "\n", encoding="utf-8")
-    return {target.target: target for target in close(folder / "bench.toml").targets}
+    # Lines alone are looked for: what else may be there has no part in what an axis learns of another.
+    return {target.target: target for target in close(folder / "bench.toml", effects=("tone",)).targets}
 
 
 def has_line(found: TargetFindings) -> bool:
