@@ -60,11 +60,12 @@ from insenv.identify.fit.uncertainty import SCALE, covariance, estimates, noise_
 from insenv.identify.loop import Outcome
 from insenv.identify.next.experiment import Unsettled, next_experiments
 from insenv.identify.prepare.declared import without_north
-from insenv.identify.prepare.excess import Structure, structure
+from insenv.identify.prepare.excess import LOUD, MOVING, Structure, structure
 from insenv.identify.prepare.gain import as_declared, undeclared_gain
 from insenv.identify.prepare.samples import humps
 from insenv.identify.prepare.spectral.line_effects import hold_effect, line_effects, rounding_effect, saturation_effect
 from insenv.identify.prepare.spectral.lines import Line
+from insenv.identify.prepare.unsteady.told import unsteady
 from insenv.identify.prepare.vibration import went_away
 from insenv.identify.prepare.wide_noise import too_wide
 from insenv.identify.search.artefacts.rounded import log_p_unrounded
@@ -237,7 +238,7 @@ def _target(
     plain, problem = as_declared(track.prepared.plain, track.prepared.model), track.problem
     before = solve(plain, track.prepared.model)
     declared_noise = dict(manifest.noise.get(problem.target, {}))
-    left = structure(problem, track.fit, declared_noise, alpha)
+    left = _with_rows(track, structure(problem, track.fit, declared_noise, alpha))
     lost = systematic.sentences(recordings, problem.target, track.prepared.rejected)
     kept = _kept(track, recordings) if not declared_noise else ()
     scores = held_out_score(plain, before), held_out_score(problem, track.fit)
@@ -292,6 +293,14 @@ def _target(
         switchable=Lazy(partial(switchable, track)),
         samples=Lazy(track.prepared.samples),
     )
+
+
+def _with_rows(track: Track, left: Structure) -> Structure:
+    """What speaks against noise in the means and in the rows, which tell when it is loud, and where a line moves."""
+    problem = track.problem
+    rows = unsteady(track.prepared.left(problem, track.fit.named), problem.bins.width)
+    once = (text for text in left.reasons if not rows or not text.startswith((LOUD, MOVING)))
+    return replace(left, reasons=(*once, *rows))
 
 
 def _kept(track: Track, recordings: tuple[Recording, ...]) -> tuple[str, ...]:

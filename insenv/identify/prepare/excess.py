@@ -62,11 +62,12 @@ TRIALS = 8
 NARROWEST, BANDS = 4, 8
 
 
-#: What three of the tests say, of which two a wave of the table's angle may explain, and the probability from which on
-#: its order is told.
+#: What four of the tests say, of which a wave of the table's angle may explain two, and from which probability on its
+#: order is told.
 OF_ANGLE = "the residual follows the table's angle in a way that no effect foresees"
 OF_TEMPERATURE = "the residual follows the temperature in a way that no effect foresees"
 MOVING = "the residual has a line whose frequency moves, which no effect has"
+LOUD = "the residual is louder at some times than at others"
 TOLD = 1e-6
 
 
@@ -139,7 +140,7 @@ def _tests(problem: Problem, fit: Fit, declared: dict[str, float]) -> dict[str, 
             "the residual's spectrum has a hump or line that the noise model cannot follow",
             _shape_p(problem, q, residual),
         ),
-        ("the residual is louder at some times than at others", _loudness_p(everywhere)),
+        (LOUD, _loudness_p(everywhere)),
         ("slow noise is louder where the table turns faster, which no noise term is", _fast_p(whole, everywhere)),
         (
             "what is left repeats at each change of the motion, as what rings or settles does",

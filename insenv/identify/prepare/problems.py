@@ -7,15 +7,12 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from insenv.core.errors import InputError
 from insenv.core.lazy import unanswered
 from insenv.core.recording import Channel, Floats, Recording, Response
-from insenv.data.exposure import expose, has_table
 from insenv.data.manifest.spec import Manifest
 from insenv.data.split import RowUse
-from insenv.effects.timing import TimingSkew
 from insenv.identify.clean.bursts import without_bursts
 from insenv.identify.clean.corners import cornering
 from insenv.identify.clean.doubtful import (
@@ -37,11 +34,12 @@ from insenv.identify.clean.response import responding, with_held
 from insenv.identify.clean.triads import turns_left_out, without_turns
 from insenv.identify.findings import RejectedRows, SampleSpectrum
 from insenv.identify.fit.gls import solve
-from insenv.identify.fit.problem import Model, Problem, regressors
+from insenv.identify.fit.problem import Model, Problem
 from insenv.identify.prepare.binned import binned, enough
 from insenv.identify.prepare.bounded import bounded, of_points
 from insenv.identify.prepare.declared import declared_model
 from insenv.identify.prepare.means import LEFT, ToldByMeans, by_means, of_known_errors, of_unknown_errors
+from insenv.identify.prepare.rows_left import rows_left, sample_residual
 from insenv.identify.prepare.samples import sample_spectrum
 from insenv.identify.prepare.spectral.coherence import follows
 from insenv.identify.prepare.spectral.lines import (
@@ -55,6 +53,7 @@ from insenv.identify.prepare.spectral.lines import (
 )
 from insenv.identify.prepare.spectral.lost_rows import lines_of_rows, longest, rows_of
 from insenv.identify.prepare.spectral.wandering import of_poles
+from insenv.identify.prepare.unsteady.spectrogram import RowsLeft
 from insenv.identify.prepare.widths import rows_of_motion, rows_per_bin, whole_holds, whole_rows
 
 #: Cycles of the slowest rejected line in a bin.
@@ -100,6 +99,8 @@ class Prepared:
     gains, skews : tuple of (float, float, float)
         Length of means [s], gain of the reading on a reference with errors by them, and its deviation, shortest first;
         the same of the skew [s].
+    left : callable
+        What a model leaves of the rows of each run.
     """
 
     plain: Problem
@@ -113,6 +114,7 @@ class Prepared:
     fast: Callable[[float], tuple[Line, ...]] = field(default=unanswered, repr=False, compare=False)
     gains: tuple[tuple[float, float, float], ...] = ()
     skews: tuple[tuple[float, float, float], ...] = ()
+    left: Callable[[Problem, Model], tuple[RowsLeft, ...]] = field(default=unanswered, repr=False, compare=False)
 
 
 def prepare(
@@ -146,11 +148,12 @@ def prepare(
     plain = _clipping(manifest, ready.clean, ready.uses, target, rows, plain)
     plain, problem = (of_points(bounded(one, model)) for one in (plain, problem))
     samples = partial(_samples, ready.recordings, ready.uses, plain, model, lines)
+    left = partial(rows_left, ready.recordings, ready.uses, lines=seen)
     fast = partial(_confirmed, *own) if tones else unanswered
     dt, rails = recordings[0].dt, ready.clean.rails
     gains, skews = (tuple((n * dt, c, sd) for n, c, sd in each) for each in (ready.means.gains, ready.means.skews))
     told = (*lines, *_slight(seen, lines, *own))
-    return Prepared(plain, problem, model, told, ready.held, ready.rejected, rails, samples, fast, gains, skews)
+    return Prepared(plain, problem, model, told, ready.held, ready.rejected, rails, samples, fast, gains, skews, left)
 
 
 @dataclass(frozen=True)
@@ -474,7 +477,7 @@ def _lines(
         rows = rows_of(recording, use.fit)
         t, channel = (recording.t - recording.t[0])[rows.index], recording.channels[problem.target]
         step = (channel.step or quantum(channel.values[rows.index])) * recording.dt
-        left = _sample_residual(recording, rows.index, problem, model)
+        left = sample_residual(recording, rows.index, problem, model)
         lines = lines_of_rows(rows, t, recording.dt, left, step, run, FASTEST / width)
         if lines and problem.turns:
             tame = lines_of_rows(rows, t, recording.dt, tamed(left), step, run, FASTEST / width)
@@ -552,7 +555,7 @@ def _recurs(
     """Whether held-out samples of its run have a line as well."""
     recording = recordings[line.run]
     rows = rows_of(recording, uses[line.run].held_out)
-    return again(line, recording.dt, rows.filled(_sample_residual(recording, rows.index, problem, model)))
+    return again(line, recording.dt, rows.filled(sample_residual(recording, rows.index, problem, model)))
 
 
 def _samples(
@@ -561,7 +564,7 @@ def _samples(
     """Spectrum of the samples of the run with the longest stretch that may be fitted."""
     spans = _spans(recordings, uses)
     run = max(range(len(spans)), key=lambda k: spans[k].stop - spans[k].start)
-    values = _sample_residual(recordings[run], spans[run], problem, model)
+    values = sample_residual(recordings[run], spans[run], problem, model)
     own = tuple(line for line in lines if line.run == run)
     return sample_spectrum(values, recordings[run].dt, own, problem.bins.width)
 
@@ -585,27 +588,3 @@ def _bin_noise(problem: Problem) -> float:
     """Scatter from bin to bin, robust against the lines themselves being in it: of one bin."""
     steps = np.concatenate([np.diff(problem.y[b.start : b.stop]) for b in problem.fitted if b.n > 1])
     return float(np.median(np.abs(steps)) / 0.6745 / np.sqrt(2)) if len(steps) else 0.0
-
-
-def _sample_residual(recording: Recording, rows: slice | NDArray[np.int64], problem: Problem, model: Model) -> Floats:
-    """Samples of some rows minus the reference and what the declared effects explain of them, shape (rows,).
-
-    Commanded motion and a scale factor that is declared are no lines. Bins may have averaged that motion away, so the
-    coefficients are fitted to the samples themselves.
-    """
-    values = recording.channels[problem.target].values[rows]
-    if not has_table(recording):
-        return values
-    reference = problem.exposures[0].motion.reference_temperature
-    exposure = expose(recording, problem.target, reference_temperature=reference)
-    cell = exposure.cell_of_row[rows]
-    inside = cell >= 0
-    bases = [regressors(term.effect, exposure, term.shape)[cell[inside]] for term in model]
-    if exposure.motion.lag:
-        bases.append(regressors(TimingSkew(), exposure, ())[cell[inside]])  # what is late is no line
-    columns = np.column_stack([np.ones(int(inside.sum())), *bases])
-    columns = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    left = np.zeros(len(values))
-    sample = values[inside] - exposure.motion.rate[cell[inside]]
-    left[inside] = sample - columns @ np.linalg.lstsq(columns, sample, rcond=1e-9)[0]
-    return left
