@@ -18,8 +18,6 @@ from insenv.identify.prepare.spectral.lines import Line, quantum
 from insenv.identify.prepare.spectral.lost_rows import rows_of
 from insenv.identify.prepare.unsteady.spectrogram import RowsLeft
 
-#: Share of a step by which rows must scatter: below it readings stand still or hop, by where they are.
-BLURRED = 0.55
 #: Standard deviations by which a line that wanders is away at most.
 WANDERS = 4.0
 #: Share of the variance from which on lines that wander are most of the rows, as the dither of a laser gyro.
@@ -85,7 +83,7 @@ def rows_left(
         missing = np.ones(len(left.values), bool)
         missing[rows.place] = recording.left_out.get(problem.target, np.zeros(len(recording), bool))[rows.index]
         left = replace(left, rate=rows.filled(rate)) if has_table(recording) else left
-        found.append(replace(left, step=BLURRED * step(readings), missing=missing if missing.any() else None))
+        found.append(replace(left, step=step(readings), missing=missing if missing.any() else None))
     return tuple(found)
 
 

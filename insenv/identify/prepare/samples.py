@@ -8,12 +8,18 @@ the bin rate are told from it: bands that are louder than the median of half a d
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from scipy.ndimage import median_filter
 
 from insenv.core.recording import Floats
+from insenv.core.series.allan import QUANTIZATION
 from insenv.core.series.stretches import stretches
+from insenv.effects.noise import readings_density
 from insenv.identify.findings import SampleSpectrum
+from insenv.identify.fit.problem import NOISE_TERMS
+from insenv.identify.prepare.excess import TOLERANCE
 from insenv.identify.prepare.spectral.lines import Line, periodogram
 
 #: Fewest samples that have a spectrum; bins of a decade in which the mean and the largest value are told.
@@ -43,6 +49,28 @@ def sample_spectrum(values: Floats, dt: float, lines: tuple[Line, ...], width: f
         width=width,
         lines=tuple((line.frequency, line.steady) for line in lines),
     )
+
+
+def beyond_declared(spectrum: SampleSpectrum, declared: Mapping[str, float]) -> tuple[tuple[float, float, float], ...]:
+    """Of the bands of `humps` those in which rows are louder than declared noise (by effect id, SI): from, to, times.
+
+    Rounding that nobody declared rises with the frequency, as in the quietest part of the spectrum at most.
+    """
+    f, dt = spectrum.f, 0.5 / spectrum.nyquist
+    terms = {term.id: term for term in NOISE_TERMS}
+    known = {key: np.array([value]) for key, value in declared.items() if key in terms}
+    if not known:
+        return ()
+    told = sum((readings_density(terms[key], c, f, dt) for key, c in known.items()), np.zeros(len(f)))
+    rises = readings_density(terms[QUANTIZATION], np.ones(1), f, dt)
+    rounded = 0.0 if QUANTIZATION in known else float(np.min(spectrum.density / rises))
+    most = told * (1 + TOLERANCE) ** 2 + rounded * rises
+    found = []
+    for low, high, _ in humps(spectrum):
+        inside = (f >= low) & (f <= high)
+        if float(np.mean((spectrum.density / most)[inside])) > LOUDER:
+            found.append((low, high, float(np.mean((spectrum.density / told)[inside]))))
+    return tuple(found)
 
 
 def humps(spectrum: SampleSpectrum) -> tuple[tuple[float, float, float], ...]:

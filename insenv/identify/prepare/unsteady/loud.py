@@ -29,6 +29,8 @@ LOUDER = 1.3
 FOR_EACH, OF_TWO, OVERLAP = 1.94, 1.44, 1.06
 #: Share of the cells of a window that must tell something, and fewest segments that tell how they scatter.
 LEAST, FEWEST = 0.5, 8
+#: Largest ratio of powers that is told.
+MOST = 1e6
 
 
 @dataclass(frozen=True)
@@ -73,7 +75,7 @@ def loud(cells: Spectrogram, level: float) -> list[Loud]:
         inside, told = power[:, length:] - power[:, :-length], there[:, length:] - there[:, :-length]
         left, besides = power[:, -1:] - inside, there[:, -1:] - told
         enough = (told > LEAST * length * width) & (besides > 0)
-        times = np.where(enough, inside * besides / np.maximum(told * left, 1e-300), 0.0)
+        times = np.where(enough, inside * besides / np.maximum(told * left, inside * besides / MOST + 1e-9), 0.0)
         freedom = np.stack([told, besides]) * (2 * each / OVERLAP)
         for band, at, log_p in _far(times, freedom, length, log_tried, float(np.log(level))):
             found.append(Loud(log_p, at, length, *bands[band], float(times[band, at])))

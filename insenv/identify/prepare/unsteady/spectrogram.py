@@ -34,10 +34,13 @@ from insenv.core.recording import Floats
 BEFORE, ROWS_FOR_EACH, WHITE = 24, 50, 1e-5
 #: Robust deviations of the white rows to which they are clipped: single rows are outliers, and another's matter.
 CLIP = 5.0
+#: Share of a step by which rows must scatter: below it readings stand still or hop, by where they are.
+BLURRED = 0.55
 #: Rows of the shortest segments, how many times as long the next ones are, and fewest segments.
 SHORTEST, LONGER, FEWEST = 32, 4, 40
 #: Frequencies about one whose median it does not fall below, and share of the usual power below which none is judged.
-ABOUT, FLOOR = 17, 0.05
+#: The same share of the mean power, of rows that stand still for most of the time.
+ABOUT, FLOOR, STILL = 17, 0.05, 1e-6
 #: Share of the usual power that the motion has in a cell from which on that tells nothing of the instrument; for how
 #: long after a command a table may be on its way [s].
 OF_MOTION, ON_THE_WAY = 0.25, 2.0
@@ -70,7 +73,7 @@ class RowsLeft:
     lines : tuple of (float, float)
         Frequency and half the width of lines that are told elsewhere [Hz].
     step : float
-        Scatter from row to row below which the rows hop by the steps to which they were rounded, and are not asked.
+        To which readings were rounded coarsely; 0 where they were not.
     missing : ndarray of bool, shape (n,), optional
         Rows that were lost or left out, for which a straight line stands.
     """
@@ -139,26 +142,36 @@ class Spectrogram:
 
 def white(left: RowsLeft) -> White | None:
     """The rows made white; None where they are too few, or stand still."""
-    x = left.values - np.median(left.values)
-    n, size = len(x), next_fast_len(2 * len(x))
-    order = min(BEFORE, n // ROWS_FOR_EACH)
-    if order < 1 or not np.ptp(x) > 0:
+    taps = foretelling(left.values - np.median(left.values))
+    if taps is None:
         return None
-    same = irfft(np.abs(rfft(x, size)) ** 2, size)[: order + 1] / n
-    same[0] *= 1 + WHITE
-    try:
-        taps = np.append(1.0, -solve_toeplitz(same[:-1], same[1:]))
-    except LinAlgError:
-        return None
-    rows = lfilter(taps, [1.0], x)[order:]
+    order = len(taps) - 1
+    rows = lfilter(taps, [1.0], left.values - np.median(left.values))[order:]
     spread = 1.4826 * float(np.median(np.abs(rows)))
-    if not spread > left.step:
+    if not spread > BLURRED * left.step:
         return None
     rate = None if left.rate is None else left.rate[order:]
     missing = None if left.missing is None else left.missing[order:]
     motion = None if left.rate is None else lfilter(taps, [1.0], left.rate)[order:] / spread
     own = replace(left, start=left.start + order * left.dt, values=left.values[order:], rate=rate, missing=missing)
     return White(np.clip(rows / spread, -CLIP, CLIP), motion, own)
+
+
+def foretelling(values: Floats) -> Floats | None:
+    """Filter that leaves of ``values``, shape (n,), what those before do not foretell, shape (order + 1,).
+
+    None where they are too few, or stand still.
+    """
+    n, size = len(values), next_fast_len(2 * len(values))
+    order = min(BEFORE, n // ROWS_FOR_EACH)
+    if order < 1 or not np.ptp(values) > 0:
+        return None
+    same = irfft(np.abs(rfft(values, size)) ** 2, size)[: order + 1] / n
+    same[0] *= 1 + WHITE
+    try:
+        return np.append(1.0, -solve_toeplitz(same[:-1], same[1:]))
+    except LinAlgError:
+        return None
 
 
 def lengths(n: int) -> Iterator[int]:
@@ -185,7 +198,10 @@ def spectrogram(made: White, rows: int, lowest: float) -> Spectrogram | None:
     usual = np.median(power[whole], axis=0) / np.log(2)
     about = median_filter(usual, ABOUT, mode="nearest")
     line = maximum_filter1d(usual > LINE * about, 2 * BESIDE + 1)
-    usual = np.maximum(np.maximum(usual, about), max(FLOOR * float(np.median(usual)), 1e-300))
+    least = max(FLOOR * float(np.median(usual)), STILL * float(power.mean()))
+    if not least > 0:
+        return None
+    usual = np.maximum(np.maximum(usual, about), least)
     told = whole[:, None] & ~line
     if made.motion is not None:
         moved = _power(made.motion, rows, first, straight=True) > OF_MOTION * usual

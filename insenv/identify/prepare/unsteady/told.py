@@ -10,6 +10,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
+from insenv.identify.prepare.unsteady.flips import flips
 from insenv.identify.prepare.unsteady.loud import loud
 from insenv.identify.prepare.unsteady.motion import with_motion, without_motion
 from insenv.identify.prepare.unsteady.moving import ridges
@@ -66,6 +67,12 @@ def unsteady(runs: Sequence[RowsLeft], width: float) -> tuple[str, ...]:
 
 
 def _of_run(left: RowsLeft, width: float) -> Iterable[str]:
+    if (two := flips(left, width)) is not None:
+        likelier, times = two.log_odds / math.log(10), two.apart / two.spread
+        yield (
+            f"two levels, {times:.2g} times the noise of means over {two.seconds:.2g} s apart, and go from one to the "
+            f"other {two.rate:.2g} times a second (1e{likelier:.0f} times as likely as Gaussian noise)"
+        )
     made = white(left)
     if made is None:
         return

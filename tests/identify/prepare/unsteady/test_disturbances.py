@@ -20,12 +20,12 @@ HZ, NOISE = 100.0, 0.01
 LEVELS = (0, 10, -10, 20, -20, 40, -40, 60, -60, 0)
 
 
-def at_rest(folder: Path, more: Floats, seed: int = 1) -> TargetFindings:
-    """The loop on 300 s of a gyro [deg/s] at rest, with ``more`` in its rows."""
+def at_rest(folder: Path, more: Floats, seed: int = 1, noise: str = "") -> TargetFindings:
+    """The loop on 300 s of a gyro [deg/s] at rest, with ``more`` in its rows, of declared ``noise``."""
     t = np.arange(1, len(more) + 1) / HZ
     gyro = NOISE * (np.random.default_rng(seed).standard_normal(len(t)) + more) + 0.05
     np.savez(folder / "run.npz", t=t, gyro=gyro)
-    return judged(folder, "", "", '["bias"]\nprocedure = "static"')
+    return judged(folder, "", "", '["bias"]\nprocedure = "static"', noise)
 
 
 def on_a_table(folder: Path, more: Floats, rate: Floats, seed: int = 1) -> TargetFindings:
@@ -37,12 +37,12 @@ def on_a_table(folder: Path, more: Floats, rate: Floats, seed: int = 1) -> Targe
     return judged(folder, ', covers = "interval"', angle, '["bias", "scale_factor"]')
 
 
-def judged(folder: Path, covers: str, angle: str, declared: str) -> TargetFindings:
+def judged(folder: Path, covers: str, angle: str, declared: str, noise: str = "") -> TargetFindings:
     path = folder / "run.toml"
     path.write_text(
         'data = "run.npz"\n[channels]\ntime = { column = "t", unit = "s" }\n'
         f'gyro = {{ column = "gyro", unit = "deg/s"{covers} }}\n{angle}'
-        f'[model]\ntarget = "gyro"\ndeclared = {declared}\n'
+        f'[model]\ntarget = "gyro"\ndeclared = {declared}\n{noise}'
     )
     return close(path).targets[0]
 
@@ -139,3 +139,25 @@ def test_a_named_effect_keeps_its_name_beside_a_disturbance(tmp_path: Path) -> N
     found = at_rest(tmp_path, drift + 1.5 * shaken(30000, 100.3, 106.3))
     assert {one.effect for one in plain.added} == {one.effect for one in found.added} != set()
     assert (plain.verdict, found.verdict) == ("effects-found", "effects-found-incomplete")
+
+
+@pytest.mark.parametrize("apart", [2.0, 4.0])
+def test_levels_that_flip_faster_than_means_are_told(tmp_path: Path, apart: float) -> None:
+    """Five times a second, for which means are made longer: a hump of the spectrum to all else."""
+    rng = np.random.default_rng(6)
+    edges = np.cumsum(rng.exponential(0.2, 2000))
+    found = at_rest(tmp_path, apart * (np.searchsorted(edges, np.arange(30000) / HZ) % 2))
+    assert found.verdict == "unexplained-structure"
+    assert any("hold two levels" in said for said in about_rows(found))
+
+
+def test_a_hump_of_the_rows_is_no_noise_that_was_declared(tmp_path: Path) -> None:
+    """From 20 to 35 Hz, which means leave out: a remark where no noise is declared, a doubt where white noise is."""
+    wave = sosfilt(butter(3, [0.4, 0.7], "band", output="sos"), np.random.default_rng(5).standard_normal(30000))
+    declared = f'[noise]\nangle_random_walk = "{NOISE / np.sqrt(HZ)} deg/sqrt(s)"\n'
+    assert at_rest(tmp_path, wave / np.std(wave)).verdict == "nothing-significant"
+    assert at_rest(tmp_path, np.zeros(30000), noise=declared).verdict == "nothing-significant"
+    found = at_rest(tmp_path, wave / np.std(wave), noise=declared)
+    (said,) = about_rows(found)
+    assert found.verdict == "unexplained-structure"
+    assert "times the declared power at 2" in said

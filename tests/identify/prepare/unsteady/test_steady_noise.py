@@ -62,7 +62,7 @@ KINDS: dict[str, Callable[[Rng], Floats]] = {
 
 
 def left(values: Floats) -> RowsLeft:
-    return RowsLeft(0, 0.0, 1 / HZ, values, step=0.55 * step(values))
+    return RowsLeft(0, 0.0, 1 / HZ, values, step=step(values))
 
 
 @pytest.mark.parametrize("kind", KINDS)
