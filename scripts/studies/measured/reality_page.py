@@ -230,17 +230,18 @@ and -seventh what came first): no other judgement is another, but for `xinligh/r
 name and which has its cube since, and a curve in the place of an asymmetry.
 
 `thirtyeighth`, of thirteen owners, none of whom was looked at before, is what could still be found: readings behind
-filters beside the reading before (a bicycle that is balanced, a bench of seconds), an encoder beside the speed that was
-made of it, units beside their own attitude, pose or wheels, a fibre-optic unit at rest, six faces of a telephone, rests,
-and six that are none or too few. It was opened once on `9191100`: 23 of 26 right or honest at first sight (16 right,
-seven honest), two missed, one refused that is an ordinary test, nothing wrong. A delay is asked of nine (six right, two
-honest, one missed), lines of four (three right, one missed on one axis of six), a slow change of one (right), a refusal
-of six (all right or honest), nothing of six (five right, and the faces refused: forty rows each, twice a second, were
-too few to be cut into parts). Again no laboratory's: no rate table and no thermal chamber of a new owner could be had.
-Since then faces of sixteen rows are cut into four parts (the owner's own biases and scale factors come out), a lag may
-be twenty rows long where that is more than a second (7.7 +- 0.7 and 6.2 +- 0.3 s of a filter of 8.4 s), and motion that an
-instrument reads behind a filter is no noise of the reference: the four are right. Of the last ten parts together 247 of
-267 are right or honest, the two recordings that stand twice counted once.
+filters beside the reading before (a bicycle that is balanced, a bench of seconds), an encoder beside the speed that
+was made of it, units beside their own attitude, pose or wheels, a fibre-optic unit at rest, six faces of a telephone,
+rests, and six that are none or too few. It was opened once on `9191100`: 23 of 26 right or honest at first sight (16
+right, seven honest), two missed, one refused that is an ordinary test, nothing wrong. A delay is asked of nine (six
+right, two honest, one missed), lines of four (three right, one missed on one axis of six), a slow change of one
+(right), a refusal of six (all right or honest), nothing of six (five right, and the faces refused: forty rows each,
+twice a second, were too few to be cut into parts). Again no laboratory's: no rate table and no thermal chamber of a
+new owner could be had. Since then faces of sixteen rows are cut into four parts (the owner's own biases and scale
+factors come out), a lag may be twenty rows long where that is more than a second (7.7 +- 0.7 and 6.2 +- 0.3 s of a
+filter of 8.4 s), and motion that an instrument reads behind a filter is no noise of the reference: the four are
+right. Of the last ten parts together 247 of 267 are right or honest, the two recordings that stand twice counted
+once.
 
 By `07f4ee7` 78 that lose rows were asked again: `raceup/log` has the four swaying lines that its facts demand, of
 which it had none, and no other judgement is another. By `2ba8513` and `9f96531` 229 beside a reference were: two

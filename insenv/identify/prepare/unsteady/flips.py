@@ -19,7 +19,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
-from scipy.signal import lfilter
 
 from insenv.core.recording import Floats
 from insenv.identify.prepare.two_levels import TwoLevels, two_levels
@@ -83,7 +82,7 @@ def _log_of_gaussian(values: Floats) -> float:
     """Log-likelihood of values as Gaussian noise of any spectrum."""
     off = values - values.mean()
     taps = foretelling(off)
-    left = off if taps is None else lfilter(taps, [1.0], off)[len(taps) - 1 :]
+    left = off if taps is None else np.convolve(off, taps, "valid")
     spread = float(np.mean(left**2))
     return -0.5 * len(values) * (1 + math.log(2 * math.pi * max(spread, 1e-300)))
 

@@ -26,7 +26,6 @@ from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
 from scipy.linalg import LinAlgError, solve_toeplitz
 from scipy.ndimage import maximum_filter1d, median_filter
-from scipy.signal import lfilter
 
 from insenv.core.recording import Floats
 
@@ -146,13 +145,13 @@ def white(left: RowsLeft) -> White | None:
     if taps is None:
         return None
     order = len(taps) - 1
-    rows = lfilter(taps, [1.0], left.values - np.median(left.values))[order:]
+    rows = np.convolve(left.values - np.median(left.values), taps, "valid")
     spread = 1.4826 * float(np.median(np.abs(rows)))
     if not spread > BLURRED * left.step:
         return None
     rate = None if left.rate is None else left.rate[order:]
     missing = None if left.missing is None else left.missing[order:]
-    motion = None if left.rate is None else lfilter(taps, [1.0], left.rate)[order:] / spread
+    motion = None if left.rate is None else np.convolve(left.rate, taps, "valid") / spread
     own = replace(left, start=left.start + order * left.dt, values=left.values[order:], rate=rate, missing=missing)
     return White(np.clip(rows / spread, -CLIP, CLIP), motion, own)
 
