@@ -10,7 +10,8 @@ nothing, for its amplitude and its frequency may wander. m_f is no less than the
 segments it is uncertain.
 
 Where the motion, made white by the same filter, has a share of m_f in a cell, the cell tells nothing: what a lag, a
-filter or noise of a reference leaves of motion is there.
+filter or noise of a reference leaves of motion is there. What it has is in m_f elsewhere: a noise of the reference that
+comes and goes with the motion, as its steps do, is in what is left as it is.
 
 Source: P. D. Welch, IEEE Trans. Audio Electroacoust. 15 (1967) 70; M. B. Priestley and T. Subba Rao, J. R. Stat. Soc. B
 31 (1969) 140 (steady or not, by spectra of segments).
@@ -43,6 +44,9 @@ ABOUT, FLOOR, STILL = 17, 0.05, 1e-6
 #: Share of the usual power that the motion has in a cell from which on that tells nothing of the instrument; for how
 #: long after a command a table may be on its way [s].
 OF_MOTION, ON_THE_WAY = 0.25, 2.0
+#: Share of half the sampling rate up to which rows beside a measured reference are judged: beyond it differences of an
+#: angle that was read at times which are not quite even are most of them, and the faster it turned the more.
+UP_TO = 0.9
 #: Share of the rows of a segment that may be missing.
 MISSING = 0.25
 #: How far the usual power at a frequency is above that about it where a line stands, and columns beside one that it
@@ -202,13 +206,18 @@ def spectrogram(made: White, rows: int, lowest: float) -> Spectrogram | None:
         return None
     usual = np.maximum(np.maximum(usual, about), least)
     told = whole[:, None] & ~line
+    expected = np.broadcast_to(usual, power.shape)
     if made.motion is not None:
-        moved = _power(made.motion, rows, first, straight=True) > OF_MOTION * usual
+        motion = _power(made.motion, rows, first, straight=True)
+        moved = motion > OF_MOTION * usual
         told &= ~(_on_the_way(moved, left.dt * rows) if left.commanded else moved)
+        expected = usual + motion
     column = first + np.arange(power.shape[1])
+    if made.motion is not None and not left.commanded:
+        told[:, column > UP_TO * rows / 2] = False
     for frequency, half in left.lines:
         told[:, np.abs(column - frequency * left.dt * rows) <= half * left.dt * rows + BESIDE] = False
-    return Spectrogram(rows, first, np.where(told, power / usual, 0.0), told)
+    return Spectrogram(rows, first, np.where(told, power / expected, 0.0), told)
 
 
 def _on_the_way(moved: NDArray[np.bool_], seconds: float) -> NDArray[np.bool_]:

@@ -85,7 +85,8 @@ def _of_run(left: RowsLeft, width: float) -> Iterable[str]:
     surest = min((one.log_p for one in found if not one.line), default=0.0)
     if moved is not None and moved.log_p < math.log(level) and MOVED * moved.log_p < surest:
         where = "while the table turns" if moved.rests else "where the table turns faster"
-        yield f"{math.sqrt(moved.times):.2g} times as much noise {where} ({_chance(moved.log_p)})"
+        whose = "" if left.commanded else ", of the reading or of the reference"
+        yield f"{math.sqrt(moved.times):.2g} times as much noise {where}{whose} ({_chance(moved.log_p)})"
         found = _found([without_motion(one, left) for one in seen], left, level)
     length = left.dt * len(left.values)
     yield from (_text(event, length) for event in found[:MOST])
