@@ -146,7 +146,8 @@ def test_levels_that_flip_faster_than_means_are_told(tmp_path: Path, apart: floa
     """Five times a second, for which means are made longer: a hump of the spectrum to all else."""
     rng = np.random.default_rng(6)
     edges = np.cumsum(rng.exponential(0.2, 2000))
-    found = at_rest(tmp_path, apart * (np.searchsorted(edges, np.arange(30000) / HZ) % 2))
+    flipped = np.searchsorted(edges, np.arange(30000) / HZ) % 2
+    found = at_rest(tmp_path, np.asarray(apart * flipped, np.float64))
     assert found.verdict == "unexplained-structure"
     assert any("hold two levels" in said for said in about_rows(found))
 
