@@ -7,7 +7,6 @@ in the DCT-II domain where S is diagonal; S by restricted maximum likelihood (`i
 
 from __future__ import annotations
 
-from collections.abc import Hashable
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,8 +17,6 @@ from insenv.identify.fit.problem import Design, Model, Problem, design, pooled
 
 #: Degrees of freedom with which noise is known at least.
 LEAST_FREEDOM = 2.0
-#: Fits that are remembered: what confronts a hit, makes it consistent and adds it asks for the same one.
-MOST_FITS = 16
 
 
 @dataclass(frozen=True)
@@ -85,17 +82,7 @@ def noise_beside(problem: Problem, columns: Floats, prior: Floats, restricted: b
 
 
 def solve(problem: Problem, model: Model, start: Floats | None = None) -> Fit:
-    """Fit a model and its noise to the fitted bins; the last `MOST_FITS` are remembered."""
-    fits: dict[Hashable, Fit] = problem.remember("fits", dict)
-    key = (model, *(None if given is None else given.tobytes() for given in (start, problem.most)))
-    found = fits.pop(key, None) or _solved(problem, model, start)
-    fits[key] = found  # the last one used stands last
-    while len(fits) > MOST_FITS:
-        del fits[next(iter(fits))]
-    return found
-
-
-def _solved(problem: Problem, model: Model, start: Floats | None) -> Fit:
+    """Fit a model and its noise to the fitted bins."""
     columns = design(problem, model)
     noise = fit_noise(*pooled(problem, model), restricted=True, start=start, most=problem.most)
     beta, cov = coefficients(problem, columns, noise.power)
