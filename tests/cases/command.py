@@ -33,7 +33,7 @@ angle_random_walk = "0.1 deg/sqrt(h)"
 """
 
 
-def rows(n: int = 2000, seed: int = 1) -> list[str]:
+def rows(n: int = 3000, seed: int = 1) -> list[str]:
     """Lines of the recording, the header first."""
     t = np.arange(n) * DT
     table = np.array([10.0, -10.0, 4.0, -4.0])[(t // 20 % 4).astype(int)]

@@ -62,7 +62,7 @@ def windows_of(problem: Problem, curve: Floats) -> float:
 def _scattering(
     problem: Problem, curve: Floats, left: Floats, labels: tuple[NDArray[np.int64], ...]
 ) -> tuple[float, float]:
-    phi, e = in_time(problem, curve), _left_in_time(problem, left)
+    phi, e = in_time(problem, curve), in_time(problem, left)
     e = e - phi * float(phi @ e) / max(float(phi @ phi), 1e-300)
     worst, freedom = 1.0, np.inf
     for label in labels:
@@ -106,7 +106,7 @@ def in_the_loudest(problem: Problem, curve: Floats, left: Floats) -> float:
 
     What is in one swing alone must stand out of what is left in the others.
     """
-    phi, e = in_time(problem, curve), _left_in_time(problem, left)
+    phi, e = in_time(problem, curve), in_time(problem, left)
     worst = 1.0
     for label in _pieces(problem)[:2]:
         weight = np.bincount(label, phi * phi)
@@ -120,12 +120,6 @@ def in_time(problem: Problem, modes: Floats) -> Floats:
     """Whitened modes of the fitted blocks transformed back: white in time."""
     ends = np.cumsum([b.n for b in problem.fitted])[:-1]
     return np.concatenate([idct(part, type=2, norm="ortho") for part in np.split(modes, ends)])
-
-
-def _left_in_time(problem: Problem, left: Floats) -> Floats:
-    """The same of what is left, with which one curve after another is compared."""
-    found: Floats = problem.remember_last("left in time", left, lambda: in_time(problem, left))
-    return found
 
 
 def _pieces(problem: Problem) -> tuple[NDArray[np.int64], ...]:
