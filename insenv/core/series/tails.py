@@ -47,7 +47,7 @@ def log_far_tails_of_f(x: Floats, gained: Floats, freedom: Floats) -> Floats:
     z = freedom / (freedom + gained * np.maximum(x, 1e-300))
     first = a * np.log(z) + b * np.log1p(-np.minimum(z, 1 - 1e-16)) - np.log(a) - betaln(a, b)
     far = first - np.log1p(-np.minimum((a + b) * z / (a + 1), 0.99))
-    return np.where(tail > TINY, np.log(np.maximum(tail, TINY)), np.minimum(far, np.log(TINY)))
+    return _onward(tail, far)
 
 
 def log_far_tails_of_sums(x: Floats, count: int) -> Floats:
@@ -56,6 +56,11 @@ def log_far_tails_of_sums(x: Floats, count: int) -> Floats:
     beyond = np.maximum(x, count)
     first = (count - 1) * np.log(beyond) - beyond - gammaln(count)
     far = first - np.log1p(-np.minimum((count - 1) / beyond, 0.99))
+    return _onward(tail, far)
+
+
+def _onward(tail: Floats, far: Floats) -> Floats:
+    """Log of a ``tail``; what a series says of it, ``far``, where it is too small to be told."""
     return np.where(tail > TINY, np.log(np.maximum(tail, TINY)), np.minimum(far, np.log(TINY)))
 
 

@@ -39,7 +39,7 @@ NOTHING = 1e-100
 MOST_FREE_ENDS = 8
 _NUISANCE = -1
 #: Models whose columns are remembered: a search asks for them again, and for each with hundreds of terms more.
-MOST_STACKS = 24
+MOST_STACKS = 8
 
 #: Share of the largest run's power of a column, below which a run tells nothing of its parameter.
 UNTOLD = 1e-4

@@ -37,19 +37,22 @@ def likeliest_jump(problem: Magnitudes, terms: Sequence[TriadTerm]) -> TriadTerm
     """
     used = np.flatnonzero(problem.fitted)
     gaps = range(FEWEST, len(used) - FEWEST + 1)
+    if not gaps:
+        return None
     middle = problem.around.time[used]
     times = np.array([0.5 * (middle[k - 1] + middle[k]) for k in gaps])
-    forms = [triad_term(BiasStep(), (float(t),), looks=len(times)) for t in times]
+    forms = [triad_term(BiasStep(), (float(t),)) for t in times]
     size = sum(term.size for term in terms)
-    freedom = problem.rank * len(used) - size - 3
-    if not forms or freedom < FREEDOM:
+    freedom = problem.rank * len(used) - size - forms[0].size
+    if freedom < FREEDOM:
         return None
     fit = solve(problem, terms)
     gained = np.array([_explained(problem, terms, fit.theta, size, form) for form in forms])
     best = int(np.argmax(gained))
     likely = np.exp((gained - gained[best]) * freedom / max(fit.rss - gained[best], 1e-300) / 2)
     apart = (times - times[best]) ** 2 + float(np.median(np.diff(middle))) ** 2 / 12
-    return replace(forms[best], shape_sd=(float(np.sqrt(np.sum(likely * apart) / np.sum(likely))),))
+    sd = float(np.sqrt(np.sum(likely * apart) / np.sum(likely)))
+    return replace(forms[best], shape_sd=(sd,), looks=len(forms))
 
 
 def _explained(problem: Magnitudes, terms: Sequence[TriadTerm], theta: Floats, size: int, form: TriadTerm) -> float:

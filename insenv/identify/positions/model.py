@@ -70,9 +70,7 @@ class TriadTerm:
         return replace(self, coefficients=tuple(self.coefficients[j] for j in kept))
 
 
-def triad_term(
-    effect: Effect, shape: tuple[float, ...] = (), shape_sd: tuple[float, ...] = (), looks: int = 1
-) -> TriadTerm:
+def triad_term(effect: Effect, shape: tuple[float, ...] = ()) -> TriadTerm:
     """The effect on three axes: coefficients of each axis its own, or tied where the effect says how."""
     assert isinstance(effect, LinearEffect) or (isinstance(effect, CurveEffect) and len(shape) == len(effect.shapes))
     symmetry = getattr(effect, "symmetry", None)
@@ -80,7 +78,7 @@ def triad_term(
         others = "cross_rate" in effect.needs  # what an axis sees of itself is a scale factor
         places = [(axis, k) for axis in range(3) for k in range(len(effect.linear)) if not (others and axis == k)]
         own = tuple(Coefficient(((axis, k, 1.0),)) for axis, k in places)
-        return TriadTerm(effect, own, shape, shape_sd, looks)
+        return TriadTerm(effect, own, shape)
     pairs = ((0, 1), (0, 2), (1, 2))
     return TriadTerm(effect, tuple(Coefficient(((i, j, 1.0), (j, i, float(symmetry)))) for i, j in pairs))
 

@@ -145,11 +145,12 @@ class Spectrogram:
 
 def white(left: RowsLeft) -> White | None:
     """The rows made white; None where they are too few, or stand still."""
-    taps = foretelling(left.values - np.median(left.values))
+    off = left.values - np.median(left.values)
+    taps = foretelling(off)
     if taps is None:
         return None
     order = len(taps) - 1
-    rows = np.convolve(left.values - np.median(left.values), taps, "valid")
+    rows = np.convolve(off, taps, "valid")
     spread = 1.4826 * float(np.median(np.abs(rows)))
     if not spread > BLURRED * left.step:
         return None

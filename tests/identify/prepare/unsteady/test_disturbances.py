@@ -6,6 +6,7 @@ Generated with NumPy and SciPy, no effect of insenv; seeds are fixed. Strengths 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -77,6 +78,12 @@ def rough(n: int) -> Floats:
     return np.diff(np.random.default_rng(8).standard_normal(n + 1)) / np.sqrt(2)
 
 
+def either(folder: Path, turning: bool, more: Callable[[int], Floats]) -> TargetFindings:
+    """The loop on a table that goes from level to level, or at rest, with ``more`` in so many rows."""
+    rate = dwells()
+    return on_a_table(folder, more(len(rate)), rate) if turning else at_rest(folder, more(30000))
+
+
 def about_rows(found: TargetFindings) -> list[str]:
     return [reason for reason in found.reasons if reason.startswith("the rows")]
 
@@ -94,9 +101,7 @@ def test_rows_of_white_noise_hold_nothing(tmp_path: Path) -> None:
 @pytest.mark.parametrize("turning", [False, True])
 def test_a_motor_that_runs_up_is_a_line_that_moves(tmp_path: Path, turning: bool) -> None:
     """0.6 of the noise of a row; of a table nothing was said before."""
-    rate = dwells()
-    more = 0.6 * run_up(len(rate) if turning else 30000, 60.0, 120.0)
-    found = on_a_table(tmp_path, more, rate) if turning else at_rest(tmp_path, more)
+    found = either(tmp_path, turning, lambda n: 0.6 * run_up(n, 60.0, 120.0))
     (said,) = about_rows(found)
     assert (found.verdict, found.added) == ("unexplained-structure", ())
     assert "a line that moves from" in said
@@ -105,9 +110,7 @@ def test_a_motor_that_runs_up_is_a_line_that_moves(tmp_path: Path, turning: bool
 
 @pytest.mark.parametrize("turning", [False, True])
 def test_who_shakes_the_pier_for_six_seconds_is_told(tmp_path: Path, turning: bool) -> None:
-    rate = dwells()
-    more = 1.5 * shaken(len(rate) if turning else 30000, 100.3, 106.3)
-    found = on_a_table(tmp_path, more, rate) if turning else at_rest(tmp_path, more)
+    found = either(tmp_path, turning, lambda n: 1.5 * shaken(n, 100.3, 106.3))
     (said,) = about_rows(found)
     assert found.verdict == "unexplained-structure"
     assert "a disturbance at" in said
