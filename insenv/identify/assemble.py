@@ -62,6 +62,7 @@ from insenv.identify.next.experiment import Unsettled, next_experiments
 from insenv.identify.prepare.declared import without_north
 from insenv.identify.prepare.excess import LOUD, MOVING, Structure, structure
 from insenv.identify.prepare.gain import as_declared, undeclared_gain
+from insenv.identify.prepare.numbers import piles, repeated
 from insenv.identify.prepare.samples import beyond_declared, humps
 from insenv.identify.prepare.spectral.line_effects import hold_effect, line_effects, rounding_effect, saturation_effect
 from insenv.identify.prepare.spectral.lines import Line
@@ -118,6 +119,7 @@ def findings(
     targets = tuple(_target(manifest, recordings, track, levels, limits) for track in outcome.tracks)
     said = (
         *remarks,
+        *(() if outcome.tracks[0].problem.turns else repeated(recordings, manifest.model.targets)),
         *_longer_means(outcome.tracks),
         *_vibrating(outcome.tracks),
         *(text for track in outcome.tracks if (text := _outliers(track, recordings))),
@@ -238,7 +240,7 @@ def _target(
     plain, problem = as_declared(track.prepared.plain, track.prepared.model), track.problem
     before = solve(plain, track.prepared.model)
     declared_noise = dict(manifest.noise.get(problem.target, {}))
-    left = _with_rows(track, structure(problem, track.fit, declared_noise, alpha), declared_noise)
+    left = _with_rows(track, structure(problem, track.fit, declared_noise, alpha), declared_noise, recordings)
     lost = systematic.sentences(recordings, problem.target, track.prepared.rejected)
     kept = _kept(track, recordings) if not declared_noise else ()
     scores = held_out_score(plain, before), held_out_score(problem, track.fit)
@@ -295,7 +297,9 @@ def _target(
     )
 
 
-def _with_rows(track: Track, left: Structure, declared: Mapping[str, float]) -> Structure:
+def _with_rows(
+    track: Track, left: Structure, declared: Mapping[str, float], recordings: tuple[Recording, ...]
+) -> Structure:
     """What speaks against noise in the means and in the rows, which tell when it is loud, and where a line moves."""
     problem = track.problem
     rows = unsteady(track.prepared.left(problem, track.fit.named), problem.bins.width)
@@ -303,7 +307,8 @@ def _with_rows(track: Track, left: Structure, declared: Mapping[str, float]) -> 
     more = beyond_declared(spectrum, declared) if spectrum is not None else ()
     loud = (f"the rows hold {times:.2g} times the declared power at {a:.2g} to {b:.2g} Hz" for a, b, times in more)
     once = (text for text in left.reasons if not rows or not text.startswith((LOUD, MOVING)))
-    return replace(left, reasons=(*once, *rows, *loud))
+    piled = () if problem.turns else piles(recordings, problem.target)
+    return replace(left, reasons=(*once, *rows, *loud, *piled))
 
 
 def _kept(track: Track, recordings: tuple[Recording, ...]) -> tuple[str, ...]:

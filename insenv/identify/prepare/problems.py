@@ -47,12 +47,13 @@ from insenv.identify.prepare.spectral.lines import (
     SAME_LINE,
     Line,
     again,
+    folds,
     of_motion,
     quantum,
     steps_of_encoder,
 )
 from insenv.identify.prepare.spectral.lost_rows import lines_of_rows, longest, rows_of
-from insenv.identify.prepare.spectral.wandering import of_poles
+from insenv.identify.prepare.spectral.wandering import of_poles, without_line
 from insenv.identify.prepare.unsteady.spectrogram import RowsLeft
 from insenv.identify.prepare.widths import rows_of_motion, rows_per_bin, whole_holds, whole_rows
 
@@ -64,8 +65,6 @@ JUMPS = 4.0
 LEAST_LINE = 0.01
 #: Probability of noise with such a peak from which on a slighter one, of a unit at rest, is worth a word as well.
 CERTAIN = 1e-8
-#: Frequency in bins from which on a line that wanders, for which all bins become longer, is not left to them.
-WANDERS = 0.6
 #: Share of its power to which the noise of means must fall for means twice as long, and fewest of these to fit.
 QUIETER, FEWEST_QUIET = 0.5, 50
 #: Share of the square sum of the acceleration below the frequency that the motion reaches.
@@ -135,9 +134,13 @@ def prepare(
     model = declared_model(manifest, recordings, target)
     ready = _ready(manifest, recordings, uses, target, model, holds, width)
     own = ready.recordings, ready.uses, ready.plain, model
-    seen = _lines(*own) if tones else ()
+    every = _lines(*own) if tones else ()
+    folded = tuple(x for x in every if folds(x, ready.plain.bins.width))
+    seen = tuple(x for x in every if x not in folded)
     lines = _recurring(_that_matter(seen, ready.plain, ready.plain.bins.width), ready.plain)
     lines = tuple(line for line in lines if not _of_hold_or_motion(line, ready.held.hold, ready.plain))
+    slight = _slight(seen, lines, *own)
+    lines = (*lines, *(x for x in slight if x.steady))
     rows = _rejecting_rows(manifest, ready, lines)
     if lines:
         problem = _without_lines(manifest, ready, lines, rows, model, target)
@@ -147,13 +150,17 @@ def prepare(
         problem = plain if ready.held.hold is None else binned(manifest, ready.recordings, ready.uses, target, rows)
     plain = _clipping(manifest, ready.clean, ready.uses, target, rows, plain)
     plain, problem = (of_points(bounded(one, model)) for one in (plain, problem))
+    folded = tuple(x for x in _recurring(folded, plain) if not _of_hold(x, ready.held.hold, plain) and _recurs(x, *own))
+    folded = tuple(replace(x, averaged=True) for x in (*folded, *slight) if not x.steady and x not in lines)
+    problem = _without_folded(problem, model, folded)
     samples = partial(_samples, ready.recordings, ready.uses, plain, model, lines)
-    left = partial(rows_left, ready.recordings, ready.uses, lines=seen)
+    left = partial(rows_left, ready.recordings, ready.uses, lines=every)
     fast = partial(_confirmed, *own) if tones else unanswered
     dt, rails = recordings[0].dt, ready.clean.rails
     gains, skews = (tuple((n * dt, c, sd) for n, c, sd in each) for each in (ready.means.gains, ready.means.skews))
-    told = (*lines, *_slight(seen, lines, *own))
-    return Prepared(plain, problem, model, told, ready.held, ready.rejected, rails, samples, fast, gains, skews, left)
+    return Prepared(
+        plain, problem, model, (*lines, *folded), ready.held, ready.rejected, rails, samples, fast, gains, skews, left
+    )
 
 
 @dataclass(frozen=True)
@@ -209,6 +216,15 @@ def _ready(
     if measured is not before[0] or rows != before[1]:
         plain = binned(manifest, measured, uses, target, rows)
     return _Ready(recordings, measured, uses, clean, rejected, held, rows, plain, means)
+
+
+def _without_folded(problem: Problem, model: Model, lines: tuple[Line, ...]) -> Problem:
+    """The problem with lines that wander damped to the noise where means fold them to: no tone is there."""
+    rate = 1 / problem.bins.width
+    for line in lines:
+        seen_at = abs(line.frequency - rate * round(line.frequency / rate))
+        problem = without_line(problem, solve(problem, model), replace(line, frequency=seen_at))
+    return problem
 
 
 def _rejecting_rows(manifest: Manifest, ready: _Ready, lines: tuple[Line, ...]) -> int:
@@ -285,9 +301,7 @@ def _recurring(lines: tuple[Line, ...], problem: Problem) -> tuple[Line, ...]:
 
 def _of_hold_or_motion(line: Line, hold: Hold | None, problem: Problem) -> bool:
     """Whether a line is that of a held output, or wanders and cannot be rejected but with the motion."""
-    if hold is not None and _of_hold(line, hold, problem):
-        return True
-    return not line.steady and not _leaves_motion(problem, _rejecting(line))
+    return _of_hold(line, hold, problem) or not line.steady and not _leaves_motion(problem, _rejecting(line))
 
 
 def _rejecting(line: Line) -> float:
@@ -471,7 +485,7 @@ def _lines(
 
     They are of the longest stretch of each run that may be fitted, short gaps bridged.
     """
-    width, least = width or problem.bins.width, 0.0 if width else WANDERS / problem.bins.width
+    width = width or problem.bins.width
     found: list[Line] = []
     for run, (recording, use) in enumerate(zip(recordings, uses, strict=True)):
         rows = rows_of(recording, use.fit)
@@ -489,8 +503,7 @@ def _lines(
                 (not steps and _of_motion(problem, line, recording.dt, values, reference))
                 or of_poles(problem, line, recording.dt)
             )
-            binned_too = not line.steady and line.frequency < least
-            found += [] if moved or binned_too else [replace(line, of_counts=steps)]
+            found += [] if moved else [replace(line, of_counts=steps)]
     return tuple(found)
 
 
@@ -519,7 +532,10 @@ def _slight(
     problem: Problem,
     model: Model,
 ) -> tuple[Line, ...]:
-    """Those that a unit at rest has beside ``lines``, certain and too slight to matter to any mean."""
+    """Those that a unit at rest has beside ``lines``, certain and too slight to matter to any one mean.
+
+    All means together see them where they fold them to.
+    """
     if problem.turns:
         return ()
 
@@ -527,7 +543,7 @@ def _slight(
         return any(abs(x.frequency - one.frequency) < max(SAME_LINE, one.frequency_sd) for one in lines)
 
     sure = (x for x in found if x.p_value < CERTAIN and not known(x))
-    return tuple(replace(x, averaged=True) for x in sure if _recurs(x, recordings, uses, problem, model))
+    return tuple(x for x in sure if _recurs(x, recordings, uses, problem, model))
 
 
 def _of_motion(problem: Problem, line: Line, dt: float, left: Floats, reference: Floats) -> bool:
@@ -569,8 +585,10 @@ def _samples(
     return sample_spectrum(values, recordings[run].dt, own, problem.bins.width)
 
 
-def _of_hold(line: Line, hold: Hold, problem: Problem) -> bool:
+def _of_hold(line: Line, hold: Hold | None, problem: Problem) -> bool:
     """Whether a line is what a hold leaves: a sideband of its renewals, no further off than the motion reaches."""
+    if hold is None:
+        return False
     exposure = problem.exposures[line.run]
     power = np.abs(np.fft.rfft(np.diff(exposure.u))) ** 2
     share = np.cumsum(power) / max(float(power.sum()), 1e-300)

@@ -16,7 +16,7 @@ from insenv.identify.clean.holds import Hold
 from insenv.identify.clean.rails import Rail
 from insenv.identify.findings import Added, Estimate
 from insenv.identify.fit.problem import Problem
-from insenv.identify.prepare.spectral.lines import SAME_LINE, Line
+from insenv.identify.prepare.spectral.lines import SAME_LINE, Line, folds
 
 #: To which share a rail is known at best: it is told by one value.
 KNOWN = 1e-4
@@ -153,6 +153,8 @@ def _remark(group: tuple[Line, ...], width: float) -> str:
     what = f"{group[0].share:.1%} of the variance of the samples"
     slow = all(line.frequency < IN_BINS / width for line in group)
     fast = "" if slow else " above the bin rate"
+    if group[0].averaged and folds(group[0], width):
+        return f"a line just above the bin rate: {where}; {what}; damped where the means fold it to"
     if group[0].averaged:
         return f"a line above the bin rate: {where}; {what}; left to the means, which are long beside it"
     if all(line.steady for line in group):

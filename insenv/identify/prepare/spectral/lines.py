@@ -26,6 +26,8 @@ from insenv.identify.fit.problem import Problem
 FEWEST = 256
 #: Frequency in bins up to which a line is told from them; faster ones are told from the samples.
 FASTEST = 0.48
+#: Frequency in bins from which on bins become longer for a line that wanders: below, it is damped where it folds to.
+WANDERS = 0.6
 #: Probability of calling noise a line, per recording and target.
 FALSE_ALARM = 1e-4
 #: Probability that noise confirms in other samples, near its frequency, a line that was found.
@@ -203,6 +205,11 @@ def find_lines(t: Floats, dt: float, values: Floats, quantum: float, run: int, l
         if not at_the_end and (blurred or not within_half_a_count(line.amplitude, line.frequency, quantum)):
             lines.append(line)
     return tuple(sorted(lines, key=lambda line: -line.amplitude))
+
+
+def folds(line: Line, width: float) -> bool:
+    """Whether means over ``width`` [s] fold a line that wanders and is just too fast for them to something near."""
+    return not line.steady and line.frequency < WANDERS / width
 
 
 def multiple(frequency: float, base: float, most: int, near: float) -> int:

@@ -37,7 +37,7 @@ CLIP = 5.0
 #: Share of a step by which rows must scatter: below it readings stand still or hop, by where they are.
 BLURRED = 0.55
 #: Rows of the shortest segments, how many times as long the next ones are, and fewest segments.
-SHORTEST, LONGER, FEWEST = 32, 4, 40
+SHORTEST, LONGER, FEWEST = 32, 2, 40
 #: Frequencies about one whose median it does not fall below, and share of the usual power below which none is judged.
 #: The same share of the mean power, of rows that stand still for most of the time.
 ABOUT, FLOOR, STILL = 17, 0.05, 1e-6

@@ -14,6 +14,7 @@ from insenv.identify.prepare.unsteady.flips import flips
 from insenv.identify.prepare.unsteady.loud import loud
 from insenv.identify.prepare.unsteady.motion import with_motion, without_motion
 from insenv.identify.prepare.unsteady.moving import ridges
+from insenv.identify.prepare.unsteady.pulses import pulses
 from insenv.identify.prepare.unsteady.spectrogram import RowsLeft, Spectrogram, lengths, spectrogram, white
 
 #: Probability from which on it is said, in any rows of a target.
@@ -76,6 +77,12 @@ def _of_run(left: RowsLeft, width: float) -> Iterable[str]:
     made = white(left)
     if made is None:
         return
+    again = pulses(made)
+    if again is not None and again.log_p < math.log(SAID):
+        yield (
+            f"pulses that come every {again.interval:.6g} s, {again.times:.2g} times the noise of a row and "
+            f"{again.length:.2g} s long ({_chance(again.log_p)})"
+        )
     left = made.left
     seen = [one for rows in lengths(len(made.rows)) if (one := spectrogram(made, rows, SLOWEST / width)) is not None]
     if not seen:

@@ -1,0 +1,124 @@
+r"""The numbers that a unit at rest reads: piled on one of them, or the same again and again.
+
+Noise that is rounded reads neighbouring numbers about as often as each other. Of c rows that read one number, and m
+that read the fullest of the five next to it on either side (numbers that are rounded twice alternate),
+
+    P(C >= c),    C ~ Binomial(c + m, k / (1 + k)),
+
+is the chance of a number that is read no more than k times as often. What piles up at an end is clipped; elsewhere it
+is a dead band, a threshold of a program, or rows that nobody read. A bias and noise that are read through it are not
+those of the instrument.
+
+A unit that is read more often than it measures reads a number again. Rows of noise that blurs its rounding do so with
+the sum of squares of the shares of all numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import betainc
+
+from insenv.core.recording import Floats, Recording
+from insenv.core.series.stretches import stretches
+
+#: Times as often as the numbers next to it that a number may be read, how many these are on either side, and at an end,
+#: from which on there are more and more; the probability from which on it is a pile.
+PILED, BESIDE, AT_END, SAID = 3.0, 5, 2, 1e-9
+#: Fewest numbers that are read, share of the rows on one that is a pile, and stretches in which it is read.
+DISTINCT, SHARE, APART = 12, 0.02, 12
+#: Fewest rows, and share of them that repeat the row before, beyond times what rounding makes.
+FEWEST, REPEATS, BY_CHANCE = 200, 0.1, 3.0
+#: Share of the changes that come after one and the same number of rows where a unit is read at a multiple of its rate.
+REGULAR = 0.9
+
+
+@dataclass(frozen=True)
+class Pile:
+    """A number that too many rows read: their share, how many times as many as read one next to it, and where it is.
+
+    ``end`` is "smallest" or "largest" where nothing beyond it is read; else empty.
+    """
+
+    value: float
+    share: float
+    times: float
+    end: str
+    log_p: float
+
+
+def piles(recordings: Sequence[Recording], target: str) -> tuple[str, ...]:
+    """Sentences on numbers that the rows of a unit at rest pile up on."""
+    said = []
+    for run, recording in enumerate(recordings):
+        found = pile(_values(recording, target))
+        if found is None:
+            continue
+        where = f" of run {run + 1}" if len(recordings) > 1 else ""
+        number = f"exactly {found.value:.5g} {recording.channels[target].unit}"
+        why = (
+            f"the {found.end} number that is read: it is clipped there, and bias and noise are not what they seem"
+            if found.end
+            else "a dead band, a threshold of a program or rows that were not read hide what is smaller"
+        )
+        said.append(
+            f"{found.share:.0%} of the rows{where} read {number}, {found.times:.2g} times as many as read a number "
+            f"next to it: {why}"
+        )
+    return tuple(said)
+
+
+def pile(values: Floats) -> Pile | None:
+    """The number that rows pile up on most, of ``values``, shape (n,); None where they do not."""
+    numbers, count = np.unique(values, return_counts=True)
+    if len(numbers) < DISTINCT:
+        return None
+    held = len(values) / (1 + np.count_nonzero(np.diff(values)))
+    padded = np.pad(count, BESIDE)
+    others = [np.roll(padded, k)[BESIDE:-BESIDE] for k in range(-BESIDE, BESIDE + 1) if k]
+    beside = np.max(others, axis=0)
+    beside[[0, -1]] = count[1 : 1 + AT_END].max(), count[-1 - AT_END : -1].max()
+    rows, usual = count / held, np.maximum(beside / held, 1.0)
+    log_p = np.log(np.maximum(betainc(rows, usual + 1, PILED / (1 + PILED)), 1e-300)) + np.log(len(numbers))
+    able = (count > SHARE * len(values)) & (log_p < np.log(SAID))
+    for at in sorted(np.flatnonzero(able).tolist(), key=lambda k: (log_p[k], -count[k])):
+        if len(stretches(values == numbers[at])) >= APART:
+            end = "smallest" if at == 0 else "largest" if at == len(numbers) - 1 else ""
+            times = float(count[at] / max(beside[at], 1))
+            return Pile(float(numbers[at]), float(count[at]) / len(values), times, end, float(log_p[at]))
+    return None
+
+
+def repeated(recordings: Sequence[Recording], targets: Sequence[str]) -> tuple[str, ...]:
+    """Remarks on channels whose rows repeat the row before, those that do so alike together."""
+    said: dict[str, list[str]] = {}
+    for recording in recordings:
+        where = f"{recording.label}: " if len(recordings) > 1 else ""
+        for target in targets:
+            text = _repeats(_values(recording, target), recording.dt)
+            if text:
+                said.setdefault(f"{where}|{text}", []).append(target)
+    return tuple(text.replace("|", f"{', '.join(names)}: ", 1) for text, names in said.items())
+
+
+def _repeats(values: Floats, dt: float) -> str:
+    if len(values) < FEWEST or pile(values) is not None:
+        return ""
+    _, count = np.unique(values, return_counts=True)
+    chance = float(np.sum((count / len(values)) ** 2))
+    share = float(np.mean(np.diff(values) == 0))
+    if share < REPEATS + BY_CHANCE * chance:
+        return ""
+    after, often = np.unique(np.diff(np.flatnonzero(np.diff(values))), return_counts=True)
+    usual = int(after[often.argmax()])
+    if usual > 1 and often.max() > REGULAR * often.sum():
+        return f"the unit measures anew every {usual} rows, {usual * dt:.4g} s, and repeats itself between"
+    return f"{share:.0%} of the rows repeat the row before exactly: the unit is read more often than it measures"
+
+
+def _values(recording: Recording, target: str) -> Floats:
+    """Readings of the rows in use."""
+    values = recording.channels[target].values
+    return values if recording.unused is None else values[~recording.unused]
