@@ -45,6 +45,8 @@ LARGEST_BIAS = 0.02
 CHANGING = 0.1
 #: Temperatures that laboratories have [K].
 COLDEST, HOTTEST = 150.0, 520.0
+#: Fewest rows of a mean that tell noise from gravity, and the share of the rows' size that is left of noise.
+ROWS_OF_NOISE, SHARE_OF_NOISE = 16, 0.5
 #: Ratios that a wrong range setting gives, and a point in the wrong place.
 RANGES = (2.0, 4.0, 8.0, 10.0, 16.0, 100.0, 1000.0)
 #: Standard deviations by which a gain is beyond what is credible, where it is known to no two per cent.
@@ -377,6 +379,11 @@ def _gravity(manifest: Manifest, recordings: Sequence[Recording]) -> tuple[str, 
     ratio = float(np.median(ratios))
     if abs(ratio - 1) <= INCREDIBLE:
         return ()
+    if all(_is_noise(r, names) for r in triads):
+        return (
+            f"accel_x, y, z read {ratio:.2g} times gravity, noise about nothing: a linear acceleration, from which a "
+            "program has taken gravity.",
+        )
     for name in names:
         remedies = _remedies(manifest, triads[0].dt, name, ratio, SAME_GRAVITY)
         if remedies:
@@ -386,6 +393,17 @@ def _gravity(manifest: Manifest, recordings: Sequence[Recording]) -> tuple[str, 
     ranges = next((n for n in RANGES for x in (n, 1 / n) if abs(ratio / x - 1) < SAME_GRAVITY), None)
     why = f"a factor of {ranges:g}: check the unit and the range setting" if ranges else "check the unit, or offsets"
     return (f"The specific force of accel_x, y, z is {ratio:.4g} times gravity in the median: {why}.",)
+
+
+def _is_noise(recording: Recording, names: Sequence[str]) -> bool:
+    """Whether a triad's means over some rows are next to nothing beside its rows: no gravity is in them."""
+    values = np.stack([recording.channels[n].values for n in names])
+    rows = max(ROWS_OF_NOISE, len(recording) // CELLS)
+    if len(recording) < 2 * rows:
+        return False
+    means = np.add.reduceat(values, np.arange(0, len(recording) - rows + 1, rows), axis=1) / rows
+    sizes = [float(np.median(np.linalg.norm(one, axis=0))) for one in (means, values)]
+    return sizes[0] < SHARE_OF_NOISE * sizes[1]
 
 
 # ------------------------------------------------------------------------------------------------ column names

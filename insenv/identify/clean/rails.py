@@ -8,6 +8,8 @@ thins out), and what was to be read lies beyond it:
 * beside a table's rate that is noisy or late the reading stands at the rail while the table moves, for many times
   longer than it stands anywhere else in fast motion, and again longer than there: a logger that loses rows for once
   repeats the value that it had, and in a fast motion that is the largest one;
+* where the table's rate is known, a number that goes on from the largest to the smallest one is at the wrong end of the
+  range while the table turns beyond the other: an overflow;
 * where it is not known, the rows before and after a stretch at the rail head for values beyond it.
 
 A coarse reading that stands still at its highest dwell does neither. Rows at a rail are left out with what lies between
@@ -39,6 +41,8 @@ MIRRORED = 2
 BESIDE, DISTINCT = 5, 24
 #: What was to be read is beyond the rail by so many deviations, by so many steps of rounding, by this share of it.
 DEVIATIONS, STEPS, SHARE = 3.0, 3.0, 2e-3
+#: Share of the range that the table asks for at the other end where a number overflows, in a share of the rows there.
+OTHER_END, OVER = 0.9, 0.2
 #: Rows that a reading stands at a rail at least, by how much longer than at other values beyond a share of it, and
 #: scatter of the table there in that of its white noise.
 STANDS, LONGER, FAST, MOVES = 8, 5, 0.7, 1.2
@@ -68,6 +72,8 @@ class Rail:
         Rows that have exactly this value.
     share : float
         Share of the other rows that repeat the value before them.
+    over : bool
+        Whether it is read where more than the other end was to be: a number that overflows.
     """
 
     value: float
@@ -75,6 +81,7 @@ class Rail:
     step: float
     rows: int
     share: float
+    over: bool = False
 
 
 def find_rails(recordings: tuple[Recording, ...], target: str) -> tuple[Rail, ...]:
@@ -96,6 +103,7 @@ def without_rails(
         for rail in rails:
             near = _near(_at(values, rail.value), values, rail.value)
             reason = f"reads its {'largest' if rail.high else 'smallest'} value"
+            reason += " where it would be beyond the other end" if rail.over else ""
             rejected += [RejectedRows(target, run, a, b, reason, "saturation", rail.value) for a, b in stretches(near)]
             mask |= near
         cleaned.append(leaving_out(recording, target, mask) if mask.any() and not mask.all() else recording)
@@ -127,11 +135,14 @@ def _rail(recordings: tuple[Recording, ...], target: str, values: Floats, side: 
     step = max(rounding(r.channels[target].values) for r in recordings)
     by_table = [_wanted_by_table(r, target, value, side, step) for r in recordings]
     known = [one for one in by_table if one is not None]
-    wanted = min(known) if known else PILED if _heads_beyond(values, at, value, side, step) else np.inf
+    over = any(_overflows(r, target, value, side) for r in recordings)
+    wanted = (
+        PILED if over else min(known) if known else PILED if _heads_beyond(values, at, value, side, step) else np.inf
+    )
     if not _piled(values[~at], side, rows) > wanted:
         return None
     other = np.diff(values)[~at[1:]]
-    return Rail(value, side > 0, step, rows, float(np.mean(other == 0)) if len(other) else 0.0)
+    return Rail(value, side > 0, step, rows, float(np.mean(other == 0)) if len(other) else 0.0, over)
 
 
 def _mirrored(rail: Rail | None, values: Floats) -> Rail | None:
@@ -173,6 +184,20 @@ def _wanted_by_table(recording: Recording, target: str, value: float, side: floa
     if more > max(DEVIATIONS * noise, STEPS * step, SHARE * abs(value)):
         return PILED_BEYOND if more > STEPS * _between(values[free], side) else PILED
     return PILED if _moves(line(u), at, values) and _stands(values, at, free, value) else np.inf
+
+
+def _overflows(recording: Recording, target: str, value: float, side: float) -> bool:
+    """Whether an end of the range is read where the table turns beyond the other one."""
+    table = table_rate_of_rows(recording, target)
+    values = recording.channels[target].values
+    at = _at(values, value)
+    if table is None or abs(table_share(recording, target)) < 0.1 or at.sum() < FEWEST or (~at).sum() < DISTINCT:
+        return False
+    u = table * table_share(recording, target)
+    if np.ptp(u[~at]) == 0:
+        return False
+    line = np.polynomial.Polynomial.fit(u[~at], values[~at], 1)
+    return float(np.mean(-side * line(u[at]) > OTHER_END * abs(value))) > OVER
 
 
 def _between(values: Floats, side: float) -> float:

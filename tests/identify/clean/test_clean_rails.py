@@ -84,6 +84,21 @@ def test_a_gyro_that_clips_beside_a_late_and_noisy_reference_has_rails(step: flo
 
 
 @pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("top", [1.2, 2.5])
+def test_a_number_that_overflows_is_at_the_wrong_end(seed: int, top: float) -> None:
+    """Beyond its largest value the gyro reads its smallest; where it never comes so far, nothing is said."""
+    t = 0.02 * np.arange(3000)
+    u = 1.1 * np.sin(2 * np.pi * 0.41 * t + seed) + 0.5 * np.sin(2 * np.pi * 0.67 * t)
+    run = beside_a_late_encoder(u, 2.0, 0.005, seed)
+    gyro = np.asarray(run.channels["gyro"].values)
+    low = -top - 0.005
+    over = Channel(np.where(gyro > top, low, np.maximum(gyro, low)), "rad/s")
+    run = Recording(run.t, {**run.channels, "gyro": over})
+    found = [(rail.high, rail.over, round(rail.value, 6)) for rail in find_rails((run,), "gyro")]
+    assert found == ([(False, True, -1.205)] if top < 1.6 else [])
+
+
+@pytest.mark.parametrize("seed", SEEDS)
 def test_a_reading_that_is_repeated_for_once_in_fast_motion_is_no_rail(seed: int) -> None:
     """A logger lost eleven rows. Of 3000 rows of a gyro no two have the same value by chance but in one of 10^9."""
     t = 0.02 * np.arange(3000)

@@ -115,3 +115,19 @@ def test_a_point_in_the_wrong_place_is_said_of_slow_turns_too(tmp_path: Path, se
         '[model]\ntarget = "gyro"\ndeclared = ["bias"]\n'
     )
     assert "a factor of 10" in said(tmp_path / "run.toml")
+
+
+@pytest.mark.parametrize("gravity", [0.0, 9.81])
+def test_a_triad_without_gravity_is_a_linear_acceleration(gravity: float, tmp_path: Path) -> None:
+    """Noise that is as tall as increments of gravity would be is no increment; gravity as increments is stopped."""
+    dt, n = 0.005, 4000
+    noise = 0.03 * np.random.default_rng(1).standard_normal((3, n))
+    force = noise if not gravity else dt * (noise + np.array([[0.0], [0.0], [gravity]]))
+    np.savez(tmp_path / "run.npz", t=dt * np.arange(n), **dict(zip("xyz", force, strict=True)))
+    channels = "".join(f'accel_{a} = {{ column = "{a}", unit = "m/s^2" }}\n' for a in "xyz")
+    (tmp_path / "run.toml").write_text(
+        f'data = "run.npz"\n[channels]\ntime = {{ column = "t", unit = "s" }}\n{channels}'
+        '[model]\ntarget = ["accel_x", "accel_y", "accel_z"]\ndeclared = ["bias"]\nprocedure = "static"\n'
+    )
+    text = said(tmp_path / "run.toml")
+    assert ("stop: " in text and "increment" in text) if gravity else text.count("a linear acceleration") == 1

@@ -79,8 +79,10 @@ def saturation_effect(rails: tuple[Rail, ...], problem: Problem, losses: str, be
         for rail in rails
     )
     value = " or the ".join("largest" if rail.high else "smallest" for rail in rails)
+    more = "more than the other end" if any(rail.over for rail in rails) else "more"
     text = (
-        f"{rows} rows have exactly the {value} value, and more was to be read; they and what lies between are left out"
+        f"{rows} rows have exactly the {value} value, and {more} was to be read; "
+        "they and what lies between are left out"
     )
     return Added(
         effect="saturation",

@@ -73,4 +73,4 @@ def test_a_slight_line_above_the_bin_rate_has_its_own_frequency_alone(
     phase = 2 * np.pi * frequency * t + wanders * np.cumsum(rng.standard_normal(n))
     values = rng.standard_normal(n) + size * np.cos(phase)
     found = judged(tmp_path, t, 1e-3 * values, 0.05)
-    assert [(name, pytest.approx(frequency, abs=0.3)) for name, _ in found] == found != []
+    assert found and all(abs(at - frequency) < 0.3 for _, at in found)

@@ -32,7 +32,7 @@ def sure(one: Pulses | None) -> bool:
 )
 def test_pulses_have_their_interval(interval: float, rows: int, height: float) -> None:
     at = np.arange(N) % interval < rows
-    one = found(height * at)
+    one = found(np.asarray(height * at, float))
     assert one is not None and sure(one)
     assert one.interval == pytest.approx(DT * interval, rel=2e-3)
     assert one.length == pytest.approx(DT * rows, rel=1.0, abs=DT)
@@ -40,7 +40,7 @@ def test_pulses_have_their_interval(interval: float, rows: int, height: float) -
 
 
 def test_pulses_may_go_down() -> None:
-    one = found(-2.0 * (np.arange(N) % 700 < 4))
+    one = found(np.asarray(-2.0 * (np.arange(N) % 700 < 4), float))
     assert sure(one)
 
 
