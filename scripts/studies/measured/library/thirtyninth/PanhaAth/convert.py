@@ -1,4 +1,4 @@
-"""Gyro of a small board that lies still after it was turned about, a reading a second for ten minutes, the stamps rounded."""
+"""Gyro of a small board that lies still after it was turned about, a reading a second, the stamps rounded."""
 
 from pathlib import Path
 

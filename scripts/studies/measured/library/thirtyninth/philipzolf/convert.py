@@ -1,4 +1,4 @@
-"""A small quadcopter that flies a square, up to its landing: gyro x beside the roll that it estimates, 100 rows a second."""
+"""A small quadcopter that flies a square, up to its landing: gyro x beside the roll it estimates, 100 rows a second."""
 
 import json
 from pathlib import Path
