@@ -3,6 +3,8 @@
 **Spikes.** Of the samples less the table's rate, and of their means over 8, 64, ... rows, those that are far off their
 neighbours (`insenv.core.series.outlying`).
 
+**Words that were not read.** One number, most often nothing, again and again in rows whose neighbours agree on another.
+
 **Ramps.** Rows in which a table has not yet the rate that it was told (`insenv.identify.clean.ramps`).
 
 **Sticking.** A value that repeats longer than chance allows, where rows with as fast a table hardly ever repeat.
@@ -57,6 +59,9 @@ STICKS_BY_CHANCE = 1e-4
 FEWEST_EQUAL, COARSE = 5, 0.2
 #: Groups of rows by the size of the table's rate: a gyro near lock-in repeats itself, and only there.
 RATE_GROUPS = 16
+#: Fewest rows that were not read, and share of all that are far off which read the same number; most of them one after
+#: the other, share of the run that they may be, and robust deviations by which a row with that number is one of them.
+FEWEST_UNREAD, ONE_NUMBER, MOST_UNREAD, SHARE_UNREAD, SURELY = 5, 0.4, 4, 0.25, 4.0
 #: Robust deviations by which a point is off: of 11 to 80 points in ten thousand lists without a blunder 1 to 8 has one.
 OFF = 10.0
 #: Points for each column of their curve, and most columns; points for each that may be off.
@@ -137,12 +142,18 @@ def _of_run(recording: Recording, target: str, run: int, longest: int) -> list[R
     share = table_share(recording, target)
     u = np.zeros(len(y)) if table is None else table * share
     before = recording.left_out.get(target, np.zeros(len(y), bool))
-    stuck = _stuck(y, u) & ~before
+    unread = _unread(y) & ~before
+    stuck = _stuck(y, u) & ~before & ~unread
     found = [RejectedRows(target, run, a, b, f"{b - a} equal values", "stuck") for a, b in stretches(stuck)]
+    found += [
+        RejectedRows(target, run, a, b, f"{y[a]:.3g} {recording.channels[target].unit} between others: not read")
+        for a, b in stretches(unread)
+    ]
     ramps = approaching(recording, target, run)
     found += ramps
     for ramp in ramps:
         stuck[ramp.start : ramp.stop] = True
+    stuck |= unread
     coarse = _rounding(recording, target)
     spikes, sizes = _spikes(recording, y - u, u, stuck, longest, (coarse, rounding(y)))
     if table is not None:
@@ -283,6 +294,28 @@ def _reference_spikes(y: Floats, u: Floats, sizes: Floats, coarse: float) -> Mas
     hit, away = unseen(y, u, coarse)
     sizes[hit] = np.maximum(sizes[hit], FAR * away[hit])
     return hit
+
+
+def _unread(y: Floats) -> Mask:
+    """Rows that read one and the same number, far off what the rows before and after agree on."""
+    mask = np.zeros(len(y), bool)
+    if len(y) < 4 * NEIGHBOURS:
+        return mask
+    off = y[1:-1] - 0.5 * (y[:-2] + y[2:])
+    scale = max(1.4826 * float(np.median(np.abs(off))), rounding(y))
+    far_off = 1 + np.flatnonzero((np.abs(off) > FAR * scale) & (np.abs(y[2:] - y[:-2]) < np.abs(off)))
+    if not scale or len(far_off) < FEWEST_UNREAD:
+        return mask
+    numbers, count = np.unique(y[far_off], return_counts=True)
+    number = float(numbers[count.argmax()])
+    at = y == number
+    if count.max() < max(FEWEST_UNREAD, ONE_NUMBER * len(far_off)) or at.all():
+        return mask
+    rows = np.arange(len(y))
+    away = np.abs(np.interp(rows, rows[~at], y[~at]) - number)
+    for a, b in stretches(at):
+        mask[a:b] = b - a <= MOST_UNREAD and bool(away[a:b].min() > SURELY * scale)
+    return mask if mask.sum() >= FEWEST_UNREAD and mask.mean() <= SHARE_UNREAD else np.zeros(len(y), bool)
 
 
 def _stuck(y: Floats, u: Floats) -> Mask:

@@ -51,6 +51,9 @@ ROWS_OF_NOISE, SHARE_OF_NOISE = 16, 0.5
 RANGES = (2.0, 4.0, 8.0, 10.0, 16.0, 100.0, 1000.0)
 #: Standard deviations by which a gain is beyond what is credible, where it is known to no two per cent.
 SURE = 3.0
+#: Fewest cells that tell whether a rate has a sign; share of its size that a bias reads the other way, share of the
+#: cells in which the other turns either way; squares of correlations with a size and with a rate that has a sign.
+FEWEST_CELLS, ONE_WAY, BOTH_WAYS, ALIKE, UNLIKE = 50, 0.1, 0.1, 0.9, 0.5
 #: Least rate of turn that stands out of an encoder's noise [rad/s].
 TURNING = 0.01
 
@@ -183,7 +186,9 @@ def _turning(manifest: Manifest, recordings: Sequence[Recording], target: str) -
     """A gyro against the rate that it was exposed to."""
     if target.startswith("accel"):
         return ()
-    gain = _gain([_cells(r, target) for r in recordings if abs(table_share(r, target)) > LEAST_SHARE and has_table(r)])
+    cells = [_cells(r, target) for r in recordings if abs(table_share(r, target)) > LEAST_SHARE and has_table(r)]
+    _check_signs(manifest, target, cells)
+    gain = _gain(cells)
     if gain is None:
         return ()
     size, value = abs(gain.value), gain.value
@@ -201,6 +206,27 @@ def _turning(manifest: Manifest, recordings: Sequence[Recording], target: str) -
     if size < UNMOVED and gain.explained < FOLLOWS and _travelled(recordings, target) > TRAVELLED:
         return _unmoved(manifest, recordings, target, value)
     return _far_from_one(target, value)
+
+
+def _check_signs(manifest: Manifest, target: str, cells: Sequence[tuple[Floats, Floats]]) -> None:
+    """Raise InputError if the reading, or the reference, has the size of the rate without its sign."""
+    if sum(len(u) for u, _ in cells) < FEWEST_CELLS:
+        return
+    u, y = (np.concatenate([one[k] for one in cells]) for k in (0, 1))
+    for size, other, channel, beside in (
+        (y, u, f"{target} reads", "the rate that it was exposed to"),
+        (u, y, f"the reference of {target} has", "what is read"),
+    ):
+        turned = float(np.mean(other < 0))
+        one_way = size.min() > -ONE_WAY * size.max() or size.max() < -ONE_WAY * size.min()
+        if not one_way or not BOTH_WAYS < turned < 1 - BOTH_WAYS or not np.ptp(size) or not np.ptp(other):
+            continue
+        with_sign, without = (float(np.corrcoef(size, x)[0, 1]) ** 2 for x in (other, np.abs(other)))
+        if without > ALIKE and with_sign < UNLIKE:
+            raise InputError(
+                f"{manifest.path}: {channel} the size of {beside} and not its sign; wanted a column with its sign, or "
+                "a reading and a reference that have none"
+            )
 
 
 def _unmoved(manifest: Manifest, recordings: Sequence[Recording], target: str, value: float) -> tuple[str, ...]:

@@ -32,6 +32,7 @@ from insenv.identify.findings import NotTestable
 from insenv.identify.positions.accel import Magnitudes, directions, gravities, uncertain_directions
 from insenv.identify.positions.accel import with_walk as with_bias_walk
 from insenv.identify.positions.checks.bent import REPEATS, WORST, bent, not_repeated
+from insenv.identify.positions.checks.clipped import clipped
 from insenv.identify.positions.checks.creep import creeping
 from insenv.identify.positions.evidence import evidence, held_out_errors, held_out_scatter
 from insenv.identify.positions.factor import common_factor, factor_of, other_axes, unaccounted
@@ -291,6 +292,7 @@ def _with_what_is_left(  # noqa: PLR0913 -- what is left of a fit is judged by a
     said = reasons if untold else (*reasons, *bent(problem, outcome.after, alpha, _by_pace(more)[0]))
     changes = any(term.effect.id in SLOW for term in outcome.after.terms)
     said = said if changes else (*said, *creeping(recordings, found.rests))
+    said = (*said, *clipped(recordings, found.rests))
     scarce = any(n.effect == AccelScaleFactor.id and n.needs in UNTOLD for n in outcome.not_testable)
     number = np.array([rest.number for rest in found.rests])
     noise = noise_of_means(recordings, found.rests)

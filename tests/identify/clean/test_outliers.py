@@ -176,3 +176,25 @@ def test_the_report_counts_and_names_what_was_left_out() -> None:
     assert [(r["run"], r["rows"]) for r in document["rows_rejected"]] == [(1, [2000, 2001]), (1, [7000, 7001])]
     assert "2 rows left out as outliers" in " ".join(summary(found).split())
     assert to_json(clean)["rows_rejected"] == []
+
+
+@pytest.mark.parametrize("kind", ["constant", "reversal"])
+@pytest.mark.parametrize("number", [0.0, -1.0])
+def test_rows_that_were_not_read_are_found_however_many(kind: str, number: float) -> None:
+    """Three in a hundred read one number, single ones and pairs: too many to be outliers, and all alike."""
+    recording = gyro_run(kind, 2, duration=300.0).recording
+    sound = recording.channels["gyro"].values
+    at = np.random.default_rng(3).choice(np.arange(10, len(recording) - 10, 5), int(0.025 * len(recording)), False)
+    rows = np.sort(np.concatenate([at, at[::5] + 1]))
+    found = [one for one in rejected(changed(recording, "gyro", rows.tolist(), number)) if "not read" in one.reason]
+    missing = np.concatenate([np.arange(one.start, one.stop) for one in found])
+    far = rows[np.abs(sound[rows] - number) > 6 * scatter(recording)]
+    assert np.isin(far, missing).all() and np.isin(missing, rows).all()
+
+
+def test_a_table_that_stops_again_and_again_reads_nothing_there() -> None:
+    """A motor that is pulsed: nought between others for three rows of ten, and again; that is how it turns."""
+    pulses = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0], 300)
+    values = pulses + 0.01 * np.random.default_rng(4).standard_normal(3000) * pulses
+    recording = Recording(0.01 * np.arange(3000.0), {"gyro": Channel(values, "rad/s")})
+    assert not [one for one in rejected(recording) if "not read" in one.reason]

@@ -131,3 +131,22 @@ def test_a_triad_without_gravity_is_a_linear_acceleration(gravity: float, tmp_pa
     )
     text = said(tmp_path / "run.toml")
     assert ("stop: " in text and "increment" in text) if gravity else text.count("a linear acceleration") == 1
+
+
+@pytest.mark.parametrize("unsigned", ["reading", "reference", "neither", "both"])
+def test_a_rate_without_its_sign_is_stopped(unsigned: str, tmp_path: Path) -> None:
+    t = 0.01 * np.arange(1, 6001)
+    rate = np.sin(0.3 * t) + 0.4 * np.sin(1.1 * t)
+    gyro = 1.01 * rate + 0.02 + 0.01 * np.random.default_rng(1).standard_normal(len(t))
+    np.savez(
+        tmp_path / "run.npz",
+        t=t,
+        gyro=np.abs(gyro) if unsigned in ("reading", "both") else gyro,
+        rate=np.abs(rate) if unsigned in ("reference", "both") else rate,
+    )
+    (tmp_path / "run.toml").write_text(
+        'data = "run.npz"\n[channels]\ntime = { column = "t", unit = "s" }\n'
+        'gyro = { column = "gyro", unit = "rad/s" }\ntable_rate = { column = "rate", unit = "rad/s" }\n'
+        '[model]\ntarget = "gyro"\ndeclared = ["bias", "scale_factor"]\n'
+    )
+    assert ("and not its sign" in said(tmp_path / "run.toml")) is (unsigned in ("reading", "reference"))
