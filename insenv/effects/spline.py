@@ -14,6 +14,7 @@ and Simpson's rule, exact for a cubic, where x hardly moves.
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, Self, final
@@ -70,6 +71,11 @@ class Spline(LinearEffect):
         low, high = float(np.min(both)), float(np.max(both))
         # Where nothing changes any range will do: the functions are constant there and a fit drops them.
         return replace(self, low=low, high=high if high > low else low + 1.0)
+
+    def over_all(self, motions: Iterable[Motion]) -> Self:
+        """The same over the range that all of them cover together."""
+        each = [self.over(motion) for motion in motions]
+        return replace(each[0], low=min(one.low for one in each), high=max(one.high for one in each))
 
     def basis(self, u: Floats, motion: Motion) -> Floats:
         """Means of the functions over each interval, shape (..., n, count)."""

@@ -99,7 +99,8 @@ def _of_run(recording: Recording, target: str, told: Settled) -> list[RejectedRo
     known = means.known > 0
     if known.sum() < GROUPS * over:
         return []
-    left = y - u - np.median((y - u)[known])
+    y = y - np.median((y - u)[known])  # a bias is no rate of turn
+    left = y - u
     score = np.where(known, np.abs(left) / _spread(y, u, left, known, max(round(AROUND / dt), 1)), 0.0)
     calm = known & (score < FAR)
     usual = float(np.sqrt(np.mean(left[calm] ** 2))) if calm.any() else 0.0

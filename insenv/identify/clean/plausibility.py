@@ -321,8 +321,11 @@ def _gain(runs: Sequence[tuple[Floats, Floats]]) -> Gain | None:
     changing = bool(rates.std() > CHANGING * np.sqrt(np.mean(rates**2)))
     if not changing and np.abs(np.concatenate([y for _, y in runs])).mean() < LARGEST_BIAS:
         return None
-    x = np.concatenate([u - u.mean() * changing for u, _ in runs])
-    y = np.concatenate([v - v.mean() * changing for _, v in runs])
+    # Of runs that are each at one rate, and not at the same, all together tell a gain from one bias.
+    biases = any(u.std() > CHANGING * np.sqrt(np.mean(rates**2)) for u, _ in runs)
+    both = np.concatenate(runs, axis=1)
+    levels = [(np.mean(run, axis=1) if biases else both.mean(axis=1)) * changing for run in runs]
+    x, y = np.concatenate([np.array(run) - level[:, None] for run, level in zip(runs, levels, strict=True)], axis=1)
     power = float(x @ x)
     if power <= 0:
         return None

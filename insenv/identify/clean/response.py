@@ -256,7 +256,10 @@ def _at_rates(one: Stretch, recording: Recording, target: str) -> Stretch:
     cells = cells[(cells >= one.start) & (cells < one.stop)] - one.start
     at_rate = np.zeros(one.stop - one.start, bool)
     at_rate[cells] = True
-    return replace(one, used=at_rate if one.used is None else at_rate & one.used)
+    used = at_rate if one.used is None else at_rate & one.used
+    u = one.exposure.u[one.start : one.stop][used & (one.known > 0)]
+    # The ends of dwells at one rate tell no gain from a bias.
+    return replace(one, used=used) if len(u) and np.ptp(u) > CHANGING * np.abs(u).max() else one
 
 
 def _smoothed(parts: list[Stretch], recordings: tuple[Recording, ...], read: dict[int, float]) -> set[int]:

@@ -55,8 +55,7 @@ def _curve(effect: Effect) -> tuple[type[Spline], bool] | None:
 
 def _columns(problem: Problem, kind: type[Spline], by_rate: bool) -> Floats | None:
     """The discrepancy's regressors in the modes of the fitted blocks, shape (modes, k)."""
-    longest = max(problem.exposures, key=lambda e: e.motion.n)
-    curve = kind().over(longest.motion)
+    curve = kind().over_all(e.motion for e in problem.exposures)
     if any(curve.missing(e.motion) for e in problem.exposures):
         return None
     cells = tuple(curve.basis(e.u, e.motion) * (e.u[:, None] if by_rate else 1.0) for e in problem.exposures)

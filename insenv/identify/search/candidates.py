@@ -11,10 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from insenv.core.motion import Motion
 from insenv.core.recording import Floats
 from insenv.data.exposure import CHANNEL_OF
 from insenv.effects.angle import EncoderHarmonic
 from insenv.effects.base import CurveEffect, Effect, LinearEffect, NoiseEffect
+from insenv.effects.spline import Spline
 from insenv.identify.findings import NotTestable
 from insenv.identify.fit.problem import Problem, Term
 from insenv.identify.prepare.obeyed import disobeyed
@@ -185,12 +187,15 @@ def local_beside_lag(problem: Problem, catalogue: tuple[Effect, ...]) -> tuple[C
 
 def _terms(problem: Problem, effect: Effect) -> tuple[Term, ...]:
     """One term per shape; splines are first fitted to the ranges of the recording."""
-    longest = max(problem.exposures, key=lambda e: e.motion.n)
+    motions = [e.motion for e in problem.exposures]
+    if isinstance(effect, Spline):
+        return (Term(effect.over_all(motions)),)
+    motion = max(motions, key=lambda one: _shows(one, effect))
     if isinstance(effect, LinearEffect):
         each = effect.of_run and len({b.run for b in problem.fitted}) > 1
-        return tuple(Term(form, per_run=each) for form in effect.variants(longest.motion))
+        return tuple(Term(form, per_run=each) for form in effect.variants(motion))
     assert isinstance(effect, CurveEffect)
-    grid = effect.grid(longest.motion)
+    grid = effect.grid(motion)
     start, stop = _fitted_time(problem)
     for j, param in enumerate(effect.shapes):
         # What is over within less than its least credible time is an event at the start, or a filter.
@@ -203,7 +208,16 @@ def _terms(problem: Problem, effect: Effect) -> tuple[Term, ...]:
             margin = END_SHARE * (stop - start)
             grid = grid[(grid[:, j] > start + margin) & (grid[:, j] < stop - margin)]
     shapes = [shape for row in grid.tolist() if not unseen(problem, effect, shape := tuple(row))]
-    return tuple(Term(form, shape) for form in effect.variants(longest.motion) for shape in shapes)
+    return tuple(Term(form, shape) for form in effect.variants(motion) for shape in shapes)
+
+
+def _shows(motion: Motion, effect: Effect) -> tuple[float, int]:
+    """How far a run goes in what an effect depends on, and how long: its shapes are tried over the farthest range."""
+    if effect.of_rate and not effect.of_time:
+        return float(np.abs(motion.rate).max(initial=0.0)), motion.n
+    if "temperature" in effect.needs and motion.temperature is not None:
+        return float(np.ptp(motion.temperature)), motion.n
+    return 0.0, motion.n
 
 
 def unseen(problem: Problem, effect: Effect, shape: tuple[float, ...]) -> str:

@@ -14,7 +14,7 @@ from insenv.identify.clean.lost import lost_rows
 DT, PLAY = 0.01, 1.5e-3
 
 
-def run(turns: tuple[int, ...]) -> Recording:
+def run(turns: tuple[int, ...], bias: float) -> Recording:
     """A table that turns round every 15 s, and an encoder that has a play at some of these turns."""
     rng = np.random.default_rng(4)
     t: Floats = DT * np.arange(9000.0)
@@ -24,13 +24,15 @@ def run(turns: tuple[int, ...]) -> Recording:
     there = np.isin(way, turns) & (np.diff(way, prepend=0) > 0)
     behind = PLAY * np.cumsum(np.where(way % 2, 1.0, -1.0) * there)
     shown = angle + behind + 4e-5 * rng.standard_normal(len(t))
-    gyro = rate + 1e-3 * rng.standard_normal(len(t))
+    gyro = rate + bias + 1e-3 * rng.standard_normal(len(t))
     return with_reference(Recording(t, {"gyro": Channel(gyro, "rad/s"), "table_angle": Channel(shown, "rad")}))
 
 
 @pytest.mark.parametrize(("turns", "events"), [((3,), 1), ((1, 2, 3, 4, 5), 0)])
-def test_what_is_there_at_every_turn_is_no_event(turns: tuple[int, ...], events: int) -> None:
-    assert len(lost_rows((run(turns),), "gyro", (Settled(0, 30, 1.0, 0.0),))) == events
+@pytest.mark.parametrize("bias", [0.0, 0.2])
+def test_what_is_there_at_every_turn_is_no_event(turns: tuple[int, ...], events: int, bias: float) -> None:
+    """Whatever the bias, which is no rate of turn."""
+    assert len(lost_rows((run(turns, bias),), "gyro", (Settled(0, 30, 1.0, 0.0),))) == events
 
 
 @pytest.mark.parametrize(("law", "lost"), [(True, False), (False, True)])

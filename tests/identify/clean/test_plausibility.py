@@ -150,3 +150,19 @@ def test_a_rate_without_its_sign_is_stopped(unsigned: str, tmp_path: Path) -> No
         '[model]\ntarget = "gyro"\ndeclared = ["bias", "scale_factor"]\n'
     )
     assert ("and not its sign" in said(tmp_path / "run.toml")) is (unsigned in ("reading", "reference"))
+
+
+@pytest.mark.parametrize(("unit", "words"), [("deg/s", ""), ("rad/s", 'unit = "deg/s"'), ("-1 deg/s", "reversed")])
+def test_files_of_one_rate_each_tell_a_gain_together(unit: str, words: str, tmp_path: Path) -> None:
+    files = []
+    for k, rate in enumerate((30.0, -30.0, 60.0, -60.0)):
+        y = 1.01 * rate + 1.5 + 0.05 * np.random.default_rng(k).standard_normal(600)
+        np.savez(tmp_path / f"run{k}.npz", t=0.1 * np.arange(600), u=np.full(600, rate), y=y)
+        files.append(f'[[runs]]\nfile = "run{k}.npz"\n')
+    (tmp_path / "run.toml").write_text(
+        '[channels]\ntime = { column = "t", unit = "s" }\ntable_rate = { column = "u", unit = "deg/s" }\n'
+        f'gyro = {{ column = "y", unit = "{unit}" }}\n'
+        '[model]\ntarget = "gyro"\ndeclared = ["bias", "scale_factor"]\n' + "".join(files)
+    )
+    text = said(tmp_path / "run.toml")
+    assert words in text if words else not text
