@@ -104,7 +104,9 @@ def skews_apart(problem: Problem, fit: Fit) -> Skews | None:
 
 
 def skew_of_means(skews: Sequence[tuple[float, float, float]], width: float, own: Estimate) -> tuple[float, str]:
-    """What a skew by means over ``width`` seconds differs from that by shorter ones beyond chance, and a word of it.
+    """What a skew by means over ``width`` seconds differs from that by others beyond chance, and a word of it.
+
+    Others are shorter, or begin elsewhere.
 
     Where the reference has errors that go with the motion the noise is not all that the skews of means of two lengths
     have to differ: of a robot beside its wheels -19.1 +- 1.2, -15.7 +- 1.1, -14.5 +- 1.8 and -23.6 +- 0.7 ms by means
@@ -126,15 +128,16 @@ def skew_of_means(skews: Sequence[tuple[float, float, float]], width: float, own
     said : str
         Empty where they agree.
     """
-    shorter = [one for one in skews if one[0] < (1 - 1e-6) * width]
-    apart = [one for one in shorter if abs(one[1] - own.value) > DIFFER * math.hypot(one[2], own.sd)]
+    others = [one for one in skews if one[0] < (1 + 1e-6) * width]
+    apart = [one for one in others if abs(one[1] - own.value) > DIFFER * math.hypot(one[2], own.sd)]
     if not apart:
         return 0.0, ""
     length, skew, sd = max(apart, key=lambda one: abs(one[1] - own.value))
+    elsewhere = " that begin elsewhere" if length > (1 - 1e-6) * width else ""
     return (skew - own.value) ** 2 - sd**2 - own.sd**2, (
-        f"the timing skew is not the same by means over {length:.2g} s ({1e3 * skew:.3g} ± {1e3 * sd:.1g} ms) and over "
-        f"{width:.2g} s ({1e3 * own.value:.3g} ± {1e3 * own.sd:.1g} ms), which are judged: errors of the reference, "
-        "and the deviation that is stated has the difference in it"
+        f"the timing skew is not the same by means over {length:.2g} s{elsewhere} ({1e3 * skew:.3g} ± {1e3 * sd:.1g} "
+        f"ms) and over {width:.2g} s ({1e3 * own.value:.3g} ± {1e3 * own.sd:.1g} ms), which are judged: errors of the "
+        "reference, and the deviation that is stated has the difference in it"
     )
 
 

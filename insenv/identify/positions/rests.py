@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats, Recording
+from insenv.core.series.rounding import rounding
 from insenv.data.manifest import Manifest
 from insenv.data.split import split
 from insenv.identify.positions.stillness import (
@@ -52,6 +53,8 @@ CALM = (2.0, 4.0, 8.0, 16.0)
 MANY = 100
 #: Parts of a rest where rests are too few to be held out themselves, the fewest of a short one, and fewest rows of one.
 PARTS, FEWEST_PARTS, ROWS_OF_PART = 8, 4, 4
+#: Robust deviations off a labelled stretch of rows of another label, and the share of it that they may be at an end.
+OF_ANOTHER, ENDS = 10.0, 0.1
 #: Share of rests too short to be cut from which on none is; below it they are fitted as they are.
 MOST_WHOLE = 0.5
 
@@ -113,7 +116,7 @@ def find_rests(manifest: Manifest, recordings: Sequence[Recording], channels: Se
     quiet = quiet_levels(recordings, channels)
     scatters = [scatter(recording, channels, quiet) for recording in recordings]
     for run, (recording, s) in enumerate(zip(recordings, scatters, strict=True)):
-        stretches, said = _labelled(recording, s) if recording.segments else _still(recording, channels, s)
+        stretches, said = _labelled(recording, channels, s) if recording.segments else _still(recording, channels, s)
         found += [(run, start, stop) for start, stop in stretches]
         remarks += said
     if len(found) < 2:
@@ -280,22 +283,39 @@ def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
-def _labelled(recording: Recording, s: Floats) -> tuple[list[tuple[int, int]], list[str]]:
+def _labelled(recording: Recording, channels: Sequence[str], s: Floats) -> tuple[list[tuple[int, int]], list[str]]:
     """Labelled stretches that stand still, and what is said of the others.
 
     A window that is longer than a stretch tells of its neighbours: a stretch so short is a rest by its label.
     """
     width, limit = window_rows(recording), threshold(s)
-    kept, moving = [], []
+    kept, moving, beyond = [], [], 0
     for segment in recording.segments:
         inner = s[segment.start + width // 2 : segment.stop - width // 2 + 1]
         if segment.stop - segment.start >= width and float(np.mean(inner >= limit)) > MOVING_SHARE:
             moving.append(segment.label)
         else:
-            kept.append((segment.start, segment.stop))
+            start, stop = _of_label(recording, channels, segment.start, segment.stop)
+            beyond += segment.stop - segment.start - (stop - start)
+            kept.append((start, stop))
     noun = "segment" if len(moving) == 1 else "segments"
     said = [f"{recording.label}: {noun} {', '.join(moving)} left out: there the triad moves"] if moving else []
+    if beyond:
+        rows = f"{beyond} row{'s' * (beyond > 1)} at the ends of labelled stretches"
+        said.append(f"{recording.label}: {rows} left out: far off the rest of them, as of another label")
     return kept, said
+
+
+def _of_label(recording: Recording, channels: Sequence[str], start: int, stop: int) -> tuple[int, int]:
+    """A labelled stretch without rows at its ends that are far off it: labels come a row early or late."""
+    far = np.zeros(stop - start, bool)
+    for name in channels:
+        values = recording.channels[name].values[start:stop]
+        off = np.abs(values - np.median(values))
+        far |= off > OF_ANOTHER * max(1.4826 * float(np.median(off)), rounding(values))
+    ends = int(ENDS * len(far))
+    first, last = np.flatnonzero(far[:ends]), np.flatnonzero(far[len(far) - ends :])
+    return start + (int(first[-1]) + 1 if len(first) else 0), stop - (ends - int(last[0]) if len(last) else 0)
 
 
 def _held_out(manifest: Manifest, recordings: Sequence[Recording], rests: Sequence[Rest]) -> NDArray[np.bool_]:

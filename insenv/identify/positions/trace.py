@@ -32,8 +32,8 @@ from insenv.identify.findings import NotTestable
 from insenv.identify.positions.accel import Magnitudes, directions, gravities, uncertain_directions
 from insenv.identify.positions.accel import with_walk as with_bias_walk
 from insenv.identify.positions.checks.bent import REPEATS, WORST, bent, not_repeated
-from insenv.identify.positions.checks.clipped import clipped
 from insenv.identify.positions.checks.creep import creeping
+from insenv.identify.positions.checks.numbers import clipped, silenced
 from insenv.identify.positions.evidence import evidence, held_out_errors, held_out_scatter
 from insenv.identify.positions.factor import common_factor, factor_of, other_axes, unaccounted
 from insenv.identify.positions.gyro import Rotations, rotations, with_noise
@@ -504,7 +504,8 @@ def _gyros_at_rest(
         outcome = _with_slow(problem, replace(outcome, not_testable=(*outcome.not_testable, *blind)), untold, alpha)
         before, after = (over_walks(problem, [*terms, *more], runs, f) for f in (outcome.before, outcome.after))
         outcome = replace(outcome, before=before, after=after)
-        parts.append(Part(problem, outcome, _structure(problem, outcome.after, alpha, "rests")))
+        silent = silenced(recordings, rests, f"gyro_{AXES[axis]}")
+        parts.append(Part(problem, outcome, (*_structure(problem, outcome.after, alpha, "rests"), *silent)))
     return tuple(parts), float(np.median(scatter))
 
 

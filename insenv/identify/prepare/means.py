@@ -13,6 +13,9 @@ that it has some where they read less of the motion, g_m < 1 - `LOST`, and longe
     |g_M - 1| <= `WHOLE`,        g_M - g_m > `LOST`,        M the surest of those that agree with all longer ones
 
 What an instrument's filter takes from fast motion looks the same, and is as well left to longer means.
+
+A reference that errs from row to row in a cycle, a converter of which one step in four is larger, makes a skew of means
+over a multiple of that, which depends on where they begin (`begun_later`).
 """
 
 from __future__ import annotations
@@ -23,7 +26,7 @@ from itertools import chain
 
 import numpy as np
 
-from insenv.core.recording import Recording
+from insenv.core.recording import Recording, rows_between
 from insenv.data.manifest.spec import Manifest
 from insenv.data.split import RowUse
 from insenv.effects.rate.scale import ScaleFactor
@@ -41,6 +44,9 @@ LOST, WHOLE = 0.1, 0.1
 #: Times the shortest means that agree that are taken where nothing is known of the errors: beside another model these
 #: may as well be the other way.
 FARTHER = 2
+
+#: Rows by which other means begin later: cycles of a converter are of two, four or ten rows.
+LATER = (1, 2, 3, 5)
 
 #: Of means over more and more rows: how many, what they tell and its deviation.
 Told = tuple[tuple[int, float, float], ...]
@@ -112,3 +118,25 @@ def by_means(
         late = ((wide, float(fit.theta[skew[0]]), float(fit.sd[skew[0]])),) if len(skew) == 1 else ()
         yield ToldByMeans(((wide, factor * (1 + c), abs(factor) * sd),), late)
         wide *= 2
+
+
+def begun_later(
+    manifest: Manifest,
+    recordings: tuple[Recording, ...],
+    uses: tuple[RowUse, ...],
+    target: str,
+    rows: int,
+    model: Model,
+) -> Told:
+    """Skews of one run by means over so many ``rows`` that begin some rows later."""
+    found: list[tuple[int, float, float]] = []
+    free = (*(t for t in model if not isinstance(t.effect, TimingSkew)), Term(TimingSkew()))
+    for later in (k for k in LATER if k < rows):
+        runs = tuple(rows_between(r, later, len(r)) for r in recordings)
+        own = tuple(RowUse(use.fit[later:], use.held_out[later:]) for use in uses)
+        problem = binned(manifest, runs, own, target, rows)
+        fit = solve(problem, free)
+        skew = np.flatnonzero(fit.design.term == len(free) - 1)
+        if len(skew) == 1:
+            found.append((rows, float(fit.theta[skew[0]]), float(fit.sd[skew[0]])))
+    return tuple(found)

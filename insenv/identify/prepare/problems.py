@@ -38,7 +38,14 @@ from insenv.identify.fit.problem import Model, Problem
 from insenv.identify.prepare.binned import binned, enough
 from insenv.identify.prepare.bounded import bounded, of_points
 from insenv.identify.prepare.declared import declared_model
-from insenv.identify.prepare.means import LEFT, ToldByMeans, by_means, of_known_errors, of_unknown_errors
+from insenv.identify.prepare.means import (
+    LEFT,
+    ToldByMeans,
+    begun_later,
+    by_means,
+    of_known_errors,
+    of_unknown_errors,
+)
 from insenv.identify.prepare.rows_left import rows_left, sample_residual
 from insenv.identify.prepare.samples import sample_spectrum
 from insenv.identify.prepare.spectral.coherence import follows
@@ -157,7 +164,9 @@ def prepare(
     left = partial(rows_left, ready.recordings, ready.uses, lines=every)
     fast = partial(_confirmed, *own) if tones else unanswered
     dt, rails = recordings[0].dt, ready.clean.rails
-    gains, skews = (tuple((n * dt, c, sd) for n, c, sd in each) for each in (ready.means.gains, ready.means.skews))
+    elsewhere = begun_later(manifest, ready.measured, ready.uses, target, rows, model) if ready.means.skews else ()
+    both = ready.means.gains, (*ready.means.skews, *elsewhere)
+    gains, skews = (tuple((n * dt, c, sd) for n, c, sd in each) for each in both)
     return Prepared(
         plain, problem, model, (*lines, *folded), ready.held, ready.rejected, rails, samples, fast, gains, skews, left
     )

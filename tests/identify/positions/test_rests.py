@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -72,6 +73,22 @@ def test_labels_are_rests_but_for_those_that_move() -> None:
     found = find_rests(manifest(ACCELS, CALIBRATED), (replace(run, segments=segments),), list(run.channels))
     assert [(r.start, r.stop) for r in found.rests] == [(250 * k, 250 * k + 150) for k in range(4)]
     assert any("segment turn left out" in text for text in found.remarks)
+
+
+@pytest.mark.parametrize("early", [1, 3, -2])
+def test_rows_of_another_label_at_an_end_are_left_out(early: int) -> None:
+    """Labels that come some rows early, or late: these rows are gravities off."""
+    rng, rows = np.random.default_rng(3), 200
+    faces = 9.81 * np.repeat(np.vstack([np.eye(3), -np.eye(3)]), rows, axis=0)
+    values = faces + 0.02 * rng.standard_normal(faces.shape)
+    channels = {f"accel_{axis}": Channel(values[:, k], "m/s^2") for k, axis in enumerate("xyz")}
+    edges = np.clip(rows * np.arange(7) - early, 0, 6 * rows)
+    segments = tuple(Segment(str(k), int(a), int(b)) for k, (a, b) in enumerate(pairwise(edges)))
+    run = Recording(0.02 * np.arange(float(len(values))), channels, segments, Site(gravity=9.81), label="table")
+    found = find_rests(manifest(ACCELS, CALIBRATED), (run,), list(channels))
+    assert all(one.start // rows == (one.stop - 1) // rows for one in found.rests)
+    assert sum(one.stop - one.start for one in found.rests) > 6 * (rows - 12)
+    assert any(f"{5 * abs(early)} rows at the ends of labelled stretches left out" in text for text in found.remarks)
 
 
 @pytest.mark.parametrize("rows", [2, 4, 7, 8])

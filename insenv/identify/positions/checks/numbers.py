@@ -1,8 +1,11 @@
-"""Whether rests read an end of the range: an accelerometer that clips below gravity, or within its noise of it.
+"""The numbers that rests read: an accelerometer that clips below gravity, or a gyro that a program holds at nought.
 
 In a rest that is clipped most rows are exactly the largest, or the smallest, number that the channel reads anywhere,
 where other rests scatter over many numbers. Six faces fit such an axis with a scale factor that is too small, and leave
 nothing.
+
+A gyro that reads one number in most rows of all rests, and none of those next to it, has a dead band: its bias is not
+what it reads there.
 """
 
 from __future__ import annotations
@@ -18,6 +21,8 @@ from insenv.identify.positions.rests import Rest
 #: Share of the rows of a rest on one number from which on it may be clipped, how many times the usual share, and how
 #: large that may be: readings of few numbers tell nothing.
 SHARE, TIMES, USUAL = 0.25, 3.0, 0.2
+#: Share of the rows at rest on one number, how many steps off others begin, and fewest of these.
+SILENT, STEPS, FEWEST = 0.5, 3.0, 50
 
 
 def clipped(recordings: Sequence[Recording], rests: Sequence[Rest]) -> tuple[str, ...]:
@@ -41,6 +46,24 @@ def clipped(recordings: Sequence[Recording], rests: Sequence[Rest]) -> tuple[str
                     "clipped there, and its scale factor and bias are not what they seem"
                 )
     return tuple(said)
+
+
+def silenced(recordings: Sequence[Recording], rests: Sequence[Rest], target: str) -> tuple[str, ...]:
+    """A reason where a gyro reads one number at rest, and what it reads elsewhere begins some steps off."""
+    at_rest = np.concatenate([recordings[rest.run].channels[target].values[rest.rows] for rest in rests])
+    number, share = _mode(at_rest)
+    numbers = np.unique(np.concatenate([r.channels[target].values for r in recordings]))
+    others = numbers[numbers != number]
+    if share < SILENT or len(others) < FEWEST:
+        return ()
+    step = float(np.median(np.sort(np.diff(others))[: len(others) // 2]))
+    gap = float(np.abs(others - number).min())
+    if gap <= STEPS * step:
+        return ()
+    return (
+        f"{target} reads exactly {number:.5g} rad/s in {share:.0%} of the rows at rest, and nothing within {gap:.2g} "
+        "rad/s of it: a dead band or a program that sets slow rates so, which hides its bias and its noise",
+    )
 
 
 def _mode(values: Floats) -> tuple[float, float]:

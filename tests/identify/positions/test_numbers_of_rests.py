@@ -1,4 +1,4 @@
-"""An accelerometer that clips below gravity: six faces fit it with a scale factor, and nothing is left."""
+"""An accelerometer that clips below gravity, which six faces fit with a scale factor; a gyro held at nought."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pytest
 
 from insenv.core.recording import Channel, Recording
 from insenv.core.units import STANDARD_GRAVITY
-from insenv.identify.positions.checks.clipped import clipped
+from insenv.identify.positions.checks.numbers import clipped, silenced
 from insenv.identify.positions.rests import Rest
 
 ROWS, STEP = 400, 0.0024
@@ -38,3 +38,17 @@ def test_a_clipped_axis_is_told(most: float) -> None:
 @pytest.mark.parametrize("seed", range(5))
 def test_noise_and_coarse_steps_are_no_clipping(step: float, seed: int) -> None:
     assert said(np.inf, seed=seed, step=step) == ()
+
+
+@pytest.mark.parametrize("band", [0.03, 0.0])
+@pytest.mark.parametrize("step", [0.001, 0.004])
+def test_a_gyro_that_is_held_at_nought_is_told(band: float, step: float) -> None:
+    """Noise of two steps, or half of one, about a bias: at rest it reads a few numbers, or none but nought."""
+    rng = np.random.default_rng(1)
+    turn = np.sin(np.pi * np.arange(100) / 100)
+    rate = np.concatenate([np.append(np.zeros(ROWS), size * turn) for size in (0.8, -0.6, 1.0, -0.9, 0.7)])
+    values = np.round((rate + 0.01 + 0.002 * rng.standard_normal(len(rate))) / step) * step
+    values = np.where(np.abs(values) < band, 0.0, values)
+    recording = Recording(0.01 * np.arange(float(len(values))), {"gyro_x": Channel(values, "rad/s")})
+    rests = [Rest(k, 0, k * (ROWS + 100), k * (ROWS + 100) + ROWS) for k in range(5)]
+    assert bool(silenced((recording,), rests, "gyro_x")) is (band > 0)
