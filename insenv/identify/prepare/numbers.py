@@ -1,7 +1,7 @@
 r"""The numbers that a unit at rest reads: piled on one of them, or the same again and again.
 
-Noise that is rounded reads neighbouring numbers about as often as each other. Of c rows that read one number, and m
-that read the fullest of the five next to it on either side (numbers that are rounded twice alternate),
+Noise that is rounded reads neighbouring numbers about as often as each other, and those that are rounded twice in
+turns. Of c rows that read one number, and m that read the fullest other one, or at an end the fullest of the next two,
 
     P(C >= c),    C ~ Binomial(c + m, k / (1 + k)),
 
@@ -24,9 +24,9 @@ from scipy.special import betainc
 from insenv.core.recording import Floats, Recording
 from insenv.core.series.stretches import stretches
 
-#: Times as often as the numbers next to it that a number may be read, how many these are on either side, and at an end,
-#: from which on there are more and more; the probability from which on it is a pile.
-PILED, BESIDE, AT_END, SAID = 3.0, 5, 2, 1e-9
+#: Times as often as others that a number may be read, how many these are at an end, from which on there are more and
+#: more, and the probability from which on it is a pile.
+PILED, AT_END, SAID = 3.0, 2, 1e-9
 #: Fewest numbers that are read, share of the rows on one that is a pile, and stretches in which it is read.
 DISTINCT, SHARE, APART = 12, 0.02, 12
 #: Fewest rows, and share of them that repeat the row before, beyond times what rounding makes.
@@ -37,7 +37,7 @@ REGULAR = 0.9
 
 @dataclass(frozen=True)
 class Pile:
-    """A number that too many rows read: their share, how many times as many as read one next to it, and where it is.
+    """A number that too many rows read: their share, how many times as many as read another, and where it is.
 
     ``end`` is "smallest" or "largest" where nothing beyond it is read; else empty.
     """
@@ -64,8 +64,8 @@ def piles(recordings: Sequence[Recording], target: str) -> tuple[str, ...]:
             else "a dead band, a threshold of a program or rows that were not read hide what is smaller"
         )
         said.append(
-            f"{found.share:.0%} of the rows{where} read {number}, {found.times:.2g} times as many as read a number "
-            f"next to it: {why}"
+            f"{found.share:.0%} of the rows{where} read {number}, {found.times:.2g} times as many as read another one "
+            f"nearby: {why}"
         )
     return tuple(said)
 
@@ -76,9 +76,8 @@ def pile(values: Floats) -> Pile | None:
     if len(numbers) < DISTINCT:
         return None
     held = len(values) / (1 + np.count_nonzero(np.diff(values)))
-    padded = np.pad(count, BESIDE)
-    others = [np.roll(padded, k)[BESIDE:-BESIDE] for k in range(-BESIDE, BESIDE + 1) if k]
-    beside = np.max(others, axis=0)
+    largest = np.partition(count, -2)[-2:]
+    beside = np.where(count == largest[1], largest[0], largest[1])
     beside[[0, -1]] = count[1 : 1 + AT_END].max(), count[-1 - AT_END : -1].max()
     rows, usual = count / held, np.maximum(beside / held, 1.0)
     log_p = np.log(np.maximum(betainc(rows, usual + 1, PILED / (1 + PILED)), 1e-300)) + np.log(len(numbers))
@@ -92,30 +91,34 @@ def pile(values: Floats) -> Pile | None:
 
 
 def repeated(recordings: Sequence[Recording], targets: Sequence[str]) -> tuple[str, ...]:
-    """Remarks on channels whose rows repeat the row before, those that do so alike together."""
-    said: dict[str, list[str]] = {}
+    """Remarks on channels whose rows repeat the row before, all that do so alike in one."""
+    said: dict[tuple[str, int], list[str]] = {}
     for recording in recordings:
         where = f"{recording.label}: " if len(recordings) > 1 else ""
         for target in targets:
-            text = _repeats(_values(recording, target), recording.dt)
-            if text:
-                said.setdefault(f"{where}|{text}", []).append(target)
-    return tuple(text.replace("|", f"{', '.join(names)}: ", 1) for text, names in said.items())
+            found = _repeats(_values(recording, target))
+            if found is not None:
+                share, every = found
+                said.setdefault((where, every), []).append(target if every else f"{target} in {share:.0%} of the rows")
+    return tuple(
+        f"{where}{', '.join(names)}: each repeats the row before exactly, for the unit "
+        + ("is read more often than it measures" if not every else f"measures anew every {every} rows alone")
+        for (where, every), names in said.items()
+    )
 
 
-def _repeats(values: Floats, dt: float) -> str:
+def _repeats(values: Floats) -> tuple[float, int] | None:
+    """Share of the rows that repeat the one before, and after how many rows there is a new one; 0 where that varies."""
     if len(values) < FEWEST or pile(values) is not None:
-        return ""
+        return None
     _, count = np.unique(values, return_counts=True)
     chance = float(np.sum((count / len(values)) ** 2))
     share = float(np.mean(np.diff(values) == 0))
     if share < REPEATS + BY_CHANCE * chance:
-        return ""
+        return None
     after, often = np.unique(np.diff(np.flatnonzero(np.diff(values))), return_counts=True)
     usual = int(after[often.argmax()])
-    if usual > 1 and often.max() > REGULAR * often.sum():
-        return f"the unit measures anew every {usual} rows, {usual * dt:.4g} s, and repeats itself between"
-    return f"{share:.0%} of the rows repeat the row before exactly: the unit is read more often than it measures"
+    return share, usual if usual > 1 and often.max() > REGULAR * often.sum() else 0
 
 
 def _values(recording: Recording, target: str) -> Floats:

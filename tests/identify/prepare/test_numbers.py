@@ -93,8 +93,8 @@ def test_rows_that_are_repeated_are_told_once_for_all_axes(tmp_path: Path) -> No
     rng = np.random.default_rng(5)
     x, y = (np.repeat(rounded(noise(rng)), 3)[:N] for _ in range(2))
     (told,) = (text for text in at_rest(tmp_path, x, y).remarks if "measures anew" in text)
-    assert told == "gyro_x, gyro_y: the unit measures anew every 3 rows, 0.03 s, and repeats itself between"
+    assert told.startswith("gyro_x, gyro_y: ") and told.endswith("every 3 rows alone")
     x, y = rounded(noise(rng)), rounded(noise(rng))
     x[1::2] = np.where(rng.random(N // 2) < 0.6, x[::2], x[1::2])
-    (told,) = (text for text in at_rest(tmp_path, x, y).remarks if "repeat the row before" in text)
-    assert told.startswith("gyro_x: 3")
+    (told,) = (text for text in at_rest(tmp_path, x, y).remarks if "repeats the row before" in text)
+    assert told.startswith("gyro_x in 3")
