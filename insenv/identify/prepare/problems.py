@@ -10,7 +10,7 @@ import numpy as np
 
 from insenv.core.errors import InputError
 from insenv.core.lazy import unanswered
-from insenv.core.recording import Channel, Floats, Recording, Response
+from insenv.core.recording import Channel, Recording, Response
 from insenv.data.manifest.spec import Manifest
 from insenv.data.split import RowUse
 from insenv.identify.clean.bursts import without_bursts
@@ -38,6 +38,16 @@ from insenv.identify.fit.problem import Model, Problem
 from insenv.identify.prepare.binned import binned, enough
 from insenv.identify.prepare.bounded import bounded, of_points
 from insenv.identify.prepare.declared import declared_model
+from insenv.identify.prepare.lines_of_samples import (
+    confirmed,
+    lines_of_samples,
+    of_hold,
+    recurring,
+    recurs,
+    slight,
+    that_matter,
+    without_folded,
+)
 from insenv.identify.prepare.means import (
     LEFT,
     ToldByMeans,
@@ -48,34 +58,18 @@ from insenv.identify.prepare.means import (
 )
 from insenv.identify.prepare.rows_left import rows_left, sample_residual
 from insenv.identify.prepare.samples import sample_spectrum
-from insenv.identify.prepare.spectral.coherence import follows
 from insenv.identify.prepare.spectral.lines import (
-    FASTEST,
-    SAME_LINE,
     Line,
-    again,
     folds,
-    of_motion,
-    quantum,
-    steps_of_encoder,
 )
-from insenv.identify.prepare.spectral.lost_rows import lines_of_rows, longest, rows_of
-from insenv.identify.prepare.spectral.wandering import of_poles, without_line
+from insenv.identify.prepare.spectral.lost_rows import longest
 from insenv.identify.prepare.unsteady.spectrogram import RowsLeft
 from insenv.identify.prepare.widths import rows_of_motion, rows_per_bin, whole_holds, whole_rows
 
 #: Cycles of the slowest rejected line in a bin.
 CYCLES_PER_BIN = 8
-#: Robust deviations beyond which a sample beside a reference that turns tells of no line: a line alone stays below.
-JUMPS = 4.0
-#: Share of the samples' variance from which a line is worth a word though the bins do not feel it.
-LEAST_LINE = 0.01
-#: Probability of noise with such a peak from which on a slighter one, of a unit at rest, is worth a word as well.
-CERTAIN = 1e-8
 #: Share of its power to which the noise of means must fall for means twice as long, and fewest of these to fit.
 QUIETER, FEWEST_QUIET = 0.5, 50
-#: Share of the square sum of the acceleration below the frequency that the motion reaches.
-MOTION = 0.95
 
 
 @dataclass(frozen=True)
@@ -141,13 +135,13 @@ def prepare(
     model = declared_model(manifest, recordings, target)
     ready = _ready(manifest, recordings, uses, target, model, holds, width)
     own = ready.recordings, ready.uses, ready.plain, model
-    every = _lines(*own) if tones else ()
+    every = lines_of_samples(*own) if tones else ()
     folded = tuple(x for x in every if folds(x, ready.plain.bins.width))
     seen = tuple(x for x in every if x not in folded)
-    lines = _recurring(_that_matter(seen, ready.plain, ready.plain.bins.width), ready.plain)
+    lines = recurring(that_matter(seen, ready.plain, ready.plain.bins.width), ready.plain)
     lines = tuple(line for line in lines if not _of_hold_or_motion(line, ready.held.hold, ready.plain))
-    slight = _slight(seen, lines, *own)
-    lines = (*lines, *(x for x in slight if x.steady))
+    beside = slight(seen, lines, *own)
+    lines = (*lines, *(x for x in beside if x.steady))
     rows = _rejecting_rows(manifest, ready, lines)
     if lines:
         problem = _without_lines(manifest, ready, lines, rows, model, target)
@@ -157,19 +151,18 @@ def prepare(
         problem = plain if ready.held.hold is None else binned(manifest, ready.recordings, ready.uses, target, rows)
     plain = _clipping(manifest, ready.clean, ready.uses, target, rows, plain)
     plain, problem = (of_points(bounded(one, model)) for one in (plain, problem))
-    folded = tuple(x for x in _recurring(folded, plain) if not _of_hold(x, ready.held.hold, plain) and _recurs(x, *own))
-    folded = tuple(replace(x, averaged=True) for x in (*folded, *slight) if not x.steady and x not in lines)
-    problem = _without_folded(problem, model, folded)
+    folded = tuple(x for x in recurring(folded, plain) if not of_hold(x, ready.held.hold, plain) and recurs(x, *own))
+    folded = tuple(replace(x, averaged=True) for x in (*folded, *beside) if not x.steady and x not in lines)
+    problem = without_folded(problem, model, folded)
     samples = partial(_samples, ready.recordings, ready.uses, plain, model, lines)
     left = partial(rows_left, ready.recordings, ready.uses, lines=every)
-    fast = partial(_confirmed, *own) if tones else unanswered
+    fast = partial(confirmed, *own) if tones else unanswered
     dt, rails = recordings[0].dt, ready.clean.rails
     elsewhere = begun_later(manifest, ready.measured, ready.uses, target, rows, model) if ready.means.skews else ()
     both = ready.means.gains, (*ready.means.skews, *elsewhere)
     gains, skews = (tuple((n * dt, c, sd) for n, c, sd in each) for each in both)
-    return Prepared(
-        plain, problem, model, (*lines, *folded), ready.held, ready.rejected, rails, samples, fast, gains, skews, left
-    )
+    told = (*lines, *folded)
+    return Prepared(plain, problem, model, told, ready.held, ready.rejected, rails, samples, fast, gains, skews, left)
 
 
 @dataclass(frozen=True)
@@ -227,15 +220,6 @@ def _ready(
     return _Ready(recordings, measured, uses, clean, rejected, held, rows, plain, means)
 
 
-def _without_folded(problem: Problem, model: Model, lines: tuple[Line, ...]) -> Problem:
-    """The problem with lines that wander damped to the noise where means fold them to: no tone is there."""
-    rate = 1 / problem.bins.width
-    for line in lines:
-        seen_at = abs(line.frequency - rate * round(line.frequency / rate))
-        problem = without_line(problem, solve(problem, model), replace(line, frequency=seen_at))
-    return problem
-
-
 def _rejecting_rows(manifest: Manifest, ready: _Ready, lines: tuple[Line, ...]) -> int:
     """Rows of a bin whose window rejects the lines that wander, if there are any."""
     wandering = [_rejecting(line) for line in lines if not line.steady]
@@ -276,7 +260,7 @@ def _quieter(
         return so_far
     loud = _density(problem, model)
     while int((~problem.bins.held_out).sum()) >= 2 * FEWEST_QUIET:
-        hidden = (x for x in _that_matter(seen, problem, problem.bins.width) if x not in lines)
+        hidden = (x for x in that_matter(seen, problem, problem.bins.width) if x not in lines)
         more = (*lines, *hidden)
         found = _without_lines(manifest, ready, more, 2 * rows, model, problem.target)
         if (quiet := _density(found, model)) > QUIETER * loud:
@@ -294,23 +278,9 @@ def _without_jumps(
     return tuple(_leaving_out(r, target, run, jumps) for run, r in enumerate(recordings)), jumps
 
 
-def _recurring(lines: tuple[Line, ...], problem: Problem) -> tuple[Line, ...]:
-    """Lines without those that wander and stand in one of several runs alone beside a table: the table shook so."""
-    if not problem.turns or len({block.run for block in problem.fitted}) == 1:
-        return lines
-
-    def recurs(line: Line) -> bool:
-        """Whether another run has it, as near as either wanders."""
-        far = [max(SAME_LINE, line.frequency_sd, one.frequency_sd) for one in lines]
-        near = [abs(one.frequency - line.frequency) < reach for one, reach in zip(lines, far, strict=True)]
-        return any(close and one.run != line.run for close, one in zip(near, lines, strict=True))
-
-    return tuple(line for line in lines if line.steady or recurs(line))
-
-
 def _of_hold_or_motion(line: Line, hold: Hold | None, problem: Problem) -> bool:
     """Whether a line is that of a held output, or wanders and cannot be rejected but with the motion."""
-    return _of_hold(line, hold, problem) or not line.steady and not _leaves_motion(problem, _rejecting(line))
+    return of_hold(line, hold, problem) or not line.steady and not _leaves_motion(problem, _rejecting(line))
 
 
 def _rejecting(line: Line) -> float:
@@ -487,102 +457,6 @@ def _density(problem: Problem, model: Model) -> float:
     return _scatter(problem, model) * problem.bins.width
 
 
-def _lines(
-    recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], problem: Problem, model: Model, width: float = 0.0
-) -> tuple[Line, ...]:
-    """Lines above the bin rate, or that of means over ``width`` [s].
-
-    They are of the longest stretch of each run that may be fitted, short gaps bridged.
-    """
-    width = width or problem.bins.width
-    found: list[Line] = []
-    for run, (recording, use) in enumerate(zip(recordings, uses, strict=True)):
-        rows = rows_of(recording, use.fit)
-        t, channel = (recording.t - recording.t[0])[rows.index], recording.channels[problem.target]
-        step = (channel.step or quantum(channel.values[rows.index])) * recording.dt
-        left = sample_residual(recording, rows.index, problem, model)
-        lines = lines_of_rows(rows, t, recording.dt, left, step, run, FASTEST / width)
-        if lines and problem.turns:
-            tame = lines_of_rows(rows, t, recording.dt, tamed(left), step, run, FASTEST / width)
-            lines = tuple(x for x in lines if any(abs(x.frequency - y.frequency) < SAME_LINE for y in tame))
-        values, reference = rows.filled(left), rows.filled(channel.values[rows.index] - left)
-        for line in lines:
-            steps = steps_of_encoder(line, recording.dt, values, reference, problem.encoder)
-            moved = problem.turns and (
-                (not steps and _of_motion(problem, line, recording.dt, values, reference))
-                or of_poles(problem, line, recording.dt)
-            )
-            found += [] if moved else [replace(line, of_counts=steps)]
-    return tuple(found)
-
-
-def tamed(values: Floats) -> Floats:
-    """Values without those further from the middle than noise and a line are: what a servo leaves of jumps is.
-
-    A table that goes to and fro makes the same transients again and again, of which each multiple of the cycle is a
-    line.
-    """
-    left = values - np.median(values)
-    most = JUMPS * float(np.median(np.abs(left))) / 0.6745
-    return np.where(np.abs(left) <= most, left, 0.0) if most else left
-
-
-def _that_matter(found: tuple[Line, ...], problem: Problem, width: float) -> tuple[Line, ...]:
-    """Those of the lines that are a visible part of the samples, or leak into means over ``width`` [s]."""
-    noise = _bin_noise(problem)
-    return tuple(x for x in found if _matters(x, width, noise))
-
-
-def _slight(
-    found: tuple[Line, ...],
-    lines: tuple[Line, ...],
-    recordings: tuple[Recording, ...],
-    uses: tuple[RowUse, ...],
-    problem: Problem,
-    model: Model,
-) -> tuple[Line, ...]:
-    """Those that a unit at rest has beside ``lines``, certain and too slight to matter to any one mean.
-
-    All means together see them where they fold them to.
-    """
-    if problem.turns:
-        return ()
-
-    def known(x: Line) -> bool:
-        return any(abs(x.frequency - one.frequency) < max(SAME_LINE, one.frequency_sd) for one in lines)
-
-    sure = (x for x in found if x.p_value < CERTAIN and not known(x))
-    return tuple(x for x in sure if _recurs(x, recordings, uses, problem, model))
-
-
-def _of_motion(problem: Problem, line: Line, dt: float, left: Floats, reference: Floats) -> bool:
-    """Whether the motion has a line there as well, or goes with one whose frequency wanders."""
-    wanders = not (problem.commanded or line.steady)
-    return of_motion(line.frequency, dt, left, reference) or (
-        wanders and follows([(left, reference)], line.frequency * dt)
-    )
-
-
-def _confirmed(
-    recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], problem: Problem, model: Model, width: float
-) -> tuple[Line, ...]:
-    """Lines that means over ``width`` [s] do not follow, of those that held-out samples of the run have as well.
-
-    The tallest peak of a hump is elsewhere in other data.
-    """
-    found = _that_matter(_lines(recordings, uses, problem, model, width), problem, width)
-    return tuple(x for x in found if _recurs(x, recordings, uses, problem, model))
-
-
-def _recurs(
-    line: Line, recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], problem: Problem, model: Model
-) -> bool:
-    """Whether held-out samples of its run have a line as well."""
-    recording = recordings[line.run]
-    rows = rows_of(recording, uses[line.run].held_out)
-    return again(line, recording.dt, rows.filled(sample_residual(recording, rows.index, problem, model)))
-
-
 def _samples(
     recordings: tuple[Recording, ...], uses: tuple[RowUse, ...], problem: Problem, model: Model, lines: tuple[Line, ...]
 ) -> SampleSpectrum | None:
@@ -592,26 +466,3 @@ def _samples(
     values = sample_residual(recordings[run], spans[run], problem, model)
     own = tuple(line for line in lines if line.run == run)
     return sample_spectrum(values, recordings[run].dt, own, problem.bins.width)
-
-
-def _of_hold(line: Line, hold: Hold | None, problem: Problem) -> bool:
-    """Whether a line is what a hold leaves: a sideband of its renewals, no further off than the motion reaches."""
-    if hold is None:
-        return False
-    exposure = problem.exposures[line.run]
-    power = np.abs(np.fft.rfft(np.diff(exposure.u))) ** 2
-    share = np.cumsum(power) / max(float(power.sum()), 1e-300)
-    reach = float(np.searchsorted(share, MOTION)) / (len(exposure.u) - 1) / exposure.motion.dt
-    off = line.frequency * hold.hold
-    return abs(off - round(off)) / hold.hold <= 2 * reach and round(off) > 0
-
-
-def _matters(line: Line, width: float, noise: float) -> bool:
-    """Whether a line is a visible part of the samples, or leaks into the bins beside their own noise."""
-    return line.share > LEAST_LINE or line.amplitude / (np.pi * line.frequency * width) > noise
-
-
-def _bin_noise(problem: Problem) -> float:
-    """Scatter from bin to bin, robust against the lines themselves being in it: of one bin."""
-    steps = np.concatenate([np.diff(problem.y[b.start : b.stop]) for b in problem.fitted if b.n > 1])
-    return float(np.median(np.abs(steps)) / 0.6745 / np.sqrt(2)) if len(steps) else 0.0

@@ -7,7 +7,8 @@ import pytest
 from simulated_runs import manifest, use
 
 from insenv.core.recording import Channel, Floats, Recording
-from insenv.identify.prepare.problems import prepare, tamed
+from insenv.identify.prepare.lines_of_samples import tamed
+from insenv.identify.prepare.problems import prepare
 from insenv.identify.prepare.spectral.lines import find_lines, of_motion
 
 DT = 0.01
