@@ -1,0 +1,72 @@
+r"""A thermometer that is behind what it should tell: the die warms by itself, and the case or the board after it.
+
+Of a first-order thermometer, tau dT/dt = T_true - T,
+
+    bias = k T_true = k T + k tau dT/dt
+
+a law of the temperature and one of its rate together. By itself neither may explain much, and what is likeliest of the
+single ones, a lag of hours, a step, is neither. So both are tried in the place of what was added that is thermal or
+slow, and stay where each is significant beside the other, and they explain more by `MORE`, each further coefficient
+paid for, and held-out data are no worse, or no less, and held-out data are better by `BETTER`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from insenv.effects.thermal import BiasTemperature, BiasTemperatureRate
+from insenv.identify.fit.gls import solve
+from insenv.identify.fit.heldout import held_out_score
+from insenv.identify.fit.problem import Model
+from insenv.identify.search.rivals import RICHER_GAIN
+from insenv.identify.search.round import at_shape
+from insenv.identify.search.scan import Hit, likelihood_ratio, reference
+from insenv.identify.search.size import unsized
+from insenv.identify.search.tracks import Step, Track
+from insenv.identify.search.unit.one_box import DRIFTS, is_thermal
+
+#: By how much more the likelihood ratio of both is, beyond what further coefficients gain; share by which the held-out
+#: error is less where it is no more.
+MORE, BETTER = 10.0, 0.1
+#: What both are.
+LAW, RATE = f"{BiasTemperature.id}:1", BiasTemperatureRate.id
+
+
+def behind_the_sensor(track: Track, alpha: float) -> Track:
+    """The track with a law of the temperature and of its rate in the place of what is slow, where they explain more."""
+    hits = {hit.candidate.effect.key: hit for hit in track.last_physical or track.hits or ()}
+    gone = [s for s in track.steps if _is_slow(s)]
+    stays = tuple(t for t in track.fit.model if all(t is not s.hit.term for s in gone))
+    known = any(term.effect.id in (BiasTemperature.id, RATE) for term in stays)
+    if not gone or any(s.together for s in gone) or known or not {LAW, RATE} <= hits.keys():
+        return track
+    problem, pair = track.problem, (hits[LAW], hits[RATE])
+    both = (*stays, *(hit.term for hit in pair))
+    base = reference(problem, stays, track.fit.noise.power)
+    gained = likelihood_ratio(problem, base, both)[0] - likelihood_ratio(problem, base, track.fit.model)[0]
+    gained -= RICHER_GAIN * (2 - sum(s.hit.size for s in gone))
+    fit = solve(problem, both, start=track.fit.noise.power)
+    score = held_out_score(problem, fit)
+    if gained < 0 or score.rms > track.score.rms * (1 if gained >= MORE else 1 - BETTER):
+        return track
+    each = [_beside(track, stays, *two) for two in (pair, pair[::-1])]
+    sure = all(hit.log_p < math.log(alpha) and not unsized(problem, fit, hit.term, looks=hit.looks) for hit in each)
+    if not sure:
+        return track
+    before = held_out_score(problem, solve(problem, stays, start=track.fit.noise.power))
+    steps = tuple(s for s in track.steps if all(s is not one for one in gone))
+    steps = (*steps, *(Step(hit, before, score, hit.p_value) for hit in each))
+    return replace(track, fit=fit, score=score, steps=steps, rivalries=())
+
+
+def _is_slow(step: Step) -> bool:
+    effect = step.hit.candidate.effect
+    return not effect.of_rate and (is_thermal(effect) or effect.id in DRIFTS or effect.of_time)
+
+
+def _beside(track: Track, stays: Model, hit: Hit, other: Hit) -> Hit:
+    """The hit beside the other one and what stays."""
+    fit = solve(track.problem, (*stays, other.term), start=track.fit.noise.power)
+    base = reference(track.problem, fit.model, fit.noise.power)
+    return at_shape(track.problem, fit, base, hit, hit.term)
