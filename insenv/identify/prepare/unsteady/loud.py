@@ -29,6 +29,8 @@ LOUDER = 1.3
 FOR_EACH, OF_TWO, OVERLAP = 1.94, 1.44, 1.06
 #: Share of the cells of a window that must tell something, and fewest segments that tell how they scatter.
 LEAST, FEWEST = 0.5, 8
+#: Share of the segments from which on it is told that they are quieter.
+PART = 0.1
 #: Largest ratio of powers that is told.
 MOST = 1e6
 
@@ -46,7 +48,7 @@ class Loud:
     low, high : int
         Columns ``[low, high)`` of the cells.
     times : float
-        Ratio of the power there to that in the rest of the run.
+        Ratio of the power there to that in the rest of the run; below one where it is quieter.
     """
 
     log_p: float
@@ -62,24 +64,62 @@ def loud(cells: Spectrogram, level: float) -> list[Loud]:
 
     Those of different length, or in another band, may.
     """
+    found = []
+    for windows in _tried(cells):
+        ratio = windows.ratio(windows.inside, windows.told, windows.outside, windows.besides)
+        for band, at, log_p in _far(ratio, windows.freedom, windows.length, windows.log_tried, float(np.log(level))):
+            low, high = windows.bands[band]
+            found.append(Loud(log_p, at, windows.length, low, high, float(ratio[band, at])))
+    return found
+
+
+def quiet(cells: Spectrogram, level: float) -> list[Loud]:
+    """The same of windows that are quieter, a good part of a run: a reading that stands still for once is as well."""
+    found = []
+    for windows in _tried(cells):
+        if windows.length < PART * len(cells.energy):
+            continue
+        ratio = windows.ratio(windows.outside, windows.besides, windows.inside, windows.told)
+        freedom = windows.freedom[::-1]
+        for band, at, log_p in _far(ratio, freedom, windows.length, windows.log_tried, float(np.log(level))):
+            low, high = windows.bands[band]
+            found.append(Loud(log_p, at, windows.length, low, high, 1 / float(ratio[band, at])))
+    return found
+
+
+@dataclass(frozen=True)
+class _Windows:
+    """Windows of one ``length``: energy in them and outside, cells of both that tell; each of shape (bands, places)."""
+
+    length: int
+    bands: list[tuple[int, int]]
+    inside: Floats
+    told: Floats
+    outside: Floats
+    besides: Floats
+    freedom: Floats
+    log_tried: float
+
+    def ratio(self, energy: Floats, cells: Floats, other: Floats, others: Floats) -> Floats:
+        """Mean energy in some cells over that in others, nothing where too few of the windows tell it."""
+        width = np.array([high - low for low, high in self.bands])[:, None]
+        enough = (self.told > LEAST * self.length * width) & (self.besides > 0)
+        return np.where(enough, energy * others / np.maximum(cells * other, energy * others / MOST + 1e-9), 0.0)
+
+
+def _tried(cells: Spectrogram) -> Iterator[_Windows]:
     n = len(cells.energy)
     bands = list(bands_of(cells.energy.shape[1]))
-    width = np.array([high - low for low, high in bands])[:, None]
     power, there = (_of_bands(one, bands) for one in (cells.energy, cells.told))
-    each = np.array([[count(*one)] for one in zip(power, there, width[:, 0], strict=True)])
+    each = np.array([[count(p, t, high - low)] for p, t, (low, high) in zip(power, there, bands, strict=True)])
     power, there = (np.pad(np.cumsum(one, axis=1), ((0, 0), (1, 0))) for one in (power, there))
     lengths = [2**k for k in range(int(np.log2(n))) if 2**k <= n // 2]
     log_tried = float(np.log(len(bands) * sum(2 * n / length for length in lengths)))
-    found = []
     for length in lengths:
         inside, told = power[:, length:] - power[:, :-length], there[:, length:] - there[:, :-length]
-        left, besides = power[:, -1:] - inside, there[:, -1:] - told
-        enough = (told > LEAST * length * width) & (besides > 0)
-        times = np.where(enough, inside * besides / np.maximum(told * left, inside * besides / MOST + 1e-9), 0.0)
+        outside, besides = power[:, -1:] - inside, there[:, -1:] - told
         freedom = np.stack([told, besides]) * (2 * each / OVERLAP)
-        for band, at, log_p in _far(times, freedom, length, log_tried, float(np.log(level))):
-            found.append(Loud(log_p, at, length, *bands[band], float(times[band, at])))
-    return found
+        yield _Windows(length, bands, inside, told, outside, besides, freedom, log_tried)
 
 
 def _of_bands(values: Floats | NDArray[np.bool_], bands: list[tuple[int, int]]) -> Floats:

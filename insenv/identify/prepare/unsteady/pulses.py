@@ -4,8 +4,9 @@ Rows r of unit variance are folded at each number of rows P; of m times P rows t
 
     z = sum_{k < m} sum_{j in w} r_(k P + j) / sqrt(m w)  ~  N(0, 1)
 
-if they are white. An interval that is no whole number of rows has a multiple that nearly is. A line folds as well, to a
-sine; what has most of its profile in one sine is none of these.
+if they are white; where the rows of the pulse are louder than others, z is less by as much, and of a reading that is
+held, or hops by its steps, nothing is asked. An interval that is no whole number of rows has a multiple that nearly is.
+A line folds as well, to a sine; what has most of its profile in one sine is none of these.
 
 Source: D. A. Leahy et al., Astrophys. J. 266 (1983) 160 (folding, and its chance beside that of a periodogram).
 """
@@ -31,6 +32,8 @@ CLIP = 3.0
 LASTS, SINE = 0.125, 0.5
 #: Share of the times that a pulse has its sign at least, and how far it may be off by chance in deviations.
 SIGN, BEYOND = 0.6, 3.0
+#: Share of rows that read the number before from which on nothing is asked.
+REPEATED = 0.25
 #: Parts of an interval that may be its true one, and how tall a pulse is in each of them.
 PARTS, ALIKE = 16, 0.6
 #: Widths of a line, 1 / duration, that are taken out on either side of it; frequencies whose median is the noise there.
@@ -57,7 +60,7 @@ class _Fold:
 
 def pulses(made: White) -> Pulses | None:
     """The likeliest of a run's white rows; None beside a table, or where none comes often enough to be one."""
-    if made.left.rate is not None:
+    if made.left.rate is not None or _stands(made):
         return None
     rows = _without_lines(made)[:MOST]
     longest = min(LONGEST, len(rows) // TIMES)
@@ -67,10 +70,15 @@ def pulses(made: White) -> Pulses | None:
     if not _comes_often(rows, best) or _is_a_sine(rows, best):
         return None
     tried = sum(2 * interval * len(list(_widths(interval))) for interval in range(SHORTEST, longest + 1))
-    log_p = float(log_ndtr(-best.deviate) + np.log(tried))
+    log_p = float(log_ndtr(-best.deviate / np.sqrt(_louder(rows, best))) + np.log(tried))
     times = best.deviate / np.sqrt((len(rows) // best.rows) * best.width)
     dt = made.left.dt
     return Pulses(log_p, dt * best.rows / _parts(rows, best), dt * best.width, float(times))
+
+
+def _stands(made: White) -> bool:
+    """Whether many readings are the one before again, held or by their steps: their noise is not alike in all rows."""
+    return float(np.mean(np.diff(made.left.values) == 0)) > REPEATED
 
 
 def _without_lines(made: White) -> Floats:
@@ -116,11 +124,22 @@ def _folded(rows: Floats, interval: int) -> _Fold:
     return max(found, key=lambda one: one.deviate)
 
 
-def _comes_often(rows: Floats, fold: _Fold) -> bool:
-    """Whether it has its sign more often than not, beyond chance: a few knocks have a phase as well."""
+def _louder(rows: Floats, fold: _Fold) -> float:
+    """How much louder the rows are where the pulse is, no less than one: of a reading that is held some phases are."""
+    each = _each(rows, fold)
+    return max(1.0, float(each.var(ddof=1)) / fold.width)
+
+
+def _each(rows: Floats, fold: _Fold) -> Floats:
+    """Sums over the pulse each time that it comes."""
     total = np.cumsum(np.append(0.0, rows))
     at = np.arange(fold.phase, len(rows) - fold.width + 1, fold.rows)
-    each = total[at + fold.width] - total[at]
+    return np.asarray(total[at + fold.width] - total[at])
+
+
+def _comes_often(rows: Floats, fold: _Fold) -> bool:
+    """Whether it has its sign more often than not, beyond chance: a few knocks have a phase as well."""
+    each = _each(rows, fold)
     same = float(np.mean(each * np.sign(each.sum()) > 0))
     return same > max(SIGN, 0.5 + 0.5 * BEYOND / np.sqrt(len(each)))
 

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from insenv.identify.prepare.unsteady.flips import flips
-from insenv.identify.prepare.unsteady.loud import loud
+from insenv.identify.prepare.unsteady.loud import Loud, loud, quiet
 from insenv.identify.prepare.unsteady.motion import with_motion, without_motion
 from insenv.identify.prepare.unsteady.moving import ridges
 from insenv.identify.prepare.unsteady.pulses import pulses
@@ -19,6 +19,8 @@ from insenv.identify.prepare.unsteady.spectrogram import RowsLeft, Spectrogram, 
 
 #: Probability from which on it is said, in any rows of a target.
 SAID = 1e-5
+#: Ways to look at the cells of one length: for what is louder, for what is quieter, for lines.
+LOOKS = 3
 #: Lowest frequency that is looked at, in judged means: what is slower is theirs.
 SLOWEST = 0.125
 #: Events that are said of one run; share of a run from which on noise has two levels, and no event.
@@ -32,7 +34,7 @@ MOVED = 2.0
 
 @dataclass(frozen=True)
 class Event:
-    """What is louder than the rest of a run.
+    """What is louder, or quieter, than the rest of a run.
 
     Attributes
     ----------
@@ -87,7 +89,7 @@ def _of_run(left: RowsLeft, width: float) -> Iterable[str]:
     seen = [one for rows in lengths(len(made.rows)) if (one := spectrogram(made, rows, SLOWEST / width)) is not None]
     if not seen:
         return
-    level = SAID / (2 * len(seen))
+    level = SAID / (LOOKS * len(seen))
     found, moved = _found(seen, left, level), with_motion(seen[0], left)
     surest = min((one.log_p for one in found if not one.line), default=0.0)
     if moved is not None and moved.log_p < math.log(level) and MOVED * moved.log_p < surest:
@@ -102,15 +104,23 @@ def _of_run(left: RowsLeft, width: float) -> Iterable[str]:
 
 
 def _found(seen: Sequence[Spectrogram], left: RowsLeft, level: float) -> list[Event]:
-    return events([event for one in seen for event in _events(one, left, level)])
+    """What is louder than the rest of a run; of a unit at rest that is loud most of the time what is quieter."""
+    found = [event for one in seen for event in (*_bands(one, left, loud(one, level)), *_lines(one, left, level))]
+    if not found and left.rate is None:
+        found = [event for one in seen for event in _bands(one, left, quiet(one, level))]
+    return events(found)
 
 
-def _events(one: Spectrogram, left: RowsLeft, level: float) -> Iterable[Event]:
+def _bands(one: Spectrogram, left: RowsLeft, windows: Iterable[Loud]) -> Iterable[Event]:
     step = 1 / (one.rows * left.dt)
-    for window in loud(one, level):
+    for window in windows:
         start, stop = one.seconds(window.segment, window.count, left)
         low, high = one.hertz(window.low - 0.5, left), one.hertz(window.high - 0.5, left)
         yield Event(window.log_p, start, stop, low, high, window.times, False, step)
+
+
+def _lines(one: Spectrogram, left: RowsLeft, level: float) -> Iterable[Event]:
+    step = 1 / (one.rows * left.dt)
     for track in ridges(one, level):
         start, stop = one.seconds(track.segment, track.count, left)
         first, last = one.hertz(track.column, left), one.hertz(track.column + track.change, left)
@@ -171,6 +181,8 @@ def _text(one: Event, length: float) -> str:
     if one.line:
         return f"a line at {one.first:.3g} Hz that comes and goes, {at} ({chance})"
     band, times = f"{one.first:.2g} to {one.last:.2g} Hz", f"{math.sqrt(one.power):.2g} times"
+    if one.power < 1:
+        return f"{math.sqrt(1 / one.power):.2g} times less noise {at} than at other times, {band} ({chance})"
     if one.stop - one.start > LONG * length:
         return f"{times} as much noise {at} as at other times, {band} ({chance})"
     return f"a disturbance {at}, {band}, {times} the noise ({chance})"

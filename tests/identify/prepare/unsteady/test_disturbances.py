@@ -18,6 +18,7 @@ from insenv.core.recording import Floats
 from insenv.identify.findings import TargetFindings
 
 HZ, NOISE = 100.0, 0.01
+T = np.arange(30000) / HZ
 LEVELS = (0, 10, -10, 20, -20, 40, -40, 60, -60, 0)
 
 
@@ -124,6 +125,22 @@ def test_noise_that_doubles_in_the_second_half_is_told(tmp_path: Path) -> None:
     assert found.verdict == "unexplained-structure"
     assert "times as much noise at" in said
     assert numbers(said)[1:3] == pytest.approx([150, 300], abs=10)
+
+
+def test_a_quiet_start_of_a_loud_run_is_told(tmp_path: Path) -> None:
+    """Half as loud again for most of the time: no window of half the run is much louder than all else."""
+    more = np.where(np.arange(30000) < 5000, 0.0, np.sqrt(1.5**2 - 1)) * rough(30000)
+    (said,) = about_rows(found := at_rest(tmp_path, more))
+    assert found.verdict == "unexplained-structure"
+    assert "times less noise at" in said
+    assert numbers(said)[1:3] == pytest.approx([0, 50], abs=11)
+
+
+def test_a_weak_line_that_moves_slowly_is_told(tmp_path: Path) -> None:
+    """A quarter of a row's noise, from 5 to 25 Hz in the whole run: it is in segments of one length alone."""
+    (said,) = about_rows(at_rest(tmp_path, 0.25 * np.sin(2 * np.pi * (5 * T + 10 * T**2 / T[-1]))))
+    assert "a line that moves from" in said
+    assert numbers(said)[0] == pytest.approx(5, abs=3)
 
 
 def test_noise_that_is_louder_while_the_table_turns_is_told(tmp_path: Path) -> None:
