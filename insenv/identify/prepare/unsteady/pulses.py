@@ -25,11 +25,12 @@ from insenv.core.recording import Floats
 from insenv.identify.prepare.unsteady.spectrogram import White
 
 #: Shortest and longest interval in rows, how often it comes at least, and rows that are folded at most.
-SHORTEST, LONGEST, TIMES, MOST = 8, 2048, 10, 2**17
+SHORTEST, LONGEST, TIMES, MOST = 8, 2048, 16, 2**16
 #: Standard deviations to which rows are clipped: a few knocks are no pulse that comes again.
 CLIP = 3.0
-#: Share of an interval that a pulse lasts at most, and of its profile that may be one sine.
-LASTS, SINE = 0.125, 0.5
+#: Share of an interval that a pulse lasts at most, how many times as long the next one is that is tried, share of its
+#: profile that may be a sine.
+LASTS, LONGER, SINE = 0.125, 4, 0.5
 #: Share of the times that a pulse has its sign at least, and how far it may be off by chance in deviations.
 SIGN, BEYOND = 0.6, 3.0
 #: Share of rows that read the number before from which on nothing is asked.
@@ -64,9 +65,9 @@ def pulses(made: White) -> Pulses | None:
         return None
     rows = _without_lines(made)[:MOST]
     longest = min(LONGEST, len(rows) // TIMES)
-    if longest < SHORTEST:
+    if longest < SHORTEST or not rows.any():
         return None
-    best = max((_folded(rows, interval) for interval in range(SHORTEST, longest + 1)), key=lambda one: one.deviate)
+    best = _folded(rows, max(range(SHORTEST, longest + 1), key=lambda interval: _tallest(rows, interval)))
     if not _comes_often(rows, best) or _is_a_sine(rows, best):
         return None
     tried = sum(2 * interval * len(list(_widths(interval))) for interval in range(SHORTEST, longest + 1))
@@ -91,7 +92,7 @@ def _without_lines(made: White) -> Floats:
         wave[np.abs(f - frequency) <= half + BESIDE / (n * made.left.dt)] = 0.0
     rows = irfft(wave, size)[:n]
     rows = np.clip(rows, -CLIP * rows.std(), CLIP * rows.std())
-    return np.asarray((rows - rows.mean()) / rows.std())
+    return np.asarray((rows - rows.mean()) / max(float(rows.std()), 1e-300))
 
 
 def _widths(interval: int) -> Iterator[int]:
@@ -99,7 +100,7 @@ def _widths(interval: int) -> Iterator[int]:
     width = 1
     while width <= max(1.0, LASTS * interval):
         yield width
-        width *= 2
+        width *= LONGER
 
 
 def _profile(rows: Floats, interval: int) -> Floats:
@@ -108,19 +109,25 @@ def _profile(rows: Floats, interval: int) -> Floats:
     return np.asarray(rows[: times * interval].reshape(times, interval).sum(axis=0) / np.sqrt(times))
 
 
-def _sums(profile: Floats, width: int) -> Floats:
-    """The same of so many phases from each one on, around the end."""
-    total = np.cumsum(np.concatenate([[0.0], profile, profile[:width]]))
-    return np.asarray((total[width : width + len(profile)] - total[: len(profile)]) / np.sqrt(width))
+def _sums(profile: Floats) -> Iterator[tuple[int, Floats]]:
+    """Each width of a pulse, and the same over so many phases from each one on, around the end."""
+    widths = list(_widths(len(profile)))
+    total = np.cumsum(np.concatenate([[0.0], profile, profile[: widths[-1]]]))
+    for width in widths:
+        yield width, (total[width : width + len(profile)] - total[: len(profile)]) / np.sqrt(width)
+
+
+def _tallest(rows: Floats, interval: int) -> float:
+    """The largest pulse at an interval, in deviations."""
+    return max(max(float(sums.max()), -float(sums.min())) for _, sums in _sums(_profile(rows, interval)))
 
 
 def _folded(rows: Floats, interval: int) -> _Fold:
-    """The largest pulse at an interval."""
-    profile, found = _profile(rows, interval), []
-    for width in _widths(interval):
-        sums = np.abs(_sums(profile, width))
-        at = int(sums.argmax())
-        found.append(_Fold(float(sums[at]), interval, at, width))
+    """The same with its phase and its width."""
+    found = []
+    for width, sums in _sums(_profile(rows, interval)):
+        at = int(np.abs(sums).argmax())
+        found.append(_Fold(float(abs(sums[at])), interval, at, width))
     return max(found, key=lambda one: one.deviate)
 
 
@@ -152,7 +159,7 @@ def _is_a_sine(rows: Floats, fold: _Fold) -> bool:
 
 def _parts(rows: Floats, fold: _Fold) -> int:
     """Into how many parts pulses like the tallest cut the interval."""
-    sums = _sums(_profile(rows, fold.rows), fold.width)
+    sums = dict(_sums(_profile(rows, fold.rows)))[fold.width]
     for parts in range(min(PARTS, fold.rows // SHORTEST), 1, -1):
         at = fold.phase + np.rint(np.arange(parts) * fold.rows / parts).astype(int)
         if (sums[at % fold.rows] * np.sign(sums[fold.phase])).min() > ALIKE * fold.deviate:

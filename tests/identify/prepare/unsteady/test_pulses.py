@@ -28,15 +28,15 @@ def sure(one: Pulses | None) -> bool:
 
 @pytest.mark.parametrize(
     ("interval", "rows", "height"),
-    [(1000.0, 6, 2.0), (50.0, 1, 1.0), (333.3, 8, 1.0), (12.5, 1, 0.6), (1234.5, 40, 1.0)],
+    [(1000.0, 6, 2.0), (50.0, 1, 1.0), (333.3, 8, 1.0), (12.5, 1, 0.6), (811.5, 30, 1.0)],
 )
 def test_pulses_have_their_interval(interval: float, rows: int, height: float) -> None:
     at = np.arange(N) % interval < rows
     one = found(np.asarray(height * at, float))
     assert one is not None and sure(one)
     assert one.interval == pytest.approx(DT * interval, rel=2e-3)
-    assert one.length == pytest.approx(DT * rows, rel=1.0, abs=DT)
-    assert one.times == pytest.approx(height, rel=0.6)
+    assert DT * rows / 3 <= one.length <= 3 * DT * rows
+    assert 0.25 * height < one.times < 1.2 * height
 
 
 def test_pulses_may_go_down() -> None:
