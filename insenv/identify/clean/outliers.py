@@ -297,12 +297,17 @@ def _reference_spikes(y: Floats, u: Floats, sizes: Floats, coarse: float) -> Mas
 
 
 def _unread(y: Floats) -> Mask:
-    """Rows that read one and the same number, far off what the rows before and after agree on."""
+    """Rows that read one and the same number, far off what the rows before and after agree on.
+
+    None of a reading of few numbers, as a counter's, which hops from one to the next and back.
+    """
     mask = np.zeros(len(y), bool)
-    if len(y) < 4 * NEIGHBOURS:
+    if len(y) < 4 * NEIGHBOURS or np.mean(np.diff(y) == 0) > COARSE:
         return mask
     off = y[1:-1] - 0.5 * (y[:-2] + y[2:])
-    scale = max(1.4826 * float(np.median(np.abs(off))), rounding(y))
+    hops = np.abs(np.diff(y))
+    usual = float(np.median(hops[hops > 0])) if hops.any() else 0.0
+    scale = max(1.4826 * float(np.median(np.abs(off))), rounding(y), usual / FAR)
     far_off = 1 + np.flatnonzero((np.abs(off) > FAR * scale) & (np.abs(y[2:] - y[:-2]) < np.abs(off)))
     if not scale or len(far_off) < FEWEST_UNREAD:
         return mask
