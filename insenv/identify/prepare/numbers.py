@@ -19,6 +19,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import betainc
 
 from insenv.core.recording import Floats, Recording
@@ -29,6 +30,9 @@ from insenv.core.series.stretches import stretches
 PILED, AT_END, SAID = 3.0, 2, 1e-9
 #: Fewest numbers that are read, share of the rows on one that is a pile, and stretches in which it is read.
 DISTINCT, SHARE, APART = 12, 0.02, 12
+#: Share of the rows on one number from which on it may be a coarse step; share of the fullest other number that those
+#: have which tell how far steps are apart, and how many steps off they begin at a dead band.
+MOSTLY, USUAL, GAP = 0.3, 0.1, 2.0
 #: Fewest rows, and share of them that repeat the row before, beyond times what rounding makes.
 FEWEST, REPEATS, BY_CHANCE = 200, 0.1, 3.0
 #: Share of the changes that come after one and the same number of rows where a unit is read at a multiple of its rate.
@@ -83,11 +87,21 @@ def pile(values: Floats) -> Pile | None:
     log_p = np.log(np.maximum(betainc(rows, usual + 1, PILED / (1 + PILED)), 1e-300)) + np.log(len(numbers))
     able = (count > SHARE * len(values)) & (log_p < np.log(SAID))
     for at in sorted(np.flatnonzero(able).tolist(), key=lambda k: (log_p[k], -count[k])):
-        if len(stretches(values == numbers[at])) >= APART:
+        if len(stretches(values == numbers[at])) >= APART and not _is_a_step(numbers, count, at):
             end = "smallest" if at == 0 else "largest" if at == len(numbers) - 1 else ""
             times = float(count[at] / max(beside[at], 1))
             return Pile(float(numbers[at]), float(count[at]) / len(values), times, end, float(log_p[at]))
     return None
+
+
+def _is_a_step(numbers: Floats, count: NDArray[np.int64], at: int) -> bool:
+    """Whether most rows read a number because the noise is less than a step: the next ones are a step away."""
+    if count[at] <= MOSTLY * count.sum():
+        return False
+    others = np.delete(np.arange(len(numbers)), at)
+    usual = numbers[others[count[others] >= USUAL * count[others].max()]]
+    # Of a step that is written in two lengths every second spacing is next to nothing.
+    return len(usual) < 2 or bool(np.abs(usual - numbers[at]).min() <= GAP * np.quantile(np.diff(usual), 0.75))
 
 
 def repeated(recordings: Sequence[Recording], targets: Sequence[str]) -> tuple[str, ...]:

@@ -39,6 +39,10 @@ def clipped(values: Floats) -> Floats:
 ORDINARY: dict[str, Callable[[Rng], Floats]] = {
     "rounded": lambda rng: rounded(noise(rng)),
     "rounded coarsely": lambda rng: rounded(noise(rng, 1.5)),
+    "hardly blurred, of two lengths": lambda rng: (
+        np.round(rng.standard_normal(N) * 0.5 + 8 * (rng.random(N) < 0.01) * rng.standard_normal(N))
+        * np.where(rng.random(N) < 0.9, 0.0156, 0.01560002)
+    ),
     "rounded twice": lambda rng: np.round(rounded(noise(rng)), 1),
     "rounded means": lambda rng: np.round(rounded(noise(rng)) + rng.choice([0, 0, 1e-4, -1e-4], N), 4),
     "not rounded": noise,
