@@ -136,9 +136,8 @@ def _rail(recordings: tuple[Recording, ...], target: str, values: Floats, side: 
     by_table = [_wanted_by_table(r, target, value, side, step) for r in recordings]
     known = [one for one in by_table if one is not None]
     over = any(_overflows(r, target, value, side) for r in recordings)
-    wanted = (
-        PILED if over else min(known) if known else PILED if _heads_beyond(values, at, value, side, step) else np.inf
-    )
+    alone = over or (not known and _heads_beyond(values, at, value, side, step))
+    wanted = PILED if alone else min(known, default=np.inf)
     if not _piled(values[~at], side, rows) > wanted:
         return None
     other = np.diff(values)[~at[1:]]

@@ -32,7 +32,7 @@ from insenv.data.split import RowUse
 from insenv.effects.rate.scale import ScaleFactor
 from insenv.effects.timing import TimingSkew
 from insenv.identify.clean.doubtful import agreeing
-from insenv.identify.fit.gls import solve
+from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import Model, Term
 from insenv.identify.prepare.binned import binned
 from insenv.identify.prepare.widths import FEWEST_AGREEING
@@ -111,12 +111,11 @@ def by_means(
         if left < LEFT * motion:
             return
         fit = solve(problem, (*free, Term(TimingSkew(), per_run=True)))
-        gain, skew = (np.flatnonzero(fit.design.term == k) for k in (len(free) - 1, len(free)))
+        gain = np.flatnonzero(fit.design.term == len(free) - 1)
         if not len(gain):
             return
         factor, c, sd = problem.gain, float(fit.theta[gain[0]]), float(fit.sd[gain[0]])
-        late = ((wide, float(fit.theta[skew[0]]), float(fit.sd[skew[0]])),) if len(skew) == 1 else ()
-        yield ToldByMeans(((wide, factor * (1 + c), abs(factor) * sd),), late)
+        yield ToldByMeans(((wide, factor * (1 + c), abs(factor) * sd),), _skew(fit, wide))
         wide *= 2
 
 
@@ -135,8 +134,11 @@ def begun_later(
         runs = tuple(rows_between(r, later, len(r)) for r in recordings)
         own = tuple(RowUse(use.fit[later:], use.held_out[later:]) for use in uses)
         problem = binned(manifest, runs, own, target, rows)
-        fit = solve(problem, free)
-        skew = np.flatnonzero(fit.design.term == len(free) - 1)
-        if len(skew) == 1:
-            found.append((rows, float(fit.theta[skew[0]]), float(fit.sd[skew[0]])))
+        found += _skew(solve(problem, free), rows)
     return tuple(found)
+
+
+def _skew(fit: Fit, rows: int) -> Told:
+    """The one skew of a fit by means over so many rows, its last term; nothing where it has none or several."""
+    at = np.flatnonzero(fit.design.term == len(fit.model) - 1)
+    return ((rows, float(fit.theta[at[0]]), float(fit.sd[at[0]])),) if len(at) == 1 else ()

@@ -50,7 +50,6 @@ class Pile:
     share: float
     times: float
     end: str
-    log_p: float
 
 
 def piles(recordings: Sequence[Recording], target: str) -> tuple[str, ...]:
@@ -90,7 +89,7 @@ def pile(values: Floats) -> Pile | None:
         if len(stretches(values == numbers[at])) >= APART and not _is_a_step(numbers, count, at):
             end = "smallest" if at == 0 else "largest" if at == len(numbers) - 1 else ""
             times = float(count[at] / max(beside[at], 1))
-            return Pile(float(numbers[at]), float(count[at]) / len(values), times, end, float(log_p[at]))
+            return Pile(float(numbers[at]), float(count[at]) / len(values), times, end)
     return None
 
 
@@ -123,12 +122,11 @@ def repeated(recordings: Sequence[Recording], targets: Sequence[str]) -> tuple[s
 
 def _repeats(values: Floats) -> tuple[float, int] | None:
     """Share of the rows that repeat the one before, and after how many rows there is a new one; 0 where that varies."""
-    if len(values) < FEWEST or pile(values) is not None:
+    if len(values) < FEWEST or (share := float(np.mean(np.diff(values) == 0))) < REPEATS:
         return None
     _, count = np.unique(values, return_counts=True)
     chance = float(np.sum((count / len(values)) ** 2))
-    share = float(np.mean(np.diff(values) == 0))
-    if share < REPEATS + BY_CHANCE * chance:
+    if share < REPEATS + BY_CHANCE * chance or pile(values) is not None:
         return None
     after, often = np.unique(np.diff(np.flatnonzero(np.diff(values))), return_counts=True)
     usual = int(after[often.argmax()])

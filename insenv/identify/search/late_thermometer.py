@@ -6,8 +6,8 @@ Of a first-order thermometer, tau dT/dt = T_true - T,
 
 a law of the temperature and one of its rate together. By itself neither may explain much, and what is likeliest of the
 single ones, a lag of hours, a step, is neither. So both are tried in the place of what was added that is thermal or
-slow, and stay where each is significant beside the other, and they explain more by `MORE`, each further coefficient
-paid for, and held-out data are no worse, or no less, and held-out data are better by `BETTER`.
+slow. They stay where each is significant beside the other, and where, each further coefficient paid for, they explain
+more by `MORE` and held-out data are no worse, or explain as much and held-out data are better by `BETTER`.
 """
 
 from __future__ import annotations

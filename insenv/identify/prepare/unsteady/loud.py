@@ -67,9 +67,7 @@ def loud(cells: Spectrogram, level: float) -> list[Loud]:
     found = []
     for windows in _tried(cells):
         ratio = windows.ratio(windows.inside, windows.told, windows.outside, windows.besides)
-        for band, at, log_p in _far(ratio, windows.freedom, windows.length, windows.log_tried, float(np.log(level))):
-            low, high = windows.bands[band]
-            found.append(Loud(log_p, at, windows.length, low, high, float(ratio[band, at])))
+        found += [Loud(*one, float(ratio[place])) for place, one in windows.beyond(ratio, windows.freedom, level)]
     return found
 
 
@@ -80,10 +78,8 @@ def quiet(cells: Spectrogram, level: float) -> list[Loud]:
         if windows.length < PART * len(cells.energy):
             continue
         ratio = windows.ratio(windows.outside, windows.besides, windows.inside, windows.told)
-        freedom = windows.freedom[::-1]
-        for band, at, log_p in _far(ratio, freedom, windows.length, windows.log_tried, float(np.log(level))):
-            low, high = windows.bands[band]
-            found.append(Loud(log_p, at, windows.length, low, high, 1 / float(ratio[band, at])))
+        beyond = windows.beyond(ratio, windows.freedom[::-1], level)
+        found += [Loud(*one, 1 / float(ratio[place])) for place, one in beyond]
     return found
 
 
@@ -105,6 +101,13 @@ class _Windows:
         width = np.array([high - low for low, high in self.bands])[:, None]
         enough = (self.told > LEAST * self.length * width) & (self.besides > 0)
         return np.where(enough, energy * others / np.maximum(cells * other, energy * others / MOST + 1e-9), 0.0)
+
+    def beyond(
+        self, ratio: Floats, freedom: Floats, level: float
+    ) -> Iterator[tuple[tuple[int, int], tuple[float, int, int, int, int]]]:
+        """Place in ``ratio`` of what is beyond chance, and its probability, first segment, length and columns."""
+        for band, at, log_p in _far(ratio, freedom, self.length, self.log_tried, float(np.log(level))):
+            yield (band, at), (log_p, at, self.length, *self.bands[band])
 
 
 def _tried(cells: Spectrogram) -> Iterator[_Windows]:
