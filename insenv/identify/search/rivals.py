@@ -6,6 +6,10 @@ it is the very same curve, or the same to the noise: an anomaly at two rates is 
 limit is no rival of it, but for what time drives: a drift is how a warm-up starts, and one with a time constant within
 the record that explains any better is a rival. Of a rival that is rarer by far (`Effect.unusual`) the evidence must pay
 for that: one that explains no better than a common effect is told beside it (`same_curve`), and makes no doubt of it.
+
+Of those that explain as well the likeliest is named first; a law of the temperature itself (`is_plain`) before one of
+how it changes or of the time, though it is a little less likely (`PLAIN`): as a unit warms by exp(-t / tau) the
+temperature, its change and a warm-up are one curve, and noise would choose the name.
 """
 
 from __future__ import annotations
@@ -17,6 +21,7 @@ import numpy as np
 from scipy.special import chdtri
 
 from insenv.core.recording import Floats
+from insenv.effects.base import Effect
 from insenv.effects.catalogue import plug_in_of
 from insenv.identify.fit.evidence import log_tail
 from insenv.identify.fit.gls import solve
@@ -43,6 +48,9 @@ NEAR = 60.0
 AS_LIKELY = 1e-3
 #: Likelihood ratio by which an unusual effect may fall behind a common one and be told beside it still.
 NEAR_UNUSUAL = 4.0
+#: The same by which a law of the temperature itself may fall behind one of its change or of time and be named first:
+#: odds of five to one.
+PLAIN = 2 * math.log(5)
 #: The same by which what cannot be of its size must be ahead to speak against an effect that is named.
 FAR_BETTER = 20.0
 #: Likelihood ratio within which another effect explains as much as what cannot be of its size.
@@ -111,7 +119,8 @@ def rivalry(
             rarer.append(hit)
             continue
         rivals.append(hit)
-        if extra <= 0 and hit.likelihood_ratio + odds > own + AS_LIKELY and better is None:
+        plainer = PLAIN * (is_plain(hit.term.effect) - is_plain(term.effect))
+        if extra <= 0 and hit.likelihood_ratio + odds + plainer > own + AS_LIKELY and better is None:
             better = hit
     rivals.sort(key=lambda hit: -hit.likelihood_ratio)
     rarer.sort(key=lambda hit: -hit.likelihood_ratio)
@@ -155,6 +164,11 @@ def _significant(problem: Problem, hit: Hit, alpha: float) -> bool:
 def _odds(term: Term) -> float:
     """Twice the logarithm of the odds for an effect, before any data."""
     return -2 * math.log(UNUSUAL) if term.effect.unusual else 0.0
+
+
+def is_plain(effect: Effect) -> bool:
+    """Whether an effect follows the temperature as it is, in proportion."""
+    return "temperature" in effect.needs and not (effect.of_way or effect.shapes or effect.of_time)
 
 
 def _same_curve(problem: Problem, base: Reference, rival: Term, term: Term) -> bool:

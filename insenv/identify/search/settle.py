@@ -7,9 +7,9 @@ from dataclasses import replace
 
 from insenv.effects.base import MemoryEffect
 from insenv.identify.fit.gls import Fit, solve
-from insenv.identify.fit.heldout import held_out_score
+from insenv.identify.fit.heldout import CHANCE, held_out_score
 from insenv.identify.fit.problem import Model
-from insenv.identify.search.rivals import RICHER_GAIN, Rivalry, rivalry
+from insenv.identify.search.rivals import RICHER_GAIN, Rivalry, is_plain, rivalry
 from insenv.identify.search.round import at_shape, search
 from insenv.identify.search.scan import Hit, likelihood_ratio, reference
 from insenv.identify.search.size import own_size, unsized
@@ -196,6 +196,8 @@ def _keys(model: Model) -> set[str]:
 def _swapped(track: Track, step: Step, better: Hit, alpha: float) -> Track:
     """The track with ``better`` in the place of ``step``, if it is significant by itself and held-out data agree.
 
+    Of a law of the temperature itself they agree up to what chance does: which of two is named first is not theirs.
+
     What several axes show together may be a little better explained on one of them by an event: that is no evidence.
     """
     if not better.log_p < math.log(alpha):
@@ -203,7 +205,8 @@ def _swapped(track: Track, step: Step, better: Hit, alpha: float) -> Track:
     model = tuple(better.term if t is step.hit.term else t for t in track.fit.model)
     fit = solve(track.problem, model, start=track.fit.noise.power)
     score = held_out_score(track.problem, fit)
-    if score.rms > track.score.rms or unsized(
+    chance = CHANCE if is_plain(better.term.effect) else 0.0
+    if score.rms > track.score.rms * (1 + chance) or unsized(
         track.problem, fit, better.term, held_out=better.held_out, looks=better.looks
     ):
         return track
