@@ -4,7 +4,15 @@ r"""Whether estimates of one thing scatter more than their deviations say, and w
     t^2 = max(0, (Q - (K - 1)) / (sum w - sum w^2 / sum w))      variance between them, beyond chance
     z = |sum v_k g_k| / sqrt(sum v_k),      v_k = 1 / (s_k^2 + t^2)
 
-Source: R. DerSimonian and N. Laird, Meta-analysis in clinical trials, Controlled Clinical Trials 7 (1986) 177.
+Of a model with one bias for several runs, each at rest or at one rate, a run is one number, its level:
+
+    l_r = x_r' theta + d_r + e_r,        var e_r = v_r by the noise within the run,        var d_r = s^2
+
+How exact noise makes a level says little about how well it comes back: the bias of a power-up, a table's rate, how the
+unit was set down. Beside p columns of the model s^2 is what makes sum of r^2 / (v + s^2) the n - p that it should be.
+
+Sources: R. DerSimonian and N. Laird, Meta-analysis in clinical trials, Controlled Clinical Trials 7 (1986) 177; R. C.
+Paule and J. Mandel, J. Res. Natl. Bur. Stand. 87 (1982) 377 (s^2 of levels).
 """
 
 from __future__ import annotations
@@ -12,12 +20,23 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
 from scipy.special import chdtrc
 
 from insenv.core.recording import Floats
+from insenv.effects.bias import Bias
+from insenv.identify.fit.bins import of_one_use
+from insenv.identify.fit.gls import Fit, solve
+from insenv.identify.fit.problem import Model, Problem, Term
 
 #: Share of the weights that is nothing: one estimate tells it all.
 ROUNDING = 1e-12
+#: A level of each run.
+ANEW = Term(Bias(), per_run=True)
+#: Share of all rates within which those of a run are one, and share of a column's root mean square that its means over
+#: runs must have, to be one that levels tell.
+ONE_RATE, SHOWN = 0.02, 0.05
 
 
 @dataclass(frozen=True)
@@ -38,3 +57,82 @@ def scatter(values: Floats, deviations: Floats) -> Scatter:
     between = max(0.0, (q - free) / room) if room > ROUNDING * float(w.sum()) else 0.0
     v = 1 / (deviations**2 + between)
     return Scatter(float(chdtrc(free, q)), between, float(abs(values @ v) / np.sqrt(v.sum())))
+
+
+@dataclass(frozen=True)
+class Levels:
+    """Levels of n runs beside a model of p columns that they tell.
+
+    ``left`` is what the model leaves of each, with the standard deviation ``sd`` by the noise within the run, shapes
+    (n,); ``columns`` are the model's means over each run, shape (n, p).
+    """
+
+    left: Floats
+    sd: Floats
+    columns: Floats
+
+    @property
+    def free(self) -> int:
+        """Degrees of freedom of what the columns leave."""
+        return len(self.left) - self.columns.shape[1]
+
+    @property
+    def chance(self) -> float:
+        """Probability that noise within the runs leaves as much beside the columns; 1 where nothing can be left."""
+        if self.free <= 0:
+            return 1.0
+        return float(chdtrc(self.free, left_of(self.left / self.sd, self.columns / self.sd[:, None])))
+
+    @property
+    def between(self) -> float:
+        """Variance between runs with which what the columns leave is as large as it should be."""
+
+        def excess(between: float) -> float:
+            root = np.sqrt(self.sd**2 + between)
+            return left_of(self.left / root, self.columns / root[:, None]) - self.free
+
+        most = float(np.sum(self.left**2))
+        return float(brentq(excess, 0.0, most)) if self.free > 0 and excess(0.0) > 0 > excess(most) else 0.0
+
+    def of(self, some: NDArray[np.bool_]) -> Levels:
+        """Those of some runs, shape (n,)."""
+        return Levels(self.left[some], self.sd[some], self.columns[some])
+
+
+def levels(problem: Problem, fit: Fit) -> Levels:
+    """What is left of each run by all its rows beside a model, the noise fitted anew within the runs."""
+    left = problem.measured_as(problem.y - fit.predicted()).used_as(of_one_use(problem.bins).blocks)
+    each = solve(left, (ANEW,))
+    own = each.design.term == 0
+    return Levels(each.theta[own], each.sd[own], told_between(problem, fit))
+
+
+def left_of(values: Floats, columns: Floats) -> float:
+    """Sum of squares that columns leave of values, shapes (n,) and (n, p)."""
+    return float(np.sum((values - columns @ np.linalg.lstsq(columns, values, rcond=None)[0]) ** 2))
+
+
+def has_one_level(problem: Problem, model: Model) -> bool:
+    """Whether several runs, each at rest or at one rate, have one bias for all in a model."""
+    common = any(term.effect == ANEW.effect and not term.per_run for term in model)
+    return len(problem.exposures) > 1 and common and _steady(problem)
+
+
+def _steady(problem: Problem) -> bool:
+    """Whether each run is at one rate."""
+    if not problem.turns:
+        return True
+    rates = [e.u for e in problem.exposures]
+    return max(float(np.ptp(u)) for u in rates) < ONE_RATE * float(np.ptp([float(np.mean(u)) for u in rates]))
+
+
+def told_between(problem: Problem, fit: Fit) -> Floats:
+    """Means over the bins of each run of the columns of a model that the levels tell, shape (runs, p)."""
+    means = means_of_runs(problem, fit.design.matrix[:, fit.design.term >= 0])
+    return means[:, np.sqrt(np.mean(means**2, axis=0)) > SHOWN]
+
+
+def means_of_runs(problem: Problem, columns: Floats) -> Floats:
+    """Means of columns over the bins of each run, shape (runs, k)."""
+    run = problem.bins.run
+    return np.array([columns[run == r].mean(axis=0) for r in range(len(problem.exposures))])

@@ -5,6 +5,8 @@ the derivative of the curve to each shape. The inverse of the information in all
 a scale factor's standard deviation knows that a time constant was fitted beside it.
 
 Beside a table that turns the standard deviations grow as scores of swings and runs say (`insenv.identify.fit.swings`).
+Where runs of one bias scatter by more than the noise within them (`insenv.identify.fit.scatter`), coefficients hold
+what that does to them, sum over runs of s^2 g g' with g = d theta / d level, on as many degrees of freedom as it has.
 """
 
 from __future__ import annotations
@@ -24,6 +26,7 @@ from insenv.identify.fit.noise import transform
 from insenv.identify.fit.problem import NOISE_TERMS, Problem, Term
 from insenv.identify.fit.reference_variance import Beside, beside_response
 from insenv.identify.fit.rounded import added_covariance
+from insenv.identify.fit.scatter import ANEW, Levels, has_one_level, levels
 from insenv.identify.fit.swings import by_swings
 
 _SQUARED = "_squared"
@@ -31,6 +34,8 @@ _SQUARED = "_squared"
 SCALE = ScaleFactor.id
 #: Below this many degrees of freedom of the noise the variance of Student's t says nothing any more.
 LEAST_FREEDOM = 4.0
+#: Chance of a scatter of levels up to which coefficients hold it.
+BETWEEN = 1e-3
 #: SI units of the noise coefficients as the field writes them, by the unit of the output.
 NOISE_UNITS = {
     output: {key: units[j] for key, units in checks.NOISE_UNITS.items()} for j, output in enumerate(("rad/s", "m/s^2"))
@@ -200,8 +205,22 @@ def _joined(problem: Problem, fit: Fit, slopes: dict[Term, _Slopes], beside: Bes
     p = len(fit.design.scale)
     factor[:p] /= fit.design.scale
     joint = np.asarray(inverse * np.outer(factor, factor))
+    if found := _between_runs(problem, fit):
+        of_runs = weights.T @ (problem.transformed(ANEW) * weight[:, None]) / size[:, None]
+        of_runs[:p] /= fit.design.scale[:, None]
+        added = found.between * of_runs @ of_runs.T
+        freedoms = np.where(np.diag(added) > np.diag(joint), np.minimum(freedoms, found.free), freedoms)
+        joint = joint + added
     joint[:p, :p] += added_covariance(problem, fit) / np.outer(fit.design.scale, fit.design.scale)
     return _Joint(joint, freedoms)
+
+
+def _between_runs(problem: Problem, fit: Fit) -> Levels | None:
+    """Levels of runs that scatter beyond chance about a fit; None where they do not, or a run is more than a level."""
+    if not has_one_level(problem, fit.model):
+        return None
+    found = levels(problem, fit)
+    return found if found.chance < BETWEEN else None
 
 
 def _for_fitted_noise(problem: Problem, fit: Fit, weights: Floats) -> Floats:

@@ -26,6 +26,9 @@ ALONG = float(np.cos(np.deg2rad(0.5)))
 #: Parts of a run, of which the first and the last may be a ramp, and the share of the rates' range within which the
 #: others have one rate.
 PARTS, ONE_RATE = 10, 0.02
+#: Runs from which on, difference of their temperatures [K] from which on, and share of it that the temperature may
+#: change within a run, where each is at one temperature of a test.
+SOAKS, APART, ONE_TEMPERATURE = 3, 5.0, 0.25
 
 
 def declared_model(manifest: Manifest, recordings: tuple[Recording, ...], target: str) -> Model:
@@ -103,12 +106,13 @@ def _wants_latitude(recordings: tuple[Recording, ...], where: str) -> None:
 def _bias_per_run(manifest: Manifest, recordings: tuple[Recording, ...]) -> bool:
     """A bias belongs to its power-up, unless it is said to be common or the runs are parts of one test.
 
-    Such parts are positions of one set-up, and the rates of a table: with a bias of its own each would tell no gain.
+    Such parts are positions of one set-up, the rates of a table, and the temperatures of a chamber: with a bias of its
+    own each would tell no gain, and nothing that goes with the temperature.
     """
     if manifest.model.bias is not None:
         return manifest.model.bias == "per-run"
     one_mounting = len({replace(recording.mounting, base_turned=0.0) for recording in recordings}) == 1
-    return one_mounting and not _each_at_one_rate(recordings)
+    return one_mounting and not (_each_at_one_rate(recordings) or _each_at_one_temperature(recordings))
 
 
 def _each_at_one_rate(recordings: tuple[Recording, ...]) -> bool:
@@ -118,6 +122,16 @@ def _each_at_one_rate(recordings: tuple[Recording, ...]) -> bool:
         return False
     within = max(float(np.ptp(each)) for each in rates)
     return within < ONE_RATE * float(np.ptp([np.median(each) for each in rates]))
+
+
+def _each_at_one_temperature(recordings: tuple[Recording, ...]) -> bool:
+    """Whether the temperature hardly changes in each run, and differs between them: the soaks of a chamber."""
+    if len(recordings) < SOAKS or any("temperature" not in recording.channels for recording in recordings):
+        return False
+    heats = [recording.channels["temperature"].values for recording in recordings]
+    between = float(np.ptp([np.median(heat) for heat in heats]))
+    within = max(float(np.ptp(np.quantile(heat, (0.05, 0.95)))) for heat in heats)
+    return between > APART and within < ONE_TEMPERATURE * between
 
 
 def _rates(recording: Recording) -> Floats:

@@ -31,6 +31,7 @@ from insenv.identify.fit.bins import of_one_use
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.problem import NOISE_TERMS, Model, Problem
 from insenv.identify.prepare.vibration import averaged
+from insenv.identify.search.artefacts.levels_of_runs import not_told_by_levels
 from insenv.identify.search.artefacts.reference_errors import beside_reference_errors
 from insenv.identify.search.candidates import Candidate, candidates
 from insenv.identify.search.jumps import is_step
@@ -220,14 +221,16 @@ def whole_of(track: Track) -> Problem:
 
 
 def _asked(track: Track, whole: Problem, model: Model, tried: tuple[Candidate, ...], seed: int) -> AllRows:
-    """Causes by all rows beside a model."""
+    """Causes by all rows beside a model, without those of which runs tell no more than levels that scatter."""
 
     def asked() -> AllRows:
         fit = solve(whole, model, start=track.fit.noise.power)
         base = reference(whole, fit.model, fit.noise.power)
         hits = by_fit_alone(whole, fit, base, tried, seed, track.family, tones=False)
-        laws = tuple(hit for hit in hits if not is_step(hit.candidate.effect))
-        return AllRows(whole, fit, laws, tuple(hit for hit in hits if hit not in laws))
+        steps = tuple(hit for hit in hits if is_step(hit.candidate.effect))
+        laws = (hit for hit in hits if hit not in steps)
+        told = tuple(hit for hit in laws if not not_told_by_levels(whole, fit, hit.term))
+        return AllRows(whole, fit, told, steps)
 
     found: AllRows = whole.remember(("all rows", model, seed), asked)
     return found

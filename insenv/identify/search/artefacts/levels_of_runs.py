@@ -1,0 +1,82 @@
+r"""Effects that several runs tell by their levels alone: the soaks of a chamber, the rates of a table with a file each.
+
+Where the n levels scatter about a model and an effect as noise within the runs does not (`insenv.identify.fit.scatter`)
+the effect is told by n numbers. With S_0 and S_1 their sums of squares without and with its k coefficients, each
+weighted by 1 / (v_r + s^2),
+
+    F = ((S_0 - S_1) / k) / (S_1 / (n - p))
+
+and so is the last power of a polynomial beside the others.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.special import fdtrc
+
+from insenv.core.recording import Floats
+from insenv.identify.fit.gls import Fit, solve
+from insenv.identify.fit.problem import Problem, Term
+from insenv.identify.fit.scatter import ANEW, has_one_level, left_of, levels, means_of_runs, told_between
+from insenv.identify.search.scan import deviate, likelihood_ratio, reference
+
+#: Runs from which on they are asked.
+FEWEST = 5
+#: Chance of a scatter up to which there is one, and of an effect by n levels up to which it is told by them; where they
+#: agree beside it, but for being few; and of a curve without a cause, of which many forms are tried.
+SCATTER, CHANCE, FEW_AGREE, OF_A_CURVE = 1e-3, 1e-3, 1e-2, 1e-4
+#: Deviations beside a level of each run from which on an effect is told within the runs.
+WITHIN = 4.0
+
+
+def not_told_by_levels(problem: Problem, fit: Fit, term: Term) -> str:
+    """Why an effect is not told from how the levels of runs scatter; empty if it is.
+
+    Parameters
+    ----------
+    problem : Problem
+    fit : Fit
+        The model without it.
+    term : Term
+    """
+    if len(problem.exposures) < FEWEST or not has_one_level(problem, fit.model) or term.per_run or term.effect.line:
+        return ""
+    larger = solve(problem, (*fit.model, term), start=fit.noise.power)
+    found = levels(problem, larger)
+    agree = found.free > 0 and found.chance > SCATTER
+    if (agree and found.free >= found.columns.shape[1]) or _told_within(problem, fit, term):
+        return ""
+    root = np.sqrt(found.sd**2 + found.between)
+    times = float(np.sqrt(found.between) / np.median(found.sd))
+    level = (found.left + means_of_runs(problem, larger.predicted()[:, None])[:, 0]) / root
+    columns = found.columns / root[:, None]
+    p = max(_chance(level, columns, without) for without in _smaller(problem, fit, found.columns, term))
+    if p < (OF_A_CURVE if term.effect.generic else FEW_AGREE if agree else CHANCE):
+        return ""
+    return (
+        f"it is told by the levels of {len(level)} runs alone, of which {max(found.free, 0)} are left beside it (p = "
+        f"{p:.1g}, they scatter by {np.hypot(1.0, times):.2g} times their noise)"
+    )
+
+
+def _smaller(problem: Problem, fit: Fit, columns: Floats, term: Term) -> list[int]:
+    """Numbers of the columns of a larger model that are left without an effect, and without its last power."""
+    without = told_between(problem, fit).shape[1]
+    powers = getattr(term.effect, "order", 1) > 1 and columns.shape[1] - without > 1
+    return [without, columns.shape[1] - 1] if powers else [without]
+
+
+def _chance(level: Floats, columns: Floats, without: int) -> float:
+    """Probability that columns beyond the first ``without`` explain as much of levels by chance, (n,) and (n, p)."""
+    more, free = columns.shape[1] - without, len(level) - columns.shape[1]
+    if more <= 0 or free <= 0:
+        return 1.0
+    s0, s1 = left_of(level, columns[:, :without]), left_of(level, columns)
+    return float(fdtrc(more, free, (s0 - s1) / more / (s1 / free)))
+
+
+def _told_within(problem: Problem, fit: Fit, term: Term) -> bool:
+    """Whether an effect is significant beside a level of each run."""
+    base = reference(problem, (*fit.model, ANEW), fit.noise.power)
+    ratio, gained = likelihood_ratio(problem, base, (*fit.model, ANEW, term))
+    return bool(gained) and deviate(problem, base, term, ratio, gained) > WITHIN
