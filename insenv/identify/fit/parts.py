@@ -21,7 +21,7 @@ from insenv.identify.fit.gls import Fit, noise_beside, spectrum
 from insenv.identify.fit.noise import transform
 from insenv.identify.fit.problem import Problem, Term
 from insenv.identify.fit.reference_variance import beside_response
-from insenv.identify.fit.scatter import scatter
+from insenv.identify.fit.scatter import scatter_of_correlated
 from insenv.identify.fit.swings import by_swings
 
 #: Parts of a single run, and the fewest bins of one.
@@ -74,18 +74,19 @@ def apart(problem: Problem, fit: Fit, term: Term) -> PartsApart | None:
     terms = tuple(replace(term, effect=term.effect.near(value[None])) for value in told[0])
     if any(one != term for one in terms):
         told = _with_own(problem, fit, int(own[0]), terms, parts) or told
-    values, deviations = told
-    found = scatter(values, deviations)
+    values, covariance = told
+    found = scatter_of_correlated(values, covariance)
     column = np.sum(np.column_stack([problem.columns(one) for one in terms]) * parts, axis=1)
-    return PartsApart(values, deviations, found.chance, found.between, label, column)
+    return PartsApart(values, np.sqrt(np.diag(covariance)), found.chance, found.between, label, column)
 
 
 def _with_own(
     problem: Problem, fit: Fit, own: int, terms: tuple[Term, ...], parts: NDArray[np.bool_]
 ) -> tuple[Floats, Floats] | None:
-    """Coefficients of each part's term in the place of the fit's column ``own``, with deviations, shapes (K,) each.
+    """Coefficients of each part's term in the place of the fit's column ``own``, (K,), with their covariance, (K, K).
 
-    Beside the noise that they leave: what they tell apart is a walk in that of the whole.
+    Beside a gain that changes the parts are told together with that, and differ less surely than each is known. Beside
+    the noise that they leave: what they tell apart is a walk in that of the whole.
     """
     columns, k = np.column_stack([problem.columns(term) for term in terms]) * parts, len(terms)
     others = np.delete(fit.design.transformed, own, axis=1)
@@ -105,7 +106,8 @@ def _with_own(
     beside = beside_response(problem, fit)
     added = float(beside.added[own]) / fit.design.scale[own] ** 2 if beside else 0.0
     swings = np.array([by_swings(problem, w, left)[0] for w in weights.T[:k]])
-    return values[:k], np.sqrt(swings * np.diag(inverse)[:k] / size[:k] ** 2 + added)
+    factor = np.sqrt(swings) / size[:k]
+    return values[:k], inverse[:k, :k] * np.outer(factor, factor) + added * np.eye(k)
 
 
 def _parts(problem: Problem, column: Floats) -> NDArray[np.int64]:

@@ -4,6 +4,8 @@ r"""Whether estimates of one thing scatter more than their deviations say, and w
     t^2 = max(0, (Q - (K - 1)) / (sum w - sum w^2 / sum w))      variance between them, beyond chance
     z = |sum v_k g_k| / sqrt(sum v_k),      v_k = 1 / (s_k^2 + t^2)
 
+and the same with a covariance in the place of s_k^2 where their errors have one.
+
 Of a model with one bias for several runs, each at rest or at one rate, a run is one number, its level:
 
     l_r = x_r' theta + d_r + e_r,        var e_r = v_r by the noise within the run,        var d_r = s^2
@@ -49,13 +51,23 @@ class Scatter:
 
 
 def scatter(values: Floats, deviations: Floats) -> Scatter:
-    """How K estimates with their standard deviations scatter, shapes (K,)."""
-    w = 1 / deviations**2
-    mean = float(values @ w / w.sum())
-    q, free = float((values - mean) ** 2 @ w), len(values) - 1
-    room = float(w.sum() - w @ w / w.sum())
-    between = max(0.0, (q - free) / room) if room > ROUNDING * float(w.sum()) else 0.0
-    v = 1 / (deviations**2 + between)
+    """How K independent estimates with their standard deviations scatter, shapes (K,)."""
+    return scatter_of_correlated(values, np.diag(deviations**2))
+
+
+def scatter_of_correlated(values: Floats, covariance: Floats) -> Scatter:
+    """How K estimates scatter, shape (K,), whose errors have a covariance, shape (K, K).
+
+    With W = C^-1 and j a column of ones, m = j'W g / j'W j, Q = (g - m)' W (g - m), and what t^2 adds to Q is t^2 times
+    tr W - j'W W j / j'W j.
+    """
+    weights = np.linalg.inv(covariance)
+    each = weights.sum(axis=0)
+    off, free = values - values @ each / each.sum(), len(values) - 1
+    q = float(off @ weights @ off)
+    room = float(np.trace(weights) - each @ each / each.sum())
+    between = max(0.0, (q - free) / room) if room > ROUNDING * float(np.trace(weights)) else 0.0
+    v = np.linalg.inv(covariance + between * np.eye(len(values))).sum(axis=0)
     return Scatter(float(chdtrc(free, q)), between, float(abs(values @ v) / np.sqrt(v.sum())))
 
 
