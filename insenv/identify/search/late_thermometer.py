@@ -1,13 +1,15 @@
-r"""A thermometer that is behind what it should tell: the die warms by itself, and the case or the board after it.
+r"""What two laws of the temperature tell together: a thermometer behind the sensor, or a sensor behind the thermometer.
 
-Of a first-order thermometer, tau dT/dt = T_true - T,
+Of a first-order thermometer, tau dT/dt = T_true - T, and of a part that follows the thermometer, tau dL/dt = T - L,
 
     bias = k T_true = k T + k tau dT/dt
+    bias = k L      = k T - k (T - L)
 
-a law of the temperature and one of its rate together. By itself neither may explain much, and what is likeliest of the
-single ones, a lag of hours, a step, is neither. So both are tried in the place of what was added that is thermal or
-slow. They stay where each is significant beside the other, and where, each further coefficient paid for, they explain
-more by `MORE` and held-out data are no worse, or explain as much and held-out data are better by `BETTER`.
+a law of the temperature and one of its change. By itself neither may explain much, and what is likeliest of the single
+ones, a lag of hours, a step, a walk of the noise, is neither. So both are tried in the place of what was added that is
+thermal or slow, and beside nothing. They stay where each is significant beside the other, and where, each further
+coefficient and shape paid for, they explain more by `MORE` and held-out data are no worse, or explain as much and
+held-out data are better by `BETTER`.
 """
 
 from __future__ import annotations
@@ -15,12 +17,12 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from insenv.effects.thermal import BiasTemperature, BiasTemperatureRate
+from insenv.effects.thermal import BiasTemperature, BiasTemperatureRate, BiasThermalLag
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.heldout import held_out_score
 from insenv.identify.fit.problem import Model
 from insenv.identify.search.rivals import RICHER_GAIN
-from insenv.identify.search.round import at_shape
+from insenv.identify.search.round import at_shape, by_fit_alone
 from insenv.identify.search.scan import Hit, likelihood_ratio, reference
 from insenv.identify.search.size import unsized
 from insenv.identify.search.tracks import Step, Track
@@ -29,26 +31,39 @@ from insenv.identify.search.unit.one_box import DRIFTS, is_thermal
 #: By how much more the likelihood ratio of both is, beyond what further coefficients gain; share by which the held-out
 #: error is less where it is no more.
 MORE, BETTER = 10.0, 0.1
-#: What both are.
-LAW, RATE = f"{BiasTemperature.id}:1", BiasTemperatureRate.id
+#: The law, and what goes with it.
+LAW, CHANGES = f"{BiasTemperature.id}:1", (BiasTemperatureRate.id, BiasThermalLag.id)
+THERMAL = (BiasTemperature.id, *CHANGES)
 
 
 def behind_the_sensor(track: Track, alpha: float) -> Track:
-    """The track with a law of the temperature and of its rate in the place of what is slow, where they explain more."""
-    hits = {hit.candidate.effect.key: hit for hit in track.last_physical or track.hits or ()}
-    gone = [s for s in track.steps if _is_slow(s)]
+    """The track with a law of the temperature and one of its change in the place of what is slow, if they tell more."""
+    gone = tuple(s for s in track.steps if _is_slow(s))
     stays = tuple(t for t in track.fit.model if all(t is not s.hit.term for s in gone))
-    known = any(term.effect.id in (BiasTemperature.id, RATE) for term in stays)
-    if not gone or any(s.together for s in gone) or known or not {LAW, RATE} <= hits.keys():
+    known = any(term.effect.id in THERMAL for term in stays)
+    law = next((hit for hit in track.last_physical or track.hits or () if hit.candidate.effect.key == LAW), None)
+    if law is None or known or any(s.together for s in gone):
         return track
-    problem, pair = track.problem, (hits[LAW], hits[RATE])
-    both = (*stays, *(hit.term for hit in pair))
+    beside = solve(track.problem, (*stays, law.term), start=track.fit.noise.power)
+    base = reference(track.problem, beside.model, beside.noise.power)
+    tried = tuple(c for c in track.candidates if c.effect.key in CHANGES)
+    others = by_fit_alone(track.problem, beside, base, tried, 0, track.family, tones=False)
+    likeliest = sorted(others, key=lambda hit: -hit.rank)
+    pairs = (_with_pair(track, stays, gone, (law, other), alpha) for other in likeliest)
+    return next((found for found in pairs if found is not track), track)
+
+
+def _with_pair(track: Track, stays: Model, gone: tuple[Step, ...], pair: tuple[Hit, Hit], alpha: float) -> Track:
+    """The track with both in the place of what is gone, where they explain more; else as it is."""
+    problem, both = track.problem, (*stays, *(hit.term for hit in pair))
     base = reference(problem, stays, track.fit.noise.power)
     gained = likelihood_ratio(problem, base, both)[0] - likelihood_ratio(problem, base, track.fit.model)[0]
-    gained -= RICHER_GAIN * (2 - sum(s.hit.size for s in gone))
+    gained -= RICHER_GAIN * (sum(hit.size for hit in pair) - sum(s.hit.size for s in gone))
+    if gained < (0 if gone else MORE):
+        return track
     fit = solve(problem, both, start=track.fit.noise.power)
     score = held_out_score(problem, fit)
-    if gained < 0 or score.rms > track.score.rms * (1 if gained >= MORE else 1 - BETTER):
+    if score.rms > track.score.rms * (1 if gained >= MORE else 1 - BETTER):
         return track
     each = [_beside(track, stays, *two) for two in (pair, pair[::-1])]
     sure = all(hit.log_p < math.log(alpha) and not unsized(problem, fit, hit.term, looks=hit.looks) for hit in each)

@@ -1,4 +1,4 @@
-"""A thermometer that is behind the sensor: a law of what it reads and one of its rate, and neither by itself.
+"""A thermometer that is behind the sensor, or before it: a law of what it reads and one of its change together.
 
 Generated with NumPy and SciPy alone; the seed is fixed.
 """
@@ -44,3 +44,24 @@ def test_both_laws_are_named_of_a_late_thermometer(late: float, kind: str, tmp_p
     for effect, each in values.items():
         c = each["c"]
         assert c.sd is not None and abs(c.value - np.radians(due[effect])) < 4 * c.sd < np.radians(due[effect])
+
+
+def test_a_sensor_behind_the_thermometer_is_told_by_both_laws(tmp_path: Path) -> None:
+    """A bias c L of what follows the chamber in 900 s is c T - c (T - L): its walk of the noise explained it all."""
+    rng, t, c = np.random.default_rng(3), 2.0 * np.arange(4500.0), 0.016
+    read = np.interp(t, [0, 1200, 2400, 4200, 5400, 7200, 9000], [25, 25, 50, 50, 10, 10, 40])
+    a = float(np.exp(-2.0 / 900))
+    inside = np.asarray(lfilter([1 - a], [1, -a], read, zi=[a * read[0]])[0])
+    gyro = 5 + c * (inside - 25) + 0.21 * rng.standard_normal(len(t))
+    np.savez(tmp_path / "run.npz", t=t, gyro=gyro, temp=read)
+    (tmp_path / "run.toml").write_text(
+        'data = "run.npz"\n[channels]\ntime = { column = "t", unit = "s" }\n'
+        'gyro = { column = "gyro", unit = "deg/h" }\ntemperature = { column = "temp", unit = "degC" }\n'
+        '[model]\ntarget = "gyro"\ndeclared = ["bias"]\nprocedure = "static"\n'
+    )
+    (found,) = close(tmp_path / "run.toml").targets
+    values = {one.effect: one.parameters[0] for one in found.added}
+    assert set(values) == {"bias_temperature", "bias_thermal_lag"}
+    for effect, sign in (("bias_temperature", 1), ("bias_thermal_lag", -1)):
+        size = values[effect]
+        assert abs(size.value - sign * np.radians(c) / 3600) < 4 * size.sd
