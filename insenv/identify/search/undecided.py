@@ -77,6 +77,8 @@ BESIDE, MANY = 1e-3, 5.0
 LONGER = 1e-2
 #: Deviations of noise that stays from which on such a law is said where there is a doubt anyway.
 BEYOND = 6.0
+#: Deviations, beside noise that may wander, that a law of such a set is of at least.
+LEAST_SIZE = 0.3
 #: Share of the slowest mode's variance that a noise term must make to be told.
 SHARE = 0.1
 
@@ -443,11 +445,15 @@ def _confirmed(track: Track, fit: Fit, score: Score, keys: Sequence[str]) -> Ite
 
 
 def _credible(problem: Problem, fit: Fit) -> bool:
-    """Whether the last term is known to less than its largest credible coefficients, and none is beyond them."""
+    """Whether the last term is known to less than its largest credible coefficients, and none is beyond them.
+
+    Nor are all of them nothing: c = 10 +- 130 beside a walk is no law.
+    """
     params = {p.name: p for p in fit.model[-1].effect.linear}
     own = np.flatnonzero(fit.design.term == len(fit.model) - 1)
     limits = [problem.limits(params[fit.design.labels[j][1].partition("[")[0]]) for j in own]
-    return len(own) > 0 and all(
+    sized = np.any(np.abs(fit.theta[own]) > LEAST_SIZE * fit.sd[own])
+    return bool(sized) and all(
         fit.sd[j] < high and low - fit.sd[j] <= fit.theta[j] <= high + fit.sd[j]
         for j, (low, high) in zip(own, limits, strict=True)
     )
