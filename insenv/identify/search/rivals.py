@@ -44,6 +44,8 @@ RICHER_GAIN = 2.0
 BENT_GAIN = 0.5
 #: Likelihood ratio by which a rival may fall behind before its refit is worth nothing.
 NEAR = 60.0
+#: Times by which a rival may be less rare by noise than the added effect, where that is found by a hair.
+AS_RARE = 10.0
 #: Likelihood ratio within which two are as likely.
 AS_LIKELY = 1e-3
 #: Likelihood ratio by which an unusual effect may fall behind a common one and be told beside it still.
@@ -95,9 +97,9 @@ def rivalry(
     rivals: list[Hit] = []
     rarer: list[Hit] = []
     better: Hit | None = None
-    paid = _paid(term, own, hits)
+    paid, level = _paid(term, own, hits), _level(problem, term, hits, alpha)
     for hit in hits:
-        if hit.term.effect.key == term.effect.key or hit.candidate.generic or not _significant(problem, hit, alpha):
+        if hit.term.effect.key == term.effect.key or hit.candidate.generic or not _significant(problem, hit, level):
             continue
         extra = _parameters(problem, base, hit.term) - _parameters(problem, base, term)
         if own - hit.likelihood_ratio < NEAR and not hit.term.effect.line:
@@ -157,8 +159,21 @@ def _significant(problem: Problem, hit: Hit, alpha: float) -> bool:
 
     Nor are errors of the reference that would explain it as well.
     """
-    log_p = log_tail(max(hit.deviate, hit.alone)) + math.log(hit.looks / against(problem, hit.term.effect))
-    return log_p <= math.log(alpha)
+    return _log_p(problem, hit) <= math.log(alpha)
+
+
+def _level(problem: Problem, term: Term, hits: list[Hit], alpha: float) -> float:
+    """Probability up to which a rival explains what is there: that of the added effect times `AS_RARE` if it is more.
+
+    Where one of two is found by a hair the other one is missed by a hair, and is as likely.
+    """
+    own = next((hit for hit in hits if hit.term.effect.key == term.effect.key), None)
+    return alpha if own is None else max(alpha, AS_RARE * math.exp(min(_log_p(problem, own), 0.0)))
+
+
+def _log_p(problem: Problem, hit: Hit) -> float:
+    """Logarithm of the p-value without the odds against the effect, and errors of a reference that would explain it."""
+    return log_tail(max(hit.deviate, hit.alone)) + math.log(hit.looks / against(problem, hit.term.effect))
 
 
 def _odds(term: Term) -> float:

@@ -10,13 +10,14 @@ import pytest
 from on_axes_cases import DECLARED, DWELL, RATE, TABLE, Path3, found, outputs, proposed, recording, six_positions, usual
 
 from insenv.core.errors import InputError
-from insenv.core.recording import Mounting, Site
+from insenv.core.recording import Channel, Mounting, Recording, Site
 from insenv.core.unit.motion import UNIT
 from insenv.data.manifest import HeldOut, Model, load_manifest
 from insenv.data.save import save
 from insenv.effects.base import Param
 from insenv.identify.positions.on_axes.problem import Cause, Cells, OnAxes, Share, UnitTerm
 from insenv.identify.positions.on_axes.terms import candidates
+from insenv.identify.positions.on_axes.trace import as_means
 from insenv.identify.positions.search import search
 
 #: Errors of the table, effects of channels, and the effect that is to be named.
@@ -201,3 +202,14 @@ def test_rows_and_times_that_are_held_out_hold_out_their_rests(tmp_path: Path) -
         by_row = found(tmp_path, one, held_out=held_out)
         by_name = found(tmp_path, one, held_out=HeldOut(positions=tuple(range(21, 27))))
         assert by_row.targets[0].held_out == by_name.targets[0].held_out
+
+
+def test_readings_at_an_instant_are_made_means_of_their_rows() -> None:
+    """Of a turn of one degree a row: within theta^2 / 12 of gravity, where half a row late is theta / 2."""
+    theta, t = np.deg2rad(1.0), np.arange(90.0)
+    still = Channel(np.zeros(90), "rad/s", "interval")
+    channels = {name: still for name in UNIT} | {"accel_x": Channel(9.8 * np.sin(theta * t), "m/s^2")}
+    made = as_means(Recording(t, channels)).channels
+    exact = 9.8 * (np.cos(theta * (t[1:] - 1)) - np.cos(theta * t[1:])) / theta
+    assert made["accel_x"].covers == "interval" and made["gyro_x"] is still
+    assert np.max(np.abs(made["accel_x"].values[1:] - exact)) < 1.01 * 9.8 * theta**2 / 12

@@ -97,7 +97,7 @@ def trace_unit(
     models = [UnitModel(whole_sheet(sheet, warm), in_turns=True) for sheet in sheets]
     for recording in recordings:
         _check_one_by_one(manifest, recording)
-    runs = [_with_turning(recording) for recording in recordings]
+    runs = [_with_turning(as_means(recording)) for recording in recordings]
     blocks = [_blocks(manifest, model, run) for model, run in zip(models, runs, strict=True)]
     starts = np.cumsum([0.0, *(float(r.t[-1] - r.t[0]) for r in recordings[:-1])])
     numbers, rests = _numbered(blocks)
@@ -233,6 +233,25 @@ def _check_one_by_one(manifest: Manifest, recording: Recording) -> None:
         raise InputError(
             f"{manifest.path}: {recording.label}: two axes turn at once, {where}; wanted one axis after the other"
         )
+
+
+def as_means(recording: Recording) -> Recording:
+    """The recording with readings at an instant as means over the interval that ends there, by the trapezoidal rule.
+
+    The cells are means over rows: taken for these, an accelerometer's reading at an instant is half a row late, and of
+    nothing a `force_delay` of half a row was stated.
+    """
+    found = {
+        name: replace(recording.channels[name], values=_means(recording.channels[name].values), covers="interval")
+        for name in UNIT
+        if recording.channels[name].covers == "instant"
+    }
+    return replace(recording, channels={**recording.channels, **found})
+
+
+def _means(values: Floats) -> Floats:
+    """Mean of each value and the one before it; of the first alone."""
+    return np.concatenate([values[:1], 0.5 * (values[1:] + values[:-1])])
 
 
 def _with_turning(recording: Recording) -> Recording:
