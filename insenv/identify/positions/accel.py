@@ -152,9 +152,14 @@ def with_walk(
     """
     errors, slopes = problem.errors(terms, np.zeros(sum(t.size for t in terms) + len(problem.nuisance)))
     unit = problem.measured / np.linalg.norm(problem.measured, axis=1)[:, None]
-    before = np.array([sum(float(problem.around.time[runs == r].max(initial=0.0)) for r in range(run)) for run in runs])
-    found = walking(errors, slopes, problem.around.time + before, problem.fitted, unit @ unit.T, allowed, anew)
+    found = walking(errors, slopes, through_runs(problem, runs), problem.fitted, unit @ unit.T, allowed, anew)
     return problem if found is None else replace(problem, noise=found[0], scale=found[1])
+
+
+def through_runs(problem: Magnitudes, runs: NDArray[np.int64]) -> Floats:
+    """Time of each rest, one run behind the other, shape (n,) [s]."""
+    before = [sum(float(problem.around.time[runs == r].max(initial=0.0)) for r in range(run)) for run in runs]
+    return problem.around.time + np.array(before)
 
 
 def gravities(recordings: Sequence[Recording], rests: Sequence[Rest]) -> tuple[Floats, bool]:

@@ -29,11 +29,12 @@ from insenv.effects.rate.scale import ScaleFactor
 from insenv.effects.thermal import BiasTemperature
 from insenv.effects.triad import AccelBias, AccelScaleFactor, Misalignment, NonOrthogonality
 from insenv.identify.findings import NotTestable
-from insenv.identify.positions.accel import Magnitudes, directions, gravities, uncertain_directions
+from insenv.identify.positions.accel import Magnitudes, directions, gravities, through_runs, uncertain_directions
 from insenv.identify.positions.accel import with_walk as with_bias_walk
 from insenv.identify.positions.checks.bent import REPEATS, WORST, bent, not_repeated
 from insenv.identify.positions.checks.creep import creeping
 from insenv.identify.positions.checks.numbers import clipped, silenced
+from insenv.identify.positions.checks.wander import wandering
 from insenv.identify.positions.evidence import evidence, held_out_errors, held_out_scatter
 from insenv.identify.positions.factor import common_factor, factor_of, other_axes, unaccounted
 from insenv.identify.positions.gyro import Rotations, rotations, with_noise
@@ -292,10 +293,13 @@ def _with_what_is_left(  # noqa: PLR0913 -- what is left of a fit is judged by a
     said = reasons if untold else (*reasons, *bent(problem, outcome.after, alpha, _by_pace(more)[0]))
     changes = any(term.effect.id in SLOW for term in outcome.after.terms)
     said = said if changes else (*said, *creeping(recordings, found.rests))
+    noise = noise_of_means(recordings, found.rests)
+    if not (untold or changes):
+        time = through_runs(problem, np.array([rest.run for rest in found.rests]))
+        said = (*said, *wandering(problem, outcome.after, _by_pace(more)[0], time, noise))
     said = (*said, *clipped(recordings, found.rests))
     scarce = any(n.effect == AccelScaleFactor.id and n.needs in UNTOLD for n in outcome.not_testable)
     number = np.array([rest.number for rest in found.rests])
-    noise = noise_of_means(recordings, found.rests)
     stated = None if manifest.positions is None else manifest.positions.repeatability
     return (*said, *not_repeated(problem, outcome.after, number, noise, scarce, bool(said), stated))
 

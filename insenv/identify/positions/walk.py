@@ -77,6 +77,23 @@ def walking(
     return _root(covariance(best), used), scale
 
 
+def likeliest(
+    y: Floats, design: Floats, time: Floats, used: NDArray[np.bool_], alike: Floats
+) -> tuple[float, float] | None:
+    """Likelihood ratio of the likeliest walk over none, and how far it goes over all units; arguments as of `walking`.
+
+    None where there is too little freedom to tell.
+    """
+    basis = _distinct(design, used)
+    if len(basis) - basis.shape[1] < LEAST_FREEDOM:
+        return None
+    walk = _walk(time, alike)
+    fits = [likelihood_and_scale(y[used], basis, (np.eye(len(time)) + k * walk)[np.ix_(used, used)]) for k in WALKS]
+    best = max(range(len(WALKS)), key=lambda k: fits[k][0])
+    steps = float(np.ptp(time[used])) / max(float(np.median(np.abs(np.diff(time)))), 1e-9)
+    return 2 * (fits[best][0] - fits[0][0]), float(np.sqrt(fits[best][1] * WALKS[best] * steps))
+
+
 def weighed(
     y: Floats, design: Floats, time: Floats, used: NDArray[np.bool_], alike: Floats
 ) -> list[tuple[float, Floats]]:

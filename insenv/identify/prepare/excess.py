@@ -56,8 +56,10 @@ FEWEST_FAST, SLOW_FROM = 60, 2
 SLOW = 0.01
 #: Share of the table's rate that an axis sees at least where it tells how far the table has turned.
 LEAST_ALONG = 0.1
-#: How often the tests are tried on what the steps of an encoder and noise leave.
+#: How often the tests are tried on what the steps of an encoder, or counts of the reading, and noise leave.
 TRIALS = 8
+#: Shares of the white noise with which counts are tried.
+OF_WHITE = (1.0, 0.5, 0.2, 0.1)
 #: Modes of the narrowest band, and the bands of one width that are tried from the lowest frequency on.
 NARROWEST, BANDS = 4, 8
 
@@ -108,26 +110,61 @@ def beside_steps(p: float, least: float) -> float:
 
 
 def _of_steps(problem: Problem, fit: Fit) -> dict[str, float]:
-    """The smallest p-value of each test where the steps of the encoder and noise alone are left.
+    """The smallest p-value of each test where steps of the encoder, or counts of the reading, and noise are left.
 
     At a steady rate they are lines, on a swing lines whose frequency moves, and of a hand's motion slow structure.
     """
-    errors = problem.step_errors()
-    if errors is None:
-        return {}
-    power = fit.noise.power.copy()
-    power[_place(QUANTIZATION)] = max(power[_place(QUANTIZATION)] - problem.encoder**2 / 12, 0.0)
-    rng, model = np.random.default_rng(len(problem.y)), fit.predicted()
     least: dict[str, float] = {}
-    for draw in errors[:: len(errors) // TRIALS]:
-        y = model - draw
-        for block in problem.bins.blocks:
-            spread = np.sqrt(modes((block,), NOISE_TERMS, problem.bins.width).shapes @ power)
-            y[block.start : block.stop] += idct(spread * rng.standard_normal(block.n), type=2, norm="ortho")
+    for y in (*_beside_an_encoder(problem, fit), *_counted(problem, fit)):
         made = problem.measured_as(y)
         for text, p in _tests(made, solve(made, fit.model, start=fit.noise.power), {}).items():
             least[text] = min(p, least.get(text, 1.0))
     return least
+
+
+def _beside_an_encoder(problem: Problem, fit: Fit) -> Iterator[Floats]:
+    """Means that the model, noise and the steps of an encoder that begins elsewhere make, shape (bins,) each."""
+    errors = problem.step_errors()
+    if errors is None:
+        return
+    power = fit.noise.power.copy()
+    power[_place(QUANTIZATION)] = max(power[_place(QUANTIZATION)] - problem.encoder**2 / 12, 0.0)
+    rng, model = np.random.default_rng(len(problem.y)), fit.predicted()
+    for draw in errors[:: len(errors) // TRIALS]:
+        yield model - draw + _noise(problem, power, rng)
+
+
+def _counted(problem: Problem, fit: Fit) -> Iterator[Floats]:
+    """Means of what a counter reads of the model and white noise, its zero elsewhere each time, shape (bins,) each.
+
+    The white noise that was fitted may hold what counts make, of rates that are nearly whole counts a row: parts of it
+    are tried too (`OF_WHITE`). Slower noise is added to the means: within a count it changes nothing.
+    """
+    if not problem.counter:
+        return
+    rng, model, white = np.random.default_rng(len(problem.y)), fit.predicted(), _place(WHITE)
+    slow = np.where(np.arange(len(NOISE_TERMS)) == white, 0.0, fit.noise.power)
+    slow[_place(QUANTIZATION)] = 0.0
+    for trial in range(TRIALS):
+        spread = np.sqrt(fit.noise.power[white]) * OF_WHITE[trial % len(OF_WHITE)]
+        read = []
+        for run, exposure in enumerate(problem.exposures):
+            dt, own = exposure.motion.dt, problem.bins.run == run
+            at = (np.arange(len(exposure.u)) + 0.5) * dt
+            rate = exposure.motion.rate + np.interp(at, problem.bins.time[own], model[own])
+            turned = np.cumsum(rate * dt + spread * np.sqrt(dt) * rng.standard_normal(len(rate)))
+            counts = np.floor(np.concatenate([[0.0], turned]) / problem.counter + rng.random())
+            read.append(np.diff(counts) * problem.counter / dt - exposure.motion.rate)
+        yield problem.bins.mean(tuple(read)) + _noise(problem, slow, rng)
+
+
+def _noise(problem: Problem, power: Floats, rng: np.random.Generator) -> Floats:
+    """Noise of the means of each block, shape (bins,)."""
+    out = np.zeros(problem.bins.n)
+    for block in problem.bins.blocks:
+        spread = np.sqrt(modes((block,), NOISE_TERMS, problem.bins.width).shapes @ power)
+        out[block.start : block.stop] = idct(spread * rng.standard_normal(block.n), type=2, norm="ortho")
+    return out
 
 
 def _tests(problem: Problem, fit: Fit, declared: dict[str, float]) -> dict[str, float]:

@@ -26,13 +26,13 @@ def said(
 def test_rests_that_miss_gravity_by_far_are_a_doubt_though_nothing_is_significant() -> None:
     """A drift of 0.35 m/s^2 in 18 rests left 0.12 m/s^2, was not significant, and nothing was said of it.
 
-    The bound is three times five deviations of a mean, 15 mm/s^2; a third of it comes near it in less than 1 of 1e9
-    draws (chi-square of 15 degrees).
+    The bound is half as much again as five deviations of a mean, 7.5 mm/s^2; a fourth of it comes near it in less than
+    1 of 1e9 draws (chi-square of 15 degrees).
     """
-    for scatter in (0.2, 0.04):
+    for scatter in (0.2, 0.015):
         (doubt,) = said(scatter)
         assert doubt.startswith("rests leave") and "would explain" not in doubt
-    assert said(5e-3) == said(0.2, doubted=True) == ()
+    assert said(2e-3) == said(0.2, doubted=True) == ()
 
 
 def test_few_rests_say_what_would_tell() -> None:

@@ -33,7 +33,7 @@ CURVES: dict[str, Callable[[Floats], Floats]] = {"square": np.square, "magnitude
 REPEATS, WORST, NOISY = 1e-3, 3e-3, 5.0
 #: What rests leave that no accelerometer at rest does, nor a hand that holds it: a hundredth of gravity [m/s^2], or so
 #: many times the worst that is sound.
-UNLIKE, UNSOUND = 0.01 * STANDARD_GRAVITY, 3.0
+UNLIKE, UNSOUND = 0.01 * STANDARD_GRAVITY, 1.5
 #: By how much what was stated and the noise of means may be smaller than they are; probability of more by chance.
 NOT_EXACT, CHANCE = 1.5, 1e-3
 #: Fewest degrees of freedom beside the coefficients with which a bend is told.
