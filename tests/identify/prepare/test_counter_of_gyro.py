@@ -46,7 +46,7 @@ def test_a_line_of_more_than_a_count_is_one(tmp_path: Path) -> None:
 def test_counts_of_a_steady_rate_are_no_structure(
     pulse: float, walk: float, rates: tuple[float, ...], tmp_path: Path
 ) -> None:
-    """Angle random walk [arcsec/sqrt(s)] far below a pulse: a hump, a wave of the angle, and louder where it is fast."""
+    """Angle random walk [arcsec/sqrt(s)] far below a pulse: a hump, a wave of the angle, louder where it is fast."""
     rng, dt, n = np.random.default_rng(19), 0.1, 12000
     rate = np.repeat(rates, n // len(rates)) * 3600.0
     turned = np.cumsum((rate * (1 + 3e-6) + 2.0) * dt + walk * np.sqrt(dt) * rng.standard_normal(n))
