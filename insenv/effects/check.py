@@ -224,10 +224,15 @@ def _flags(effect: Effect, motion: Motion, theta: Floats, whole: Floats) -> Iter
         return
     within = 1.0 if "rate_edges" in effect.sharpened_by else 1.5
     faster = replace(motion, rate=1.5 * motion.rate, rate_edges=within * motion.rate_edges)
+    back = replace(motion, rate=-motion.rate, rate_edges=-motion.rate_edges)
     later = replace(motion, t=motion.t + 0.317 * motion.n * motion.dt)
-    looks = {"of_rate": ("the input rate", faster), "of_time": ("the time from the start of the run", later)}
-    for flag, (what, other) in looks.items():
-        follows = bool(np.any(_addition(effect, other, theta) != whole))
+    looks = {
+        # A sense of rotation is the same at any rate; an angle's mean over an interval depends on which way it turns.
+        "of_rate": ("the input rate", (faster, back) if effect.of_rate else (faster,)),
+        "of_time": ("the time from the start of the run", (later,)),
+    }
+    for flag, (what, others) in looks.items():
+        follows = any(bool(np.any(_addition(effect, other, theta) != whole)) for other in others)
         if follows != getattr(effect, flag):
             verb = "follows" if follows else "does not follow"
             yield f"it {verb} {what}, but {flag} is {not follows}; wanted {flag} = {follows}"

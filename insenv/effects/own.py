@@ -21,7 +21,7 @@ from insenv.effects.rate.scale import (
     ScaleFactorTemperature,
     ScaleFactorWarmUp,
 )
-from insenv.effects.rate.threshold import DeadBand, ScaleFactorKnee
+from insenv.effects.rate.threshold import BiasDirection, DeadBand, ScaleFactorKnee
 from insenv.effects.spline import SplineAngle, SplineRate, SplineTemperature, SplineTime
 from insenv.effects.thermal import BiasTemperature, BiasTemperatureRate, BiasThermalHysteresis, BiasThermalLag
 from insenv.effects.tilt import BaseSettling, BaseTilt
@@ -71,6 +71,7 @@ CATALOGUE: tuple[Effect, ...] = (
     EncoderBacklash(),
     ScaleFactorHysteresis(),
     DeadBand(),
+    BiasDirection(),
     ScaleFactorKnee(),
     SelfHeating(),
     SettlingAfterTurn(),

@@ -36,7 +36,7 @@ def test_the_catalogue_has_the_names_of_the_contract() -> None:
         "compensation_ripple",
         *("encoder_harmonic", "angle_locked_rate", "earth_rate", "timing_skew", "sample_hold"),
         *("g_sensitivity", "cross_axis", "tone", "base_tilt"),
-        *("encoder_backlash", "scale_factor_hysteresis", "dead_band", "self_heating"),
+        *("encoder_backlash", "scale_factor_hysteresis", "dead_band", "bias_direction", "self_heating"),
         *("settling_after_turn", "centripetal_acceleration", "vibration_rectification", "lever_arm"),
         *("spline_time", "spline_temperature", "spline_rate", "spline_angle"),
         *("angle_random_walk", "bias_instability", "rate_random_walk", "quantization"),
@@ -108,7 +108,10 @@ def test_an_effect_of_the_rate_follows_the_input(key: str) -> None:
     assert motion.rate_edges is not None
     within = 1.0 if "rate_edges" in effect.sharpened_by else 1.5
     faster = replace(motion, rate=1.5 * motion.rate, rate_edges=within * motion.rate_edges)
+    back = replace(motion, rate=-motion.rate, rate_edges=-motion.rate_edges)
     follows = np.any(addition(effect, faster, theta) != addition(effect, motion, theta))
+    # A sense of rotation is the same at any rate.
+    follows |= effect.of_rate and bool(np.any(addition(effect, back, theta) != addition(effect, motion, theta)))
     assert follows == effect.of_rate
     # An accelerometer at rest has no input rate, and a table turns only gyros.
     turns = effect.of_rate or "angle" in effect.needs or "cross_rate" in effect.needs
@@ -299,7 +302,14 @@ EXACT = {
 # A threshold and a held sample are no smooth functions of the exposure.
 ABRUPT = {"lock_in", "rate_lock", "sample_hold"}
 # Nor are the side of a play and the end of a turn.
-ABRUPT |= {"dead_band", "encoder_backlash", "scale_factor_hysteresis", "settling_after_turn", "bias_thermal_hysteresis"}
+ABRUPT |= {
+    "dead_band",
+    "bias_direction",
+    "encoder_backlash",
+    "scale_factor_hysteresis",
+    "settling_after_turn",
+    "bias_thermal_hysteresis",
+}
 
 
 @pytest.mark.parametrize("key", [key for key in DETERMINISTIC if key not in ABRUPT])

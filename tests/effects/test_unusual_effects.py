@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from motions import edges, rich_motion
+from simulated_runs import closed, manifest
 
 from insenv.core.motion import Motion
-from insenv.core.recording import Floats
+from insenv.core.recording import Channel, Floats, Recording
 from insenv.effects.acceleration import LeverArm
 from insenv.effects.angle import EncoderHarmonic
 from insenv.effects.base import Effect
@@ -270,3 +271,19 @@ def test_a_hysteresis_wants_a_rate_that_is_reached_from_both_sides(levels: tuple
     rate = np.repeat(levels, 400) + 0.002 * np.random.default_rng(1).standard_normal(400 * len(levels))
     why = ScaleFactorHysteresis().blind(table(rate, 0.1))
     assert ("from below and from above" in why) != told
+
+
+def test_a_bias_with_the_sense_of_rotation_is_told_from_a_dead_band() -> None:
+    """A motor's current, where an anomaly or a knee was named; and what is lost at all rates, where a knee was."""
+    rng, t, c = np.random.default_rng(4), 0.05 * np.arange(1.0, 14_401.0), 3e-4
+    rate = np.deg2rad(np.repeat([5.0, -5, 20, -20, 40, -40, 10, -10, 30, -30, 0, 0], 1200))
+    noise = 4e-5 * rng.standard_normal(len(t)) / np.sqrt(0.05)
+    for sign in (1, -1):
+        y = 1.002 * rate + 1e-3 + sign * c * np.sign(rate) + noise
+        command = Channel(rate, "rad/s", "interval", source="command")
+        run = Recording(t, {"gyro": Channel(y, "rad/s", "interval"), "table_rate": command})
+        found = closed(run, manifest(declared=("bias", "scale_factor"))).targets[0]
+        (one,) = found.added
+        assert (one.effect, found.verdict) == ("bias_direction" if sign > 0 else "dead_band", "effects-found")
+        size = next(p for p in one.parameters if p.parameter == "c")
+        assert abs(size.value - c) < 4 * size.sd < c

@@ -1,11 +1,13 @@
-"""A threshold of the input: below it nothing is read, or beyond it the scale factor is another one.
+"""A threshold of the input: below it nothing is read, beyond it the scale factor is another one, or it is at zero.
 
     dead_band           -c clip(u / d, -1, 1)           what is below d is lost, and as much of what is above (c = d)
                         -c u / d for |u| < d            only what is below d is lost
     scale_factor_knee   c sign(u) max(|u| - d, 0)       beyond d the scale factor is another one
+    bias_direction      c sign(u)                       the bias has a part that goes with the sense of rotation
 
 Of rates that are all above the threshold the first form is a jump at zero, -c sign u, and tells c alone. The third
-beside a scale factor is the first with c and d of their own: of three rates it is a cubic as well.
+beside a scale factor is the first with c and d of their own: of three rates it is a cubic as well. The fourth is the
+first one's opposite, c > 0: what is against the rotation at all rates is a threshold.
 """
 
 from __future__ import annotations
@@ -17,7 +19,8 @@ import numpy as np
 
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats
-from insenv.effects.base import OUTPUT, CurveEffect, Param
+from insenv.effects.base import OUTPUT, CurveEffect, LinearEffect, Param
+from insenv.effects.forms import columns
 from insenv.effects.rate.scale import LEAST_RATE, rates_run
 
 #: Thresholds that a scan tries, and the share of the least rates that counts as none.
@@ -136,13 +139,34 @@ class ScaleFactorKnee(CurveEffect):
         if largest < LEAST_RATE:
             return np.empty((0, 1))
         knees = (share * largest for share in KNEES)
-        return np.array([[knee] for knee in knees if run[0] <= knee < run[-1]]).reshape(-1, 1)
+        return np.array([[knee] for knee in knees if run[0] * (1 + LEVEL) < knee < run[-1]]).reshape(-1, 1)
 
     def unseen(self, motion: Motion, shape: tuple[float, ...]) -> str:
-        """Below the least rate that was run a knee is a jump at zero, and beyond the largest nothing."""
+        """Up to the least rate that was run a knee is a jump at zero, and beyond the largest nothing."""
         run = _run(motion)
-        seen = run.size > 1 and run[0] * (1 - LEVEL) <= shape[0] < run[-1]
+        seen = run.size > 1 and run[0] * (1 + LEVEL) < shape[0] < run[-1]
         return "" if seen else "no rates lie on both sides of the knee"
+
+
+@final
+@dataclass(frozen=True)
+class BiasDirection(LinearEffect):
+    """A bias with the sense of rotation, whatever the rate: the current of a motor against friction, or its field."""
+
+    id = "bias_direction"
+    title = "bias over direction"
+    meaning = "a part of the bias goes with the sense of rotation, as a motor's current against friction does"
+    linear = (Param("c", OUTPUT, sd=0.01, bound=0.2, per_rate=True, low=0.0),)
+    source = "Coulomb friction: Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083"
+    instruments = ("gyro",)
+    of_rate = True
+    local = True
+    unusual = True
+
+    def basis(self, u: Floats, motion: Motion) -> Floats:
+        """Sense of the rate, shape (..., n, 1); 0 where the table stands."""
+        largest = float(np.abs(motion.rate).max(initial=0.0))
+        return columns(u, np.where(np.abs(u) > STANDS * largest, np.sign(u), 0.0))
 
 
 def _run(motion: Motion) -> Floats:
