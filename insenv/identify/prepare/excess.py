@@ -12,7 +12,7 @@
    errors of a reference would be.
    And with its changes: a mean over them (`insenv.identify.prepare.after_moves`).
 4. Angle: waves of the table's angle of any order, in windows of time (`insenv.identify.prepare.spectral.orders`).
-   Temperature: the same, its range the turn.
+   Temperature: the same, half of its range the turn.
 5. Lines that move (`insenv.identify.prepare.spectral.sweeps`).
    Points: whether readings at one setting agree better with each other, and go on from row to row
    (`insenv.identify.prepare.lack_of_fit`).
@@ -60,6 +60,8 @@ LEAST_ALONG = 0.1
 TRIALS = 8
 #: Shares of the white noise with which counts are tried.
 OF_WHITE = (1.0, 0.5, 0.2, 0.1)
+#: Turns that the range of the temperature is.
+TURNS = 2.0
 #: Modes of the narrowest band, and the bands of one width that are tried from the lowest frequency on.
 NARROWEST, BANDS = 4, 8
 
@@ -96,7 +98,9 @@ def _structure(problem: Problem, fit: Fit, declared: dict[str, float], alpha: fl
         tests = {text: beside_steps(p, least.get(text, 1.0)) for text, p in tests.items()}
     found = {text: p for text, p in tests.items() if p < level}
     wave = Lazy(lambda: _strongest_wave(problem, fit))
-    reasons = (f"{text}{_each_turn(wave, text, p) if problem.turns else ''} (p = {p:.1g})" for text, p in found.items())
+    each = {text: _each_turn(wave, text, p) if problem.turns else "" for text, p in found.items()}
+    each |= {OF_TEMPERATURE: _each_wave_of_heat(problem, fit)} if OF_TEMPERATURE in found else {}
+    reasons = (f"{text}{each[text]} (p = {p:.1g})" for text, p in found.items())
     return Structure(min(tests.values()), tuple(reasons))
 
 
@@ -379,6 +383,16 @@ def _each_turn(wave: Callable[[], Wave], text: str, p: float) -> str:
     return f", {found.order:.3g} times a turn of the table" if told else ""
 
 
+def _each_wave_of_heat(problem: Problem, fit: Fit) -> str:
+    """By how much the temperature changes in a wave of it that what is left follows, the end of a sentence."""
+    whole, all_rows = _whole(problem, fit)
+    heat = whole.heat()
+    wave = strongest(_heated(whole, tuple(_in_time(whole, whitened(whole, all_rows)[2]))))
+    if heat is None or not wave.order or wave.p_value >= TOLD:
+        return ""
+    return f", as a wave of {float(np.ptp(heat)) / TURNS / wave.order:.2g} K"
+
+
 def _turned(problem: Problem, blocks: Blocks) -> list[tuple[Block, tuple[Floats, Floats, Floats]]]:
     """Blocks in which a table turns: what is left, the angle in the middle of each bin, and by how much it turns."""
     angles = {b.run: problem.exposures[b.run].motion.angle for b, _ in blocks}
@@ -402,12 +416,15 @@ def _turned(problem: Problem, blocks: Blocks) -> list[tuple[Block, tuple[Floats,
 
 
 def _heated(problem: Problem, blocks: Blocks) -> list[tuple[Floats, Floats, Floats]]:
-    """What is left, and the temperature as an angle, its whole range a turn; nothing where it was not recorded."""
+    """What is left, and the temperature as an angle, half of its range a turn; nothing where it was not recorded.
+
+    A block tells a wave if it turns once: of two blocks hardly one has the whole range.
+    """
     heat = problem.heat()
     span = 0.0 if heat is None else float(np.ptp(heat))
     if heat is None or not span:
         return []
-    angle = 2 * np.pi * (heat - heat.min()) / span
+    angle = 2 * np.pi * TURNS * (heat - heat.min()) / span
     rows = [(slice(block.start, block.stop), np.clip(white, -LOUDEST, LOUDEST)) for block, white in blocks]
     return [(white, angle[own], np.gradient(angle[own])) for own, white in rows if len(white) > 1]
 
