@@ -51,8 +51,9 @@ def test_a_bias_that_no_effect_is_is_said_with_its_size(tmp_path: Path, kind: st
     assert [word in reason for reason in said] == ([True] if word else [])
     assert not {a.effect for a in found.added} - {"spline_time"}
     if word.startswith("to"):
-        apart = float(said[0].split("two levels ")[1].split(" ")[0])
-        assert apart == pytest.approx(3e-4 if kind == "flips" else 2e-4, rel=0.2)
+        apart, unit = said[0].split("two levels ")[1].split(" ")[:2]
+        assert unit == "deg/h"
+        assert np.radians(float(apart)) / 3600 == pytest.approx(3e-4 if kind == "flips" else 2e-4, rel=0.2)
 
 
 def test_a_chain_of_two_levels_is_told_from_white_noise() -> None:

@@ -527,11 +527,11 @@ def _to_and_fro(track: Track, longer: Problem) -> tuple[str, ...]:
     least = (ODDS if many else SURE) if track.problem.turns else AT_REST
     if not (many or few) or found.loglik - wandering <= np.log(least):
         return ()
-    apart = unit_for(longer.unit, found.apart).show(found.apart)
+    apart, odds = unit_for(longer.unit, found.apart).show(found.apart), np.exp(min(found.loglik - wandering, 99.0))
     return (
-        f"the bias goes to and fro between two levels {apart} apart, {found.changes} times (upper one {found.share:.0%} "
-        f"of the time, by means over {longer.bins.width:.2g} s): {np.exp(min(found.loglik - wandering, 99.0)):.1g} times as "
-        "likely as noise that wanders, and no effect",
+        f"the bias goes to and fro between two levels {apart} apart, {found.changes} times (upper one "
+        f"{found.share:.0%} of the time, by means over {longer.bins.width:.2g} s): {odds:.1g} times as likely as noise "
+        "that wanders, and no effect",
     )
 
 
