@@ -353,6 +353,7 @@ def columns(manifest: Manifest, file: Path | None = None) -> list[Column]:
         Column(name, spec.column, label=name == "segment")
         for name, spec in manifest.channels.items()
         if spec.file == file and not (name in ("time", "segment") and (spec.rate is not None or spec.column == "row"))
+        if not spec.stated
     ]
     spec = manifest.channels.get("time")
     beside = [] if spec is None or spec.nanoseconds is None or file is not None else [spec.nanoseconds]
@@ -360,7 +361,7 @@ def columns(manifest: Manifest, file: Path | None = None) -> list[Column]:
 
 
 def _with_other_files(manifest: Manifest, run: RunSpec, table: Table) -> Table:
-    """The run's table with the columns of those channels that have a file of their own."""
+    """The run's table with the columns of channels that have a file of their own, and those that the run states."""
     for spec in {s.file: s for s in manifest.channels.values() if s.file is not None}.values():
         assert spec.file is not None
         other = read_table(replace(run, file=spec.file, format=spec.format), columns(manifest, spec.file))
@@ -368,7 +369,15 @@ def _with_other_files(manifest: Manifest, run: RunSpec, table: Table) -> Table:
             found = f"has {len(other)} rows against {len(table)} in {run.file.name}"
             raise InputError(f"{spec.file}: {found}; wanted as many, at the same times")
         table = replace(table, values={**table.values, **other.values}, units={**table.units, **other.units})
-    return table
+    return with_stated(run, table)
+
+
+def with_stated(run: RunSpec, table: Table) -> Table:
+    """The table of a run, or a part of it, with the channels that the run states."""
+    if not run.stated:
+        return table
+    stated = {name: np.full(len(table), value) for name, value in run.stated}
+    return replace(table, values={**table.values, **stated})
 
 
 def recording(

@@ -49,7 +49,7 @@ def stream_run(
     if own := [name for name, spec in manifest.channels.items() if spec.file is not None]:
         raise InputError(f"{manifest.path}: channels.{own[0]}.file cannot be streamed; wanted one file for all")
     for table, share in _tables(run, load.columns(manifest), manifest.columns):
-        recording, seen = _recording(manifest, run, table, seen)
+        recording, seen = _recording(manifest, run, load.with_stated(run, table), seen)
         progress(share)
         yield recording
     if seen.rows < 2:

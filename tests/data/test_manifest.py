@@ -1,6 +1,7 @@
 """Facts about manifests: what they mean in SI units, their defaults, and what is refused."""
 
 import math
+import re
 from dataclasses import astuple
 from pathlib import Path
 
@@ -10,7 +11,9 @@ from hypothesis import strategies as st
 
 from insenv.core.errors import InputError
 from insenv.core.recording import Mounting, Site
+from insenv.data.load import read_recordings
 from insenv.data.manifest import HeldOut, Manifest, load_manifest
+from insenv.data.stream import stream_run
 
 DEG = math.pi / 180
 
@@ -361,3 +364,54 @@ def test_any_value_in_any_table_is_a_manifest_or_an_input_error(
         load_manifest(path)
     except InputError as error:
         assert "\n" not in str(error)
+
+
+STATED = """
+[channels]
+time = { column = "t", unit = "s" }
+gyro = { column = "g", unit = "deg/s" }
+[model]
+target = "gyro"
+declared = ["bias", "scale_factor"]
+[[runs]]
+file = "up.csv"
+table_rate = "50 deg/s"
+temperature = "-20 degC"
+[[runs]]
+file = "down.csv"
+table_rate = "-50 deg/s"
+temperature = "20 degC"
+"""
+
+
+def stated(folder: Path, old: str = "", new: str = "") -> Manifest:
+    """Two files of three rows without a column for rate or temperature, beside `STATED` with a change."""
+    for name in ("up", "down"):
+        (folder / f"{name}.csv").write_text("t,g\n0,1\n1,2\n2,3\n")
+    (folder / "run.toml").write_text(STATED.replace(old, new, 1) if old else STATED)
+    return load_manifest(folder / "run.toml")
+
+
+def test_what_no_column_has_may_be_stated_of_each_run(tmp_path: Path) -> None:
+    manifest = stated(tmp_path)
+    assert manifest.procedure == "rate-table"
+    whole = read_recordings(manifest)
+    chunks = [next(iter(stream_run(manifest, run))) for run in manifest.runs]
+    for found in (whole, chunks):
+        rates = [run.channels["table_rate"] for run in found]
+        assert [c.values.tolist() for c in rates] == [[50 * DEG] * 3, [-50 * DEG] * 3]
+        assert {(c.unit, c.covers, c.source) for c in rates} == {("rad/s", "interval", "command")}
+        assert [run.channels["temperature"].values[0] for run in found] == pytest.approx([253.15, 293.15])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('temperature = "20 degC"', "", "runs[1] has no temperature"),
+        ('"20 degC"', '"20 m"', "runs[1].temperature"),
+        ("[model]", 'table_rate = { column = "g", unit = "deg/s" }\n[model]', "channels.table_rate has a column"),
+    ],
+)
+def test_what_is_stated_of_runs_and_cannot_be_is_refused(tmp_path: Path, old: str, new: str, words: str) -> None:
+    with pytest.raises(InputError, match=re.escape(words)):
+        stated(tmp_path, old, new)

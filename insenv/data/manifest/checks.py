@@ -112,6 +112,13 @@ def report(table: schema.ReportTable, path: Path) -> Filing:
     return Filing(operator, serial, place, day)
 
 
+#: What a run may state of all its rows: its dimension, and the channel that it is.
+STATED = {
+    "table_rate": ("rate", ChannelSpec("", "rad/s", covers="interval", source="command", stated=True)),
+    "temperature": ("temperature", ChannelSpec("", "K", stated=True)),
+}
+
+
 def _texts(value: schema.Names) -> tuple[str, ...]:
     return (value,) if isinstance(value, str) else tuple(value)
 
@@ -131,6 +138,11 @@ def runs(table: schema.ManifestTable, folder: Path, path: Path) -> tuple[RunSpec
     if twice := next((name for i, name in enumerate(files) if name in files[:i]), None):
         raise InputError(f"{path}: the data file {twice!r} is named twice; wanted each run once")
     keys = [f"runs[{i}]." if table.runs else "" for i in range(len(tables))]
+    for name in STATED:
+        lacking = [i for i, run in enumerate(tables) if getattr(run, name) is None]
+        if 0 < len(lacking) < len(tables):
+            found = f"{path}: runs[{lacking[0]}] has no {name}, and other runs have one"
+            raise InputError(f"{found}; wanted it in each of them, or in none")
     return tuple(
         RunSpec(
             file=folder / run.file,
@@ -139,6 +151,11 @@ def runs(table: schema.ManifestTable, folder: Path, path: Path) -> tuple[RunSpec
             mounting=_mounting(run.mounting, table.mounting, f"{path}: {key}mounting"),
             site=_site(run.site, table.site, f"{path}: {key}site"),
             reading=_reading(table.read, path),
+            stated=tuple(
+                (name, quantity(text, dimension, f"{path}: {key}{name}"))
+                for name, (dimension, _) in STATED.items()
+                if (text := getattr(run, name)) is not None
+            ),
         )
         for run, key in zip(tables, keys, strict=True)
     )
@@ -230,10 +247,22 @@ def channels(
     own = {name: spec.file for name, spec in tables.items() if spec.file is not None}
     if own and len(runs) > 1:
         raise InputError(f"{path}: channels.{next(iter(own))}.file is for one run; there are {len(runs)}")
-    return found | {
-        name: replace(found[name], file=folder / file, format=_format(file, table.format, path))
-        for name, file in own.items()
-    }
+    return (
+        found
+        | {
+            name: replace(found[name], file=folder / file, format=_format(file, table.format, path))
+            for name, file in own.items()
+        }
+        | _stated(runs, tables, path)
+    )
+
+
+def _stated(runs: tuple[RunSpec, ...], tables: Mapping[str, schema.ChannelTable], path: Path) -> dict[str, ChannelSpec]:
+    """Channels of which each run states the value."""
+    names = [name for name, _ in runs[0].stated]
+    if twice := next((name for name in names if name in tables), None):
+        raise InputError(f"{path}: runs[0].{twice} is stated, and channels.{twice} has a column; wanted one of them")
+    return {name: STATED[name][1] for name in names}
 
 
 def _channel(name: str, table: schema.ChannelTable, where: str) -> ChannelSpec:

@@ -101,6 +101,8 @@ class RunTable(TomlTable):
 
     file: str
     label: str | None = None
+    table_rate: str | None = None
+    temperature: str | None = None
     mounting: MountingTable = field(default_factory=MountingTable)
     site: SiteTable = field(default_factory=SiteTable)
 

@@ -83,7 +83,10 @@ WHOLE = Reading()
 
 @dataclass(frozen=True)
 class RunSpec:
-    """One data file = one run of the instrument."""
+    """One data file = one run of the instrument.
+
+    ``stated`` are channels that no file has and that are the same in all of its rows: name and value [SI].
+    """
 
     file: Path
     format: str
@@ -91,6 +94,7 @@ class RunSpec:
     mounting: Mounting
     site: Site
     reading: Reading = WHOLE
+    stated: tuple[tuple[str, float], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -123,6 +127,8 @@ class ChannelSpec:
         Of a table's angle or rate; None: found out from the data.
     nanoseconds : str, int or None
         Of a time in two columns: that of the nanoseconds since its whole second.
+    stated : bool
+        Whether each run states its value, and no file has it.
     """
 
     column: str | int
@@ -137,6 +143,7 @@ class ChannelSpec:
     format: str = ""
     source: Origin | None = None
     nanoseconds: str | int | None = None
+    stated: bool = False
 
 
 @dataclass(frozen=True)
