@@ -260,8 +260,8 @@ accelerometers without gravity, as tall as increments of gravity would be). Agai
 of a laboratory could be had. Since then an overflow is a saturation, and noise about nothing is no increment: both are
 right. Of the last ten parts together 255 of 276 are right or honest, the two recordings that stand twice counted once.
 
-`fortyfirst`, of nineteen owners, none of whom was looked at before, is small satellites, balloons and rockets with their
-thermometers, units in faces, telephones, units beside their own attitude, a car beside its navigation, two chips at
+`fortyfirst`, of nineteen owners, none of whom was looked at before, is small satellites, balloons and rockets with
+their thermometers, units in faces, telephones, units beside their own attitude, a car beside its navigation, two chips at
 1.7 and 6.8 kHz, and six that are no test of the kind that they are declared. It was opened once on `349e76f`: 34 of 36
 right or honest at first sight (28 right, six honest), one value wrong under a flag (79 rows that a cold spray shakes),
 one stated (a unit held in the hand: beside a `base_tilt` the bias is that of the first row, the fact that of the mean).
