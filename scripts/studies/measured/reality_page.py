@@ -261,11 +261,11 @@ of a laboratory could be had. Since then an overflow is a saturation, and noise 
 right. Of the last ten parts together 255 of 276 are right or honest, the two recordings that stand twice counted once.
 
 `fortyfirst`, of nineteen owners, none of whom was looked at before, is small satellites, balloons and rockets with
-their thermometers, units in faces, telephones, units beside their own attitude, a car beside its navigation, two chips at
-1.7 and 6.8 kHz, and six that are no test of the kind that they are declared. It was opened once on `349e76f`: 34 of 36
-right or honest at first sight (28 right, six honest), one value wrong under a flag (79 rows that a cold spray shakes),
-one stated (a unit held in the hand: beside a `base_tilt` the bias is that of the first row, the fact that of the mean).
-Of the last ten parts together 276 of 298 are right or honest.
+their thermometers, units in faces, telephones, units beside their own attitude, a car beside its navigation, two chips
+at 1.7 and 6.8 kHz, and six that are no test of the kind that they are declared. It was opened once on `349e76f`: 34 of
+36 right or honest at first sight (28 right, six honest), one value wrong under a flag (79 rows that a cold spray
+shakes), one stated (a unit held in the hand: beside a `base_tilt` the bias is that of the first row, the fact that of
+the mean). Of the last ten parts together 276 of 298 are right or honest.
 
 By `07f4ee7` 78 that lose rows were asked again: `raceup/log` has the four swaying lines that its facts demand, of
 which it had none, and no other judgement is another. By `2ba8513` and `9f96531` 229 beside a reference were: two
