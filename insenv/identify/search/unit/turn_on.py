@@ -14,12 +14,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.special import fdtrc
 
 from insenv.core.quantities import unit_for
 from insenv.effects.thermal import BiasTemperature
 from insenv.identify.fit.bins import of_one_use
 from insenv.identify.fit.problem import Problem, Term
-from insenv.identify.fit.scatter import ANEW, Levels, has_one_level, levels, means_of_runs
+from insenv.identify.fit.scatter import ANEW, Levels, has_one_level, left_of, levels, means_of_runs
 from insenv.identify.search.candidates import Candidate
 from insenv.identify.search.round import with_term
 from insenv.identify.search.scan import Hit, deviate, likelihood_ratio, reference
@@ -28,6 +29,8 @@ from insenv.identify.search.tracks import Track
 #: Degrees of freedom, and chance of the scatter, of the other runs from which on they agree; deviations of one that is
 #: off.
 FREE, AGREE, OFF = 3, 1e-2, 6.0
+#: Chance of levels that go one way.
+BY_CHANCE = 1e-3
 #: What may change the bias of all.
 ANY_CAUSE = (
     'it may be of each power-up (model.bias = "per-run"), of the temperature, of the table, or of how the unit was set '
@@ -57,7 +60,7 @@ def turned_on_anew(track: Track, alpha: float) -> tuple[str, ...]:
     unit = unit_for(track.problem.unit, far)
     return (
         f"the bias is not the same in the runs (p = {hit.p_value:.1g}): they scatter by {unit.show(far)} about the "
-        f"model, and are known to {unit.show(exact)}; {_one_off(track, found) or ANY_CAUSE}",
+        f"model, and are known to {unit.show(exact)}; {_one_off(track, found) or _one_way(found) or ANY_CAUSE}",
     )
 
 
@@ -70,6 +73,19 @@ def _one_off(track: Track, found: Levels) -> str:
             told = unit_for(track.problem.unit, off).show_with_sd(off, sd)
             return f"run {run + 1} is off by {told}, and the others agree{'' if law is None else f' beside {law.key}'}"
     return ""
+
+
+def _one_way(found: Levels) -> str:
+    """That levels go one way from run to run beside the model, by Fisher's F; empty where they do not, or are few."""
+    order = np.arange(len(found.left), dtype=np.float64)
+    columns = np.column_stack([found.columns, order - order.mean()])
+    free = found.free - 1
+    if free < FREE:
+        return ""
+    whole, rest = left_of(found.left, found.columns), left_of(found.left, columns)
+    if not rest or fdtrc(1, free, (whole - rest) / (rest / free)) > BY_CHANCE:
+        return ""
+    return "they go one way from run to run, as a drift over the whole test does"
 
 
 def _laws_of_temperature(problem: Problem) -> tuple[BiasTemperature, ...]:
