@@ -91,9 +91,12 @@ class Levels:
     @property
     def chance(self) -> float:
         """Probability that noise within the runs leaves as much beside the columns; 1 where nothing can be left."""
-        if self.free <= 0:
-            return 1.0
-        return float(chdtrc(self.free, left_of(self.left / self.sd, self.columns / self.sd[:, None])))
+        return 1.0 if self.free <= 0 else float(chdtrc(self.free, self.scatter))
+
+    @property
+    def scatter(self) -> float:
+        """What the columns leave, in sum of squares of its deviations by the noise within the runs."""
+        return left_of(self.left / self.sd, self.columns / self.sd[:, None])
 
     @property
     def between(self) -> float:

@@ -6,7 +6,7 @@ for that. With a level of its own for each of n runs beside the model, the noise
 all rows gains n - 1 parameters, and is judged as that of an effect (`insenv.identify.search.scan`): noise that wanders
 from run to run does so within the runs.
 
-One run may be off by itself: without it the others agree, and with it they do not.
+A run, or a few, may be off by itself: without it the others agree, and with it they do not.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import fdtrc
 
 from insenv.core.quantities import unit_for
@@ -27,8 +28,8 @@ from insenv.identify.search.scan import Hit, deviate, likelihood_ratio, referenc
 from insenv.identify.search.tracks import Track
 
 #: Degrees of freedom, and chance of the scatter, of the other runs from which on they agree; deviations of one that is
-#: off.
-FREE, AGREE, OFF = 3, 1e-2, 6.0
+#: off, and share of all that may be.
+FREE, AGREE, OFF, MANY = 3, 1e-2, 6.0, 0.25
 #: Chance of levels that go one way.
 BY_CHANCE = 1e-3
 #: What may change the bias of all.
@@ -60,18 +61,18 @@ def turned_on_anew(track: Track, alpha: float) -> tuple[str, ...]:
     unit = unit_for(track.problem.unit, far)
     return (
         f"the bias is not the same in the runs (p = {hit.p_value:.1g}): they scatter by {unit.show(far)} about the "
-        f"model, and are known to {unit.show(exact)}; {_one_off(track, found) or _one_way(found) or ANY_CAUSE}",
+        f"model, and are known to {unit.show(exact)}; {_few_off(track, found) or _one_way(found) or ANY_CAUSE}",
     )
 
 
-def _one_off(track: Track, found: Levels) -> str:
-    """Which run is off by itself, the others agreeing beside the model or a law of the temperature; empty if none."""
+def _few_off(track: Track, found: Levels) -> str:
+    """Which runs are off by themselves, the others agreeing beside the model or a law of the temperature; or empty."""
     for law in (None, *_laws_of_temperature(track.problem)):
         columns = () if law is None else (means_of_runs(track.problem, track.problem.columns(Term(law))),)
-        if alone := _without_one(replace(found, columns=np.column_stack([found.columns, *columns]))):
-            run, off, sd = alone
-            told = unit_for(track.problem.unit, off).show_with_sd(off, sd)
-            return f"run {run + 1} is off by {told}, and the others agree{'' if law is None else f' beside {law.key}'}"
+        if off := _without_few(replace(found, columns=np.column_stack([found.columns, *columns]))):
+            unit = track.problem.unit
+            each = (f"run {run + 1} is off by {unit_for(unit, by).show_with_sd(by, sd)}" for run, by, sd in off)
+            return f"{', '.join(each)}, and the others agree{'' if law is None else f' beside {law.key}'}"
     return ""
 
 
@@ -92,13 +93,25 @@ def _laws_of_temperature(problem: Problem) -> tuple[BiasTemperature, ...]:
     return () if problem.heat() is None else (BiasTemperature(1), BiasTemperature(2))
 
 
-def _without_one(found: Levels) -> tuple[int, float, float] | tuple[()]:
-    """The run without which the others agree, and how far it is from what they foretell, with its deviation."""
-    others = [np.arange(len(found.left)) != run for run in range(len(found.left))]
-    chances = [found.of(some).chance if found.of(some).free >= FREE else 0.0 for some in others]
-    run = int(np.argmax(chances))
-    some = found.of(others[run])
+def _without_few(found: Levels) -> list[tuple[int, float, float]]:
+    """The runs without which the others agree, how far each is from what they foretell, and the deviation of that.
+
+    One after the other the run is left out without which the others scatter least: `MANY` of all at most.
+    """
+    stay = np.ones(len(found.left), bool)
+    while found.of(stay).free > FREE and (~stay).sum() < max(1, int(MANY * len(stay))):
+        runs = np.flatnonzero(stay)
+        scatters = [found.of(stay & (np.arange(len(stay)) != run)).scatter for run in runs]
+        stay[runs[int(np.argmin(scatters))]] = False
+        if found.of(stay).chance > AGREE:
+            off = [_foretold(found, stay, int(run)) for run in np.flatnonzero(~stay)]
+            return off if all(abs(by) > OFF * sd for _, by, sd in off) else []
+    return []
+
+
+def _foretold(found: Levels, stay: NDArray[np.bool_], run: int) -> tuple[int, float, float]:
+    """A run, how far it is from what those that stay foretell, and the deviation of that."""
+    some = found.of(stay)
     foretold = found.columns[run] @ np.linalg.pinv(some.columns / some.sd[:, None])
     off = float(found.left[run] - foretold @ (some.left / some.sd))
-    sd = float(np.hypot(found.sd[run], np.linalg.norm(foretold)))
-    return (run, off, sd) if chances[run] > AGREE and abs(off) > OFF * sd else ()
+    return run, off, float(np.hypot(found.sd[run], np.linalg.norm(foretold)))
