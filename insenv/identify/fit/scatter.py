@@ -61,13 +61,15 @@ def scatter_of_correlated(values: Floats, covariance: Floats) -> Scatter:
     With W = C^-1 and j a column of ones, m = j'W g / j'W j, Q = (g - m)' W (g - m), and what t^2 adds to Q is t^2 times
     tr W - j'W W j / j'W j.
     """
-    weights = np.linalg.inv(covariance)
+    if not (np.all(np.isfinite(covariance)) and np.all(np.isfinite(values))):
+        return Scatter(1.0, 0.0, 0.0)
+    weights = np.linalg.pinv(covariance, hermitian=True)
     each = weights.sum(axis=0)
     off, free = values - values @ each / each.sum(), len(values) - 1
     q = float(off @ weights @ off)
     room = float(np.trace(weights) - each @ each / each.sum())
     between = max(0.0, (q - free) / room) if room > ROUNDING * float(np.trace(weights)) else 0.0
-    v = np.linalg.inv(covariance + between * np.eye(len(values))).sum(axis=0)
+    v = np.linalg.pinv(covariance + between * np.eye(len(values)), hermitian=True).sum(axis=0)
     return Scatter(float(chdtrc(free, q)), between, float(abs(values @ v) / np.sqrt(v.sum())))
 
 
@@ -76,12 +78,14 @@ class Levels:
     """Levels of n runs beside a model of p columns that they tell.
 
     ``left`` is what the model leaves of each, with the standard deviation ``sd`` by the noise within the run, shapes
-    (n,); ``columns`` are the model's means over each run, shape (n, p).
+    (n,); ``columns`` are the model's means over each run, shape (n, p); ``run`` are their numbers, from 0, for a run
+    may have lost all its bins.
     """
 
     left: Floats
     sd: Floats
     columns: Floats
+    run: NDArray[np.int64]
 
     @property
     def free(self) -> int:
@@ -111,15 +115,16 @@ class Levels:
 
     def of(self, some: NDArray[np.bool_]) -> Levels:
         """Those of some runs, shape (n,)."""
-        return Levels(self.left[some], self.sd[some], self.columns[some])
+        return Levels(self.left[some], self.sd[some], self.columns[some], self.run[some])
 
 
 def levels(problem: Problem, fit: Fit) -> Levels:
     """What is left of each run by all its rows beside a model, the noise fitted anew within the runs."""
     left = problem.measured_as(problem.y - fit.predicted()).used_as(of_one_use(problem.bins).blocks)
     each = solve(left, (ANEW,))
-    own = each.design.term == 0
-    return Levels(each.theta[own], each.sd[own], told_between(problem, fit))
+    own = np.flatnonzero(each.design.term == 0)
+    run = np.array([int(each.design.labels[j][1].partition("[")[2].rstrip("]")) - 1 for j in own])
+    return Levels(each.theta[own], each.sd[own], told_between(problem, fit)[run], run)
 
 
 def left_of(values: Floats, columns: Floats) -> float:
@@ -142,12 +147,16 @@ def _steady(problem: Problem) -> bool:
 
 
 def told_between(problem: Problem, fit: Fit) -> Floats:
-    """Means over the bins of each run of the columns of a model that the levels tell, shape (runs, p)."""
+    """Means over the bins of each run of the columns of a model that the levels tell, shape (runs, p).
+
+    Those of a run that has none are nothing.
+    """
     means = means_of_runs(problem, fit.design.matrix[:, fit.design.term >= 0])
     return means[:, np.sqrt(np.mean(means**2, axis=0)) > SHOWN]
 
 
 def means_of_runs(problem: Problem, columns: Floats) -> Floats:
-    """Means of columns over the bins of each run, shape (runs, k)."""
+    """Means of columns over the bins of each run, shape (runs, k); zero where a run has none."""
     run = problem.bins.run
-    return np.array([columns[run == r].mean(axis=0) for r in range(len(problem.exposures))])
+    own = [columns[run == r] for r in range(len(problem.exposures))]
+    return np.array([each.mean(axis=0) if len(each) else np.zeros(columns.shape[1]) for each in own])

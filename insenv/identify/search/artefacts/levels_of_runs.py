@@ -48,7 +48,7 @@ def not_told_by_levels(problem: Problem, fit: Fit, term: Term) -> str:
         return ""
     root = np.sqrt(found.sd**2 + found.between)
     times = float(np.sqrt(found.between) / np.median(found.sd))
-    level = (found.left + means_of_runs(problem, larger.predicted()[:, None])[:, 0]) / root
+    level = (found.left + means_of_runs(problem, larger.predicted()[:, None])[found.run, 0]) / root
     columns = found.columns / root[:, None]
     p = max(_chance(level, columns, without) for without in _smaller(problem, fit, found.columns, term))
     if p < (OF_A_CURVE if term.effect.generic else FEW_AGREE if agree else CHANCE):

@@ -68,7 +68,7 @@ def turned_on_anew(track: Track, alpha: float) -> tuple[str, ...]:
 def _few_off(track: Track, found: Levels) -> str:
     """Which runs are off by themselves, the others agreeing beside the model or a law of the temperature; or empty."""
     for law in (None, *_laws_of_temperature(track.problem)):
-        columns = () if law is None else (means_of_runs(track.problem, track.problem.columns(Term(law))),)
+        columns = () if law is None else (means_of_runs(track.problem, track.problem.columns(Term(law)))[found.run],)
         if off := _without_few(replace(found, columns=np.column_stack([found.columns, *columns]))):
             unit = track.problem.unit
             each = (f"run {run + 1} is off by {unit_for(unit, by).show_with_sd(by, sd)}" for run, by, sd in off)
@@ -78,7 +78,7 @@ def _few_off(track: Track, found: Levels) -> str:
 
 def _one_way(found: Levels) -> str:
     """That levels go one way from run to run beside the model, by Fisher's F; empty where they do not, or are few."""
-    order = np.arange(len(found.left), dtype=np.float64)
+    order = found.run.astype(np.float64)
     columns = np.column_stack([found.columns, order - order.mean()])
     free = found.free - 1
     if free < FREE:
@@ -114,4 +114,4 @@ def _foretold(found: Levels, stay: NDArray[np.bool_], run: int) -> tuple[int, fl
     some = found.of(stay)
     foretold = found.columns[run] @ np.linalg.pinv(some.columns / some.sd[:, None])
     off = float(found.left[run] - foretold @ (some.left / some.sd))
-    return run, off, float(np.hypot(found.sd[run], np.linalg.norm(foretold)))
+    return int(found.run[run]), off, float(np.hypot(found.sd[run], np.linalg.norm(foretold)))
