@@ -21,7 +21,7 @@ from insenv.identify.fit.gls import Fit, noise_beside, spectrum
 from insenv.identify.fit.noise import transform
 from insenv.identify.fit.problem import Problem, Term
 from insenv.identify.fit.reference_variance import beside_response
-from insenv.identify.fit.scatter import scatter_of_correlated
+from insenv.identify.fit.scatter import scatter, scatter_of_correlated
 from insenv.identify.fit.swings import by_swings
 
 #: Parts of a single run, and the fewest bins of one.
@@ -75,7 +75,10 @@ def apart(problem: Problem, fit: Fit, term: Term) -> PartsApart | None:
     if any(one != term for one in terms):
         told = _with_own(problem, fit, int(own[0]), terms, parts) or told
     values, covariance = told
-    found = scatter_of_correlated(values, covariance)
+    # Errors that they have in common make their differences surer than a shape that is right only nearly allows, and
+    # those that go with a gain that changes less sure: they scatter where they do by either.
+    alone, together = scatter(values, np.sqrt(np.diag(covariance))), scatter_of_correlated(values, covariance)
+    found = max(alone, together, key=lambda one: one.chance)
     column = np.sum(np.column_stack([problem.columns(one) for one in terms]) * parts, axis=1)
     return PartsApart(values, np.sqrt(np.diag(covariance)), found.chance, found.between, label, column)
 
