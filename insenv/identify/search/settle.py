@@ -36,21 +36,6 @@ def settled(track: Track, alpha: float, seed: int, progress: Progress) -> Track:
         if (swapped := _swapped(track, step, better, alpha)) is track:
             break  # its rivals would be the same again
         track = swapped
-    return _without_imitations(track)
-
-
-def _without_imitations(track: Track) -> Track:
-    """The track without laws of the rate that another one, which cannot have its size, follows far better.
-
-    Both are what is nearest in the catalogue to a cause that is not: of a jump at zero, the opposite of a dead band's,
-    an anomaly or a knee was named.
-    """
-    for step, found in zip(track.steps, track.rivalries, strict=True):
-        other = found.imitation
-        if other is not None and _is_curve_of_rate(step) and other.candidate.effect.of_rate:
-            ratio = f"likelihood ratio {other.likelihood_ratio:.3g} in its place"
-            why = f"{other.candidate.effect.key} would explain far more ({ratio}), and {other.remark}"
-            return _without_imitations(dropped(track, step, f"{why}: another cause is there"))
     return track
 
 
