@@ -342,7 +342,8 @@ def _begin(
     once = len({recording.mounting for recording in recordings}) == 1
     few, local = of_few_waves(prepared.problem, catalogue), local_beside_lag(prepared.problem, catalogue)
     state = (prepared, found, blind, fit, score, tones)
-    return Track(*state, level=level, one_mounting=once, few_waves=few, local=local)
+    labels = tuple(recording.label for recording in recordings)
+    return Track(*state, level=level, one_mounting=once, labels=labels, few_waves=few, local=local)
 
 
 def _searched(track: Track, generic: bool, seed: int, progress: Progress) -> Track:

@@ -30,7 +30,7 @@ from insenv.core.recording import Floats
 from insenv.effects.bias import Bias
 from insenv.identify.fit.bins import of_one_use
 from insenv.identify.fit.gls import Fit, solve
-from insenv.identify.fit.problem import Model, Problem, Term
+from insenv.identify.fit.problem import NOTHING, Model, Problem, Term
 
 #: Share of the weights that is nothing: one estimate tells it all.
 ROUNDING = 1e-12
@@ -39,6 +39,8 @@ ANEW = Term(Bias(), per_run=True)
 #: Share of all rates within which those of a run are one, and share of a column's root mean square that its means over
 #: runs must have, to be one that levels tell.
 ONE_RATE, SHOWN = 0.02, 0.05
+#: Share of the largest reading to which a level is known at best.
+EXACT = 1e-9
 
 
 @dataclass(frozen=True)
@@ -124,7 +126,8 @@ def levels(problem: Problem, fit: Fit) -> Levels:
     each = solve(left, (ANEW,))
     own = np.flatnonzero(each.design.term == 0)
     run = np.array([int(each.design.labels[j][1].partition("[")[2].rstrip("]")) - 1 for j in own])
-    return Levels(each.theta[own], each.sd[own], told_between(problem, fit)[run], run)
+    exact = EXACT * max(float(np.abs(problem.y).max(initial=0.0)), NOTHING)  # readings that stand still have no noise
+    return Levels(each.theta[own], np.maximum(each.sd[own], exact), told_between(problem, fit)[run], run)
 
 
 def left_of(values: Floats, columns: Floats) -> float:

@@ -72,11 +72,11 @@ class Track:
     the length of means that held vibration, and were merged (`insenv.identify.prepare.vibration`) [s]; else 0.
     ``folded`` are frequencies that these held and that do not keep their phase: longer means see them folded [Hz].
     ``loudest`` is the frequency of the loudest vibration that the longer means no longer resolve [Hz]; else 0.
-    ``one_mounting`` says that no run was mounted otherwise than the others. ``few_waves`` are effects of the table's
-    angle that are never named, for it turns by too little beside a reference that comes late; ``local`` are faults at
-    one rate, which such a reference hides, and which may be what another law of the rate is taken for. ``law`` is a
-    product of what was recorded that what is left follows, and ``behind`` are effects that had been added and explain
-    less than it does (`insenv.identify.formula`).
+    ``one_mounting`` says that no run was mounted otherwise than the others; ``labels`` are the runs' own. ``few_waves``
+    are effects of the table's angle that are never named, for it turns by too little beside a reference that comes
+    late; ``local`` are faults at one rate, which such a reference hides, and which may be what another law of the rate
+    is taken for. ``law`` is a product of what was recorded that what is left follows, and ``behind`` are effects that
+    had been added and explain less than it does (`insenv.identify.formula`).
     """
 
     prepared: Prepared
@@ -96,6 +96,7 @@ class Track:
     folded: tuple[float, ...] = ()
     loudest: float = 0.0
     one_mounting: bool = True
+    labels: tuple[str, ...] = ()
     few_waves: tuple[Candidate, ...] = ()
     local: tuple[Candidate, ...] = ()
     law: FoundFormula | None = None

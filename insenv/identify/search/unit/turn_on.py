@@ -71,7 +71,10 @@ def _few_off(track: Track, found: Levels) -> str:
         columns = () if law is None else (means_of_runs(track.problem, track.problem.columns(Term(law)))[found.run],)
         if off := _without_few(replace(found, columns=np.column_stack([found.columns, *columns]))):
             unit = track.problem.unit
-            each = (f"run {run + 1} is off by {unit_for(unit, by).show_with_sd(by, sd)}" for run, by, sd in off)
+            each = (
+                f"run {run + 1} ({track.labels[run]}) is off by {unit_for(unit, by).show_with_sd(by, sd)}"
+                for run, by, sd in off
+            )
             return f"{', '.join(each)}, and the others agree{'' if law is None else f' beside {law.key}'}"
     return ""
 

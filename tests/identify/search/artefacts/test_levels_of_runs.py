@@ -91,8 +91,8 @@ def test_one_run_that_is_off_is_named() -> None:
     """Beside a law of the others, of soaks; beside a scale factor, of rates."""
     soaked = soaks(lambda kelvins, k: DEG * (1e-4 * kelvins + 0.03 * (k == 4)), seed=1)
     turned = rates(off_by(0.15 * DEG, 6, len(RATES)), seed=1)
-    assert any("run 5 is off by" in reason and "the others agree" in reason for reason in soaked.reasons)
-    assert any("run 7 is off by" in reason and "the others agree" in reason for reason in turned.reasons)
+    assert any("run 5 (278.15) is off by" in reason and "the others agree" in reason for reason in soaked.reasons)
+    assert any("run 7 (-1.0472) is off by" in reason and "the others agree" in reason for reason in turned.reasons)
     assert not turned.added
 
 
