@@ -6,7 +6,8 @@ r"""Whether estimates of one thing scatter more than their deviations say, and w
 
 and the same with a covariance in the place of s_k^2 where their errors have one.
 
-Of a model with one bias for several runs, each at rest or at one rate, a run is one number, its level:
+Of a model with one bias for several runs, each at rest, at one rate or at one temperature, a run is one number, its
+level:
 
     l_r = x_r' theta + d_r + e_r,        var e_r = v_r by the noise within the run,        var d_r = s^2
 
@@ -37,8 +38,10 @@ ROUNDING = 1e-12
 #: A level of each run.
 ANEW = Term(Bias(), per_run=True)
 #: Share of all rates within which those of a run are one, and share of a column's root mean square that its means over
-#: runs must have, to be one that levels tell.
-ONE_RATE, SHOWN = 0.02, 0.05
+#: runs must have, to be one that levels tell: what changes within the runs they tell.
+ONE_RATE, SHOWN = 0.02, 0.5
+#: Share of the range of the temperature over all runs within which that of a run is one.
+ONE_TEMPERATURE = 0.25
 #: Share of the largest reading to which a level is known at best.
 EXACT = 1e-9
 
@@ -136,9 +139,9 @@ def left_of(values: Floats, columns: Floats) -> float:
 
 
 def has_one_level(problem: Problem, model: Model) -> bool:
-    """Whether several runs, each at rest or at one rate, have one bias for all in a model."""
+    """Whether several runs, each at rest, at one rate or at one temperature, have one bias for all in a model."""
     common = any(term.effect == ANEW.effect and not term.per_run for term in model)
-    return len(problem.exposures) > 1 and common and _steady(problem)
+    return len(problem.exposures) > 1 and common and (_steady(problem) or at_one_temperature(problem))
 
 
 def _steady(problem: Problem) -> bool:
@@ -147,6 +150,16 @@ def _steady(problem: Problem) -> bool:
         return True
     rates = [e.u for e in problem.exposures]
     return max(float(np.ptp(u)) for u in rates) < ONE_RATE * float(np.ptp([float(np.mean(u)) for u in rates]))
+
+
+def at_one_temperature(problem: Problem) -> bool:
+    """Whether the temperature hardly changes within each of several runs, and differs between them."""
+    heat = problem.heat()
+    if heat is None or len(problem.exposures) < 2:
+        return False
+    own = [heat[problem.bins.run == run] for run in np.unique(problem.bins.run)]
+    between = float(np.ptp([float(np.median(h)) for h in own]))
+    return max(float(np.ptp(np.quantile(h, (0.05, 0.95)))) for h in own) < ONE_TEMPERATURE * between
 
 
 def told_between(problem: Problem, fit: Fit) -> Floats:

@@ -24,7 +24,7 @@ from insenv.identify.fit.problem import Model, Problem, Term
 from insenv.identify.prepare.spectral.cycles import each_cycle
 from insenv.identify.prepare.spectral.lines import coherent_power, multiple, strongest_tone, within_half_a_count
 from insenv.identify.search.artefacts.folded import folded
-from insenv.identify.search.artefacts.levels_of_runs import not_told_by_levels
+from insenv.identify.search.artefacts.levels_of_runs import between_runs, not_told_by_gains, not_told_by_levels
 from insenv.identify.search.artefacts.recurrence import (
     comes_and_goes,
     not_both_ways,
@@ -160,7 +160,7 @@ def _no_law_of_any_size(problem: Problem, fit: Fit, base: Reference, larger: Fit
         or unseen(problem, term.effect, term.shape)
         or of_few_means(problem, fit, term)
         or not_told_by_levels(problem, fit, term)
-        or not_in_all_runs(problem, fit, term)
+        or (not_told_by_gains if between_runs(problem, term) else not_in_all_runs)(problem, fit, term)
         or not_both_ways(problem, fit, base, term)
         or of_a_rest(problem, fit, term)
         or comes_and_goes(problem, fit, term)

@@ -104,3 +104,36 @@ def test_a_drift_over_the_test_is_said_to_go_one_way() -> None:
     """Rates that were run in their order make an asymmetry of it, which is named under that doubt."""
     found = rates(2e-3 * DEG * np.arange(len(RATES)), seed=1)
     assert any("go one way from run to run" in reason for reason in found.reasons)
+
+
+def staircases(gain: Callable[[float], float], repeats_to: float, seed: int) -> TargetFindings:
+    """A staircase of rates at each of six temperatures, by an encoder; ``gain`` of the excess over 25 degC [K]."""
+    rng, dt, runs = np.random.default_rng(seed), 0.05, []
+    steps = np.deg2rad(np.repeat([0.0, 20, -20, 50, -50, 100, -100, 0], 240))
+    rate = np.convolve(np.pad(steps, (0, 19), "edge"), np.full(20, 0.05), "valid")
+    t, angle = dt * np.arange(1.0, len(rate) + 1), np.cumsum(rate) * dt
+    for heat in TEMPERATURES[::2]:
+        own = 1.002 + gain(heat - 298.15) + repeats_to * rng.standard_normal()
+        y = 0.1 * DEG + own * rate + 0.02 * DEG * rng.standard_normal(len(t))
+        channels = {
+            "gyro": Channel(y, "rad/s", "interval"),
+            "table_angle": Channel(angle + 1e-5 * rng.standard_normal(len(t)), "rad", source="encoder"),
+            "temperature": Channel(heat + 0.2 * np.sin(t / 20), "K"),
+        }
+        runs.append(Recording(t, channels, label=f"{heat:g}"))
+    return closed(tuple(runs), manifest(declared=("bias", "scale_factor"))).targets[0]
+
+
+def test_a_gain_over_the_temperature_stands_between_staircases() -> None:
+    """It was not told beside a gain of its own in each run, which is all that it is."""
+    found = staircases(lambda kelvins: 2e-5 * kelvins, 0.0, seed=1)
+    size = {added.effect: added.parameters[0] for added in found.added}["scale_factor_temperature"]
+    assert found.verdict == "effects-found" and abs(size.value - 2e-5) < 4 * size.sd < 2e-5
+
+
+def test_gains_that_come_back_badly_are_no_law_of_the_temperature() -> None:
+    """Of two tests each names one by chance in less than 1 %."""
+    for seed in (1, 2):
+        found = staircases(lambda _: 0.0, 5e-4, seed)
+        assert "scale_factor_temperature" not in {added.effect for added in found.added}
+        assert any("the gain is not the same in the runs" in reason for reason in found.reasons)
