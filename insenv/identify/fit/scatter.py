@@ -66,16 +66,23 @@ def scatter_of_correlated(values: Floats, covariance: Floats) -> Scatter:
     With W = C^-1 and j a column of ones, m = j'W g / j'W j, Q = (g - m)' W (g - m), and what t^2 adds to Q is t^2 times
     tr W - j'W W j / j'W j.
     """
-    if not (np.all(np.isfinite(covariance)) and np.all(np.isfinite(values))):
+    if not (np.all(np.isfinite(covariance)) and np.all(np.isfinite(values)) and np.all(np.diag(covariance) > 0)):
         return Scatter(1.0, 0.0, 0.0)
-    weights = np.linalg.pinv(covariance, hermitian=True)
+    weights = _weights(covariance)
     each = weights.sum(axis=0)
     off, free = values - values @ each / each.sum(), len(values) - 1
     q = float(off @ weights @ off)
     room = float(np.trace(weights) - each @ each / each.sum())
     between = max(0.0, (q - free) / room) if room > ROUNDING * float(np.trace(weights)) else 0.0
-    v = np.linalg.pinv(covariance + between * np.eye(len(values)), hermitian=True).sum(axis=0)
+    v = _weights(covariance + between * np.eye(len(values))).sum(axis=0)
     return Scatter(float(chdtrc(free, q)), between, float(abs(values @ v) / np.sqrt(v.sum())))
+
+
+def _weights(covariance: Floats) -> Floats:
+    """C^-1, by way of the correlations: deviations may be far apart."""
+    scale = np.sqrt(np.diag(covariance))
+    both = np.outer(scale, scale)
+    return np.asarray(np.linalg.pinv(covariance / both, hermitian=True) / both)
 
 
 @dataclass(frozen=True)
