@@ -60,6 +60,11 @@ NOISE_UNITS: Mapping[str, tuple[str, str]] = dict(
 )
 #: What the field calls an accelerometer's angle random walk.
 VELOCITY_RANDOM_WALK = "velocity_random_walk"
+#: What a run may state of all its rows: its dimension, and the channel that it is.
+STATED = {
+    "table_rate": ("rate", ChannelSpec("", "rad/s", covers="interval", source="command", stated=True)),
+    "temperature": ("temperature", ChannelSpec("", "K", stated=True)),
+}
 #: Format of a data file whose manifest names none.
 SUFFIXES: Mapping[str, str] = {
     ".csv": "csv",
@@ -110,13 +115,6 @@ def report(table: schema.ReportTable, path: Path) -> Filing:
         "" if one is None else str(one) for one in (table.operator, table.serial_number, table.place, table.date)
     )
     return Filing(operator, serial, place, day)
-
-
-#: What a run may state of all its rows: its dimension, and the channel that it is.
-STATED = {
-    "table_rate": ("rate", ChannelSpec("", "rad/s", covers="interval", source="command", stated=True)),
-    "temperature": ("temperature", ChannelSpec("", "K", stated=True)),
-}
 
 
 def _texts(value: schema.Names) -> tuple[str, ...]:
@@ -247,14 +245,11 @@ def channels(
     own = {name: spec.file for name, spec in tables.items() if spec.file is not None}
     if own and len(runs) > 1:
         raise InputError(f"{path}: channels.{next(iter(own))}.file is for one run; there are {len(runs)}")
-    return (
-        found
-        | {
-            name: replace(found[name], file=folder / file, format=_format(file, table.format, path))
-            for name, file in own.items()
-        }
-        | _stated(runs, tables, path)
-    )
+    beside = {
+        name: replace(found[name], file=folder / file, format=_format(file, table.format, path))
+        for name, file in own.items()
+    }
+    return found | beside | _stated(runs, tables, path)
 
 
 def _stated(runs: tuple[RunSpec, ...], tables: Mapping[str, schema.ChannelTable], path: Path) -> dict[str, ChannelSpec]:

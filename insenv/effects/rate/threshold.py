@@ -27,6 +27,8 @@ from insenv.effects.rate.scale import LEAST_RATE, rates_run
 THRESHOLDS, LEAST_SHARE = 10, 0.02
 #: A share of the largest rate below which the table stands.
 STANDS = 1e-5
+#: Rate up to which a table stands, whatever else it does [rad/s]: a seventh of the Earth's.
+STILL = 1e-5
 
 #: Share of a threshold over which a jump at it is blurred, and shares of what is below it that are all of it.
 SECANT, ALL = 0.05, (0.8, 1.25)
@@ -165,8 +167,7 @@ class BiasDirection(LinearEffect):
 
     def basis(self, u: Floats, motion: Motion) -> Floats:
         """Sense of the rate, shape (..., n, 1); 0 where the table stands."""
-        largest = float(np.abs(motion.rate).max(initial=0.0))
-        return columns(u, np.where(np.abs(u) > STANDS * largest, np.sign(u), 0.0))
+        return columns(u, np.where(np.abs(u) > STILL, np.sign(u), 0.0))
 
 
 def _run(motion: Motion) -> Floats:

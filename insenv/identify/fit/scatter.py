@@ -20,12 +20,13 @@ Paule and J. Mandel, J. Res. Natl. Bur. Stand. 87 (1982) 377 (s^2 of levels).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
-from scipy.special import chdtrc
+from scipy.special import chdtrc, fdtrc
 
 from insenv.core.recording import Floats
 from insenv.effects.bias import Bias
@@ -133,16 +134,33 @@ class Levels:
 def levels(problem: Problem, fit: Fit) -> Levels:
     """What is left of each run by all its rows beside a model, the noise fitted anew within the runs."""
     left = problem.measured_as(problem.y - fit.predicted()).used_as(of_one_use(problem.bins).blocks)
-    each = solve(left, (ANEW,))
-    own = np.flatnonzero(each.design.term == 0)
-    run = np.array([int(each.design.labels[j][1].partition("[")[2].rstrip("]")) - 1 for j in own])
+    value, sd, run = of_each_run(solve(left, (ANEW,)), 0)
     exact = EXACT * max(float(np.abs(problem.y).max(initial=0.0)), NOTHING)  # readings that stand still have no noise
-    return Levels(each.theta[own], np.maximum(each.sd[own], exact), told_between(problem, fit)[run], run)
+    return Levels(value, np.maximum(sd, exact), told_between(problem, fit)[run], run)
+
+
+def of_each_run(fit: Fit, index: int) -> tuple[Floats, Floats, NDArray[np.int64]]:
+    """Coefficients of a term that is free in each of several runs, their deviations, and their runs, (n,) each."""
+    own = np.flatnonzero(fit.design.term == index)
+    run = np.array([int(fit.design.labels[j][1].partition("[")[2].rstrip("]")) - 1 for j in own])
+    return fit.theta[own], fit.sd[own], run
 
 
 def left_of(values: Floats, columns: Floats) -> float:
     """Sum of squares that columns leave of values, shapes (n,) and (n, p)."""
     return float(np.sum((values - columns @ np.linalg.lstsq(columns, values, rcond=None)[0]) ** 2))
+
+
+def chance_of_columns(values: Floats, columns: Floats, without: int) -> float:
+    """Probability that columns beyond the first ``without`` explain as much of values by chance, (n,) and (n, p).
+
+    Fisher's F = ((S_0 - S_1) / k) / (S_1 / (n - p)) of the sums of squares without and with these k.
+    """
+    more, free = columns.shape[1] - without, len(values) - columns.shape[1]
+    if more <= 0 or free <= 0:
+        return 1.0
+    whole, rest = left_of(values, columns[:, :without]), left_of(values, columns)
+    return float(fdtrc(more, free, (whole - rest) / more / (rest / free))) if rest else float(not whole)
 
 
 def has_one_level(problem: Problem, model: Model) -> bool:
@@ -164,9 +182,14 @@ def at_one_temperature(problem: Problem) -> bool:
     heat = problem.heat()
     if heat is None or len(problem.exposures) < 2:
         return False
-    own = [heat[problem.bins.run == run] for run in np.unique(problem.bins.run)]
-    between = float(np.ptp([float(np.median(h)) for h in own]))
-    return max(float(np.ptp(np.quantile(h, (0.05, 0.95)))) for h in own) < ONE_TEMPERATURE * between
+    return apart_in_temperature([heat[problem.bins.run == run] for run in np.unique(problem.bins.run)]) > 0
+
+
+def apart_in_temperature(heats: Sequence[Floats]) -> float:
+    """How far the temperatures of runs are apart [K], if each hardly changes within its run; else 0."""
+    between = float(np.ptp([float(np.median(heat)) for heat in heats]))
+    within = max(float(np.ptp(np.quantile(heat, (0.05, 0.95)))) for heat in heats)
+    return between if within < ONE_TEMPERATURE * between else 0.0
 
 
 def told_between(problem: Problem, fit: Fit) -> Floats:

@@ -12,6 +12,8 @@ of the best likelihood as well.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
@@ -68,7 +70,7 @@ def walking(
 
     best, scale = 0.0, 1.0
     for _ in range(1 if known is None else SCALES):
-        fits = [likelihood_and_scale(y[used], basis, covariance(k)[np.ix_(used, used)]) for k in WALKS]
+        fits = _of_walks(y, basis, used, covariance)
         most = max(value for value, _ in fits)
         best = max(k for k, (value, _) in zip(WALKS, fits, strict=True) if value >= most - allowed)
         scale = fits[WALKS.index(best)][1]
@@ -88,9 +90,9 @@ def likeliest(
     if len(basis) - basis.shape[1] < LEAST_FREEDOM:
         return None
     walk = _walk(time, alike)
-    fits = [likelihood_and_scale(y[used], basis, (np.eye(len(time)) + k * walk)[np.ix_(used, used)]) for k in WALKS]
+    fits = _of_walks(y, basis, used, lambda kappa: np.eye(len(time)) + kappa * walk)
     best = max(range(len(WALKS)), key=lambda k: fits[k][0])
-    steps = float(np.ptp(time[used])) / max(float(np.median(np.abs(np.diff(time)))), 1e-9)
+    steps = float(np.ptp(time[used])) / _step(time)
     return 2 * (fits[best][0] - fits[0][0]), float(np.sqrt(fits[best][1] * WALKS[best] * steps))
 
 
@@ -110,6 +112,13 @@ def weighed(
     return [(float(w), _root(c, used)) for w, c in zip(weights / weights.sum(), covariances, strict=True)]
 
 
+def _of_walks(
+    y: Floats, basis: Floats, used: NDArray[np.bool_], covariance: Callable[[float], Floats]
+) -> list[tuple[float, float]]:
+    """`likelihood_and_scale` beside each of `WALKS`."""
+    return [likelihood_and_scale(y[used], basis, covariance(kappa)[np.ix_(used, used)]) for kappa in WALKS]
+
+
 def _distinct(design: Floats, used: NDArray[np.bool_]) -> Floats:
     """Directions of the model that are none of the readings' own noise, orthonormal, shape (used, q)."""
     told = design[:, np.linalg.norm(design[used], axis=0) > 0]
@@ -121,7 +130,12 @@ def _distinct(design: Floats, used: NDArray[np.bool_]) -> Floats:
 def _walk(time: Floats, alike: Floats) -> Floats:
     """W, of which one is that from rest to rest."""
     walk = np.minimum(time[:, None], time[None, :]) * alike
-    return np.asarray(walk / max(float(np.median(np.abs(np.diff(time)))), 1e-9), float)
+    return np.asarray(walk / _step(time), float)
+
+
+def _step(time: Floats) -> float:
+    """Time from one rest to the next [s]."""
+    return max(float(np.median(np.abs(np.diff(time)))), 1e-9)
 
 
 def _root(covariance: Floats, used: NDArray[np.bool_]) -> Floats:

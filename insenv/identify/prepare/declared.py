@@ -20,15 +20,15 @@ from insenv.effects.catalogue import by_key
 from insenv.effects.triad import AccelMisalignment
 from insenv.identify.clean.triads import of_others
 from insenv.identify.fit.problem import Model, Term
+from insenv.identify.fit.scatter import apart_in_temperature
 
 #: Share of the table's rate from which an axis lies along the table's: within half a degree.
 ALONG = float(np.cos(np.deg2rad(0.5)))
 #: Parts of a run, of which the first and the last may be a ramp, and the share of the rates' range within which the
 #: others have one rate.
 PARTS, ONE_RATE = 10, 0.02
-#: Runs from which on, difference of their temperatures [K] from which on, and share of it that the temperature may
-#: change within a run, where each is at one temperature of a test.
-SOAKS, APART, ONE_TEMPERATURE = 3, 5.0, 0.25
+#: Runs from which on, and difference of their temperatures [K] from which on, they are the soaks of a chamber.
+SOAKS, APART = 3, 5.0
 
 
 def declared_model(manifest: Manifest, recordings: tuple[Recording, ...], target: str) -> Model:
@@ -128,10 +128,7 @@ def _each_at_one_temperature(recordings: tuple[Recording, ...]) -> bool:
     """Whether the temperature hardly changes in each run, and differs between them: the soaks of a chamber."""
     if len(recordings) < SOAKS or any("temperature" not in recording.channels for recording in recordings):
         return False
-    heats = [recording.channels["temperature"].values for recording in recordings]
-    between = float(np.ptp([np.median(heat) for heat in heats]))
-    within = max(float(np.ptp(np.quantile(heat, (0.05, 0.95)))) for heat in heats)
-    return between > APART and within < ONE_TEMPERATURE * between
+    return apart_in_temperature([recording.channels["temperature"].values for recording in recordings]) > APART
 
 
 def _rates(recording: Recording) -> Floats:

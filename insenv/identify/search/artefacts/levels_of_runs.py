@@ -18,7 +18,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.special import fdtrc
 
 from insenv.core.recording import Floats
 from insenv.effects.rate.scale import ScaleFactor
@@ -29,10 +28,11 @@ from insenv.identify.fit.scatter import (
     ANEW,
     Levels,
     at_one_temperature,
+    chance_of_columns,
     has_one_level,
-    left_of,
     levels,
     means_of_runs,
+    of_each_run,
     told_between,
 )
 from insenv.identify.search.scan import deviate, likelihood_ratio, reference
@@ -84,14 +84,13 @@ def not_told_by_gains(problem: Problem, fit: Fit, term: Term) -> str:
     own = Term(ScaleFactor(), per_run=True)
     rest = tuple(one for one in fit.model if not isinstance(one.effect, ScaleFactor | TimingSkew))
     each = solve(problem, (*rest, own, Term(TimingSkew(), per_run=True)), start=fit.noise.power)
-    at = np.flatnonzero(each.design.term == len(rest))
-    run = np.array([int(each.design.labels[j][1].partition("[")[2].rstrip("]")) - 1 for j in at])
+    gain, sd, run = of_each_run(each, len(rest))
     if len(run) < FEWEST_GAINS:
         return f"it is told by the gains of {len(run)} runs alone"
     u, column = problem.columns(Term(ScaleFactor()))[:, 0], problem.columns(term)[:, 0]
     excess = [float(u[of] @ column[of] / (u[of] @ u[of])) for of in (problem.bins.run == r for r in run)]
     columns = np.column_stack([np.ones(len(run)), np.subtract(excess, np.mean(excess))])
-    told = _by_numbers(Levels(each.theta[at], each.sd[at], columns, run), [1], False)
+    told = _by_numbers(Levels(gain, sd, columns, run), [1], False)
     return f"it is told by the gains of {told}" if told else ""
 
 
@@ -105,7 +104,7 @@ def _by_numbers(found: Levels, smaller: Sequence[int], generic: bool) -> str:
         return ""
     root = np.sqrt(found.sd**2 + found.between)
     times = float(np.sqrt(found.between) / np.median(found.sd))
-    p = max(_chance(found.left / root, found.columns / root[:, None], without) for without in smaller)
+    p = max(chance_of_columns(found.left / root, found.columns / root[:, None], without) for without in smaller)
     if p < (OF_A_CURVE if generic else FEW_AGREE if agree else CHANCE):
         return ""
     return (
@@ -119,15 +118,6 @@ def _smaller(problem: Problem, fit: Fit, columns: Floats, term: Term) -> list[in
     without = told_between(problem, fit).shape[1]
     powers = getattr(term.effect, "order", 1) > 1 and columns.shape[1] - without > 1
     return [without, columns.shape[1] - 1] if powers else [without]
-
-
-def _chance(level: Floats, columns: Floats, without: int) -> float:
-    """Probability that columns beyond the first ``without`` explain as much of levels by chance, (n,) and (n, p)."""
-    more, free = columns.shape[1] - without, len(level) - columns.shape[1]
-    if more <= 0 or free <= 0:
-        return 1.0
-    s0, s1 = left_of(level, columns[:, :without]), left_of(level, columns)
-    return float(fdtrc(more, free, (s0 - s1) / more / (s1 / free)))
 
 
 def _told_within(problem: Problem, fit: Fit, term: Term) -> bool:

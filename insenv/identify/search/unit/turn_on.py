@@ -1,4 +1,4 @@
-r"""Several runs of one unit, each at rest or at one rate: whether its bias is the same in all of them.
+r"""Several runs of one unit, each at rest, at one rate or one temperature: whether its bias is the same in all of them.
 
 A bias changes from one power-up to the next, with the temperature, or where the unit was set down anew. Where one bias
 is for all runs the noise can take the differences of their levels for its own wander, slower than a run and the larger
@@ -6,7 +6,7 @@ for that. With a level of its own for each of n runs beside the model, the noise
 all rows gains n - 1 parameters, and is judged as that of an effect (`insenv.identify.search.scan`): noise that wanders
 from run to run does so within the runs.
 
-A run, or a few, may be off by itself: without it the others agree, and with it they do not.
+A run, or a few, may be off: without them the others agree, and with them they do not.
 """
 
 from __future__ import annotations
@@ -15,13 +15,12 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import fdtrc
 
 from insenv.core.quantities import unit_for
 from insenv.effects.thermal import BiasTemperature
 from insenv.identify.fit.bins import of_one_use
 from insenv.identify.fit.problem import Problem, Term
-from insenv.identify.fit.scatter import ANEW, Levels, has_one_level, left_of, levels, means_of_runs
+from insenv.identify.fit.scatter import ANEW, Levels, chance_of_columns, has_one_level, levels, means_of_runs
 from insenv.identify.search.candidates import Candidate
 from insenv.identify.search.round import with_term
 from insenv.identify.search.scan import Hit, deviate, likelihood_ratio, reference
@@ -83,11 +82,7 @@ def _one_way(found: Levels) -> str:
     """That levels go one way from run to run beside the model, by Fisher's F; empty where they do not, or are few."""
     order = found.run.astype(np.float64)
     columns = np.column_stack([found.columns, order - order.mean()])
-    free = found.free - 1
-    if free < FREE:
-        return ""
-    whole, rest = left_of(found.left, found.columns), left_of(found.left, columns)
-    if not rest or fdtrc(1, free, (whole - rest) / (rest / free)) > BY_CHANCE:
+    if found.free - 1 < FREE or chance_of_columns(found.left, columns, found.columns.shape[1]) > BY_CHANCE:
         return ""
     return "they go one way from run to run, as a drift over the whole test does"
 
