@@ -409,6 +409,7 @@ def test_what_no_column_has_may_be_stated_of_each_run(tmp_path: Path) -> None:
     [
         ('temperature = "20 degC"', "", "runs[1] has no temperature"),
         ('"20 degC"', '"20 m"', "runs[1].temperature"),
+        ('"20 degC"', '"-300 degC"', "runs[1].temperature = '-300 degC'; wanted no less than absolute zero"),
         ("[model]", 'table_rate = { column = "g", unit = "deg/s" }\n[model]', "channels.table_rate has a column"),
     ],
 )

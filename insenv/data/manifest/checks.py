@@ -150,13 +150,20 @@ def runs(table: schema.ManifestTable, folder: Path, path: Path) -> tuple[RunSpec
             site=_site(run.site, table.site, f"{path}: {key}site"),
             reading=_reading(table.read, path),
             stated=tuple(
-                (name, quantity(text, dimension, f"{path}: {key}{name}"))
-                for name, (dimension, _) in STATED.items()
+                (name, _stated_value(name, text, f"{path}: {key}{name}"))
+                for name in STATED
                 if (text := getattr(run, name)) is not None
             ),
         )
         for run, key in zip(tables, keys, strict=True)
     )
+
+
+def _stated_value(name: str, text: str, where: str) -> float:
+    value = quantity(text, STATED[name][0], where)
+    if name == "temperature":
+        _within(value, (0.0, math.inf), f"{where} = {text!r}", "no less than absolute zero")
+    return value
 
 
 def _reading(table: schema.ReadTable, path: Path) -> Reading:
