@@ -2,7 +2,8 @@
 
     y = x + E x + o,      x = (I + E)^-1 (y - o)
 
-E holds what goes with the input of the axis itself or of its neighbours, o everything else (biases, g-sensitivity).
+E holds what goes with the input of the axis itself or of its neighbours, o everything else (biases, g-sensitivity);
+both may follow the temperature or the time.
 """
 
 from __future__ import annotations
@@ -58,29 +59,40 @@ def whole_triads(
             continue
         terms = [held[name][0] for name in names]
         effects = [one.effect for row in terms for one in row]
-        # The linear model of a triad, and what gravity does to gyros, are all that several positions show.
-        linear = all(effect.part or effect.id == GSensitivity.id for effect in effects)
-        if linear and any(effect.part in ("gain", "others") for effect in effects):
+        if all(map(_linear, effects)) and any(_of_input(effect) for effect in effects):
             values = _solved(recording, names, terms, [held[name][1] for name in names])
             channels |= {name: replace(recording.channels[name], values=values[:, i]) for i, name in enumerate(names)}
     return channels
+
+
+def _linear(effect: Effect) -> bool:
+    """Whether it is part of the linear model of a triad; what gravity does to gyros is known beforehand."""
+    slow = effect.of_time or "temperature" in effect.needs
+    offset = slow and not (effect.of_rate or effect.line)
+    return bool(effect.part) or effect.of_force or offset or effect.id == GSensitivity.id
+
+
+def _of_input(effect: Effect) -> bool:
+    """Whether a linear one goes with the input of the axes."""
+    return effect.part in ("gain", "others") or effect.of_force
 
 
 def _solved(
     recording: Recording, names: Sequence[str], terms: Sequence[Sequence[CarriedEffect]], exposures: Sequence[Exposure]
 ) -> Floats:
     """Corrected readings of a triad, shape (rows, 3)."""
-    matrix = np.eye(3)
     readings = np.stack([recording.channels[name].values for name in names], axis=1)
+    matrix = np.tile(np.eye(3), (len(readings), 1, 1))
     for axis, (row, exposure) in enumerate(zip(terms, exposures, strict=True)):
+        motion, cell_of_row = exposure.motion, np.maximum(exposure.cell_of_row, 0)
         for one in row:
-            if one.effect.part == "gain":
-                matrix[axis, axis] += float(one.theta[0])
-            elif one.effect.part == "others":
-                matrix[axis] += np.where(np.arange(3) == axis, 0.0, one.theta)
+            if one.effect.part == "others":
+                matrix[:, axis] += np.where(np.arange(3) == axis, 0.0, one.theta)
+            elif _of_input(one.effect):
+                ones = np.ones(motion.n)
+                matrix[:, axis, axis] += (one.addition(ones, motion) - one.addition(0 * ones, motion))[cell_of_row]
             else:
-                cells = one.addition(exposure.u, exposure.motion)
-                readings[:, axis] -= cells[np.maximum(exposure.cell_of_row, 0)]
-    if not np.linalg.cond(matrix) < 1e6:
+                readings[:, axis] -= one.addition(exposure.u, motion)[cell_of_row]
+    if not np.all(np.linalg.cond(matrix) < 1e6):
         raise InputError(f"{recording.label}: {', '.join(names)}: the calibration makes these axes one")
-    return np.asarray(np.linalg.solve(matrix, readings.T).T, np.float64)
+    return np.asarray(np.linalg.solve(matrix, readings[..., None])[..., 0], np.float64)

@@ -346,7 +346,7 @@ def _wrong_range(part: Part | None) -> tuple[str, ...]:
     if part is None or not isinstance(part.problem, Rotations):
         return ()
     fit = part.outcome.after
-    matrix = Linear.of(fit.terms, NOWHEN).matrix(fit.theta[: sum(t.size for t in fit.terms)])
+    matrix = Linear.of(fit.terms, NOWHEN).matrix(fit.theta[: sum(t.size for t in fit.terms)])[0]
     factor = factor_of(1 / np.diag(matrix)) or factor_of([part.problem.gain])
     return (f"Rotations from rest to rest: the gyros' {factor}.",) if factor else ()
 

@@ -109,9 +109,9 @@ class Rotations:
     def errors(self, terms: Sequence[TriadTerm], theta: Floats) -> tuple[Floats, Floats]:
         """Errors across the vertical at the end, shape (m, 2), and their derivatives, shape (m, 2, p)."""
         linear = Linear.of(terms, NOWHEN)
-        matrix = linear.matrix(theta)
+        matrix = linear.matrix(theta)[0]
         # A changes by -A dE A; of corrected rates w that is -(A dE) w.
-        change = -np.einsum("ij,pjk->pik", matrix, linear.gain)
+        change = -np.einsum("ij,pjk->pik", matrix, linear.gain[:, 0])
         errors, slopes = np.empty((len(self.turns), 2)), np.empty((len(self.turns), 2, len(theta)))
         for k, turn in enumerate(self.turns):
             attitude, tensor = turned(turn.rates, turn.dt, matrix)

@@ -4,8 +4,9 @@
     f = A (m - o),          A = (I + E)^-1,           df / dtheta_j = -A (o_j + E_j f)
 
 m is what is measured, shape (n, 3), f the true input. E_j and o_j are asked of the effects themselves
-(`insenv.effects`): what they add when unit inputs lie along one axis after the other, and when there is none. A
-coefficient is one axis's own, or belongs to two of them: see `insenv.effects.triad`.
+(`insenv.effects`): what they add when unit inputs lie along one axis after the other, and when there is none; each
+reading has its own, for they may follow the temperature. A coefficient is one axis's own, or belongs to two of them:
+see `insenv.effects.triad`.
 """
 
 from __future__ import annotations
@@ -121,7 +122,7 @@ def _edges(middles: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class Linear:
-    """Derivatives of E and o to each coefficient, shapes (p, 3, 3) and (p, n, 3)."""
+    """Derivatives of E and o to each coefficient: shapes (p, n, 3, 3), or (p, 1, 3, 3) of one E, and (p, n, 3)."""
 
     gain: Floats
     offset: Floats
@@ -135,11 +136,13 @@ class Linear:
                 around.known[term] = _derivatives(term, around)
         blocks = [around.known[term] for term in terms]
         if not blocks:
-            return cls(np.zeros((0, 3, 3)), np.zeros((0, n, 3)))
-        return cls(np.concatenate([b[0] for b in blocks]), np.concatenate([b[1] for b in blocks]))
+            return cls(np.zeros((0, 1, 3, 3)), np.zeros((0, n, 3)))
+        each = max(gain.shape[1] for gain, _ in blocks)
+        gains = [np.broadcast_to(gain, (len(gain), each, 3, 3)) for gain, _ in blocks]
+        return cls(np.concatenate(gains), np.concatenate([offset for _, offset in blocks]))
 
     def matrix(self, theta: Floats) -> Floats:
-        """A = (I + E)^-1, shape (3, 3)."""
+        """A = (I + E)^-1, shape (n, 3, 3), or (1, 3, 3) of one E."""
         errors = np.eye(3) + np.tensordot(theta, self.gain, axes=1)
         try:
             return np.asarray(np.linalg.inv(errors), np.float64)
@@ -148,38 +151,36 @@ class Linear:
 
     def corrected(self, measured: Floats, theta: Floats) -> Floats:
         """The true input f, shape (n, 3)."""
-        return (measured - np.tensordot(theta, self.offset, axes=1)) @ self.matrix(theta).T
+        return _times(self.matrix(theta), measured - np.tensordot(theta, self.offset, axes=1))
 
     def slopes(self, true: Floats, theta: Floats) -> Floats:
         """Derivative of f to each coefficient, shape (p, n, 3)."""
-        added = self.offset + np.einsum("pij,nj->pni", self.gain, true)
-        return -added @ self.matrix(theta).T
+        added = self.offset + _times(self.gain, true)
+        return -_times(self.matrix(theta), added)
+
+
+def _times(matrix: Floats, vectors: Floats) -> Floats:
+    """Of each reading its matrix, (..., n or 1, 3, 3), times its vector, (..., n, 3)."""
+    return np.asarray((matrix @ vectors[..., None])[..., 0], np.float64)
 
 
 def _derivatives(term: TriadTerm, around: Surroundings) -> tuple[Floats, Floats]:
-    """Of one term: shapes (k, 3, 3) and (k, n, 3)."""
+    """Of one term: shapes (k, n, 3, 3), or (k, 1, 3, 3) where all readings have the same, and (k, n, 3)."""
     if isinstance(term.effect, CurveEffect):
         return _derivatives_of_curve(term, term.effect, around)
     n = len(around.time)
     none = np.zeros((n, 3))
-    # Three readings of unit inputs, at the time and the temperature of the first: only their difference to none counts.
-    first = np.zeros(3, dtype=int)
-    unit = Surroundings(
-        around.time[first],
-        None if around.temperature is None else around.temperature[first],
-        around.reference_temperature,
-    )
-    gain, offset = np.zeros((term.size, 3, 3)), np.zeros((term.size, n, 3))
+    gain, offset = np.zeros((term.size, n, 3, 3)), np.zeros((term.size, n, 3))
     for axis in range(3):
         at_rest = term.effect.basis(none[:, axis], around.motion(none, axis))
-        zero = term.effect.basis(np.zeros(3), unit.motion(np.zeros((3, 3)), axis))
-        ones = term.effect.basis(np.eye(3)[axis], unit.motion(np.eye(3), axis)) - zero
+        along = [np.broadcast_to(unit, (n, 3)) for unit in np.eye(3)]
+        ones = [term.effect.basis(unit[:, axis], around.motion(unit, axis)) - at_rest for unit in along]
         for j, coefficient in enumerate(term.coefficients):
             for where, index, factor in coefficient.shares:
                 if where == axis:
-                    gain[j, axis] += factor * ones[:, index]
+                    gain[j, :, axis] += factor * np.stack([each[:, index] for each in ones], axis=-1)
                     offset[j, :, axis] += factor * at_rest[:, index]
-    return gain, offset
+    return (gain[:, :1] if np.all(gain == gain[:, :1]) else gain), offset
 
 
 def _derivatives_of_curve(term: TriadTerm, effect: CurveEffect, around: Surroundings) -> tuple[Floats, Floats]:
@@ -189,7 +190,7 @@ def _derivatives_of_curve(term: TriadTerm, effect: CurveEffect, around: Surround
     for j, coefficient in enumerate(term.coefficients):
         for axis, index, factor in coefficient.shares:
             offset[j, :, axis] += factor * np.array(at)[:, index]
-    return np.zeros((term.size, 3, 3)), offset
+    return np.zeros((term.size, 1, 3, 3)), offset
 
 
 def _instant(t: float) -> Motion:

@@ -67,7 +67,15 @@ def _one_by_one(problem: Magnitudes, terms: Sequence[Any]) -> tuple[NDArray[np.b
             break
         left[worst] = True
         fit = _fit(problem, terms, problem.fitted & ~left)
-    return left, fit
+    # Beside a rest that is far off others look worst: what is not odd to the fit of the others comes back.
+    back = left & ~_odd(fit, problem.fitted & ~left)
+    return (left & ~back, _fit(problem, terms, problem.fitted & ~left | back)) if back.any() else (left, fit)
+
+
+def _odd(fit: Fit, kept: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Rests other than the ``kept`` ones, shape (rests,), that the fit of these does not foretell."""
+    ratio = fit.residual[:, 0] ** 2 / max(fit.variance, 1e-300) / (1 + _leverage(fit))
+    return ~kept & (fdtrc(1, max(fit.freedom, 1), ratio) * len(kept) < OUTLIER)
 
 
 def _by_the_others(problem: Magnitudes, terms: Sequence[Any]) -> NDArray[np.bool_] | None:
@@ -82,9 +90,7 @@ def _by_the_others(problem: Magnitudes, terms: Sequence[Any]) -> NDArray[np.bool
     kept, fit = min(fits, key=lambda one: one[1].rss if _credible(one[1]) else np.inf)
     if not _credible(fit) or fit.variance >= UNLIKE**2 or fit.freedom < 1:
         return None
-    ratio = fit.residual[:, 0] ** 2 / fit.variance / (1 + _leverage(fit))
-    odd = fdtrc(1, fit.freedom, ratio) * len(used) < OUTLIER
-    return problem.fitted & ~kept & odd
+    return problem.fitted & _odd(fit, kept)
 
 
 def _concentrated(

@@ -25,7 +25,7 @@ from insenv.effects.bias import Bias, BiasDrift, BiasStep
 from insenv.effects.catalogue import by_key
 from insenv.effects.cross import CrossAxis, GSensitivity
 from insenv.effects.noise import RateRandomWalk
-from insenv.effects.rate.scale import ScaleFactor
+from insenv.effects.rate.scale import ScaleFactor, ScaleFactorTemperature
 from insenv.effects.thermal import BiasTemperature
 from insenv.effects.triad import AccelBias, AccelScaleFactor, Misalignment, NonOrthogonality
 from insenv.identify.findings import NotTestable
@@ -52,6 +52,7 @@ from insenv.identify.positions.outliers import outliers
 from insenv.identify.positions.rest import RestMeans, RestTerm, over_walks, with_walk
 from insenv.identify.positions.rests import Rest, Rests, find_rests, means, middle_times, rows_of_parts
 from insenv.identify.positions.search import (
+    DISTINCT,
     INCREDIBLE,
     LEAST_FREEDOM,
     UNFORETOLD,
@@ -59,13 +60,22 @@ from insenv.identify.positions.search import (
     Outcome,
     Step,
     as_told,
+    distinct,
     search,
 )
 from insenv.identify.positions.walk import ALLOWED
+from insenv.identify.positions.walk import LEAST_FREEDOM as WALK_FREEDOM
 
 #: Effects of each part that may be declared. Those that are not are tried, but for what is slow on gyros at rest: a
 #: bias that walks there looks like a drift.
-OF_ACCELEROMETERS = (AccelBias.id, AccelScaleFactor.id, NonOrthogonality.id, BiasDrift.id, BiasTemperature.id)
+OF_ACCELEROMETERS = (
+    AccelBias.id,
+    AccelScaleFactor.id,
+    NonOrthogonality.id,
+    BiasDrift.id,
+    BiasTemperature.id,
+    ScaleFactorTemperature.id,
+)
 OF_ROTATIONS = (ScaleFactor.id, NonOrthogonality.id, Misalignment.id)
 OF_RESTS = (GSensitivity.id, BiasDrift.id, BiasTemperature.id)
 SLOW = (BiasDrift.id, BiasTemperature.id)
@@ -173,6 +183,9 @@ def _check(manifest: Manifest, recordings: Sequence[Recording], gyros: bool) -> 
                 why = "as attitude reference of the gyros" if gyros and prefix == "accel" else "as one triad"
                 found = f"{', '.join(lacking)} missing in [channels]"
                 raise InputError(f"{path}: {found}; procedure = 'multi-position' wants {prefix}_x, y and z {why}")
+    thermal = [key for key in manifest.model.declared if "temperature" in by_key(key).needs]
+    if thermal and not all("temperature" in recording.channels for recording in recordings):
+        raise InputError(f"{path}: model.declared has {thermal[0]!r}; wanted temperature in [channels]")
     whole = all(f"gyro_{axis}" in r.channels for r in recordings for axis in AXES)
     return ("accel", "gyro") if whole else ("accel",)
 
@@ -223,7 +236,8 @@ def _accelerometers(
     rows = max(rows_of_parts(recordings[rest.run]) for rest in rests)
     uncut = f", or rests of {rows} rows and more, which are cut into parts" if not found.in_parts else ""
     _enough(manifest, problem, declared_size, "rests", (len({rest.number for rest in rests}), uncut))
-    tried, blind = _candidates(OF_ACCELEROMETERS, declared, problem.around, keys if targets else None)
+    first = tuple(key for key in OF_ACCELEROMETERS if key != ScaleFactorTemperature.id)
+    tried, blind = _candidates(first, declared, problem.around, keys if targets else None)
     more = [triad_term(effect) for effect in tried]
     steady, walks = _by_pace(more)
     left_out, room = np.zeros(len(rests), dtype=bool), len(rests) * problem.rank
@@ -243,10 +257,29 @@ def _accelerometers(
         room = len({rest.number for rest in rests}) - declared_size
         more, few = _determined(more, room)
         blind += few
+    part = _part(manifest, recordings, problem, terms, more, found, room, alpha)
+    if again := _gain_over_temperature(part, more, keys if targets else None, declared):
+        other = _part(manifest, recordings, problem, terms, again, found, room, alpha)
+        part = other if any(step.term == again[-1] for step in other.outcome.steps) else part
+    outcome = replace(part.outcome, not_testable=(*part.outcome.not_testable, *blind))
+    return replace(part, outcome=outcome, parted=parted), left_out, known
+
+
+def _part(  # noqa: PLR0913 -- a search and its judgement take all that led to them
+    manifest: Manifest,
+    recordings: Sequence[Recording],
+    problem: Magnitudes,
+    terms: Sequence[TriadTerm],
+    more: Sequence[TriadTerm],
+    found: Rests,
+    room: int,
+    alpha: float,
+) -> Part:
+    """What ``more`` than the declared ``terms`` the rests call for, and what speaks against it."""
     noisy, doubts = _walks(manifest, problem, [*terms, *more], found)
     # Where the rests tell a walk, they tell a drift or a jump.
     slow = [] if noisy is not None else [term for term in more if term.effect.id in (*SLOW, BiasStep.id)]
-    blind += tuple(
+    blind = tuple(
         NotTestable(t.effect.key, ("more positions",), "so few rests do not tell it from noise") for t in slow
     )
     problem = noisy if noisy is not None and found.in_parts else problem
@@ -258,7 +291,27 @@ def _accelerometers(
     reasons = (*_structure(problem, outcome.after, alpha, "rests", freedom), *_unconfirmed(outcome, alpha))
     if not isinstance(problem, KnownAttitudes):
         reasons = _with_what_is_left(manifest, problem, outcome, recordings, found, more, alpha, reasons)
-    return Part(problem, outcome, reasons, parted), left_out, known
+    return Part(problem, outcome, reasons)
+
+
+def _gain_over_temperature(
+    part: Part, more: Sequence[TriadTerm], keys: tuple[str, ...] | None, declared: Sequence[Effect]
+) -> list[TriadTerm]:
+    """What is tried a second time, a scale factor that follows the temperature the last; empty if rests do not tell it.
+
+    It takes three coefficients more, with which few rests tell nothing else: it is asked by itself, and where the
+    others are too many for a walk to be told, beside what follows the temperature alone.
+    """
+    problem, effect = part.problem, ScaleFactorTemperature()
+    assert isinstance(problem, Magnitudes)
+    there = {one.key for one in declared}
+    if problem.around.temperature is None or effect.key in there or not (keys is None or effect.key in keys):
+        return []
+    before, gain = part.outcome.before, triad_term(effect)
+    told = [term for term in (*more, gain) if distinct(problem, before, term) >= DISTINCT]
+    thermal = [term for term in told if "temperature" in term.effect.needs]
+    fits = (set_ for set_ in (told, thermal) if before.freedom - sum(term.size for term in set_) >= WALK_FREEDOM)
+    return next(fits, []) if gain in told else []
 
 
 def _jump(
@@ -583,7 +636,7 @@ def _candidates(
             continue
         if keys is not None and not names & set(keys):
             continue
-        if effect.id == BiasTemperature.id and around.temperature is None:
+        if "temperature" in effect.needs and around.temperature is None:
             blind.append(NotTestable(effect.key, ("temperature",), "the recording has no such channel"))
         else:
             tried.append(effect)
