@@ -57,6 +57,8 @@ class Motion:
         Which of them is the input axis, where ``body_rate`` is given.
     projection : float
         Share of the table's rate that the input axis sees: the sine of the mounting's tilt.
+    level : float
+        Share of the horizontal Earth rate that the input axis sees at most: the cosine of the mounting's tilt.
     reference_temperature : float
         T_ref of the temperature effects [K].
     base_turned : float
@@ -96,6 +98,7 @@ class Motion:
     body_rate: Mapping[str, Floats] = field(default_factory=dict)
     axis: str = ""
     projection: float = 1.0
+    level: float = 1.0
     reference_temperature: float = 298.15
     base_turned: float = 0.0
     gain: float = 1.0

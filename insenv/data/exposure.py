@@ -196,6 +196,7 @@ def _exposed(
         vibration=_vibration(recording, target, cell_of_row, n),
         cross_rate=_cross_rates(recording, target, cell_of_row, n) | _across(recording, target, projection, table.rate),
         projection=projection,
+        level=float(np.cos(recording.mounting.tilt)) if target == "gyro" else 1.0,
         reference_temperature=reference_temperature,
         base_turned=recording.mounting.base_turned,
         gain=response.gain,

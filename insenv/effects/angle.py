@@ -148,9 +148,12 @@ class EarthRate(_Wave):
     ----------
     share : float
         Largest share of the Earth's rate that the axis can see.
+    level : float
+        Share of the horizontal part that the axis sees of which c and s are, where other runs see another; 0: of all.
     """
 
     share: float = 1.0
+    level: float = 0.0
 
     id = "earth_rate"
     title = "Earth rate"
@@ -171,7 +174,13 @@ class EarthRate(_Wave):
         """The effect with what an axis of this tilt can see, whose tilt is known as well as `MOUNTED` says."""
         return replace(self, share=min(1.0, float(np.sqrt(1 - motion.projection**2)) + MOUNTED))
 
+    def of_tilt(self, motion: Motion) -> Self:
+        """The effect whose coefficients are of a run with this tilt; those of others see more or less of it."""
+        return replace(self, level=motion.level if abs(motion.level) > LEAST_SHARE else 0.0)
+
     def wave(self, motion: Motion, c: float | Floats, s: float | Floats) -> Floats:
         """Mean of the wave over each interval; it stands with the Earth where the base was turned."""
         angle = known(motion, "angle", self.id)
+        if self.level not in (0.0, motion.level):
+            c, s = c * (motion.level / self.level), s * (motion.level / self.level)
         return wave_at(motion, angle - motion.base_turned if motion.base_turned else angle, 1, c, s)

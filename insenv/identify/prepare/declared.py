@@ -15,6 +15,7 @@ from insenv.data.cells.tumble import tumble
 from insenv.data.exposure import CHANNEL_OF, expose
 from insenv.data.manifest.spec import Manifest
 from insenv.data.reference import is_set
+from insenv.effects.angle import EarthRate
 from insenv.effects.base import CurveEffect, DrivenEffect, NoiseEffect
 from insenv.effects.catalogue import by_key
 from insenv.effects.triad import AccelMisalignment
@@ -63,6 +64,8 @@ def declared_model(manifest: Manifest, recordings: tuple[Recording, ...], target
         if not effect.of_earth or any(_sees_north(m) for m in motions):
             # On an accelerometer that turns, that wave is how the table leans: in each run as it was set up then.
             leans = effect.of_earth and target.startswith("accel")
+            if isinstance(effect, EarthRate) and len({m.level for m in motions}) > 1:
+                effect = effect.of_tilt(motions[0])
             terms.append(Term(effect, per_run=leans or effect.part == "level" and _bias_per_run(manifest, recordings)))
     if any(tumble(recording, target) for recording in recordings):
         # Nobody knows to the arcsecond how an accelerometer sits on its head, and its scale goes by the zero taken.

@@ -118,10 +118,9 @@ class Check:
 
 
 def due_level(recordings: tuple[Recording, ...]) -> Level | None:
-    """The level that latitude and tilt make; None where the runs do not share them or there is no horizontal part."""
-    places = {(r.site.latitude, r.mounting.tilt) for r in recordings}
+    """The level of the first run by latitude and tilt; None where runs are at several latitudes, or none is there."""
     latitude, tilt = recordings[0].site.latitude, recordings[0].mounting.tilt
-    if len(places) > 1 or latitude is None:
+    if len({r.site.latitude for r in recordings}) > 1 or latitude is None:
         return None
     value = float(EARTH_RATE * np.cos(latitude) * abs(np.cos(tilt)))
     sd = EARTH_RATE * np.hypot(
