@@ -34,6 +34,9 @@ MANY, UNTOLD = 8, 1e-3
 SHAKEN, BINS = 2.0, 4
 #: Departure from the middle of the input, in its root mean square, by which a side of it is told.
 LEAST = 0.2
+#: Departure of the input from its middle, in the usual step from bin to bin of what is left of it, up to which it is no
+#: motion: the last digits of an angle.
+UNSEEN = 1e-3
 
 
 def by_swings(problem: Problem, curve: Floats, left: Floats) -> tuple[float, float]:
@@ -139,7 +142,8 @@ def _windows(problem: Problem) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 def _labels(problem: Problem) -> Iterator[NDArray[np.int64]]:
     rows = np.concatenate([np.arange(b.start, b.stop) for b in problem.fitted])
     run = np.unique(problem.bins.run[rows], return_inverse=True)[1].ravel()
-    swings = _swings(problem.bins.mean(tuple(e.u for e in problem.exposures))[rows], run)
+    steps = float(np.median(np.abs(np.diff(problem.y[rows])))) if len(rows) > 1 else 0.0
+    swings = _swings(problem.bins.mean(tuple(e.u for e in problem.exposures))[rows], run, UNSEEN * steps)
     count = int(swings.max()) + 1
     yield swings
     yield swings // 4
@@ -147,16 +151,18 @@ def _labels(problem: Problem) -> Iterator[NDArray[np.int64]]:
     yield run
 
 
-def _swings(u: Floats, run: NDArray[np.int64]) -> NDArray[np.int64]:
+def _swings(u: Floats, run: NDArray[np.int64], least: float) -> NDArray[np.int64]:
     """Which swing each bin lies in: from one way up through the middle of the input to the next, whole waves.
 
-    What repeats from wave to wave, as an effect that is not in the model yet does, has no scores in whole waves.
+    An input whose root mean square about its middle is no more than ``least`` has none. What repeats from wave to wave,
+    as an effect that is not in the model yet does, has no scores in whole waves.
     """
     out = np.zeros(len(u), np.int64)
     for k in range(int(run.max()) + 1):
         own = run == k
         off = u[own] - np.median(u[own])
-        side = np.sign(off) * (np.abs(off) > LEAST * np.sqrt(np.mean(off**2)))
+        size = float(np.sqrt(np.mean(off**2)))
+        side = np.sign(off) * (np.abs(off) > LEAST * size) * (size > least)
         known = np.flatnonzero(side)
         up = known[1:][(side[known[1:]] > 0) & (side[known[:-1]] < 0)]
         starts = np.zeros(len(off), np.int64)

@@ -16,7 +16,7 @@ from insenv.data.exposure import CHANNEL_OF, expose
 from insenv.data.manifest.spec import Manifest
 from insenv.data.reference import is_set
 from insenv.effects.angle import EarthRate
-from insenv.effects.base import CurveEffect, DrivenEffect, NoiseEffect
+from insenv.effects.base import CurveEffect, DrivenEffect, Effect, NoiseEffect
 from insenv.effects.catalogue import by_key
 from insenv.effects.triad import AccelMisalignment
 from insenv.identify.clean.triads import of_others
@@ -64,13 +64,22 @@ def declared_model(manifest: Manifest, recordings: tuple[Recording, ...], target
         if not effect.of_earth or any(_sees_north(m) for m in motions):
             # On an accelerometer that turns, that wave is how the table leans: in each run as it was set up then.
             leans = effect.of_earth and target.startswith("accel")
-            if isinstance(effect, EarthRate) and len({m.level for m in motions}) > 1:
-                effect = effect.of_tilt(motions[0])
-            terms.append(Term(effect, per_run=leans or effect.part == "level" and _bias_per_run(manifest, recordings)))
+            terms.append(
+                Term(
+                    _of_tilts(effect, motions),
+                    per_run=leans or effect.part == "level" and _bias_per_run(manifest, recordings),
+                )
+            )
     if any(tumble(recording, target) for recording in recordings):
         # Nobody knows to the arcsecond how an accelerometer sits on its head, and its scale goes by the zero taken.
         terms.append(Term(AccelMisalignment()))
     return tuple(terms)
+
+
+def _of_tilts(effect: Effect, motions: Sequence[Motion]) -> Effect:
+    """The Earth's rate as the first run sees it, where others are tilted otherwise; any other effect as it is."""
+    tilted = len({motion.level for motion in motions}) > 1
+    return effect.of_tilt(motions[0]) if isinstance(effect, EarthRate) and tilted else effect
 
 
 def _sees_north(motion: Motion) -> bool:

@@ -309,10 +309,21 @@ def of_motion(frequency: float, dt: float, left: Floats, reference: Floats) -> b
     left, reference : ndarray, shape (n,)
         What is left of the readings, and what was subtracted from them.
     """
+    other = periodogram(reference, dt)
+    line = has_line(other, _about(other, frequency, len(left) * dt))
+    return share_of_motion(frequency, dt, left, reference) > (MOTION_LINE if line else MOTION_ANY)
+
+
+def share_of_motion(frequency: float, dt: float, left: Floats, reference: Floats) -> float:
+    """Power of the reference about a frequency in that of what is left there; arguments as of `of_motion`."""
     own, other = periodogram(left, dt), periodogram(reference, dt)
-    band = np.abs(own.f - frequency) <= max(0.5 * SAME_LINE, 2 / (len(left) * dt))
-    share = float(other.power[band].sum()) / max(float(own.power[band].sum()), 1e-300)
-    return share > (MOTION_LINE if has_line(other, band) else MOTION_ANY)
+    band = _about(own, frequency, len(left) * dt)
+    return float(other.power[band].sum()) / max(float(own.power[band].sum()), 1e-300)
+
+
+def _about(found: Periodogram, frequency: float, span: float) -> NDArray[np.bool_]:
+    """Frequencies about one that a stretch of ``span`` seconds does not tell from it."""
+    return np.asarray(np.abs(found.f - frequency) <= max(0.5 * SAME_LINE, 2 / span))
 
 
 def has_line(values: Periodogram, band: NDArray[np.bool_]) -> bool:

@@ -28,6 +28,7 @@ from insenv.identify.prepare.spectral.coherence import follows
 from insenv.identify.prepare.spectral.lines import (
     IN_REFERENCE,
     LEAST_STEADY,
+    MOTION_LINE,
     SAME_LINE,
     Line,
     has_line,
@@ -35,6 +36,7 @@ from insenv.identify.prepare.spectral.lines import (
     multiple,
     of_reference,
     periodogram,
+    share_of_motion,
     steps_of_encoder,
     within_half_a_count,
 )
@@ -175,9 +177,8 @@ def moves_there(problem: Problem, fit: Fit, frequency: float) -> bool:
         return False
     if not problem.turns:
         return _has_line(problem, _turned(problem), frequency)
-    return _has_line(
-        problem, ((block, reference) for block, _, reference in _beside_reference(problem, fit)), frequency
-    )
+    moving = _moving_about(problem, fit, frequency)
+    return _has_line(problem, ((block, reference) for block, _, reference in moving), frequency)
 
 
 def heated_there(problem: Problem, frequency: float) -> bool:
@@ -217,8 +218,8 @@ def goes_with_motion(problem: Problem, fit: Fit, frequency: float) -> bool:
     """Whether what is left about ``frequency`` [Hz] goes, window by window, with what a measured reference has."""
     if problem.commanded or not problem.turns:
         return False
-    stretches = [(left, reference) for _, left, reference in _beside_reference(problem, fit)]
-    return follows(stretches, frequency * problem.bins.width)
+    stretches = [(left, reference) for _, left, reference in _moving_about(problem, fit, frequency)]
+    return bool(stretches) and follows(stretches, frequency * problem.bins.width)
 
 
 def of_the_motion(problem: Problem, fit: Fit, frequency: float) -> Line | None:
@@ -273,6 +274,13 @@ def _beside_reference(problem: Problem, fit: Fit) -> Iterator[tuple[Block, Float
     reference = problem.bins.mean(tuple(e.motion.rate for e in problem.exposures))
     for block in _stretches(problem, True):
         yield block, left[block.start : block.stop], reference[block.start : block.stop]
+
+
+def _moving_about(problem: Problem, fit: Fit, frequency: float) -> Iterator[tuple[Block, Floats, Floats]]:
+    """Those of them whose motion has a share of what is left at a frequency: the digits of an angle have lines too."""
+    for block, left, reference in _beside_reference(problem, fit):
+        if share_of_motion(frequency, problem.bins.width, left, reference) > MOTION_LINE:
+            yield block, left, reference
 
 
 def lost(problem: Problem, fit: Fit, frequency: float) -> Line | None:

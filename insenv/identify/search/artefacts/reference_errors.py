@@ -171,7 +171,8 @@ def _crowding(problem: Problem, fit: Fit) -> Floats:
     used[list(problem.outliers)] = False
     scatter = max(float(np.sqrt(np.mean(left[used] ** 2))), 1e-300)
     low, high = float(u.min()), float(u.max())
-    if not high > low:  # at one rate, in all means, nothing crowds more than elsewhere
+    # At one rate, in all means, nothing crowds: what the readings of it scatter by is far less than what is left.
+    if not high - low > scatter / FINE:
         return np.zeros((len(u), 0))
     slopes = []
     for width in (max(times * scatter, FINE * (high - low) / MOST_POINTS) for times in WIDTHS):

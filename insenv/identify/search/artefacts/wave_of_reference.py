@@ -2,7 +2,8 @@ r"""Whether a wave of the table's angle stands in its encoder alone, and the gyr
 
 A response of the reference that nobody foretold explains any wave of the reference: that the gyro reads nothing at its
 frequency. A filter does not do that to one wave and leave those beside it. Where the table turns steadily, with x~ what
-is left of x beside its mean over a wave of the angle, w the wave as it is fitted and y the gyro,
+is left of x beside its mean over a wave of the angle, w the wave as it is fitted and y the gyro without other waves,
+which it reads (the Earth's rate is far larger than the errors of a good encoder),
 
     c = sum w~ y~ / sum w~^2
 
@@ -12,12 +13,13 @@ is 0 of an error of the encoder, and of a ripple that both see far from it.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.recording import Floats
+from insenv.data.exposure import Exposure
 from insenv.effects.angle import EncoderHarmonic
 from insenv.identify.fit.gls import Fit
 from insenv.identify.fit.problem import Problem, Term, regressors
@@ -31,12 +33,14 @@ LEAST_CELLS, STEADY, WAVES = 4.0, 3.0, 2.0
 
 def in_reference_alone(problem: Problem, fit: Fit) -> bool:
     """Whether the gyro has none of a wave of the encoder that was fitted last."""
-    term = fit.model[-1]
+    *others, term = fit.model
     if not isinstance(term.effect, EncoderHarmonic) or problem.commanded or term.per_run or not _sees_it(problem):
         return False
-    theta = fit.theta[fit.design.term == len(fit.model) - 1]
-    parts = [part for run in range(len(problem.exposures)) for part in _steady(problem, run, term, theta)]
-    if len(theta) != len(term.effect.linear) or sum(waves for *_, waves in parts) < WAVES:
+    theta = fit.theta[fit.design.term == len(others)]
+    waves = [(t, fit.theta[fit.design.term == k]) for k, t in enumerate(others) if "angle" in t.effect.needs]
+    read = [each for each in waves if each[0].effect.belongs != "reference" and not each[0].per_run]
+    parts = [part for run in range(len(problem.exposures)) for part in _steady(problem, run, (term, theta), read)]
+    if len(theta) != len(term.effect.linear) or sum(count for *_, count in parts) < WAVES:
         return False
     wave, own = (np.concatenate([part[k] for part in parts]) for k in (0, 1))
     power = float(wave @ wave)
@@ -57,22 +61,28 @@ def _sees_it(problem: Problem) -> bool:
     return abs(problem.gain * read) > HALF * turned
 
 
-def _steady(problem: Problem, run: int, term: Term, theta: Floats) -> Iterator[tuple[Floats, Floats, float]]:
-    """Wave and reading beside their means over a wave, where a run turns steadily, and how many waves these are."""
+def _steady(
+    problem: Problem, run: int, fitted_wave: tuple[Term, Floats], read: Sequence[tuple[Term, Floats]]
+) -> Iterator[tuple[Floats, Floats, float]]:
+    """Wave and reading beside their means over a wave, where a run turns steadily, and how many waves these are.
+
+    ``read`` are other waves, with their coefficients, that the gyro reads.
+    """
     exposure = problem.exposures[run]
     if exposure.motion.angle is None:
         return
     fitted = _fitted(problem, run)
     if not fitted.any():
         return
-    turned = np.abs(np.diff(exposure.motion.angle)) * getattr(term.effect, "order", 1) / (2 * np.pi)
+    turned = np.abs(np.diff(exposure.motion.angle)) * getattr(fitted_wave[0].effect, "order", 1) / (2 * np.pi)
     way, edges = np.concatenate([[0.0], np.cumsum(turned)]), np.arange(len(turned) + 1.0)
     middle = 0.5 * (way[1:] + way[:-1])
     low, mid, high = (np.interp(middle + side, way, edges) for side in (-0.5, 0.0, 0.5))
     whole = (middle >= 0.5) & (middle <= way[-1] - 0.5) & (high - low >= LEAST_CELLS) & (low < mid) & (mid < high)
     low, mid, high = np.where(whole, low, 0.0), np.where(whole, mid, 0.5), np.where(whole, high, 1.0)
-    wave = regressors(term.effect, exposure, term.shape) @ theta
-    reading = np.where(fitted, exposure.y, 0.0)
+    wave = _curve(fitted_wave, exposure)
+    beside = sum((_curve(each, exposure) for each in read), np.zeros(len(exposure.y)))
+    reading = np.where(fitted, exposure.y - beside, 0.0)
     apart = np.abs(_mean(reading, low, mid) - _mean(reading, mid, high))
     used = whole & (_mean(fitted.astype(float), low, high) > 1 - 1e-9)
     used &= apart < STEADY * float(np.sqrt(np.mean(wave[fitted] ** 2)))
@@ -81,6 +91,12 @@ def _steady(problem: Problem, run: int, term: Term, theta: Floats) -> Iterator[t
         (reading - _mean(reading, low, high))[used],
         float(turned[used].sum()),
     )
+
+
+def _curve(fitted_wave: tuple[Term, Floats], exposure: Exposure) -> Floats:
+    """What a term adds to the cells of a run."""
+    term, theta = fitted_wave
+    return np.asarray(regressors(term.effect, exposure, term.shape) @ theta, np.float64)
 
 
 def _fitted(problem: Problem, run: int) -> NDArray[np.bool_]:
