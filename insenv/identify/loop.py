@@ -47,7 +47,14 @@ from insenv.identify.search.earth_rate import due_level
 from insenv.identify.search.late_thermometer import behind_the_sensor
 from insenv.identify.search.round import search
 from insenv.identify.search.scan import Hit
-from insenv.identify.search.settle import parted, settled, sized, without_parts_of_a_curve, without_repeated
+from insenv.identify.search.settle import (
+    parted,
+    settled,
+    sized,
+    without_parts_of_a_curve,
+    without_repeated,
+    without_worse,
+)
 from insenv.identify.search.size import unsized_together
 from insenv.identify.search.tracks import Progress, Refusal, Track
 from insenv.identify.search.undecided import with_sets
@@ -167,7 +174,8 @@ def _found(manifest: Manifest, tracks: list[Track], alpha: float, seed: int, pro
                 tracks = _exhausted(further, generic, alpha, seed, progress)
             tracks = [_strict(track, n, alpha, seed, progress) for track, n in zip(tracks, noise, strict=True)]
             tracks = [replace(track, hits=None, last_physical=track.hits or ()) for track in tracks]
-    return [settled(behind_the_sensor(track, alpha), alpha, seed, progress) for track in tracks]
+    sound = [without_worse(behind_the_sensor(track, alpha)) for track in tracks]
+    return [settled(track, alpha, seed, progress) for track in sound]
 
 
 def _with_orders_left(track: Track, declared: dict[str, float], alpha: float) -> Track:

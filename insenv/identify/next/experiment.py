@@ -234,10 +234,15 @@ def _ranked(bench: _Bench, confounded: Confounded, most: int) -> list[NextExperi
         return _listed(known, most)
     if len(keys) > 2 and (pairs := _by_pairs(known, keys, most)):
         return pairs
-    if (known[0].expected_separation_sigma or 0.0) < NOT_AT_ALL:
-        return [replace(known[0], procedure=f"none of {len(known)} procedures that were tried separates them")]
-    now = f"{known[0].procedure}: the best of {len(known)} procedures that were tried, and none separates them clearly"
-    return [replace(known[0], procedure=now)]
+    return [_not_clearly(known[0], len(known))]
+
+
+def _not_clearly(row: NextExperiment, count: int) -> NextExperiment:
+    """The best of ``count`` procedures, with words that it does not separate its effects clearly."""
+    if (row.expected_separation_sigma or 0.0) < NOT_AT_ALL:
+        return replace(row, procedure=f"none of {count} procedures that were tried separates them")
+    now = f"{row.procedure}: the best of {count} procedures that were tried, and none separates them clearly"
+    return replace(row, procedure=now)
 
 
 def _contests(bench: _Bench, confounded: Confounded) -> list[tuple[Rival, Rival, Contest]]:
@@ -290,14 +295,22 @@ def _listed(rows: list[NextExperiment], most: int) -> list[NextExperiment]:
 
 
 def _by_pairs(rows: list[NextExperiment], keys: tuple[str, ...], most: int) -> list[NextExperiment]:
-    """The best procedure for each pair that some procedure separates, the likeliest pairs first, as ``keys`` are."""
-    found: dict[tuple[str, str], NextExperiment] = {}
+    """The best procedure for each pair that some procedure separates, the likeliest pairs first, as ``keys`` are.
+
+    Of those that none separates clearly the pairs of the first are said, for it has the name. Empty where there are
+    these alone.
+    """
+    best: dict[tuple[str, str], NextExperiment] = {}
     for row in rows:
         for pair in row.pairs:
-            best = found.get(pair.effects)
-            if pair.sigma >= SEPARATES and (best is None or pair.sigma > (best.expected_separation_sigma or 0.0)):
-                found[pair.effects] = replace(row, separates=pair.effects, expected_separation_sigma=pair.sigma)
-    return [found[pair] for pair in sorted(found, key=lambda pair: [keys.index(key) for key in pair])][:most]
+            known = best.get(pair.effects)
+            if known is None or pair.sigma > (known.expected_separation_sigma or 0.0):
+                best[pair.effects] = replace(row, separates=pair.effects, expected_separation_sigma=pair.sigma)
+    clear = {pair for pair, row in best.items() if (row.expected_separation_sigma or 0.0) >= SEPARATES}
+    if not clear:
+        return []
+    told = sorted((p for p in best if p in clear or p[0] == keys[0]), key=lambda p: [keys.index(key) for key in p])
+    return [best[pair] if pair in clear else _not_clearly(best[pair], len(rows)) for pair in told][:most]
 
 
 def _smallest(bench: _Bench, rival: Rival, sigma: float) -> str:

@@ -19,6 +19,9 @@ from insenv.identify.search.unit.one_box import DOUBT
 #: Laws of the rate from which on they may be parts of one curve, and why they have no name then.
 SEVERAL = 2
 OF_A_CURVE = "it is a part of a curve of the rate that no effect of the catalogue is"
+#: Growth of the error on held-out data with all that was added from which on it is worse than nothing, and the words.
+WORSE = 0.05
+FAILS = "significant, but beside what else was found it makes held-out data worse than they are with nothing added"
 #: Why a law of the rate has no name that was added more than once.
 REPEATED = "it was added more than once: together they follow a curve of the rate that no effect names"
 
@@ -69,6 +72,23 @@ def without_repeated(track: Track) -> Track:
         if effect.shapes and effect.of_rate and not effect.generic and times(track, effect.key) > 1:
             for one in (s for s in track.steps if s.hit.candidate.effect.key == effect.key):
                 track = dropped(track, one, REPEATED)
+    return track
+
+
+def without_worse(track: Track) -> Track:
+    """The track without those of its effects with which held-out data are worse off than with none at all.
+
+    Each was confirmed on the rows that there were then: events that are left out since change what they show.
+    """
+    while track.steps:
+        declared = held_out_score(track.problem, solve(track.problem, track.prepared.model))
+        if track.score.rms <= (1 + WORSE) * declared.rms:
+            break
+        fewer, step = min(
+            ((dropped(track, step, ""), step) for step in track.steps), key=lambda each: each[0].score.rms
+        )
+        refused = Refusal(step.hit, FAILS, fails=not step.together)
+        track = replace(fewer, refusals=(*fewer.refusals, refused))
     return track
 
 
