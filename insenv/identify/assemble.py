@@ -245,7 +245,8 @@ def _target(
     kept = _kept(track, recordings) if not declared_noise else ()
     scores = held_out_score(plain, before), held_out_score(problem, track.fit)
     gain, no_gain = undeclared_gain(problem, track.fit, track.prepared.model, scores, alpha)
-    apart = (*_follows_nothing(problem, own), *uncertain, *lost, *kept, *no_gain, *resumed(problem, track.fit))
+    shared = (track.in_common,) if track.in_common else ()
+    apart = (*_follows_nothing(problem, own), *uncertain, *lost, *kept, *no_gain, *shared, *resumed(problem, track.fit))
     left = replace(left, reasons=_doubts(track, (*left.reasons, *apart), scores[1], errors, alpha))
     lines, hold = tuple(x for x in track.prepared.lines if x.own), track.prepared.held.hold
     earth = earth_findings(track, alpha)
@@ -256,6 +257,8 @@ def _target(
     found = tuple(_added(track, index, step, own[step.hit.term], recordings) for index, step in enumerate(track.steps))
     suspects = suspected(earth, scores[1])
     collinear = _collinear(track)
+    untold = (*_inseparable(track), *track.not_testable, *collinear)
+    rivals = {key for one in track.rivalries for key in one.keys}
     return TargetFindings(
         target=problem.target,
         unit=problem.unit,
@@ -272,7 +275,7 @@ def _target(
             *suspects,
         ),
         rejected=_rejected(track, alpha),
-        not_testable=(*_inseparable(track), *track.not_testable, *collinear),
+        not_testable=tuple(n for n in untold if n.effect not in rivals),
         held_out=HeldOut(scores[0].rms, scores[1].rms, scores[1].floor, problem.unit, problem.bins.width),
         estimates_before=with_vertical_rate(recordings, [e for rows in first.values() for e in rows]),
         estimates_after=with_vertical_rate(

@@ -58,6 +58,7 @@ from insenv.identify.search.settle import (
 from insenv.identify.search.size import unsized_together
 from insenv.identify.search.tracks import Progress, Refusal, Track
 from insenv.identify.search.undecided import with_sets
+from insenv.identify.search.unit.common_wander import with_common_wander
 from insenv.identify.search.unit.one_box import (
     DOUBT,
     LEAST,
@@ -158,7 +159,7 @@ def trace(
             tracks[index] = _with_told(_with_shown(plain[0], track.prepared.held.hold), track, width)
     if not any(manifest.noise.get(track.problem.target) for track in tracks):
         tracks = with_sets(tracks, alpha)
-    return Outcome(tuple(tracks), alpha, seed)
+    return Outcome(tuple(with_common_wander(tracks)), alpha, seed)
 
 
 def _found(manifest: Manifest, tracks: list[Track], alpha: float, seed: int, progress: Progress) -> list[Track]:

@@ -13,7 +13,7 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import fdtrc
+from scipy.special import chdtrc, fdtrc
 
 from insenv.core.earth import EARTH_RATE
 from insenv.core.errors import InputError
@@ -28,7 +28,7 @@ from insenv.effects.noise import RateRandomWalk
 from insenv.effects.rate.scale import ScaleFactor, ScaleFactorTemperature
 from insenv.effects.thermal import BiasTemperature
 from insenv.effects.triad import AccelBias, AccelScaleFactor, Misalignment, NonOrthogonality
-from insenv.identify.findings import NotTestable
+from insenv.identify.findings import NotTestable, Rejected
 from insenv.identify.positions.accel import Magnitudes, directions, gravities, through_runs, uncertain_directions
 from insenv.identify.positions.accel import with_walk as with_bias_walk
 from insenv.identify.positions.checks.bent import REPEATS, WORST, bent, not_repeated
@@ -548,6 +548,7 @@ def _gyros_at_rest(
     untold = [RestTerm(by_key(key)) for key in slow]  # type: ignore[arg-type]
     terms, more = [RestTerm(e) for e in (Bias(), *declared)], [RestTerm(e) for e in tried]  # type: ignore[arg-type]
     runs = np.array([rest.run for rest in rests])
+    found = []
     for axis in range(3):
         problem = RestMeans(y[:, axis], forces, around, ~held_out, held_out | in_turn, np.eye(len(y)))
         further = with_walk(problem, [*terms, *more], runs, ALLOWED)
@@ -558,12 +559,46 @@ def _gyros_at_rest(
             Doubt(problem, (t,), f"beside {t.effect.key}, which these rests do not tell from it") for t in untold
         ]
         outcome = search(problem, terms, more, alpha, doubts)
-        outcome = _with_slow(problem, replace(outcome, not_testable=(*outcome.not_testable, *blind)), untold, alpha)
+        found.append((problem, replace(outcome, not_testable=(*outcome.not_testable, *blind))))
+    for axis, (problem, outcome) in enumerate(_of_one_cause(found, more, alpha)):
+        outcome = _with_slow(problem, outcome, untold, alpha)
         before, after = (over_walks(problem, [*terms, *more], runs, f) for f in (outcome.before, outcome.after))
         outcome = replace(outcome, before=before, after=after)
         silent = silenced(recordings, rests, f"gyro_{AXES[axis]}")
         parts.append(Part(problem, outcome, (*_structure(problem, outcome.after, alpha, "rests"), *silent)))
     return tuple(parts), float(np.median(scatter))
+
+
+def _of_one_cause(
+    found: Sequence[tuple[RestMeans, Outcome]], tried: Sequence[RestTerm], alpha: float
+) -> list[tuple[RestMeans, Outcome]]:
+    """The searches of three axes, with an effect on those of them that hardly tell it where all together do.
+
+    Their p-values are joined by Fisher's method, -2 sum log p ~ chi-square of six. Source: R. A. Fisher, Statistical
+    Methods for Research Workers, 4th ed. (1932), section 21.1.
+    """
+    joined = list(found)
+    for term in tried:
+        key = term.effect.key
+        told = [{s.term.effect.key: s.p_value for s in out.steps} for _, out in joined]
+        asked = [{r.effect: r for r in out.rejected if r.reason.startswith("not significant")} for _, out in joined]
+        p = [a.get(key, b[key].p_value if key in b else 1.0) for a, b in zip(told, asked, strict=True)]
+        together = float(chdtrc(2 * len(p), -2 * float(np.sum(np.log(np.maximum(p, 1e-300))))))
+        for axis, (problem, outcome) in enumerate(joined):
+            if together < alpha and key not in told[axis] and p[axis] < NEARLY:
+                joined[axis] = problem, _with_another(problem, outcome, term, asked[axis][key], together)
+    return joined
+
+
+def _with_another(problem: RestMeans, outcome: Outcome, term: RestTerm, refused: Rejected, p_value: float) -> Outcome:
+    """The outcome with an effect that it refused, where held-out rests are no worse off with it."""
+    larger = solve(problem, (*outcome.after.terms, term))
+    before, now = held_out_errors(problem, outcome.after, larger)
+    if not now <= before:
+        return outcome
+    step = Step(term, p_value, refused.likelihood_ratio, before, now)
+    others = tuple(one for one in outcome.rejected if one is not refused)
+    return replace(outcome, after=larger, steps=(*outcome.steps, step), rejected=others)
 
 
 def _earth_upward(recordings: Sequence[Recording], rests: Sequence[Rest], forces: Floats) -> Floats:

@@ -76,7 +76,8 @@ class Track:
     are effects of the table's angle that are never named, for it turns by too little beside a reference that comes
     late; ``local`` are faults at one rate, which such a reference hides, and which may be what another law of the rate
     is taken for. ``law`` is a product of what was recorded that what is left follows, and ``behind`` are effects that
-    had been added and explain less than it does (`insenv.identify.formula`).
+    had been added and explain less than it does (`insenv.identify.formula`). ``in_common`` says in words with which
+    other channels what is left wanders.
     """
 
     prepared: Prepared
@@ -101,6 +102,7 @@ class Track:
     local: tuple[Candidate, ...] = ()
     law: FoundFormula | None = None
     behind: tuple[str, ...] = ()
+    in_common: str = ""
 
     @property
     def problem(self) -> Problem:
