@@ -4,6 +4,13 @@ At the end of a search the model is linearised in everything: the columns of `in
 the derivative of the curve to each shape. The inverse of the information in all of them together is the covariance, so
 a scale factor's standard deviation knows that a time constant was fitted beside it.
 
+Of the time of a jump and of the width of a play the likelihood is no parabola: where data do not tell one reading from
+the next, what is lost over many of them is a walk. Their deviation is that of the likelihood over all their values,
+
+    sd^2 = sum w (x - x_0)^2 / sum w,      w = exp(l(x) - l(x_0))
+
+with everything else fitted anew at each x.
+
 Beside a table that turns the standard deviations grow as scores of swings and runs say (`insenv.identify.fit.swings`).
 Where runs of one bias scatter by more than the noise within them (`insenv.identify.fit.scatter`), coefficients hold
 what that does to them, sum over runs of s^2 g g' with g = d theta / d level, on as many degrees of freedom as it has.
@@ -11,19 +18,20 @@ what that does to them, sum over runs of s^2 g g' with g = d theta / d level, on
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from insenv.core.recording import Floats
 from insenv.data.manifest import checks
-from insenv.effects.base import CurveEffect
+from insenv.effects.base import CurveEffect, MemoryEffect
 from insenv.effects.rate.scale import ScaleFactor
 from insenv.identify.findings import Covariance, Estimate
 from insenv.identify.fit import discrepancy, lag_form, other_forms
 from insenv.identify.fit.gls import Fit, noise_freedom, spectrum
 from insenv.identify.fit.noise import transform
-from insenv.identify.fit.problem import NOISE_TERMS, Problem, Term
+from insenv.identify.fit.problem import NOISE_TERMS, Problem, Term, regressors
 from insenv.identify.fit.reference_variance import Beside, beside_response
 from insenv.identify.fit.rounded import added_covariance
 from insenv.identify.fit.scatter import ANEW, Levels, has_one_level, levels
@@ -36,6 +44,9 @@ SCALE = ScaleFactor.id
 LEAST_FREEDOM = 4.0
 #: Chance of a scatter of levels up to which coefficients hold it.
 BETWEEN = 1e-3
+#: Half the window in which a shape is looked at first, in its deviation by the derivative, and the factor by which it
+#: grows as often while the likelihood at its ends is more than a share of the largest; values in a window.
+WINDOW, WIDER, PASSES, FALLEN, VALUES = 4.0, 3.0, 8, 1e-3, 33
 #: SI units of the noise coefficients as the field writes them, by the unit of the output.
 NOISE_UNITS = {
     output: {key: units[j] for key, units in checks.NOISE_UNITS.items()} for j, output in enumerate(("rad/s", "m/s^2"))
@@ -211,8 +222,55 @@ def _joined(problem: Problem, fit: Fit, slopes: dict[Term, _Slopes], beside: Bes
         added = found.between * of_runs @ of_runs.T
         freedoms = np.where(np.diag(added) > np.diag(joint), np.minimum(freedoms, found.free), freedoms)
         joint = joint + added
+    wider = np.ones(len(joint))
+    for place, index in _without_parabola(fit, slopes):
+        own = [*np.flatnonzero(fit.design.term == index), p + place]
+        sd = float(np.sqrt(joint[p + place, p + place]))
+        wider[p + place] = _by_likelihood(problem, fit, index, np.delete(columns, own, axis=1), sd)
+    joint *= np.outer(wider, wider)
     joint[:p, :p] += added_covariance(problem, fit) / np.outer(fit.design.scale, fit.design.scale)
     return _Joint(joint, freedoms)
+
+
+def _without_parabola(fit: Fit, slopes: dict[Term, _Slopes]) -> Iterator[tuple[int, int]]:
+    """Place among the shapes and index in the model of each jump and play: what does not bend smoothly."""
+    place = 0
+    for index, term in enumerate(fit.model):
+        if term not in slopes:
+            continue
+        (*_, shape) = term.effect.shapes
+        plays = isinstance(term.effect, MemoryEffect) and shape.unit != "s"
+        if (shape.name == "t0" or plays) and len(term.shape) == 1 and not term.per_run:
+            yield place, index
+        place += len(slopes[term].rows)
+
+
+def _by_likelihood(problem: Problem, fit: Fit, index: int, rest: Floats, sd: float) -> float:
+    """Factor on the deviation ``sd`` of the shape of a term; the whitened columns ``rest`` are fitted beside it."""
+    term, weight = fit.model[index], 1 / np.sqrt(spectrum(problem, fit.noise.power))
+    (at,), (shape,) = term.shape, term.effect.shapes
+    span = max(e.motion.dt * e.motion.n for e in problem.exposures)
+    least, most = (0.0, span) if shape.name == "t0" else (shape.low, np.inf)
+    known = np.linalg.qr(rest)[0]
+    data = weight * problem.data()
+    left = data - known @ (known.T @ data)
+
+    def gained(value: float) -> float:
+        cells = tuple(regressors(term.effect, e, (value,)) for e in problem.exposures)
+        columns = weight[:, None] * transform(problem.fitted, problem.bins.mean(cells))
+        fresh = columns - known @ (known.T @ columns)
+        return float(np.sum((np.linalg.qr(fresh)[0].T @ left) ** 2)) / 2
+
+    half = WINDOW * sd
+    for _ in range(PASSES):
+        values = np.linspace(max(least, at - half), min(most, at + half), VALUES)
+        logs = np.array([gained(float(value)) for value in values])
+        likely = np.exp(logs - logs.max())
+        ended = values[[0, -1]] == [least, most]
+        if np.all((likely[[0, -1]] < FALLEN) | ended):
+            break
+        half *= WIDER
+    return max(1.0, float(np.sqrt(likely @ (values - at) ** 2 / likely.sum())) / max(sd, 1e-300))
 
 
 def _between_runs(problem: Problem, fit: Fit) -> Levels | None:
