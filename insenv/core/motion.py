@@ -58,7 +58,8 @@ class Motion:
     projection : float
         Share of the table's rate that the input axis sees: the sine of the mounting's tilt.
     level : float
-        Share of the horizontal Earth rate that the input axis sees at most: the cosine of the mounting's tilt.
+        Share of the Earth's rate that the input axis sees at most of its horizontal part: cosine of the latitude times
+        that of the mounting's tilt.
     reference_temperature : float
         T_ref of the temperature effects [K].
     base_turned : float

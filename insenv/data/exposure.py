@@ -196,7 +196,7 @@ def _exposed(
         vibration=_vibration(recording, target, cell_of_row, n),
         cross_rate=_cross_rates(recording, target, cell_of_row, n) | _across(recording, target, projection, table.rate),
         projection=projection,
-        level=float(np.cos(recording.mounting.tilt)) if target == "gyro" else 1.0,
+        level=_level(recording, target),
         reference_temperature=reference_temperature,
         base_turned=recording.mounting.base_turned,
         gain=response.gain,
@@ -234,6 +234,12 @@ def _shares(recording: Recording, target: str) -> tuple[float, float]:
         upwards = UP.get(mounting.axes["xyz".index(target[-1])], 0.0)
         return upwards * UP[mounting.table_axis], upwards
     return (upwards if target == "gyro" or has_table(recording) else 1.0), upwards
+
+
+def _level(recording: Recording, target: str) -> float:
+    """Share of the Earth's rate whose horizontal part a single gyro sees; 1 of an axis of a triad."""
+    latitude = recording.site.latitude or 0.0
+    return float(np.cos(latitude) * np.cos(recording.mounting.tilt)) if target == "gyro" else 1.0
 
 
 def has_table(recording: Recording) -> bool:

@@ -149,7 +149,7 @@ class EarthRate(_Wave):
     share : float
         Largest share of the Earth's rate that the axis can see.
     level : float
-        Share of the horizontal part that the axis sees of which c and s are, where other runs see another; 0: of all.
+        Share of the Earth's rate that the axis sees where c and s are taken, if other runs see another; 0: of all.
     """
 
     share: float = 1.0
@@ -175,7 +175,7 @@ class EarthRate(_Wave):
         return replace(self, share=min(1.0, float(np.sqrt(1 - motion.projection**2)) + MOUNTED))
 
     def of_tilt(self, motion: Motion) -> Self:
-        """The effect whose coefficients are of a run with this tilt; those of others see more or less of it."""
+        """The effect whose coefficients are of a run with this tilt and latitude; others see more or less of it."""
         return replace(self, level=motion.level if abs(motion.level) > LEAST_SHARE else 0.0)
 
     def wave(self, motion: Motion, c: float | Floats, s: float | Floats) -> Floats:

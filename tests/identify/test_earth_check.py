@@ -299,20 +299,19 @@ def test_without_a_horizontal_part_there_is_no_check(change: dict[str, Mounting 
     assert due_level((run,)) is None
 
 
-def test_runs_at_two_tilts_see_their_shares_of_one_level() -> None:
-    other = replace(table_run(10, place=(LATITUDE, 60 * DEG)), mounting=Mounting(60 * DEG))
-    runs = table_run(11), table_run(12, (-10.0,)), other
-    assert due_level(runs) == due_level(runs[:1])
+@pytest.mark.parametrize("upright", [False, True])
+def test_runs_at_other_tilts_and_latitudes_see_their_shares(upright: bool) -> None:
+    place = (10 * DEG, 60 * DEG)
+    other = replace(table_run(10, place=place), site=Site(place[0]), mounting=Mounting(place[1]))
+    along = replace(table_run(13, place=(LATITUDE, 90 * DEG)), mounting=Mounting(90 * DEG))
+    runs = (*[along] * upright, table_run(11), table_run(12, (-10.0,)), other)
+    assert due_level(runs) == due_level(runs[1:] if upright else runs[:1])
     uses = tuple(use(len(run)) for run in runs)
     prepared = prepare(manifest(declared=DECLARED), runs, uses, "gyro", tones=False, holds=False)
     earth = horizontal(prepared.problem, solve(prepared.problem, prepared.model))
     assert earth is not None
     # A false alarm once in a million runs of this test; with one level for all it is off by 4 deg/h, thousands of sd.
     assert abs(earth.magnitude - LEVEL) < 5 * np.sqrt(np.linalg.eigvalsh(earth.cov)[-1])
-
-
-def test_runs_at_two_latitudes_share_no_level() -> None:
-    assert due_level((table_run(10), replace(table_run(10), site=Site(10 * DEG)))) is None
 
 
 def test_a_recording_that_hardly_feels_the_earth_is_not_judged() -> None:

@@ -43,6 +43,8 @@ FALSE_ALARM = 1e-4
 LEAST_SHARE, MOST_SHARE, LARGEST_SD = 0.8, 1.5, 0.1
 #: Standard deviations up to which a share is taken for a whole.
 WHOLE = 4.0
+#: Error of the scale of an output that is held whole, at most.
+SCALE = 0.05
 #: Standard deviations at which a hold would have been seen for certain.
 SEEN = 12.0
 #: A part tells a share in so many standard deviations that half of the whole's would show, and has it if it is the
@@ -339,13 +341,33 @@ def without_hold(recording: Recording, problem: Problem, run: int, hold: Hold) -
     Rows that still hold a value from before the recording are left out: nobody knows that value.
     """
     exposure, phase = aligned(recording, _whole(recording, problem, run)), hold.phases[run]
-    added = hold.share * held_part(exposure.motion, exposure.u, hold.hold, phase)
     channel, cell = recording.channels[problem.target], exposure.cell_of_row
+    part = held_part(exposure.motion, exposure.u, hold.hold, phase)
+    share = hold.share
+    if share == 1.0:  # whole: with the scale factor that the readings have
+        rows = _fitted_rows(problem, run) & (cell >= 0)
+        share = _gain(channel.values[rows], (exposure.u + part)[cell[rows]])
+    added = share * part
     values = channel.values - np.where(cell >= 0, added[np.maximum(cell, 0)], 0.0)
     freed = replace(recording, channels={**recording.channels, problem.target: replace(channel, values=values)})
     older = (cell < round((hold.hold - phase) / exposure.motion.dt)) & (phase > 0)
     older |= recording.left_out.get(problem.target, np.zeros(len(recording), dtype=bool))
     return leaving_out(freed, problem.target, older) if older.any() and not older.all() else freed
+
+
+def _fitted_rows(problem: Problem, run: int) -> NDArray[np.bool_]:
+    """Which rows of a run lie in fitted bins, shape (rows,)."""
+    cell, fitted = problem.exposures[run].cell_of_row, np.zeros(len(problem.exposures[run].y), bool)
+    fitted[problem.bins.fitted_cells(run)] = True
+    return (cell >= 0) & fitted[np.maximum(cell, 0)]
+
+
+def _gain(values: Floats, held: Floats) -> float:
+    """Slope of the readings over what is held, where that is one but for an error of the scale; else 1."""
+    about = held - held.mean() if len(held) else held
+    power = float(about @ about)
+    gain = float(about @ values) / power if power > 0 else 1.0
+    return gain if abs(gain - 1) < SCALE else 1.0
 
 
 def held_addition(u: Floats, motion: Motion, theta: Floats, phase: float) -> Floats:

@@ -15,7 +15,7 @@ from insenv.data.cells.tumble import tumble
 from insenv.data.exposure import CHANNEL_OF, expose
 from insenv.data.manifest.spec import Manifest
 from insenv.data.reference import is_set
-from insenv.effects.angle import EarthRate
+from insenv.effects.angle import LEAST_SHARE, EarthRate
 from insenv.effects.base import CurveEffect, DrivenEffect, Effect, NoiseEffect
 from insenv.effects.catalogue import by_key
 from insenv.effects.triad import AccelMisalignment
@@ -77,9 +77,10 @@ def declared_model(manifest: Manifest, recordings: tuple[Recording, ...], target
 
 
 def _of_tilts(effect: Effect, motions: Sequence[Motion]) -> Effect:
-    """The Earth's rate as the first run sees it, where others are tilted otherwise; any other effect as it is."""
+    """The Earth's rate as the first run that sees it does, where others see another share; others as they are."""
     tilted = len({motion.level for motion in motions}) > 1
-    return effect.of_tilt(motions[0]) if isinstance(effect, EarthRate) and tilted else effect
+    first = next((motion for motion in motions if abs(motion.level) > LEAST_SHARE), motions[0])
+    return effect.of_tilt(first) if isinstance(effect, EarthRate) and tilted else effect
 
 
 def _sees_north(motion: Motion) -> bool:

@@ -21,7 +21,7 @@ from scipy.special import stdtr
 
 from insenv.core.earth import EARTH_RATE
 from insenv.core.recording import Floats, Recording
-from insenv.effects.angle import EarthRate
+from insenv.effects.angle import LEAST_SHARE, EarthRate
 from insenv.effects.rate.scale import ScaleFactor
 from insenv.identify.fit.gls import Fit, noise_freedom, spectrum
 from insenv.identify.fit.problem import Design, Problem
@@ -118,9 +118,10 @@ class Check:
 
 
 def due_level(recordings: tuple[Recording, ...]) -> Level | None:
-    """The level of the first run by latitude and tilt; None where runs are at several latitudes, or none is there."""
-    latitude, tilt = recordings[0].site.latitude, recordings[0].mounting.tilt
-    if len({r.site.latitude for r in recordings}) > 1 or latitude is None:
+    """The level of the first run that sees one by latitude and tilt, others see their shares of it; None of none."""
+    places = [(r.site.latitude, r.mounting.tilt) for r in recordings]
+    latitude, tilt = next((place for place in places if abs(np.cos(place[1])) > LEAST_SHARE), places[0])
+    if latitude is None:
         return None
     value = float(EARTH_RATE * np.cos(latitude) * abs(np.cos(tilt)))
     sd = EARTH_RATE * np.hypot(

@@ -29,10 +29,11 @@ def run(kind: str, seed: int, dt: float = 0.1) -> Simulated:
     return gyro_run(kind, seed, duration=6000 * dt, dt=dt, noise=NOISE)
 
 
-def held(one: Simulated, hold: float, phase: float = 0.0) -> Recording:
-    """The run with an output that is held whole."""
+def held(one: Simulated, hold: float, phase: float = 0.0, scale: float = 0.0) -> Recording:
+    """The run with an output that is held whole, of a gyro whose ``scale`` is wrong."""
     gyro = one.recording.channels["gyro"]
     added = held_addition(one.motion.rate, one.motion, np.array([1.0, hold]), phase)
+    added = added + scale * (one.motion.rate + added)
     channels = {**one.recording.channels, "gyro": replace(gyro, values=gyro.values + added)}
     return replace(one.recording, channels=channels)
 
@@ -110,9 +111,11 @@ def test_a_skew_of_either_sign_is_named(kind: str, skew: float) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("scale", [0.0, 3e-3])
 @pytest.mark.parametrize(("kind", "hold"), [("staircase", 0.2), ("reversal", 0.3), ("sine", 0.5)])
-def test_a_held_output_is_all_that_is_named(kind: str, hold: float) -> None:
-    (target,) = closed(held(run(kind, 12), hold)).targets
+def test_a_held_output_is_all_that_is_named(kind: str, hold: float, scale: float) -> None:
+    # A scale that is taken out of what is held, and not of the rest, is late by that share of half the hold.
+    (target,) = closed(held(run(kind, 12), hold, scale=scale)).targets
     assert target.verdict == "effects-found"
     assert [added.effect for added in target.added] == ["sample_hold"]
     assert target.held_out.after < 1.1 * target.held_out.noise_floor < target.held_out.before
