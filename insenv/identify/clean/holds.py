@@ -80,7 +80,8 @@ class Hold:
 
     ``phases`` [s] are the times from a renewal to the start of each run, less than ``hold``. ``whole`` where readings
     themselves repeat (`insenv.identify.clean.repeats`): no fit is asked which share is held. Not ``taken`` out where
-    its phase is not one, or where the reference does not tell the motion from one renewal to the next.
+    its phase is not one, or where the reference does not tell the motion from one renewal to the next. ``seen`` is the
+    share that the fit shows of an output that is taken to be held whole.
     """
 
     share: float
@@ -91,6 +92,7 @@ class Hold:
     p_value: float
     whole: bool = False
     taken: bool = True
+    seen: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -343,11 +345,8 @@ def without_hold(recording: Recording, problem: Problem, run: int, hold: Hold) -
     exposure, phase = aligned(recording, _whole(recording, problem, run)), hold.phases[run]
     channel, cell = recording.channels[problem.target], exposure.cell_of_row
     part = held_part(exposure.motion, exposure.u, hold.hold, phase)
-    share = hold.share
-    if share == 1.0:  # whole: with the scale factor that the readings have
-        rows = _fitted_rows(problem, run) & (cell >= 0)
-        share = _gain(channel.values[rows], (exposure.u + part)[cell[rows]])
-    added = share * part
+    rows = _fitted_rows(problem, run) & (cell >= 0)
+    added = _share(hold, channel.values[rows], (exposure.u + part)[cell[rows]]) * part
     values = channel.values - np.where(cell >= 0, added[np.maximum(cell, 0)], 0.0)
     freed = replace(recording, channels={**recording.channels, problem.target: replace(channel, values=values)})
     older = (cell < round((hold.hold - phase) / exposure.motion.dt)) & (phase > 0)
@@ -362,12 +361,16 @@ def _fitted_rows(problem: Problem, run: int) -> NDArray[np.bool_]:
     return (cell >= 0) & fitted[np.maximum(cell, 0)]
 
 
-def _gain(values: Floats, held: Floats) -> float:
-    """Slope of the readings over what is held, where that is one but for an error of the scale; else 1."""
+def _share(hold: Hold, values: Floats, held: Floats) -> float:
+    """The share that is held: of a reading that is repeated with its scale factor that, where the fit does not deny it.
+
+    Taken out as one, it would leave a lag of half the hold times what the scale is off by.
+    """
     about = held - held.mean() if len(held) else held
     power = float(about @ about)
     gain = float(about @ values) / power if power > 0 else 1.0
-    return gain if abs(gain - 1) < SCALE else 1.0
+    own = abs(gain - 1) < SCALE and (hold.whole or abs(gain - hold.seen) < abs(1 - hold.seen))
+    return gain if hold.share == 1.0 and own else hold.share
 
 
 def held_addition(u: Floats, motion: Motion, theta: Floats, phase: float) -> Floats:
@@ -435,7 +438,7 @@ def _significant(found: _Gain, best: tuple[float, float], dt: float, freedom: in
     ratio, phase = best
     # An output is held whole, unless the samples say otherwise: what its share is off by would look like a skew.
     share = 1.0 if abs(found.share - 1.0) <= WHOLE * sd else found.share
-    return Hold(share, sd, ratio * dt, finest * dt / np.sqrt(12), ((phase % ratio) * dt,), p)
+    return Hold(share, sd, ratio * dt, finest * dt / np.sqrt(12), ((phase % ratio) * dt,), p, seen=found.share)
 
 
 @dataclass(frozen=True)

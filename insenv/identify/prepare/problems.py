@@ -404,7 +404,7 @@ def _held(
         if not LEAST_SHARE <= share <= MOST_SHARE or not agrees(hold, beside.share, beside.share_sd):
             unheld = _unheld(recordings, uses, target, model)
             return Look(), unheld, unheld
-        hold = replace(hold, share=share, share_sd=sd, phases=beside.phases)
+        hold = replace(hold, share=share, share_sd=sd, phases=beside.phases, seen=beside.share)
     recordings = with_lags
     freed = tuple(without_hold(r, plain, run, hold) for run, r in enumerate(recordings))
     if not whole_rows(hold, recordings[0].dt):
