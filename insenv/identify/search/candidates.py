@@ -26,10 +26,14 @@ from insenv.identify.search.unit.real_motion import unmoved
 DISOBEYED = "what the unit did not do that it was told to goes with the motion as well"
 #: Share of the fitted time at either end in which no step is looked for.
 END_SHARE = 0.05
+#: Why nothing is told of what is late or held where the rate never changes.
+UNCHANGED = "the table keeps its rate, and nothing shows when it was read"
 #: Why nothing is told of vibration beside accelerometers.
 SLOW = "rows are too far apart, or too few, to show what vibrates within a second"
 #: Why nothing is told of the angle of a table that turns, of a lag, a line or a hold.
 IN_POINTS = "each row is a point of its own, and nothing was recorded of the way between"
+#: Departure of a table's rate, as a share of it, up to which it is none of the table's: the wave of a good encoder.
+STEADY = 1e-4
 #: Fitted means for each parameter of a curve without a cause.
 MEANS_EACH = 3
 #: Means over which a hold must last to be more than a delay in them.
@@ -90,7 +94,16 @@ def _unseen(problem: Problem, effect: Effect) -> tuple[tuple[str, ...], str]:
     if "angle" in effect.needs and (still := _without_motion(problem, effect)):
         return (), still
     own = [effect.blind(e.motion) for e in problem.exposures]
-    return (), own[0] if all(own) else ""
+    late = effect.of_response and effect.part != "gain" and keeps_its_rate(problem)
+    return (), UNCHANGED if late else own[0] if all(own) else ""
+
+
+def keeps_its_rate(problem: Problem) -> bool:
+    """Whether a table turns at one rate in each run, but for what an encoder may be wrong by."""
+    rates = [e.motion.rate for e in problem.exposures]
+    middles = [float(np.median(rate)) for rate in rates]
+    off = (float(np.sqrt(np.mean((rate - at) ** 2))) for rate, at in zip(rates, middles, strict=True))
+    return all(middles) and all(each < STEADY * abs(at) for each, at in zip(off, middles, strict=True))
 
 
 def _is_richer(problem: Problem, term: Term) -> bool:

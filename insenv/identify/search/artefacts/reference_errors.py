@@ -18,7 +18,8 @@ bends, has errors of its own that go with the motion. Beside the model X, an eff
 3. *Noise that goes with the motion* (`insenv.identify.fit.swings`): the variance of C's coefficient is larger by f.
 
 Of the first an error of the encoder itself is none (`insenv.identify.search.artefacts.wave_of_reference`).
-Of points at one rate each there is neither a frequency nor a swing, and no lag: the errors are the table's own.
+Of points at one rate each there is neither a frequency nor a swing, and no lag: the errors are the table's own. Nor
+is there of a table that keeps its rate, of which an encoder's wave is all that changes.
 The normal deviate of the evidence shrinks by sqrt(h / (h_0 f)), h_0 being what C gains without all that.
 
 Source of the second: B. Efron, Tweedie's formula and selection bias, J. Am. Stat. Assoc. 106 (2011) 1602.
@@ -43,7 +44,7 @@ from insenv.identify.fit.noise import transform
 from insenv.identify.fit.problem import Problem, Term
 from insenv.identify.fit.swings import by_swings, in_few_swings, in_the_loudest
 from insenv.identify.search.artefacts.wave_of_reference import in_reference_alone
-from insenv.identify.search.candidates import law_of_motion
+from insenv.identify.search.candidates import keeps_its_rate, law_of_motion
 from insenv.identify.search.scan import Hit, Reference, beside, white_beside
 
 #: Largest p-value at which an effect is worth the test.
@@ -88,7 +89,8 @@ def beside_reference_errors(problem: Problem, fit: Fit, base: Reference, hit: Hi
 def _may_be_reference(problem: Problem, hit: Hit) -> bool:
     if hit.candidate.effect.of_response or hit.log_p >= np.log(WORTH):
         return False
-    return problem.target.startswith("gyro") and problem.turns and not problem.in_points
+    moves = problem.turns and not problem.in_points and not keeps_its_rate(problem)
+    return moves and problem.target.startswith("gyro")
 
 
 @dataclass(frozen=True)
