@@ -37,9 +37,18 @@ def cells_of(
     index = np.rint(ticks - phase).astype(np.int64) + ahead
     cell = index // rows_per_cell
     if covers:
-        # The interval of a piece's first row began before the piece: its references are not known.
-        cell[[piece.start for piece in recording.pieces()]] = -1
+        # The interval of a piece's first row began before the piece: its references are not known. Of a channel with a
+        # delay further ones did, and further still of a reference that has one.
+        for piece in recording.pieces():
+            before = max(1, int(np.ceil((channel.delay - _least_delay(recording)) / dt - SAME_PHASE)) + 1)
+            cell[piece.start : min(piece.start + before, piece.stop)] = -1
     return cell, float(middle[first] + (phase - 0.5 - ahead) * dt), int(cell.max()) + 1
+
+
+def _least_delay(recording: Recording) -> float:
+    """The least delay of the references of a table [s]; 0 without one."""
+    names = [name for name in ("table_angle", "table_rate") if name in recording.channels]
+    return min((recording.channels[name].delay for name in names), default=0.0)
 
 
 def means_of_rows(

@@ -9,9 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicHermiteSpline
 
 from insenv.core.recording import Channel, Floats, Recording
 from insenv.core.series.trajectory import Trajectory
@@ -22,6 +25,8 @@ from insenv.data.resample import through
 
 #: Share of the second difference at one end of a row, of that at the other, below which the rate has a corner in it.
 CORNER = 0.25
+#: Share of a row within which a delay is a whole number of rows.
+WHOLE = 0.01
 #: Share of the largest rate by which a commanded rate that holds may change from cell to cell.
 STEADY = 1e-7
 #: A table has its commanded rate where it is off by so many times what it usually is (this quantile), or by so small a
@@ -260,14 +265,26 @@ class TargetCells:
 
 
 def integral(recording: Recording, channel: Channel) -> Callable[[Floats], Floats]:
-    """The integral of a rate channel as a function of time: exact at the rows, linear between them."""
+    """The integral of a rate channel as a function of time: exact at the rows, linear between them.
+
+    Of a rate that is late by no whole number of rows, intervals end between the rows that it was read at: there it is
+    the cubic whose slopes are the readings, for a line would take the mean of two intervals, (w h)^2 / 8 too little.
+    """
     times = recording.t - channel.delay
     steps = np.diff(times)
     v = channel.values
     means = v[1:] if channel.covers == "interval" else 0.5 * (v[1:] + v[:-1])
     if channel.covers == "instant" and channel.source == "command" and len(v) > 3:
         means = means - _bow(v)
-    return interpolated(times, np.concatenate([[0.0], np.cumsum(means * steps)]))
+    total = np.concatenate([[0.0], np.cumsum(means * steps)])
+    late = channel.delay / recording.dt
+    between = channel.covers == "instant" and abs(late - round(late)) > WHOLE
+    return interpolated(times, total, partial(_with_slopes, v) if between else None)
+
+
+def _with_slopes(slopes: Floats, times: Floats, values: Floats) -> Callable[[Floats], Floats]:
+    """The cubics between readings that have these slopes there."""
+    return cast(Callable[[Floats], Floats], CubicHermiteSpline(times, values, slopes))
 
 
 def _bow(values: Floats) -> Floats:

@@ -57,6 +57,9 @@ PLAIN = 2 * math.log(5)
 FAR_BETTER = 20.0
 #: Likelihood ratio within which another effect explains as much as what cannot be of its size.
 AS_WELL = 1.0
+#: Likelihood ratio of the further curves of a term of several, up to which noise may make them: of a polynomial of the
+#: temperature the best of three is taken, and one of them may be another effect's.
+FURTHER = 16.0
 #: Share of a curve outside another that two curves must have to be two.
 ALIKE = 0.05
 #: Standard deviations by which a curve at its size stands out of another's span, up to which nobody can tell the two.
@@ -112,9 +115,10 @@ def rivalry(
         odds = _odds(hit.term) - _odds(term)
         if odds < 0 and plug_in_of(term.effect) and _same_curve(problem, base, hit.term, term):
             continue  # who installs an effect of his own for this curve knows which it is
-        if own - hit.likelihood_ratio > (NEAR_UNUSUAL if odds < 0 else NEAR) or _still_needed(
-            problem, (*others, hit.term), term, alpha
-        ):
+        if own - hit.likelihood_ratio > (NEAR_UNUSUAL if odds < 0 else NEAR):
+            continue
+        part = own - hit.likelihood_ratio < FURTHER and _is_part(problem, base, hit.term, term)
+        if not part and _still_needed(problem, (*others, hit.term), term, alpha):
             continue
         # Where both are one curve their likelihoods are one, but for rounding.
         if odds < 0 and hit.rank <= paid + odds + AS_LIKELY:
@@ -197,6 +201,20 @@ def _same_curve(problem: Problem, base: Reference, rival: Term, term: Term) -> b
         return True
     size = np.linalg.lstsq(other, _whitened_residual(problem, base), rcond=None)[0]
     return float(np.linalg.norm(outside @ size)) < TO_THE_NOISE
+
+
+def _is_part(problem: Problem, base: Reference, rival: Term, term: Term) -> bool:
+    """Whether a rival is one of the curves that a term of several is made of: a gain at one rate, of a polynomial.
+
+    Of two orders of one effect the noise has decided.
+    """
+    if rival.effect.id == term.effect.id:
+        return False
+    own, other = _whitened_regressors(problem, base, term), _whitened_regressors(problem, base, rival)
+    if term.shape or other.shape[1] >= own.shape[1]:
+        return False
+    span = np.linalg.qr(own)[0]
+    return float(np.linalg.norm(other - span @ (span.T @ other))) < ALIKE * float(np.linalg.norm(other))
 
 
 def _whitened_residual(problem: Problem, base: Reference) -> Floats:
