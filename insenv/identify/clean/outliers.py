@@ -45,6 +45,8 @@ from insenv.identify.fit.problem import Problem
 
 Mask = NDArray[np.bool_]
 
+#: Usual change from row to row, in what rounding of the reference may move one by, below which nothing was rounded.
+UNROUNDED = 0.2
 #: Largest share of the table's rate that is rounding.
 ROUNDED_SHARE = 0.05
 #: Share of the rows of a run at rest up to which outliers that are too many to be left out are single ones.
@@ -155,6 +157,8 @@ def _of_run(recording: Recording, target: str, run: int, longest: int) -> list[R
         stuck[ramp.start : ramp.stop] = True
     stuck |= unread
     coarse = _rounding(recording, target)
+    if float(np.median(np.abs(np.diff(y - u)))) < UNROUNDED * coarse:
+        coarse = 0.0  # a table that goes by whole steps from row to row was moved so: the rows would scatter else
     spikes, sizes = _spikes(recording, y - u, u, stuck, longest, (coarse, rounding(y)))
     if table is not None:
         spikes |= _reference_spikes(y, u, sizes, coarse)

@@ -208,3 +208,18 @@ def test_a_counter_of_few_numbers_was_read_in_all_rows(spread: float) -> None:
     values = counts * np.where(rng.random(6000) < 0.9, 4.8856e-4, 4.8832e-4)
     recording = Recording(0.01 * np.arange(6000.0), {"gyro": Channel(values, "rad/s")})
     assert not [one for one in rejected(recording) if "not read" in one.reason]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_table_that_goes_by_whole_steps_from_row_to_row_is_no_rounded_angle(seed: int) -> None:
+    """At rates of 2.5 deg/s all angles are multiples of a quarter of a degree, and no row is uncertain by one."""
+    rng = np.random.default_rng(seed)
+    rates = np.radians(np.repeat([0.0, 50.0, -100.0, 10.0, 0.0, -50.0], 500))
+    angle = np.cumsum(rates) * 0.1
+    values = np.diff(angle, prepend=0.0) / 0.1 + 3e-4 * rng.standard_normal(len(rates))
+    spikes = np.array([120, 730, 1310, 1820, 2270, 2760])
+    values[spikes] += 0.03 * rng.choice([-1.0, 1.0], len(spikes))
+    channels = {"gyro": Channel(values, "rad/s", "interval"), "table_angle": Channel(angle, "rad")}
+    recording = Recording(0.1 * np.arange(1.0, len(rates) + 1), channels)
+    _, rejected = without_outliers((recording,), "gyro", 64)
+    assert [row for one in rejected for row in range(one.start, one.stop)] == spikes.tolist()
