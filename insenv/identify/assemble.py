@@ -245,8 +245,7 @@ def _target(
     kept = _kept(track, recordings) if not declared_noise else ()
     scores = held_out_score(plain, before), held_out_score(problem, track.fit)
     gain, no_gain = undeclared_gain(problem, track.fit, track.prepared.model, scores, alpha)
-    shared = (track.in_common,) if track.in_common else ()
-    apart = (*_follows_nothing(problem, own), *uncertain, *lost, *kept, *no_gain, *shared, *resumed(problem, track.fit))
+    apart = (*_follows_nothing(problem, own), *uncertain, *lost, *kept, *no_gain, *resumed(problem, track.fit))
     left = replace(left, reasons=_doubts(track, (*left.reasons, *apart), scores[1], errors, alpha))
     lines, hold = tuple(x for x in track.prepared.lines if x.own), track.prepared.held.hold
     earth = earth_findings(track, alpha)
@@ -257,8 +256,6 @@ def _target(
     found = tuple(_added(track, index, step, own[step.hit.term], recordings) for index, step in enumerate(track.steps))
     suspects = suspected(earth, scores[1])
     collinear = _collinear(track)
-    untold = (*_inseparable(track), *track.not_testable, *collinear)
-    rivals = {key for one in track.rivalries for key in one.keys}
     return TargetFindings(
         target=problem.target,
         unit=problem.unit,
@@ -275,7 +272,7 @@ def _target(
             *suspects,
         ),
         rejected=_rejected(track, alpha),
-        not_testable=tuple(n for n in untold if n.effect not in rivals),
+        not_testable=_not_testable(track, collinear),
         held_out=HeldOut(scores[0].rms, scores[1].rms, scores[1].floor, problem.unit, problem.bins.width),
         estimates_before=with_vertical_rate(recordings, [e for rows in first.values() for e in rows]),
         estimates_after=with_vertical_rate(
@@ -326,7 +323,8 @@ def _doubts(
 ) -> tuple[str, ...]:
     """What was ``said`` against the search's being complete, and more: chance, and what is less sure by itself."""
     off = (*_unforetold(track.problem, score), *_level_off(track.problem, score))
-    doubts = (*said, *unfinished(track, alpha), *off) or of_chance(track, errors, alpha)
+    shared = (track.in_common,) if track.in_common else ()
+    doubts = (*said, *unfinished(track, alpha), *off, *shared) or of_chance(track, errors, alpha)
     if track.law is not None:  # what all rows follow beside it are parts of it
         return doubts
     return (*doubts, *beside_doubts(track, bool(doubts)), *followers(track, alpha, bool(doubts)))
@@ -541,6 +539,13 @@ def _collinear(track: Track) -> tuple[NotTestable, ...]:
         for c in track.candidates
         if c.effect.key not in seen
     )
+
+
+def _not_testable(track: Track, collinear: tuple[NotTestable, ...]) -> tuple[NotTestable, ...]:
+    """What the recording cannot show; a rival of what was added is said to be one."""
+    rivals = {key for one in track.rivalries for key in one.keys}
+    untold = (*_inseparable(track), *track.not_testable, *collinear)
+    return tuple(one for one in untold if one.effect not in rivals)
 
 
 def _inseparable(track: Track) -> tuple[NotTestable, ...]:

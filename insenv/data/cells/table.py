@@ -14,7 +14,6 @@ from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline
 
 from insenv.core.recording import Channel, Floats, Recording
 from insenv.core.series.trajectory import Trajectory
@@ -284,6 +283,8 @@ def integral(recording: Recording, channel: Channel) -> Callable[[Floats], Float
 
 def _with_slopes(slopes: Floats, times: Floats, values: Floats) -> Callable[[Floats], Floats]:
     """The cubics between readings that have these slopes there."""
+    from scipy.interpolate import CubicHermiteSpline  # slow to import
+
     return cast(Callable[[Floats], Floats], CubicHermiteSpline(times, values, slopes))
 
 

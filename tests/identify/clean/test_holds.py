@@ -122,7 +122,7 @@ def test_a_held_output_is_all_that_is_named(kind: str, hold: float) -> None:
 def test_readings_that_are_repeated_are_repeated_with_their_scale(seed: int) -> None:
     # 1 of 20 rows, of a scale that is 3e-3 off: taken out as of one, a skew of 30 us was left, of 4 to 10 deviations.
     rng, rows, every, dt = np.random.default_rng(seed), 30_000, 20, 1e-3
-    t: Floats = dt * np.arange(rows)
+    t = dt * np.arange(float(rows))
     rate = 0.5 * np.sin(2 * np.pi * 0.2 * t)
     read = 1.003 * rate + 1e-4 * rng.standard_normal(rows)
     gyro = read[(np.arange(rows) // every) * every]
