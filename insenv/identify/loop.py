@@ -44,7 +44,7 @@ from insenv.identify.prepare.vibration import (
 )
 from insenv.identify.search.candidates import candidates, local_beside_lag, of_few_waves
 from insenv.identify.search.earth_rate import due_level
-from insenv.identify.search.late_thermometer import behind_the_sensor
+from insenv.identify.search.late_thermometer import behind_the_sensor, beside_a_long_lag
 from insenv.identify.search.round import search
 from insenv.identify.search.scan import Hit
 from insenv.identify.search.settle import (
@@ -176,7 +176,7 @@ def _found(manifest: Manifest, tracks: list[Track], alpha: float, seed: int, pro
             tracks = [_strict(track, n, alpha, seed, progress) for track, n in zip(tracks, noise, strict=True)]
             tracks = [replace(track, hits=None, last_physical=track.hits or ()) for track in tracks]
     sound = [without_worse(behind_the_sensor(track, alpha)) for track in tracks]
-    return [settled(track, alpha, seed, progress) for track in sound]
+    return [beside_a_long_lag(settled(track, alpha, seed, progress)) for track in sound]
 
 
 def _with_orders_left(track: Track, declared: dict[str, float], alpha: float) -> Track:

@@ -9,7 +9,7 @@ a law of the temperature and one of its change. By itself neither may explain mu
 ones, a lag of hours, a step, a walk of the noise, is neither. So both are tried in the place of what was added that is
 thermal or slow, and beside nothing. They stay where each is significant beside the other, and where, each further
 coefficient and shape paid for, they explain more by `MORE` and held-out data are no worse, or explain as much and
-held-out data are better by `BETTER`.
+held-out data are better by `BETTER`. Where a lag as long as the record stays, the temperature itself is its rival.
 """
 
 from __future__ import annotations
@@ -30,7 +30,9 @@ from insenv.identify.search.unit.one_box import DRIFTS, is_thermal
 
 #: By how much more the likelihood ratio of both is, beyond what further coefficients gain; share by which the held-out
 #: error is less where it is no more.
-MORE, BETTER = 10.0, 0.1
+MORE, BETTER = 10.0, 0.05
+#: Share of the longest run from which on a lag is as good as none: what is left of the temperature is the temperature.
+LONG = 0.5
 #: The law, and what goes with it.
 LAW, CHANGES = f"{BiasTemperature.id}:1", (BiasTemperatureRate.id, BiasThermalLag.id)
 THERMAL = (BiasTemperature.id, *CHANGES)
@@ -51,6 +53,26 @@ def behind_the_sensor(track: Track, alpha: float) -> Track:
     likeliest = sorted(others, key=lambda hit: -hit.rank)
     pairs = (_with_pair(track, stays, gone, (law, other), alpha) for other in likeliest)
     return next((found for found in pairs if found is not track), track)
+
+
+def beside_a_long_lag(track: Track) -> Track:
+    """The track with the temperature itself as a rival of a lag that is as long as the record, if held-out data may be.
+
+    A walk of the noise takes up what either leaves, and so tells them apart where nothing else does.
+    """
+    span = max(e.motion.dt * e.motion.n for e in track.problem.exposures)
+    law = next((c for c in track.candidates if c.effect.key == LAW), None)
+    rivalries = list(track.rivalries)
+    for index, (step, rivals) in enumerate(zip(track.steps, track.rivalries, strict=False)):
+        term = step.hit.term
+        if law is None or term.effect.id != BiasThermalLag.id or term.shape[0] < LONG * span or LAW in rivals.keys:
+            continue
+        other = tuple(law.terms[0] if one is term else one for one in track.fit.model)
+        score = held_out_score(track.problem, solve(track.problem, other, start=track.fit.noise.power))
+        if score.rms <= (1 + BETTER) * track.score.rms:
+            terms = (law.terms[0], *rivals.terms)
+            rivalries[index] = replace(rivals, rivals=(LAW, *rivals.rivals), terms=terms)
+    return replace(track, rivalries=tuple(rivalries))
 
 
 def _with_pair(track: Track, stays: Model, gone: tuple[Step, ...], pair: tuple[Hit, Hit], alpha: float) -> Track:
