@@ -1,4 +1,4 @@
-"""The first of three accelerometers of a monitor of vibrations, one thousand rows a second: still, and with fast pulses.
+"""The first of three accelerometers of a monitor of vibrations, at 1 kHz: still, and with fast pulses.
 
 Each reading stands in a line of its own, axes in turn, three readings to a time; the rows' times are those of the rate.
 """

@@ -1,4 +1,4 @@
-"""Accelerometer of a rocket's computer on a bench, hundredths of g, 409 rows without a time, beside its thermometer in whole degrees."""
+"""Accelerometer of a rocket's computer on a bench beside a thermometer of whole degrees: 409 rows without a time."""
 
 from pathlib import Path
 

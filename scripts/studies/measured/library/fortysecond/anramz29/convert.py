@@ -1,4 +1,4 @@
-"""A VN-100 that stands on a table, one row a second, from a ROS 2 bag; and one turned about by hand beside its own quaternion.
+"""A VN-100 on a table, one row a second, from a ROS 2 bag; and one turned by hand beside its own quaternion.
 
 A message of the bag holds two headers, a quaternion and nine numbers of covariance, three rates and nine more, and
 three accelerations. Of the other log stands the rate about z.

@@ -1,4 +1,4 @@
-"""An MPU-9250 of a balloon's payload on a bench, two minutes; times of whole seconds, so the rows stand for even times."""
+"""An MPU-9250 of a balloon's payload on a bench, two minutes; times of whole seconds, so rows stand for even times."""
 
 from pathlib import Path
 
