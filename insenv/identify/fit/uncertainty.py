@@ -46,7 +46,9 @@ LEAST_FREEDOM = 4.0
 BETWEEN = 1e-3
 #: Half the window in which a shape is looked at first, in its deviation by the derivative, and the factor by which it
 #: grows as often while the likelihood at its ends is more than a share of the largest; values in a window.
-WINDOW, WIDER, PASSES, FALLEN, VALUES = 4.0, 3.0, 8, 1e-3, 33
+WINDOW, WIDER, PASSES, FALLEN, VALUES = 4.0, 3.0, 12, 1e-3, 33
+#: Fewest likely values of a window; of fewer it is made smaller.
+TOLD = 4
 #: SI units of the noise coefficients as the field writes them, by the unit of the output.
 NOISE_UNITS = {
     output: {key: units[j] for key, units in checks.NOISE_UNITS.items()} for j, output in enumerate(("rad/s", "m/s^2"))
@@ -261,16 +263,21 @@ def _by_likelihood(problem: Problem, fit: Fit, index: int, rest: Floats, sd: flo
         fresh = columns - known @ (known.T @ columns)
         return float(np.sum((np.linalg.qr(fresh)[0].T @ left) ** 2)) / 2
 
-    half = WINDOW * sd
+    half, factor = WINDOW * sd, 1.0
     for _ in range(PASSES):
         values = np.linspace(max(least, at - half), min(most, at + half), VALUES)
         logs = np.array([gained(float(value)) for value in values])
         likely = np.exp(logs - logs.max())
         ended = values[[0, -1]] == [least, most]
-        if np.all((likely[[0, -1]] < FALLEN) | ended):
+        own = float(np.sqrt(likely @ (values - at) ** 2 / likely.sum())) / max(sd, 1e-300)
+        if np.any((likely[[0, -1]] > FALLEN) & ~ended):
+            half *= WIDER
+        elif np.sum(likely > FALLEN) < TOLD:  # of a jump between two cells the derivative is none
+            half /= WIDER
+        else:
+            factor = own if half < WINDOW * sd else max(1.0, own)
             break
-        half *= WIDER
-    return max(1.0, float(np.sqrt(likely @ (values - at) ** 2 / likely.sum())) / max(sd, 1e-300))
+    return factor
 
 
 def _between_runs(problem: Problem, fit: Fit) -> Levels | None:
