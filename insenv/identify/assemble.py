@@ -19,7 +19,7 @@ from insenv.data.cells.tumble import gravity_sentence
 from insenv.data.manifest.spec import Manifest
 from insenv.effects.base import Effect, NoiseEffect
 from insenv.effects.bias import BiasDrift
-from insenv.effects.noise import readings_density
+from insenv.effects.noise import RateRandomWalk, readings_density
 from insenv.effects.rate.scale import ScaleFactorCubic
 from insenv.effects.rate.threshold import DeadBand
 from insenv.effects.thermal import temperature_excess
@@ -90,6 +90,8 @@ from insenv.identify.search.whole.error import of_chance
 from insenv.identify.stated import told, unforetold
 from insenv.identify.switches import switchable
 
+#: Deviations of a walk over the whole record that a level may go.
+WALKED = 2.0
 #: Held-out error in scatters of the fitted noise from which on a word is said; of points, whose few tell it worse.
 WANDER, WANDER_OF_POINTS = 2.0, 4.0
 #: Standard deviations by which a parameter must be beyond what is credible to be said so.
@@ -246,6 +248,7 @@ def _target(
     scores = held_out_score(plain, before), held_out_score(problem, track.fit)
     gain, no_gain = undeclared_gain(problem, track.fit, track.prepared.model, scores, alpha)
     apart = (*_follows_nothing(problem, own), *uncertain, *lost, *kept, *no_gain, *resumed(problem, track.fit))
+    apart = (*apart, *_level_off(problem, scores[1], declared_noise))
     left = replace(left, reasons=_doubts(track, (*left.reasons, *apart), scores[1], errors, alpha))
     lines, hold = tuple(x for x in track.prepared.lines if x.own), track.prepared.held.hold
     earth = earth_findings(track, alpha)
@@ -322,7 +325,7 @@ def _doubts(
     track: Track, said: Sequence[str], score: Score, errors: Sequence[Callable[[], WholeError | None]], alpha: float
 ) -> tuple[str, ...]:
     """What was ``said`` against the search's being complete, and more: chance, and what is less sure by itself."""
-    off = (*_unforetold(track.problem, score), *_level_off(track.problem, score))
+    off = _unforetold(track.problem, score)
     shared = (track.in_common,) if track.in_common else ()
     doubts = (*said, *unfinished(track, alpha), *off, *shared) or of_chance(track, errors, alpha)
     if track.law is not None:  # what all rows follow beside it are parts of it
@@ -412,8 +415,10 @@ def _wander(problem: Problem, score: Score) -> tuple[str, ...]:
     )
 
 
-def _level_off(problem: Problem, score: Score) -> tuple[str, ...]:
+def _level_off(problem: Problem, score: Score, declared: Mapping[str, float]) -> tuple[str, ...]:
     """A reason to doubt a model whose level on held-out data is twice as far off as the fitted noise scatters.
+
+    None where the random walk that the maker declares goes so far in the time of the record.
 
     Noise that wanders does that, and so does what moved or drifts: of six channels of 724 measured recordings that were
     so, and of which nothing else was said, five had done it.
@@ -421,6 +426,9 @@ def _level_off(problem: Problem, score: Score) -> tuple[str, ...]:
     if problem.in_points:
         return ()  # each is one of its own, and few tell their noise to a factor of two
     if not score.rms > WANDER * score.floor > 0 or unforetold(problem, score) or score.scatter > WANDER * score.floor:
+        return ()
+    span = max(e.motion.dt * e.motion.n for e in problem.exposures)
+    if score.rms < WALKED * declared.get(RateRandomWalk.id, 0.0) * math.sqrt(span):
         return ()
     return (
         f"held-out data are off by {score.rms / score.floor:.2g} times the scatter of the fitted noise: their level "
