@@ -244,11 +244,10 @@ def _target(
     declared_noise = dict(manifest.noise.get(problem.target, {}))
     left = _with_rows(track, structure(problem, track.fit, declared_noise, alpha), declared_noise, recordings)
     lost = systematic.sentences(recordings, problem.target, track.prepared.rejected)
-    kept = _kept(track, recordings) if not declared_noise else ()
     scores = held_out_score(plain, before), held_out_score(problem, track.fit)
     gain, no_gain = undeclared_gain(problem, track.fit, track.prepared.model, scores, alpha)
-    apart = (*_follows_nothing(problem, own), *uncertain, *lost, *kept, *no_gain, *resumed(problem, track.fit))
-    apart = (*apart, *_level_off(problem, scores[1], declared_noise))
+    noise = (*_kept(track, recordings, declared_noise), *_level_off(problem, scores[1], declared_noise))
+    apart = (*_follows_nothing(problem, own), *uncertain, *lost, *noise, *no_gain, *resumed(problem, track.fit))
     left = replace(left, reasons=_doubts(track, (*left.reasons, *apart), scores[1], errors, alpha))
     lines, hold = tuple(x for x in track.prepared.lines if x.own), track.prepared.held.hold
     earth = earth_findings(track, alpha)
@@ -314,8 +313,10 @@ def _with_rows(
     return replace(left, reasons=(*once, *rows, *loud, *piled))
 
 
-def _kept(track: Track, recordings: tuple[Recording, ...]) -> tuple[str, ...]:
+def _kept(track: Track, recordings: tuple[Recording, ...], declared: Mapping[str, float]) -> tuple[str, ...]:
     """Reasons where free noise has taken in what is none: a bias that goes far, rows that are no measurements."""
+    if declared:
+        return ()
     went = went_away(track.problem, track.fit) if track.finer else ()
     wide = too_wide(track.problem, track.fit)
     return (*went, *wide, *too_many(recordings, track.problem.target, track.prepared.rejected))
