@@ -45,8 +45,6 @@ from insenv.identify.fit.problem import Problem
 
 Mask = NDArray[np.bool_]
 
-#: Usual change from row to row, in what rounding of the reference may move one by, below which nothing was rounded.
-UNROUNDED = 0.2
 #: Largest share of the table's rate that is rounding.
 ROUNDED_SHARE = 0.05
 #: Share of the rows of a run at rest up to which outliers that are too many to be left out are single ones.
@@ -157,8 +155,6 @@ def _of_run(recording: Recording, target: str, run: int, longest: int) -> list[R
         stuck[ramp.start : ramp.stop] = True
     stuck |= unread
     coarse = _rounding(recording, target)
-    if float(np.median(np.abs(np.diff(y - u)))) < UNROUNDED * coarse:
-        coarse = 0.0  # a table that goes by whole steps from row to row was moved so: the rows would scatter else
     spikes, sizes = _spikes(recording, y - u, u, stuck, longest, (coarse, rounding(y)))
     if table is not None:
         spikes |= _reference_spikes(y, u, sizes, coarse)
@@ -258,6 +254,8 @@ def _rounding(recording: Recording, target: str) -> float:
     """
     if "table_angle" in recording.channels:
         angle = recording.channels["table_angle"].values
+        if _goes_by_whole_steps(angle):
+            return 0.0
         step, most = rounding(angle) / recording.dt, float(np.abs(np.diff(angle)).max(initial=0.0)) / recording.dt
     elif "table_rate" in recording.channels:
         rate = recording.channels["table_rate"].values
@@ -265,6 +263,19 @@ def _rounding(recording: Recording, target: str) -> float:
     else:
         return 0.0
     return abs(table_share(recording, target)) * step if step < ROUNDED_SHARE * most else 0.0
+
+
+def _goes_by_whole_steps(angle: Floats) -> bool:
+    """Whether a table was moved by whole steps of its angle from row to row, so that nothing was rounded.
+
+    Of a rounded one a row has a step more or less than those beside it now and then.
+    """
+    step = rounding(angle)
+    if not step:
+        return False
+    moved = np.rint(np.diff(angle) / step)
+    hops = np.abs(moved[1:-1] - moved[:-2]) == 1
+    return bool(np.any(moved)) and not bool(np.any(hops & (moved[2:] == moved[:-2])))
 
 
 def _spikes(
