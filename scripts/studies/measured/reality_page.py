@@ -272,7 +272,7 @@ telephones, a balloon, a satellite; the others are gyros beside their own unit's
 two that move. No rate table of a laboratory could be had again. It was opened once on `df0c2c9`: 28 of 31 right or
 honest at first sight (20 right, eight honest), two missed, one value wrong under a flag (a scale factor beside a
 heading that is late), none stated. Missed was what three accelerometers have in common, 7 mm/s^2 up and down: the walk
-of each had taken it up. It is said since then, and both are honest. Of the last ten parts together 271 of 292 are right
+of each had taken it up. It is said since then (29 of 31). Of the last ten parts together 271 of 292 are right
 or honest.
 
 By `07f4ee7` 78 that lose rows were asked again: `raceup/log` has the four swaying lines that its facts demand, of
