@@ -42,6 +42,7 @@ from insenv.identify.prepare.vibration import (
     unresolved,
     without,
 )
+from insenv.identify.search.beside_a_step import beside_steps
 from insenv.identify.search.candidates import candidates, local_beside_lag, of_few_waves
 from insenv.identify.search.earth_rate import due_level
 from insenv.identify.search.late_thermometer import behind_the_sensor, beside_a_long_lag
@@ -176,7 +177,8 @@ def _found(manifest: Manifest, tracks: list[Track], alpha: float, seed: int, pro
             tracks = [_strict(track, n, alpha, seed, progress) for track, n in zip(tracks, noise, strict=True)]
             tracks = [replace(track, hits=None, last_physical=track.hits or ()) for track in tracks]
     sound = [without_worse(behind_the_sensor(track, alpha)) for track in tracks]
-    return [beside_a_long_lag(settled(track, alpha, seed, progress)) for track in sound]
+    ended = [settled(track, alpha, seed, progress) for track in sound]
+    return [beside_steps(beside_a_long_lag(track)) for track in ended]
 
 
 def _with_orders_left(track: Track, declared: dict[str, float], alpha: float) -> Track:
