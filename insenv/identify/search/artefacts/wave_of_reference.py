@@ -38,7 +38,8 @@ def in_reference_alone(problem: Problem, fit: Fit) -> bool:
         return False
     theta = fit.theta[fit.design.term == len(others)]
     waves = [(t, fit.theta[fit.design.term == k]) for k, t in enumerate(others) if "angle" in t.effect.needs]
-    read = [each for each in waves if each[0].effect.belongs != "reference" and not each[0].per_run]
+    whole = [(t, theta) for t, theta in waves if len(theta) == len(t.effect.linear)]  # each coefficient is told
+    read = [each for each in whole if each[0].effect.belongs != "reference" and not each[0].per_run]
     parts = [part for run in range(len(problem.exposures)) for part in _steady(problem, run, (term, theta), read)]
     if len(theta) != len(term.effect.linear) or sum(count for *_, count in parts) < WAVES:
         return False
