@@ -28,7 +28,6 @@ from insenv.identify.prepare.spectral.coherence import follows
 from insenv.identify.prepare.spectral.lines import (
     IN_REFERENCE,
     LEAST_STEADY,
-    MOTION_LINE,
     SAME_LINE,
     Line,
     has_line,
@@ -47,6 +46,8 @@ FEWEST_CYCLES = 40.0
 FEWEST_BINS = 128
 #: Half the band in which a line of the bins is looked for, as a share of its frequency, and in widths 1 / duration.
 BAND_SHARE, BAND_WIDTHS = 0.02, 4.0
+#: Power of the motion about a line, in that of what is left there, up to which it is the last digits of an angle.
+DIGITS = 1e-6
 #: Half the band in which a line of the reference is that of the target, in widths 1 / duration.
 WITHIN = 2.0
 #: Share within which a table that turns steadily keeps its rate, the share of the time that it must, and most lines of
@@ -279,7 +280,7 @@ def _beside_reference(problem: Problem, fit: Fit) -> Iterator[tuple[Block, Float
 def _moving_about(problem: Problem, fit: Fit, frequency: float) -> Iterator[tuple[Block, Floats, Floats]]:
     """Those of them whose motion has a share of what is left at a frequency: the digits of an angle have lines too."""
     for block, left, reference in _beside_reference(problem, fit):
-        if share_of_motion(frequency, problem.bins.width, left, reference) > MOTION_LINE:
+        if share_of_motion(frequency, problem.bins.width, left, reference) > DIGITS:
             yield block, left, reference
 
 
