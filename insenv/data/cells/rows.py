@@ -37,10 +37,10 @@ def cells_of(
     index = np.rint(ticks - phase).astype(np.int64) + ahead
     cell = index // rows_per_cell
     if covers:
-        # The interval of a piece's first row began before the piece: its references are not known. Of a channel with a
-        # delay further ones did, and further still of a reference that has one.
+        # The interval of a piece's first row began before the piece: its references are not known. Of a channel that is
+        # later than they are further ones did.
+        before = max(1, int(np.ceil((channel.delay - _least_delay(recording)) / dt - SAME_PHASE)) + 1)
         for piece in recording.pieces():
-            before = max(1, int(np.ceil((channel.delay - _least_delay(recording)) / dt - SAME_PHASE)) + 1)
             cell[piece.start : min(piece.start + before, piece.stop)] = -1
     return cell, float(middle[first] + (phase - 0.5 - ahead) * dt), int(cell.max()) + 1
 

@@ -254,9 +254,10 @@ def _rounding(recording: Recording, target: str) -> float:
     """
     if "table_angle" in recording.channels:
         angle = recording.channels["table_angle"].values
-        if _goes_by_whole_steps(angle):
+        least = rounding(angle)
+        if _goes_by_whole_steps(angle, least):
             return 0.0
-        step, most = rounding(angle) / recording.dt, float(np.abs(np.diff(angle)).max(initial=0.0)) / recording.dt
+        step, most = least / recording.dt, float(np.abs(np.diff(angle)).max(initial=0.0)) / recording.dt
     elif "table_rate" in recording.channels:
         rate = recording.channels["table_rate"].values
         step, most = rounding(rate), float(np.abs(rate).max(initial=0.0))
@@ -265,12 +266,11 @@ def _rounding(recording: Recording, target: str) -> float:
     return abs(table_share(recording, target)) * step if step < ROUNDED_SHARE * most else 0.0
 
 
-def _goes_by_whole_steps(angle: Floats) -> bool:
+def _goes_by_whole_steps(angle: Floats, step: float) -> bool:
     """Whether a table was moved by whole steps of its angle from row to row, so that nothing was rounded.
 
     Of a rounded one a row has a step more or less than those beside it now and then.
     """
-    step = rounding(angle)
     if not step:
         return False
     moved = np.rint(np.diff(angle) / step)

@@ -309,15 +309,19 @@ def of_motion(frequency: float, dt: float, left: Floats, reference: Floats) -> b
     left, reference : ndarray, shape (n,)
         What is left of the readings, and what was subtracted from them.
     """
-    other = periodogram(reference, dt)
-    line = has_line(other, _about(other, frequency, len(left) * dt))
-    return share_of_motion(frequency, dt, left, reference) > (MOTION_LINE if line else MOTION_ANY)
+    own, other = periodogram(left, dt), periodogram(reference, dt)
+    band = _about(own, frequency, len(left) * dt)
+    return _share(own, other, band) > (MOTION_LINE if has_line(other, band) else MOTION_ANY)
 
 
 def share_of_motion(frequency: float, dt: float, left: Floats, reference: Floats) -> float:
     """Power of the reference about a frequency in that of what is left there; arguments as of `of_motion`."""
-    own, other = periodogram(left, dt), periodogram(reference, dt)
-    band = _about(own, frequency, len(left) * dt)
+    own = periodogram(left, dt)
+    return _share(own, periodogram(reference, dt), _about(own, frequency, len(left) * dt))
+
+
+def _share(own: Periodogram, other: Periodogram, band: NDArray[np.bool_]) -> float:
+    """Power of one periodogram in a band, in that of its ``own``."""
     return float(other.power[band].sum()) / max(float(own.power[band].sum()), 1e-300)
 
 

@@ -12,7 +12,7 @@ R. A. Fisher, Statistical Methods for Research Workers, 4th ed. (1932), section 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -65,7 +65,8 @@ def _alike(tracks: Sequence[Track]) -> list[_Alike]:
     """Pairs of channels of one kind that wander together for certain."""
     able = [i for i, track in enumerate(tracks) if not track.problem.turns]
     pairs = [(i, j) for i, j in combinations(able, 2) if _comparable(tracks[i], tracks[j])]
-    told = [one for pair in pairs if (one := _of_pair(tracks, pair, len(pairs))) is not None]
+    whitened = {i: _whitened(tracks[i]) for pair in pairs for i in pair}
+    told = [one for pair in pairs if (one := _of_pair(tracks, pair, whitened, len(pairs))) is not None]
     return [one for one in told if one.p_value < CHANCE and abs(one.correlation) > LEAST]
 
 
@@ -76,8 +77,13 @@ def _comparable(one: Track, other: Track) -> bool:
     return a.unit == b.unit and a.bins.width == b.bins.width and blocks[0] == blocks[1]
 
 
-def _of_pair(tracks: Sequence[Track], pair: tuple[int, int], looks: int) -> _Alike | None:
-    (x, slow), (y, also) = (_whitened(tracks[i]) for i in pair)
+def _of_pair(
+    tracks: Sequence[Track],
+    pair: tuple[int, int],
+    whitened: Mapping[int, tuple[Floats, NDArray[np.bool_]]],
+    looks: int,
+) -> _Alike | None:
+    (x, slow), (y, also) = (whitened[i] for i in pair)
     where = slow & also
     power = x[where] ** 2 + y[where] ** 2
     modes = float(power.sum() ** 2 / max(float(power @ power), 1e-300))
