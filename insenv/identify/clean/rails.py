@@ -196,7 +196,8 @@ def _overflows(recording: Recording, target: str, value: float, side: float) -> 
     if np.ptp(u[~at]) == 0:
         return False
     line = np.polynomial.Polynomial.fit(u[~at], values[~at], 1)
-    return float(np.mean(-side * line(u[at]) > OTHER_END * abs(value))) > OVER
+    beyond = OTHER_END * float(np.abs(values).max())
+    return float(np.mean(-side * line(u[at]) > beyond)) > OVER
 
 
 def _between(values: Floats, side: float) -> float:

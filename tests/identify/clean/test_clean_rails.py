@@ -99,6 +99,19 @@ def test_a_number_that_overflows_is_at_the_wrong_end(seed: int, top: float) -> N
 
 
 @pytest.mark.parametrize("seed", SEEDS)
+def test_pulses_of_a_gyro_that_starts_from_rest_do_not_overflow(seed: int) -> None:
+    """Hundreds of rows without a pulse are the smallest reading of a table that turns one way only."""
+    rng, n = np.random.default_rng(seed), 6000
+    rate = np.where(np.arange(n) < 300, 0.0, 0.8) + 0.2 * (np.arange(n) > 4000)
+    angle = np.cumsum(0.01 * rate) + 3e-5 * rng.standard_normal(n)
+    gyro = Channel(np.diff(np.floor(angle / 2.4e-6), prepend=0.0) * 2.4e-6 / 0.01, "rad/s")
+    late = Channel(np.concatenate([np.zeros(3), rate[:-3]]), "rad/s")
+    gyro = Channel(np.where(rate == 0, 0.0, gyro.values), "rad/s")
+    run = Recording(0.01 * np.arange(n), {"gyro": gyro, "table_rate": late})
+    assert find_rails((run,), "gyro") == ()
+
+
+@pytest.mark.parametrize("seed", SEEDS)
 def test_a_reading_that_is_repeated_for_once_in_fast_motion_is_no_rail(seed: int) -> None:
     """A logger lost eleven rows. Of 3000 rows of a gyro no two have the same value by chance but in one of 10^9."""
     t = 0.02 * np.arange(3000)
