@@ -9,10 +9,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from insenv.core.earth import EARTH_RATE
 from insenv.core.lazy import Lazy
 from insenv.core.recording import Floats, Recording
 from insenv.core.series.allan import WHITE
-from insenv.core.units import STANDARD_GRAVITY
+from insenv.core.units import STANDARD_GRAVITY, show
 from insenv.data.manifest import Manifest
 from insenv.effects.base import OUTPUT
 from insenv.effects.catalogue import by_key
@@ -51,6 +52,8 @@ _HELD = "The parameters that are declared of this axis hold, in these attitudes,
 _ELSEWHERE = "was found on other axes: on this one, which points one way alone, its bias holds what there may be of it"
 #: Range of what an axis feels, in gravity, from which on its bias and its scale factor are told apart.
 LEAST_SPAN = 0.7
+#: Deviations from which on a gyro is said to read something of the Earth.
+SEEN = 3.0
 _MORE = "hold the triad still in more attitudes, each axis up, level, down and half-way, in another order"
 
 
@@ -134,6 +137,7 @@ def _target(
         cautions=(
             *(() if gyro else _of_one_side(found, target)),
             *_cautions(found, gyro),
+            *(_earth_untold(found) if gyro else ()),
             *(f"{_HELD} {key}." for key in untold),
         ),
     )
@@ -326,6 +330,35 @@ def _cautions(found: Positions, gyro: bool) -> tuple[str, ...]:
         f"Neither gravity nor latitude is given, {STANDARD_GRAVITY} m/s² is taken: where gravity is larger by a share, "
         f"the three accelerometer scale factors are larger by it too, up to 0.3 % on the Earth; {width}.",
     )
+
+
+def _earth_untold(found: Positions) -> tuple[str, ...]:
+    """Of gyros whose means at rest go with gravity, alike on all axes, as the Earth's rate makes them, if untold."""
+    up, weight = 0.0, 0.0
+    for axis, part in enumerate(found.at_rest):
+        problem = part.problem
+        if not isinstance(problem, RestMeans) or problem.known is None or part.outcome.steps:
+            continue
+        force = problem.forces[:, axis] / STANDARD_GRAVITY
+        slope, variance = _slope(force[problem.fitted], problem.y[problem.fitted])
+        up, weight = up + slope / variance, weight + 1 / variance
+    if not weight or not SEEN * weight**0.5 < abs(up) < EARTH_RATE * weight + SEEN * weight**0.5:
+        return ()
+    read = f"{show(up / weight, 'deg/h'):.3g} ± {show(weight**-0.5, 'deg/h'):.2g} deg/h"
+    return (
+        "No latitude is given: the Earth's rate about the vertical, up to 15 deg/h, is like a g-sensitivity that is "
+        f"the same on all axes. The gyros at rest read {read} so, which has no name for that; site.latitude takes it "
+        "out.",
+    )
+
+
+def _slope(x: Floats, y: Floats) -> tuple[float, float]:
+    """The slope of a line through points, and its variance by their scatter."""
+    x = x - x.mean()
+    square = max(float(x @ x), 1e-300)
+    slope = float(x @ y) / square
+    left = y - y.mean() - slope * x
+    return slope, max(float(left @ left), 1e-300) / max(len(y) - 2, 1) / square
 
 
 def _of_one_side(found: Positions, target: str) -> tuple[str, ...]:

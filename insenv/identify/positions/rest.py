@@ -1,8 +1,9 @@
 """Gyros at rest: how the bias depends on the attitude, under a bias that wanders.
 
-    mean of w_k = b + G f_k + noise,      cov = s^2 (I + kappa W),    W_kl = min(t_k, t_l) within a run
+    mean of w_k = b + G f_k + noise,      cov = s^2 (I + kappa W) + C,    W_kl = min(t_k, t_l) within a run
 
-with f the specific force that the accelerometers show (`g_sensitivity`). A bias that walks at random from rest to
+with f the specific force that the accelerometers show (`g_sensitivity`). The Earth's rate about the vertical goes with
+f as well; C is what it may be where no latitude is given. A bias that walks at random from rest to
 rest looks like a drift, and by chance like anything that changes slowly: kappa is estimated by restricted maximum
 likelihood from the fitted rests, beside everything that is to be tried. Residuals are whitened in an order in which
 the held-out rests come last: they are then what the fitted ones do not foretell.
@@ -50,6 +51,8 @@ class RestMeans:
     fitted, held_out : ndarray of bool, shape (n,)
     root : ndarray, shape (n, n)
         L of the noise's covariance s^2 L L', in the order of the rests.
+    known : ndarray, shape (n, n), optional
+        C [rad^2/s^2].
     """
 
     y: Floats
@@ -58,6 +61,7 @@ class RestMeans:
     fitted: NDArray[np.bool_]
     held_out: NDArray[np.bool_]
     root: Floats
+    known: Floats | None = None
     rank: int = 1
     spread: float = HELD_OUT_SPREAD
 
@@ -108,8 +112,8 @@ def with_walk(
 
     ``allowed`` is the log likelihood below the best that the walk may have.
     """
-    alike = (runs[:, None] == runs[None, :]).astype(float)
-    found = walking(problem.y, problem.design(terms), problem.around.time, problem.fitted, alike, allowed)
+    alike, design = (runs[:, None] == runs[None, :]).astype(float), problem.design(terms)
+    found = walking(problem.y, design, problem.around.time, problem.fitted, alike, allowed, problem.known)
     return problem if found is None else replace(problem, root=found[0])
 
 
@@ -119,8 +123,8 @@ def over_walks(problem: RestMeans, beside: Sequence[RestTerm], runs: NDArray[np.
     var = sum_k w_k [var_k + (theta_k - theta)^2], theta the coefficients as they are.
     """
     alike = (runs[:, None] == runs[None, :]).astype(float)
-    variance = np.zeros(len(fit.theta))
-    for weight, root in weighed(problem.y, problem.design(beside), problem.around.time, problem.fitted, alike):
+    variance, design = np.zeros(len(fit.theta)), problem.design(beside)
+    for weight, root in weighed(problem.y, design, problem.around.time, problem.fitted, alike, problem.known):
         other = solve(replace(problem, root=root), fit.terms)
         variance += weight * (other.sd() ** 2 + (other.theta - fit.theta) ** 2)
     return replace(fit, over_noises=np.sqrt(variance))

@@ -550,7 +550,9 @@ def _gyros_at_rest(
     runs = np.array([rest.run for rest in rests])
     found = []
     for axis in range(3):
-        problem = RestMeans(y[:, axis], forces, around, ~held_out, held_out | in_turn, np.eye(len(y)))
+        vertical = _unknown_upward(recordings, rests, forces[:, axis])
+        known = np.outer(vertical, vertical) if vertical.any() else None
+        problem = RestMeans(y[:, axis], forces, around, ~held_out, held_out | in_turn, np.eye(len(y)), known)
         further = with_walk(problem, [*terms, *more], runs, ALLOWED)
         problem = with_walk(problem, [*terms, *more], runs)
         scatter.append(solve(problem, [*terms, *more]).variance)
@@ -609,6 +611,15 @@ def _earth_upward(recordings: Sequence[Recording], rests: Sequence[Rest], forces
     known = [recordings[rest.run].site.latitude for rest in rests]
     rate = np.array([0.0 if latitude is None else EARTH_RATE * np.sin(latitude) for latitude in known])
     return np.asarray(rate[:, None] * forces / np.linalg.norm(forces, axis=1)[:, None], float)
+
+
+def _unknown_upward(recordings: Sequence[Recording], rests: Sequence[Rest], force: Floats) -> Floats:
+    """What one axis reads of the Earth's rate where no site says the latitude, a standard deviation, shape (rests,).
+
+    All over the globe it is Omega / sqrt(3) upward.
+    """
+    untold = np.array([recordings[rest.run].site.latitude is None for rest in rests])
+    return np.where(untold, EARTH_RATE / np.sqrt(3) * force / STANDARD_GRAVITY, 0.0)
 
 
 def _with_slow(problem: RestMeans, outcome: Outcome, slow: Sequence[RestTerm], alpha: float) -> Outcome:

@@ -97,18 +97,27 @@ def likeliest(
 
 
 def weighed(
-    y: Floats, design: Floats, time: Floats, used: NDArray[np.bool_], alike: Floats
+    y: Floats,
+    design: Floats,
+    time: Floats,
+    used: NDArray[np.bool_],
+    alike: Floats,
+    known: Floats | None = None,
 ) -> list[tuple[float, Floats]]:
     """`WALKS` with their likelihood as a weight, those together one, each with L as of `walking`; arguments as there.
 
     A walk that is estimated is not known: the likeliest is often none, and what follows from it alone is too sure.
+    ``known`` is to be in the span of the ``design``, beside which it changes neither likelihood nor scale.
     """
     basis, walk = _distinct(design, used), _walk(time, alike)
     if len(basis) - basis.shape[1] < 1:
         return [(1.0, np.eye(len(time)))]
     covariances = [np.eye(len(time)) + k * walk for k in WALKS]
-    logs = np.array([restricted_likelihood(y[used], basis, c[np.ix_(used, used)]) for c in covariances])
+    fits = [likelihood_and_scale(y[used], basis, c[np.ix_(used, used)]) for c in covariances]
+    logs = np.array([value for value, _ in fits])
     weights = np.exp(logs - logs.max())
+    if known is not None:
+        covariances = [c + known / scale for c, (_, scale) in zip(covariances, fits, strict=True)]
     return [(float(w), _root(c, used)) for w, c in zip(weights / weights.sum(), covariances, strict=True)]
 
 

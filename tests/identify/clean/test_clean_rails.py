@@ -107,7 +107,7 @@ def test_pulses_of_a_gyro_that_starts_from_rest_do_not_overflow(seed: int) -> No
     gyro = Channel(np.diff(np.floor(angle / 2.4e-6), prepend=0.0) * 2.4e-6 / 0.01, "rad/s")
     late = Channel(np.concatenate([np.zeros(3), rate[:-3]]), "rad/s")
     gyro = Channel(np.where(rate == 0, 0.0, gyro.values), "rad/s")
-    run = Recording(0.01 * np.arange(n), {"gyro": gyro, "table_rate": late})
+    run = Recording(0.01 * np.arange(float(n)), {"gyro": gyro, "table_rate": late})
     assert find_rails((run,), "gyro") == ()
 
 

@@ -21,10 +21,10 @@ from positions_cases import (
     tied,
 )
 
-from insenv.core.earth import EARTH_RATE
 from insenv.core.recording import Channel, Floats, Recording, Segment, Site
 from insenv.data.manifest import HeldOut
 from insenv.effects.catalogue import by_key
+from insenv.identify.positions.findings import position_findings
 from insenv.identify.positions.model import Linear, Surroundings, triad_term
 from insenv.identify.positions.trace import trace_positions
 from insenv.navigation.turned import turned
@@ -160,9 +160,21 @@ def test_the_upward_part_of_the_earths_rate_is_no_g_sensitivity(latitude: float)
     assert [names(part.outcome) for part in found.at_rest] == [[], ["g_sensitivity"], []]
     fit = found.at_rest[1].outcome.after
     np.testing.assert_array_less(np.abs(fit.theta[1:] - matrix[1]) / fit.sd()[1:], 4)
-    # Where nobody says where the unit is, it is named: by its size, of the sign of the latitude.
-    assert [names(part.outcome) for part in unsaid.at_rest] == [["g_sensitivity"]] * 3
-    assert unsaid.at_rest[0].outcome.after.theta[1] == pytest.approx(EARTH_RATE * np.sin(latitude) / G, rel=0.4)
+    # Where nobody says where the unit is, the Earth's rate is as uncertain as the globe is wide: said, and no name.
+    assert [names(part.outcome) for part in unsaid.at_rest] == [[], ["g_sensitivity"], []]
+    along = unsaid.at_rest[1].outcome.after
+    assert along.sd()[2] > 2 * fit.sd()[2] and along.sd()[1] < 1.2 * fit.sd()[1]
+
+
+def test_a_latitude_that_is_not_given_is_asked_for() -> None:
+    """Of fine gyros that read the Earth about the vertical, and of none that do not see it."""
+    for noise, wanted in ((1e-6, True), (1e-4, False)):
+        case = Case(24, gyro_scatter=noise, gyro_noise=10 * noise, accel_noise=2e-3, latitude=0.8)
+        run = replace(recording(case, 8), site=Site(gravity=G))
+        said = manifest(GYROS, ("bias",))
+        found = position_findings(said, (run,), trace_positions(said, (run,), None), (), 0.01, 0)
+        told = ["site.latitude takes it" in " ".join(target.cautions) for target in found.targets]
+        assert told == [wanted] * 3
 
 
 def test_what_was_declared_is_not_found_again() -> None:
