@@ -27,6 +27,7 @@ from insenv.identify.prepare.spectral.lines import (
     SAME_LINE,
     Line,
     again,
+    beyond_motion,
     of_motion,
     quantum,
     steps_of_encoder,
@@ -87,6 +88,8 @@ def tamed(values: Floats) -> Floats:
 def _of_motion(problem: Problem, line: Line, dt: float, left: Floats, reference: Floats) -> bool:
     """Whether the motion has a line there as well, or goes with one whose frequency wanders."""
     wanders = not (problem.commanded or line.steady)
+    if line.steady and beyond_motion(line.frequency, dt, left, reference):
+        return False
     return of_motion(line.frequency, dt, left, reference) or (
         wanders and follows([(left, reference)], line.frequency * dt)
     )
@@ -117,17 +120,15 @@ def slight(
     problem: Problem,
     model: Model,
 ) -> tuple[Line, ...]:
-    """Those that a unit at rest has beside ``lines``, certain and too slight to matter to any one mean.
+    """Those that there are beside ``lines``, certain and too slight to matter to any one mean.
 
-    All means together see them where they fold them to.
+    All means together see them where they fold them to. Of what wanders while a table turns it may be the source.
     """
-    if problem.turns:
-        return ()
 
     def known(x: Line) -> bool:
         return any(abs(x.frequency - one.frequency) < max(SAME_LINE, one.frequency_sd) for one in lines)
 
-    sure = (x for x in found if x.p_value < CERTAIN and not known(x))
+    sure = (x for x in found if x.p_value < CERTAIN and (x.steady or not problem.turns) and not known(x))
     return tuple(x for x in sure if recurs(x, recordings, uses, problem, model))
 
 

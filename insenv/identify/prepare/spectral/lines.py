@@ -51,6 +51,8 @@ IN_READING = 0.1
 #: The same of motion, where it has a line, of which a drive's filter may leave a seventh; and where it has any: an axis
 #: that is reversed leaves four times its power.
 MOTION_LINE, MOTION_ANY = 0.02, 0.5
+#: Frequencies on either side that are a line's own, of a Hann window, and fewest beside it that tell a response.
+OWN_WIDTH, LEAST_BESIDE = 3, 16
 #: Times the middle step from value to value of what is a change of the motion, and cycles of a line that show it.
 CHANGES, CYCLES = 10.0, 3.0
 #: A line is steady if one sinusoid takes out more than this share of its power, and is so many deviations tall.
@@ -312,6 +314,23 @@ def of_motion(frequency: float, dt: float, left: Floats, reference: Floats) -> b
     own, other = periodogram(left, dt), periodogram(reference, dt)
     band = _about(own, frequency, len(left) * dt)
     return _share(own, other, band) > (MOTION_LINE if has_line(other, band) else MOTION_ANY)
+
+
+def beyond_motion(frequency: float, dt: float, left: Floats, reference: Floats) -> bool:
+    """Whether a line that is left is taller than what a response makes of the motion there; arguments as of `of_motion`.
+
+    A response is smooth: what is left beside the line, noise and all, bounds it. Steps of a staircase have power at all
+    frequencies, far more than a line of a gyro, and no line.
+    """
+    own, other = periodogram(left, dt), periodogram(reference, dt)
+    band = _about(own, frequency, len(left) * dt)
+    peak = int(np.flatnonzero(band)[own.power[band].argmax()])
+    beside = band.copy()
+    beside[max(0, peak - OWN_WIDTH) : peak + OWN_WIDTH + 1] = False
+    if beside.sum() < LEAST_BESIDE:
+        return False
+    response = _share(other, own, beside)
+    return bool(own.power[peak] > np.log(BETWEEN * band.sum() / FALSE_ALARM) * response * other.power[peak])
 
 
 def share_of_motion(frequency: float, dt: float, left: Floats, reference: Floats) -> float:
