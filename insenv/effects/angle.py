@@ -4,6 +4,7 @@
     angle_locked_rate   c cos(n a) + s sin(n a)                       a magnet or heat source on the base, tilt
     magnetic_field      c cos(a - b) + s sin(a - b)                   the place's field, b how far the base was turned
     earth_rate          c cos a + s sin a                             horizontal part of the Earth's rate
+    table_tilt          g (c cos a + s sin a)                         gravity on an accelerometer, the axis not plumb
 
 All are one wave c cos(n a) + s sin(n a), or its derivative: with theta for c and s it is what is added, with (1, 0)
 and (0, 1) it is the regressors. The mean of a derivative is the difference over the edges, exact for any motion; the
@@ -22,6 +23,7 @@ import numpy as np
 from insenv.core.earth import EARTH_RATE
 from insenv.core.motion import Motion, interval_slope
 from insenv.core.recording import Floats
+from insenv.core.units import STANDARD_GRAVITY
 from insenv.effects.base import OUTPUT, Effect, LinearEffect, Param
 from insenv.effects.forms import SET, checked_order, columns, known, spread, wave_at
 from insenv.effects.wobble import HIGHEST_ORDER as HIGHEST_WOBBLE
@@ -112,6 +114,25 @@ class AngleLockedRate(_Wave):
     def wave(self, motion: Motion, c: float | Floats, s: float | Floats) -> Floats:
         """Mean of the wave over each interval."""
         return wave_at(motion, known(motion, "angle", self.id), self.order, c, s)
+
+
+@final
+@dataclass(frozen=True)
+class TableTilt(_Wave):
+    """Gravity on an accelerometer across the axis of a table that is not plumb."""
+
+    id = "table_tilt"
+    title = "tilt of the table's axis"
+    meaning = "the table's axis is not plumb, and once a turn gravity leaks into accelerometers across it"
+    linear = (Param("c", "rad", sd=1e-3, bound=1.0), Param("s", "rad", sd=1e-3, bound=1.0))
+    source = "Titterton and Weston, section 11: tests on a turntable, verticality of its axis"
+    instruments = ("accelerometer",)
+    belongs = "place"
+    sharpened_by = ("rate_edges",)
+
+    def wave(self, motion: Motion, c: float | Floats, s: float | Floats) -> Floats:
+        """Mean of the wave over each interval."""
+        return STANDARD_GRAVITY * wave_at(motion, known(motion, "angle", self.id), 1, c, s)
 
 
 @final

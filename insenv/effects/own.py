@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from insenv.effects.acceleration import CentripetalAcceleration, LeverArm, SizeEffect, VibrationRectification
-from insenv.effects.angle import AngleLockedRate, EarthRate, EncoderHarmonic, MagneticField
+from insenv.effects.angle import AngleLockedRate, EarthRate, EncoderHarmonic, MagneticField, TableTilt
 from insenv.effects.base import Effect
 from insenv.effects.bias import Bias, BiasDrift, BiasStep, BiasWarmUp
 from insenv.effects.cross import CrossAxis, GSensitivity
@@ -79,6 +79,7 @@ CATALOGUE: tuple[Effect, ...] = (
     CentripetalAcceleration(2),
     VibrationRectification(),
     LeverArm(),
+    TableTilt(),
     SplineTime(),
     SplineTemperature(),
     SplineRate(),

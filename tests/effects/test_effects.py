@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from motions import rich_motion
 
 from insenv.core.errors import InputError
+from insenv.effects.angle import TableTilt
 from insenv.effects.base import OUTPUT, CurveEffect, LinearEffect, MemoryEffect, central_differences
 from insenv.effects.catalogue import ALL, CATALOGUE, TRIAD, by_key
 from insenv.effects.own import TUMBLE, UNIT
@@ -38,6 +39,7 @@ def test_the_catalogue_has_the_names_of_the_contract() -> None:
         *("g_sensitivity", "cross_axis", "tone", "base_tilt"),
         *("encoder_backlash", "scale_factor_hysteresis", "dead_band", "bias_direction", "self_heating"),
         *("settling_after_turn", "centripetal_acceleration", "vibration_rectification", "lever_arm"),
+        "table_tilt",
         *("spline_time", "spline_temperature", "spline_rate", "spline_angle"),
         *("angle_random_walk", "bias_instability", "rate_random_walk", "quantization"),
     }
@@ -113,9 +115,9 @@ def test_an_effect_of_the_rate_follows_the_input(key: str) -> None:
     # A sense of rotation is the same at any rate.
     follows |= effect.of_rate and bool(np.any(addition(effect, back, theta) != addition(effect, motion, theta)))
     assert follows == effect.of_rate
-    # An accelerometer at rest has no input rate, and a table turns only gyros.
+    # An accelerometer at rest has no input rate, and of a table's angle it feels where gravity points.
     turns = effect.of_rate or "angle" in effect.needs or "cross_rate" in effect.needs
-    assert not (turns and "accelerometer" in effect.instruments) or effect in (*TRIAD, *UNIT, *TUMBLE)
+    assert not (turns and "accelerometer" in effect.instruments) or effect in (*TRIAD, *UNIT, *TUMBLE, TableTilt())
 
 
 def test_an_effect_belongs_to_some_instrument_and_curves_without_a_cause_are_generic() -> None:
@@ -123,7 +125,7 @@ def test_an_effect_belongs_to_some_instrument_and_curves_without_a_cause_are_gen
         assert effect.instruments and set(effect.instruments) <= {"gyro", "accelerometer"}
         assert effect.generic == effect.id.startswith("spline_")
     alone = {effect.id for effect in CATALOGUE if effect.instruments == ("accelerometer",)}
-    assert alone == {"base_tilt", "lever_arm"}
+    assert alone == {"base_tilt", "lever_arm", "table_tilt"}
 
 
 @pytest.mark.parametrize("tau", [1e-3, 0.1, 0.3])

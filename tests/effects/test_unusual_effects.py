@@ -7,12 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from motions import edges, rich_motion
+from scipy.spatial.transform import Rotation
 from simulated_runs import closed, manifest
 
 from insenv.core.motion import Motion
 from insenv.core.recording import Channel, Floats, Recording
+from insenv.core.units import STANDARD_GRAVITY
 from insenv.effects.acceleration import LeverArm
-from insenv.effects.angle import EncoderHarmonic
+from insenv.effects.angle import EncoderHarmonic, TableTilt
 from insenv.effects.base import Effect
 from insenv.effects.bias import BiasWarmUp
 from insenv.effects.catalogue import CATALOGUE, by_key
@@ -178,6 +180,17 @@ def test_a_lever_arm_feels_what_the_second_derivative_of_its_place_is() -> None:
     basis = LeverArm().basis(motion.rate, motion)
     found = 0.2 * (-basis[..., 0] + 1j * basis[..., 1])
     np.testing.assert_allclose(0.5 * (found[1:] + found[:-1]), second, atol=1e-4)
+
+
+def test_an_axis_that_is_not_plumb_shows_gravity_once_a_turn() -> None:
+    """Of a table that leans by d about its second axis, an accelerometer at the angle a feels g sin(d) cos(a)."""
+    t, lean = edges(2000, 0.01), 0.02
+    angle = 0.7 * t + 0.3
+    motion = Motion(t=t, rate=np.zeros(2000), angle=angle)
+    up = Rotation.from_euler("y", lean).inv().apply([0.0, 0.0, STANDARD_GRAVITY])
+    felt = Rotation.from_euler("z", -angle[:, None]).apply(up)[:, 0]
+    basis = TableTilt().basis(motion.rate, motion)
+    np.testing.assert_allclose(-np.sin(lean) * basis[..., 0], 0.5 * (felt[1:] + felt[:-1]), atol=1e-5)
 
 
 def test_a_wobble_is_the_curve_of_a_harmonic_at_one_tilt() -> None:

@@ -1,7 +1,8 @@
 """One axis of a triad that turns: which declared effects are meant for it, and which rows it is better off without.
 
 While a vehicle turns, its lever arms accelerate and its sway tilts the turn's rate into the level axes: none of that is
-an error of an instrument. Accelerometers are left out of every turn. A level gyro keeps it, for the turn shows its
+an error of an instrument. Accelerometers are left out of every turn, unless a table turns for most of the time: what a
+unit feels there is what it was put on the table for. A level gyro keeps it, for the turn shows its
 misalignment, unless it shakes: the median step from bin to bin is then larger than `SHAKEN` times that at rest, beside
 what follows the turn as an error of the instrument would.
 """
@@ -27,6 +28,8 @@ from insenv.identify.fit.problem import Model, Problem
 SHAKEN = 2.0
 #: Rate of the table above which it turns [rad/s]: some tens of the Earth's.
 LEAST_RATE = 2e-3
+#: Share of the rows from which on turns are what a recording is of.
+MOSTLY = 0.5
 
 
 def of_others(
@@ -56,6 +59,8 @@ def without_turns(
     if not problem.target.startswith("accel") and not (levels and _shakes(problem, model)):
         return uses
     still = [~turning(recording) for recording in recordings]
+    if not levels and sum(map(np.sum, still)) < (1 - MOSTLY) * sum(map(len, still)):
+        return uses
     kept = tuple(replace(u, fit=u.fit & s, held_out=u.held_out & s) for u, s in zip(uses, still, strict=True))
     return kept if all(u.fit.any() for u in kept) and any(u.held_out.any() for u in kept) else uses
 

@@ -317,7 +317,7 @@ def of_motion(frequency: float, dt: float, left: Floats, reference: Floats) -> b
 
 
 def beyond_motion(frequency: float, dt: float, left: Floats, reference: Floats) -> bool:
-    """Whether a line that is left is taller than what a response makes of the motion there; arguments as of `of_motion`.
+    """Whether a line that is left is taller than what a response makes of the motion; arguments as of `of_motion`.
 
     A response is smooth: what is left beside the line, noise and all, bounds it. Steps of a staircase have power at all
     frequencies, far more than a line of a gyro, and no line.
