@@ -10,8 +10,9 @@ from motions import edges, rich_motion
 from scipy.spatial.transform import Rotation
 from simulated_runs import closed, manifest
 
+from insenv.core.earth import EARTH_RATE
 from insenv.core.motion import Motion
-from insenv.core.recording import Channel, Floats, Recording
+from insenv.core.recording import Channel, Floats, Mounting, Recording, Site
 from insenv.core.units import STANDARD_GRAVITY
 from insenv.effects.acceleration import LeverArm
 from insenv.effects.angle import EncoderHarmonic, TableTilt
@@ -25,6 +26,7 @@ from insenv.effects.rate.threshold import DeadBand
 from insenv.effects.thermal import BiasThermalHysteresis
 from insenv.effects.tilt import BaseSettling
 from insenv.effects.wobble import Wobble
+from insenv.identify.findings import TargetFindings
 from insenv.identify.positions.accel import Magnitudes
 from insenv.identify.positions.checks.bent import bent
 from insenv.identify.positions.least_squares import solve
@@ -286,17 +288,33 @@ def test_a_hysteresis_wants_a_rate_that_is_reached_from_both_sides(levels: tuple
     assert ("from below and from above" in why) != told
 
 
-def test_a_bias_with_the_sense_of_rotation_is_told_from_a_dead_band() -> None:
-    """A motor's current, where an anomaly or a knee was named; and what is lost at all rates, where a knee was."""
-    rng, t, c = np.random.default_rng(4), 0.05 * np.arange(1.0, 14_401.0), 3e-4
-    rate = np.deg2rad(np.repeat([5.0, -5, 20, -20, 40, -40, 10, -10, 30, -30, 0, 0], 1200))
+def _with_sense(sense: Floats, rate: Floats, c: float, earth: float) -> TargetFindings:
+    """The loop on a staircase whose gyro reads c for a sense of rotation of its own, beside the Earth's rate."""
+    rng, t = np.random.default_rng(4), 0.05 * np.arange(1.0, len(rate) + 1)
     noise = 4e-5 * rng.standard_normal(len(t)) / np.sqrt(0.05)
-    for sign in (1, -1):
-        y = 1.002 * rate + 1e-3 + sign * c * np.sign(rate) + noise
-        command = Channel(rate, "rad/s", "interval", source="command")
-        run = Recording(t, {"gyro": Channel(y, "rad/s", "interval"), "table_rate": command})
-        found = closed(run, manifest(declared=("bias", "scale_factor"))).targets[0]
-        (one,) = found.added
-        assert (one.effect, found.verdict) == ("bias_direction" if sign > 0 else "dead_band", "effects-found")
-        size = next(p for p in one.parameters if p.parameter == "c")
-        assert abs(size.value - c) < 4 * size.sd < c
+    y = 1.002 * (rate + earth) + 1e-3 + c * sense + noise
+    command = Channel(rate, "rad/s", "interval", source="command")
+    site = Site(latitude=0.7) if earth else Site()
+    channels = {"gyro": Channel(y, "rad/s", "interval"), "table_rate": command}
+    run = Recording(t, channels, site=site, mounting=Mounting(tilt=np.pi / 2))
+    declared = ("bias", "scale_factor", *(("earth_rate",) if earth else ()))
+    return closed(run, manifest(declared=declared)).targets[0]
+
+
+STAIRCASE = np.deg2rad(np.repeat([5.0, -5, 20, -20, 40, -40, 10, -10, 30, -30, 0, 0], 1200))
+
+
+@pytest.mark.parametrize("earth", [0.0, EARTH_RATE * np.sin(0.7)])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_bias_with_the_sense_of_rotation_is_told_from_a_dead_band(sign: int, earth: float) -> None:
+    """A motor's current, where an anomaly or a knee was named: of a table that rests none, though the Earth turns it.
+
+    What is lost at all rates is a threshold as well, unless the Earth's rate would be lost of a table at rest.
+    """
+    c = 3e-4
+    found = _with_sense(sign * np.sign(STAIRCASE), STAIRCASE, c, earth)
+    (one,) = found.added
+    either = {"bias_direction", "dead_band"} if sign < 0 else {"bias_direction"}
+    assert {one.effect, *one.confounded_with, *one.same_curve} <= either and one.effect in either
+    size = next(p for p in one.parameters if p.parameter == "c")
+    assert abs(abs(size.value) - c) < 4 * size.sd < c

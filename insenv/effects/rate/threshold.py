@@ -6,8 +6,9 @@
     bias_direction      c sign(u)                       the bias has a part that goes with the sense of rotation
 
 Of rates that are all above the threshold the first form is a jump at zero, -c sign u, and tells c alone. The third
-beside a scale factor is the first with c and d of their own: of three rates it is a cubic as well. The fourth is the
-first one's opposite, c > 0: what is against the rotation at all rates is a threshold.
+beside a scale factor is the first with c and d of their own: of three rates it is a cubic as well. The fourth, of a
+table that stands nothing at all, is against the rotation (c < 0) what the first is of rates that are all above its
+threshold; but the Earth's rate, which a threshold takes too, is none of a motor's.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from typing import Self, final
 
 import numpy as np
 
+from insenv.core.earth import EARTH_RATE
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats
 from insenv.effects.base import OUTPUT, CurveEffect, LinearEffect, Param
@@ -27,8 +29,8 @@ from insenv.effects.rate.scale import LEAST_RATE, rates_run
 THRESHOLDS, LEAST_SHARE = 10, 0.02
 #: A share of the largest rate below which the table stands.
 STANDS = 1e-5
-#: Rate up to which a table stands, whatever else it does [rad/s]: a seventh of the Earth's.
-STILL = 1e-5
+#: Rate up to which a table stands [rad/s]: the Earth turns the gyro on it, and no motor does.
+STILL = 1.02 * EARTH_RATE
 
 #: Share of a threshold over which a jump at it is blurred, and shares of what is below it that are all of it.
 SECANT, ALL = 0.05, (0.8, 1.25)
@@ -158,7 +160,7 @@ class BiasDirection(LinearEffect):
     id = "bias_direction"
     title = "bias over direction"
     meaning = "a part of the bias goes with the sense of rotation, as a motor's current against friction does"
-    linear = (Param("c", OUTPUT, sd=0.01, bound=0.2, per_rate=True, low=0.0),)
+    linear = (Param("c", OUTPUT, sd=0.01, bound=0.2, per_rate=True),)
     source = "Coulomb friction: Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083"
     instruments = ("gyro",)
     of_rate = True
