@@ -4,8 +4,10 @@ A rival of an added effect is another effect with which in its place the added o
 with more parameters must also explain better, beyond what a further parameter gains by itself, unless on this recording
 it is the very same curve, or the same to the noise: an anomaly at two rates is a cubic. What has another effect as its
 limit is no rival of it, but for what time drives: a drift is how a warm-up starts, and one with a time constant within
-the record that explains any better is a rival. Of a rival that is rarer by far (`Effect.unusual`) the evidence must pay
-for that: one that explains no better than a common effect is told beside it (`same_curve`), and makes no doubt of it.
+the record that explains any better is a rival. Of two orders of one polynomial none is a rival of the other: the lower
+one is named where the higher one's further powers are not significant. Of one that is rarer by far (`Effect.unusual`)
+the evidence must pay for that: one that explains no better than a common effect is told beside it (`same_curve`), and
+makes no doubt of it.
 
 Of those that explain as well the likeliest is named first; a law of the temperature itself (`is_plain`) before one of
 how it changes or of the time, though it is a little less likely (`PLAIN`): as a unit warms by exp(-t / tau) the
@@ -99,10 +101,11 @@ def rivalry(
     own, _ = likelihood_ratio(problem, base, (*others, term))
     rivals: list[Hit] = []
     rarer: list[Hit] = []
-    better: Hit | None = None
     paid, level = _paid(term, own, hits), _level(problem, term, hits, alpha)
-    for hit in hits:
-        if hit.term.effect.key == term.effect.key or hit.candidate.generic or not _significant(problem, hit, level):
+    able = [hit for hit in hits if not hit.candidate.generic and _significant(problem, hit, level)]
+    better = _lower_order(problem, others, term, able, alpha)
+    for hit in able:
+        if _of_one_polynomial(hit.term.effect, term.effect):
             continue
         extra = _parameters(problem, base, hit.term) - _parameters(problem, base, term)
         if own - hit.likelihood_ratio < NEAR and not hit.term.effect.line:
@@ -188,6 +191,21 @@ def _odds(term: Term) -> float:
 def is_plain(effect: Effect) -> bool:
     """Whether an effect follows the temperature as it is, in proportion."""
     return "temperature" in effect.needs and not (effect.of_way or effect.shapes or effect.of_time)
+
+
+def _of_one_polynomial(effect: Effect, other: Effect) -> bool:
+    """Whether two effects are one, or one with further coefficients: polynomials of two orders."""
+    count = min(len(effect.linear), len(other.linear))
+    orders = len(effect.linear) != len(other.linear) and effect.linear[:count] == other.linear[:count]
+    return effect.id == other.id and (effect.key == other.key or orders)
+
+
+def _lower_order(problem: Problem, others: Model, term: Term, hits: list[Hit], alpha: float) -> Hit | None:
+    """The lowest order of the polynomial ``term`` beside which its further powers are not significant, if any."""
+    lower = [hit for hit in hits if _of_one_polynomial(hit.term.effect, term.effect)]
+    lower = [hit for hit in lower if len(hit.term.effect.linear) < len(term.effect.linear)]
+    lower.sort(key=lambda hit: len(hit.term.effect.linear))
+    return next((hit for hit in lower if not _still_needed(problem, (*others, hit.term), term, alpha)), None)
 
 
 def _same_curve(problem: Problem, base: Reference, rival: Term, term: Term) -> bool:

@@ -67,6 +67,8 @@ CHANCE = 0.05
 CERTAIN, LIKELIER = 6.3e-5, 50.0
 #: Odds over a walk from which on laws beside a reference are named with it, in a set.
 NAMED = 300.0
+#: Probability by itself up to which a law that foretells held-out rows better is named in a set.
+FORETELLS = 0.1
 #: Share of the time within which a law is over that is none, and share of its curve that is then left at most.
 SOON = 0.05
 #: Beside a reference: probability after its looks with which noise makes a slow law of the bias, and deviations of its
@@ -422,14 +424,11 @@ def _with_set(track: Track, alpha: float) -> Track:
     score = held_out_score(problem, fit)
     for hit, larger, after in _confirmed(track, fit, score, keys):
         likely = next(one for one in laws if one.candidate.effect.key == hit.candidate.effect.key)
-        if after.rms >= (1 - CHANCE_OF_ROWS) * score.rms and log_p_by_itself(track, likely) >= math.log(alpha):
-            continue  # it foretells nothing better than by chance, and all rows do not ask for it
-        step = Step(
-            replace(hit, likelihood_ratio=likely.likelihood_ratio),
-            score,
-            after,
-            math.exp(log_p_by_itself(track, likely)),
-        )
+        foretells = after.rms < (1 - CHANCE_OF_ROWS) * score.rms
+        if log_p_by_itself(track, likely) >= math.log(FORETELLS if foretells else alpha):
+            continue  # all rows do not ask for it, and held-out ones are foretold no better than by chance
+        judged = replace(hit, likelihood_ratio=likely.likelihood_ratio)
+        step = Step(judged, score, after, math.exp(log_p_by_itself(track, likely)))
         beyond = (one for one in _steps_beyond(track, rows, likely) if one not in jumps)
         others = [one for one in (*laws, *_anew(track), *beyond) if one is not likely]
         found = Rivalry(_keys(others), None, tuple(one.term for one in others), noise=_noise(rows))
