@@ -57,6 +57,18 @@ def test_a_reversal_is_told_from_what_smoothing_leaves_of_the_steps_of_an_angle(
     assert ["taken up" in form.contradiction(np.array([4e-4])) for form in forms] == [f.radius > 2e-3 for f in forms]
 
 
+def test_a_play_does_not_move_with_the_noise_of_an_angle_at_rest() -> None:
+    """It would be the reference's own error: a backlash of the wrong sign was beyond all doubt in nulls of a table."""
+    rng = np.random.default_rng(3)
+    angle = np.cumsum(np.concatenate([np.full(500, 0.01), np.zeros(500), np.full(500, -0.01), np.zeros(501)]))
+    angle = np.round((angle + 2e-6 * rng.standard_normal(2001)) / 8e-6) * 8e-6
+    motion = Motion(t=edges(2000, 0.05), rate=np.diff(angle) / 0.05, angle=angle)
+    for form in EncoderBacklash().variants(motion):
+        rate = added(form, motion, 1e-4)
+        for rest in (slice(520, 990), slice(1520, 2000)):
+            assert np.abs(rate[rest]).max() < 1e-9 * np.abs(rate).max()
+
+
 def test_a_chain_of_plays_is_the_play_step_by_step() -> None:
     rng = np.random.default_rng(0)
     x = np.cumsum(rng.standard_normal((3, 257)), axis=1)

@@ -9,7 +9,8 @@ with s(x) = (x - P(x)) / r between -1 and 1, P the play operator of radius r,
     P_k = min(max(P_{k-1}, x_k - r), x_k + r),    P_0 = x_0:
 
 s is 1 where x was last raised by more than r, -1 where it was lowered, and in between on the way from the one to the
-other after each turning point.
+other after each turning point. Of a play that starts at rest the noise of the angle would go to and fro in s, and is
+the reference's own error with a sign: a goes through a play of its own first, within which noise moves nothing.
 
 Source: M. Brokate and J. Sprekels, Hysteresis and Phase Transitions (1996), chapter 2.
 """
@@ -30,6 +31,8 @@ from insenv.effects.rate.scale import LEAST_RATE
 #: Radius of the play by which a reversal is told from the noise of an angle: unasked [rad], in deviations of that
 #: noise, and the least [rad]; and the largest that is tried, half of a play.
 REVERSED, BEYOND, LEAST, WIDEST = 1e-3, 10.0, 1e-8, 0.05
+#: Share of the least radius within which an angle moves by its noise alone.
+STILL = 0.5
 #: Share of a way that a play must be at least which is taken up over it: radii are tried in steps of some four.
 TAKEN_UP = 0.1
 #: Ratio of two radii of which reversals are compared, one that goes with the noise is none by the larger one; and how
@@ -78,9 +81,12 @@ class EncoderBacklash(MemoryEffect):
     ----------
     radius : float
         Of the play by which a reversal is told: beyond the noise of the angle [rad].
+    still : float
+        Radius within which the angle moves by its noise alone [rad].
     """
 
     radius: float = REVERSED
+    still: float = 0.0
 
     id = "encoder_backlash"
     title = "backlash of the encoder"
@@ -114,7 +120,7 @@ class EncoderBacklash(MemoryEffect):
             radius, count = smaller, seen
         widest = next((r for r in _ladder(WIDEST, radius) if r > radius and reversals(angle, r) == count > 0), None)
         radii = [radius] if widest is None else np.geomspace(radius, widest, RADII_OF_PLAY).tolist()
-        return tuple(replace(self, radius=r) for r in radii)
+        return tuple(replace(self, radius=r, still=STILL * radius) for r in radii)
 
     def contradiction(self, theta: Floats) -> str:
         """That a play is taken up over a way that is far longer, where no noise of the angle asks for so long a one."""
@@ -123,18 +129,20 @@ class EncoderBacklash(MemoryEffect):
         return f"its play would be {float(theta[0]):.2g} rad, and taken up over {2 * self.radius:.2g} rad"
 
     def begin(self, motion: Motion, theta: Floats) -> Floats:
-        """Where the coupling is: in the middle of its play, shape (...)."""
-        first = known(motion, "angle", self.id)[..., 0]
-        return np.broadcast_to(first, np.broadcast_shapes(first.shape, np.shape(theta)[:-1])).copy()
+        """Where the coupling is, in the middle of its play, and the angle beyond its noise, shape (..., 2)."""
+        first = known(motion, "angle", self.id)[..., 0, None]
+        return np.broadcast_to(first, (*np.broadcast_shapes(first.shape[:-1], np.shape(theta)[:-1]), 2)).copy()
 
     def carry(self, u: Floats, motion: Motion, theta: Floats, state: Any) -> tuple[Floats, Floats]:
-        """What the reference lacks while the play is taken up, shape (..., n), and where the coupling is, (...)."""
-        angle = known(motion, "angle", self.id)
-        behind = play(angle, self.radius, np.asarray(state))
-        behind[..., 0] = state
-        side = (angle - behind) / self.radius
+        """What the reference lacks while the play is taken up, shape (..., n), and where both are, (..., 2)."""
+        coupling, moved = np.moveaxis(np.asarray(state), -1, 0)
+        angle = play(known(motion, "angle", self.id), self.still, moved)
+        angle[..., 0] = moved
+        behind = play(angle, self.radius - self.still, coupling)
+        behind[..., 0] = coupling
+        side = (angle - behind) / (self.radius - self.still)
         rate = 0.5 * motion.projection * motion.gain * interval_slope(side, motion.dt)
-        return spread(u, theta[..., 0, None] * rate), behind[..., -1].copy()
+        return spread(u, theta[..., 0, None] * rate), np.stack([behind[..., -1], angle[..., -1]], axis=-1)
 
     def blind(self, motion: Motion) -> str:
         """Nothing of it is in a rest."""
