@@ -61,7 +61,7 @@ def test_a_play_does_not_move_with_the_noise_of_an_angle_at_rest() -> None:
     """It would be the reference's own error: a backlash of the wrong sign was beyond all doubt in nulls of a table."""
     rng = np.random.default_rng(3)
     angle = np.cumsum(np.concatenate([np.full(500, 0.01), np.zeros(500), np.full(500, -0.01), np.zeros(501)]))
-    angle = np.round((angle + 2e-6 * rng.standard_normal(2001)) / 8e-6) * 8e-6
+    angle += 2e-6 * rng.standard_normal(2001)
     motion = Motion(t=edges(2000, 0.05), rate=np.diff(angle) / 0.05, angle=angle)
     for form in EncoderBacklash().variants(motion):
         rate = added(form, motion, 1e-4)
