@@ -46,6 +46,10 @@ SHARED = tuple(sorted(effect.id for effect in ALL if effect.of_base))
 #: time, whose scores the noise has taken in, and some of the instants of a step.
 SHAPES_TOGETHER = 10
 
+#: Normal deviate of a target's own from which on it has a cause that all have together, chance in one of a hundred; and
+#: of its held-out data, from which on a twentieth will do.
+OWN, HELD_OUT = 2.33, 1.0
+
 #: Lines that are damped in the bins of one target at most; beyond them what is left has a cause that is no line.
 MOST_DAMPED = 4
 
@@ -85,8 +89,9 @@ def proposals(tracks: list[Track], alpha: float) -> list[Proposal]:
         if where:
             hits = tuple(common([tracks[i] for i in where], key))
             log_p = joint_log_p(hits)
-            if log_p < math.log(alpha):
-                found.append(Proposal(where, hits, math.exp(log_p)))
+            there = [(i, hit) for i, hit in zip(where, hits, strict=True) if _has_a_part(hit)]
+            if log_p < math.log(alpha) and there:
+                found.append(Proposal(tuple(i for i, _ in there), tuple(hit for _, hit in there), math.exp(log_p)))
     return found
 
 
@@ -181,6 +186,11 @@ def has(track: Track, key: str) -> bool:
 def hit_of(track: Track, key: str) -> Hit:
     """The hit of an effect."""
     return next(h for h in track.hits or () if h.candidate.effect.key == key)
+
+
+def _has_a_part(hit: Hit) -> bool:
+    """Whether a target shows by itself something of a cause that is certain on all of them together."""
+    return hit.deviate >= OWN or (hit.deviate >= LEAST and hit.held_out >= HELD_OUT)
 
 
 def joint_log_p(hits: tuple[Hit, ...]) -> float:
