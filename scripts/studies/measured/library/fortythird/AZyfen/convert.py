@@ -1,4 +1,4 @@
-"""Gyro z of a telephone in the hand of somebody who walks beside the angle about z of its own attitude, 28 s at 104 Hz."""
+"""Gyro z of a telephone in the hand of somebody who walks, beside its own attitude about z, 28 s at 104 Hz."""
 
 from pathlib import Path
 

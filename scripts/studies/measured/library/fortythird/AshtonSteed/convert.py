@@ -1,4 +1,4 @@
-"""Gyro z of two Crazyflies that hover side by side, beside the angle about z that cameras tell of each, 10 s at 65 Hz."""
+"""Gyro z of two Crazyflies that hover side by side, beside their angles by cameras, 10 s at 65 Hz."""
 
 import csv
 from pathlib import Path
@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-rows = list(csv.DictReader(Path("raw/sittingtest.csv").open(encoding="utf-8")))
+with Path("raw/sittingtest.csv").open(encoding="utf-8") as file:
+    rows = list(csv.DictReader(file))
 for name, agent in (("second", "CF_2"), ("third", "CF_3")):
     own = [row for row in rows if row["agent_id"] == agent]
     time = np.array([float(row["t"]) for row in own])

@@ -1,7 +1,7 @@
 """A quadrotor on a stand that is moved by hand in front of motion capture, 108 s at some 40 Hz.
 
-The angles of the motion capture are those of the world as the body sees it, and its body lies 131.3 degrees about z beside that of the
-gyros.
+The angles of the motion capture are those of the world as the body sees it, and its body lies 131.3 degrees about z
+beside that of the gyros.
 """
 
 import re

@@ -1,7 +1,7 @@
 """A VN-100 in a car that drives for 755 s, at 40 Hz, from lines of its own.
 
-The axes point forward, right and down. The times of the computer lie 3 to 153 ms apart; the unit itself tells 40 rows in a second, and
-these count here. The angles are summed up from its own yaw, pitch and roll.
+The axes point forward, right and down. The times of the computer lie 3 to 153 ms apart; the unit itself tells 40 rows
+in a second, and these count here. The angles are summed up from its own yaw, pitch and roll.
 """
 
 import csv

@@ -1,4 +1,4 @@
-"""A VN-100 that stands on a table for 102 s, and one that is turned about by hand for 39 s, at 40 Hz, from lines of its own.
+"""A VN-100 that stands on a table for 102 s, and one turned about by hand for 39 s, at 40 Hz, from lines of its own.
 
 The axes point forward, right and down. The angles of the turned one are summed up from its own yaw, pitch and roll.
 """
@@ -15,7 +15,9 @@ LINE = re.compile(r"\$VNYMR,([-+\d.,]+)\*")
 
 def read(name: str) -> np.ndarray:
     rows = []
-    for row in list(csv.reader(Path(f"raw/IMU/Data/{name}.csv").open(encoding="utf-8")))[1:]:
+    with Path(f"raw/IMU/Data/{name}.csv").open(encoding="utf-8") as file:
+        told_rows = list(csv.reader(file))[1:]
+    for row in told_rows:
         told = LINE.search(row[-1])
         if told is not None:
             rows.append([int(row[2]) + int(row[3]) * 1e-9, *map(float, told[1].split(","))])
