@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass, replace
-from typing import Any, Self, final
+from typing import Any, ClassVar, Self, final
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from insenv.core.earth import EARTH_RATE
 from insenv.core.motion import Motion, interval_slope
 from insenv.core.recording import Floats
 from insenv.core.units import STANDARD_GRAVITY
-from insenv.effects.base import OUTPUT, Effect, LinearEffect, Param
+from insenv.effects.base import OUTPUT, Effect, Instrument, LinearEffect, Param
 from insenv.effects.forms import SET, checked_order, columns, known, spread, wave_at
 from insenv.effects.wobble import HIGHEST_ORDER as HIGHEST_WOBBLE
 from insenv.effects.wobble import Wobble
@@ -41,7 +41,7 @@ class _Wave(LinearEffect):
     """A wave of the table angle, with the coefficients c and s."""
 
     needs = ("angle",)
-    instruments = ("gyro",)
+    instruments: ClassVar[tuple[Instrument, ...]] = ("gyro",)
 
     @abstractmethod
     def wave(self, motion: Motion, c: float | Floats, s: float | Floats) -> Floats:
