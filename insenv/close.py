@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from difflib import get_close_matches
+from functools import partial
 from pathlib import Path
 
 from insenv import datasets
@@ -30,6 +31,7 @@ from insenv.identify.findings import Findings
 from insenv.identify.folds import by_other_folds
 from insenv.identify.formula import formulas_of, with_laws
 from insenv.identify.loop import Outcome, trace
+from insenv.identify.own_levels import with_own_levels
 from insenv.identify.positions.findings import position_findings
 from insenv.identify.positions.on_axes.findings import unit_findings
 from insenv.identify.positions.on_axes.trace import on_axes, trace_unit
@@ -113,11 +115,16 @@ def close_on(  # noqa: PLR0913 -- as of `close`
         recordings = with_uses(recordings, uses)
         odd = remarks(recordings, [use.fit | use.held_out for use in uses])
 
-        def searched(uses: tuple[RowUse, ...]) -> Outcome:
-            own = without_tails(recordings, uses) if read.procedure == "static" else (recordings, uses)
-            return trace(read, *own, _catalogue(read, recordings) if tried is None else tried, alpha, seed, progress)
+        def searched(manifest: Manifest, uses: tuple[RowUse, ...]) -> Outcome:
+            own = without_tails(recordings, uses) if manifest.procedure == "static" else (recordings, uses)
+            chosen = _catalogue(manifest, recordings) if tried is None else tried
+            return trace(manifest, *own, chosen, alpha, seed, progress)
 
-        outcome, other = by_other_folds(searched(uses), other_folds(read, recordings), searched, progress)
+        def settled(manifest: Manifest) -> tuple[Outcome, tuple[str, ...]]:
+            first, folds = searched(manifest, uses), other_folds(manifest, recordings)
+            return by_other_folds(first, folds, partial(searched, manifest), progress)
+
+        outcome, other = with_own_levels(*settled(read), read, settled, progress)
         odd = (*odd, *(other or sentence_of_split(read, recordings)))
         outcome = with_laws(outcome, progress) if tried is None else outcome
         said = [name for name, channel in read.channels.items() if channel.source is not None]

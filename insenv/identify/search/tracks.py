@@ -77,7 +77,7 @@ class Track:
     late; ``local`` are faults at one rate, which such a reference hides, and which may be what another law of the rate
     is taken for. ``law`` is a product of what was recorded that what is left follows, and ``behind`` are effects that
     had been added and explain less than it does (`insenv.identify.formula`). ``in_common`` says in words with which
-    other channels what is left wanders.
+    other channels what is left wanders, ``apart`` that each run has a bias of its own where one for all was taken.
     """
 
     prepared: Prepared
@@ -103,6 +103,7 @@ class Track:
     law: FoundFormula | None = None
     behind: tuple[str, ...] = ()
     in_common: str = ""
+    apart: tuple[str, ...] = ()
 
     @property
     def problem(self) -> Problem:

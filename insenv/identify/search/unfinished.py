@@ -111,7 +111,7 @@ def unfinished(track: Track, alpha: float) -> tuple[str, ...]:
         *_of_the_box(track),
         *follows_other_gyros(track.problem, track.fit),
         *leaning(track, alpha),
-        *turned_on_anew(track, alpha),
+        *(track.apart or turned_on_anew(track, alpha)),
         *_jumping(track, alpha),
         *_waves(track),
         *_waves_of_the_angle(track),

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from simulated_runs import closed, manifest
 
+from insenv.close import close_on
 from insenv.core.recording import Channel, Floats, Recording, Site
 from insenv.identify.findings import TargetFindings
 
@@ -56,3 +57,32 @@ def test_what_the_temperature_may_have_made_is_a_set() -> None:
 
 def test_the_same_bias_in_all_runs_is_nothing() -> None:
     assert all(said(seed, (0.0, 0.0, 0.0)).verdict == "nothing-significant" for seed in range(6))
+
+
+def soaks(seed: int, cubic: float) -> TargetFindings:
+    """The loop on six soaks of a chamber with a staircase of rates each, of a gyro switched off between them."""
+    rng, runs = np.random.default_rng(seed), []
+    steps = np.deg2rad([0.0, 10, -10, 20, -20, 30, -30, 40, -40, 50, -50])
+    for celsius in (-40.0, -20.0, 0.0, 25.0, 50.0, 70.0):
+        u = np.repeat(steps, 60)
+        t = 0.2 * np.arange(1.0, len(u) + 1)
+        values = 1.001 * u + cubic * u**3 + 2e-5 * rng.standard_normal() + 1e-5 * rng.standard_normal(len(u))
+        channels = {
+            "gyro": Channel(values, "rad/s", "interval"),
+            "table_rate": Channel(u, "rad/s", "interval", source="command"),
+            "temperature": Channel(np.full(len(u), 273.15 + celsius), "K"),
+        }
+        runs.append(Recording(t, channels, label=f"{celsius:g} degC"))
+    (target,) = close_on(manifest(("gyro",), ("bias", "scale_factor")), tuple(runs)).targets
+    return target
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_what_each_run_tells_is_named_beside_biases_of_their_own(seed: int) -> None:
+    """A cubic of the fastest steps, which are held out; without one nothing has a name. That one bias was taken is a doubt."""
+    for cubic in (2e-5, 0.0):
+        found = soaks(seed, cubic)
+        names = [{one.effect, *one.confounded_with} for one in found.added]
+        assert len(names) == (cubic > 0) and all("scale_factor_cubic" in each for each in names)
+        assert any("not the same in the runs" in reason for reason in found.reasons)
+        assert found.verdict not in ("effects-found", "nothing-significant")
