@@ -79,7 +79,7 @@ def soaks(seed: int, cubic: float) -> TargetFindings:
 
 @pytest.mark.parametrize("seed", range(2))
 def test_what_each_run_tells_is_named_beside_biases_of_their_own(seed: int) -> None:
-    """A cubic of the fastest steps, which are held out; without one nothing has a name. That one bias was taken is a doubt."""
+    """A cubic of the fastest steps, which are held out; that one bias was taken is a doubt, and alone without it."""
     for cubic in (2e-5, 0.0):
         found = soaks(seed, cubic)
         names = [{one.effect, *one.confounded_with} for one in found.added]
