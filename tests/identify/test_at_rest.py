@@ -171,7 +171,7 @@ def test_gyros_of_twice_the_range_are_said_beside_their_scale_factor() -> None:
 def test_a_gyro_whose_bias_goes_on_from_rest_to_rest_drifts_or_walks() -> None:
     model = manifest(GYROS, ("bias",), HeldOut())
     run = recording(Case(rests=20), 3)
-    gone = np.ptp(run.channels["gyro_x"].values) * 3e-4 * np.linspace(0, 1, len(run.t))
+    gone = np.ptp(run.channels["gyro_x"].values) * 1e-3 * np.linspace(0, 1, len(run.t))
     channels = dict(run.channels) | {
         "gyro_x": replace(run.channels["gyro_x"], values=run.channels["gyro_x"].values + gone)
     }

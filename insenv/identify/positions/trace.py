@@ -398,6 +398,9 @@ def _walks(
     return (None if most is problem else with_bias_walk(problem, terms, runs, anew, 0.0)), doubts
 
 
+#: Probability beside white noise from which on a gyro's bias is said to go somewhere: flicker alone, of a good MEMS gyro
+#: over minutes, had one in a hundred in five of twelve units without any drift.
+FLICKERS = 1e-5
 _WALKING = "beside biases that walk as far as these rests allow"
 _REPEATED = "beside biases that repeat from rest to rest no better than an accelerometer does at worst"
 #: What explains a few rests nearly as well as an effect, and the p-value beside it up to which that is said: what is
@@ -631,7 +634,8 @@ def _with_slow(problem: RestMeans, outcome: Outcome, slow: Sequence[RestTerm], a
     white = replace(problem, root=np.eye(len(problem.y)))
     small = solve(white, after.terms)
     found = [(term, evidence(white, small, solve(white, (*after.terms, term)))) for term in slow]
-    sure = sorted((e.p_value(len(slow)), i) for i, (_, e) in enumerate(found) if e.p_value(len(slow)) < alpha)
+    level = min(alpha, FLICKERS)
+    sure = sorted((e.p_value(len(slow)), i) for i, (_, e) in enumerate(found) if e.p_value(len(slow)) < level)
     for p_value, i in sure[:1]:
         term, told = found[i]
         larger = solve(problem, (*after.terms, term))
