@@ -398,8 +398,8 @@ def _walks(
     return (None if most is problem else with_bias_walk(problem, terms, runs, anew, 0.0)), doubts
 
 
-#: Probability beside white noise from which on a gyro's bias is said to go somewhere: flicker alone, of a good MEMS gyro
-#: over minutes, had one in a hundred in five of twelve units without any drift.
+#: Probability beside white noise from which on a bias is said to go somewhere: flicker alone, of a good MEMS gyro over
+#: minutes, had one in a hundred in five of twelve units without any drift.
 FLICKERS = 1e-5
 _WALKING = "beside biases that walk as far as these rests allow"
 _REPEATED = "beside biases that repeat from rest to rest no better than an accelerometer does at worst"

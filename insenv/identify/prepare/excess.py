@@ -13,6 +13,7 @@
    And with its changes: a mean over them (`insenv.identify.prepare.after_moves`).
 4. Angle: waves of the table's angle of any order, in windows of time (`insenv.identify.prepare.spectral.orders`).
    Temperature: the same, half of its range the turn.
+   Runs: whether one wanders more than the others (`insenv.identify.prepare.alike`).
 5. Lines that move (`insenv.identify.prepare.spectral.sweeps`).
    Points: whether readings at one setting agree better with each other, and go on from row to row
    (`insenv.identify.prepare.lack_of_fit`).
@@ -41,6 +42,7 @@ from insenv.identify.fit.noise import eigenvalues, fit_noise, modes, transform
 from insenv.identify.fit.problem import NOISE_TERMS, Problem, pooled
 from insenv.identify.prepare import lack_of_fit
 from insenv.identify.prepare.after_moves import after_moves_p
+from insenv.identify.prepare.alike import Unlike, most_unlike
 from insenv.identify.prepare.spectral.orders import AS_WELL, MOST_ORDER, Wave, order_of, strongest
 from insenv.identify.prepare.spectral.sweeps import sweeps_p
 
@@ -72,6 +74,7 @@ OF_ANGLE = "the residual follows the table's angle in a way that no effect fores
 OF_TEMPERATURE = "the residual follows the temperature in a way that no effect foresees"
 MOVING = "the residual has a line whose frequency moves, which no effect has"
 LOUD = "the residual is louder at some times than at others"
+UNLIKE = "one of the runs wanders more than the others, which noise of one instrument does not"
 TOLD = 1e-6
 
 
@@ -99,6 +102,8 @@ def _structure(problem: Problem, fit: Fit, declared: dict[str, float], alpha: fl
     found = {text: p for text, p in tests.items() if p < level}
     wave = Lazy(lambda: _strongest_wave(problem, fit))
     each = {text: _each_turn(wave, text, p) if problem.turns else "" for text, p in found.items()}
+    if UNLIKE in found and (unlike := _unlike(*_whole(problem, fit))) is not None:
+        each[UNLIKE] = f", run {unlike.run + 1} by {unlike.times:.2g} times as much"
     each |= {OF_TEMPERATURE: _each_wave_of_heat(problem, fit)} if OF_TEMPERATURE in found else {}
     reasons = (f"{text}{each[text]} (p = {p:.1g})" for text, p in found.items())
     return Structure(min(tests.values()), tuple(reasons))
@@ -192,6 +197,8 @@ def _tests(problem: Problem, fit: Fit, declared: dict[str, float]) -> dict[str, 
         (MOVING, sweeps_p(_by_run(whole, everywhere))),
         ("held-out data hold slow structure that neither model nor noise foretells", _later_p(problem, fit)),
     ]
+    if (unlike := _unlike(whole, all_rows)) is not None:
+        tests.append((UNLIKE, unlike.p_value))
     if problem.in_points:
         tests += lack_of_fit.tests(whole, all_rows)
     if declared:
@@ -200,6 +207,11 @@ def _tests(problem: Problem, fit: Fit, declared: dict[str, float]) -> dict[str, 
         excess = bands if problem.step_errors() is not None else 2 * min(_excess_p(problem, fit, declared), bands)
         tests.append(("the residual holds more noise than was declared", excess))
     return dict(tests)
+
+
+def _unlike(problem: Problem, fit: Fit) -> Unlike | None:
+    """The run that wanders most, of several."""
+    return None if problem.in_points else most_unlike(problem.fitted, whitened(problem, fit)[2])
 
 
 def broad_p(problem: Problem, fit: Fit) -> float:
