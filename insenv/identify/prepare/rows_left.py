@@ -83,7 +83,8 @@ def rows_left(
         missing = np.ones(len(left.values), bool)
         missing[rows.place] = recording.left_out.get(problem.target, np.zeros(len(recording), bool))[rows.index]
         left = replace(left, rate=rows.filled(rate)) if has_table(recording) else left
-        found.append(replace(left, step=step(readings), missing=missing if missing.any() else None))
+        missing_rows = missing if missing.any() else None
+        found.append(replace(left, step=step(readings), missing=missing_rows, encoder=problem.encoder))
     return tuple(found)
 
 

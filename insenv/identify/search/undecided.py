@@ -81,6 +81,9 @@ LONGER = 1e-2
 BEYOND = 6.0
 #: Deviations, beside noise that may wander, that a law of such a set is of at least.
 LEAST_SIZE = 0.3
+#: Probability among all that was tried up to which a law that would be significant by itself is said: at one in ten six
+#: of 262 units without any had one, and of 483 with an effect none that was not said otherwise.
+LEANS = 0.02
 #: Share of the slowest mode's variance that a noise term must make to be told.
 SHARE = 0.1
 
@@ -97,7 +100,8 @@ def leaning(track: Track, alpha: float) -> tuple[str, ...]:
         return ()
     hits = [hit for hit in track.last_physical if _is_slow(hit)]
     found = min(hits, key=lambda hit: _log_p_among_its_like(track, hit), default=None)
-    if found is None or (log_p := _log_p_among_its_like(track, found)) >= np.log(alpha):
+    log_p = 0.0 if found is None else _log_p_among_its_like(track, found)
+    if found is None or log_p >= np.log(alpha) or found.p_value >= LEANS:
         return _by_all_rows(track, alpha)
     return (
         f"{found.candidate.effect.key} explains the data better than noise does (p = {np.exp(log_p):.1g} by itself, "

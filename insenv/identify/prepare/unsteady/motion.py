@@ -7,6 +7,9 @@ the lower one,
 
 for noise that knows nothing of the motion. All segments without motion are one lower third, if a table rests. What the
 motor shakes, and the noise of a converter that follows the rate, are so; what a reference does is left out before.
+
+An angle that is read in steps q stands while the table rests, and while it turns its differences over a row have the
+variance q^2 / 6 dt^2 beside the noise of the rows at rest: no more than that is none of the gyro's.
 """
 
 from __future__ import annotations
@@ -23,6 +26,8 @@ from insenv.identify.prepare.unsteady.spectrogram import RowsLeft, Spectrogram
 
 #: Share of the largest rate below which a table rests; fewest segments that tell something on either side.
 RESTS, FEWEST = 0.01, 12
+#: Times the power that the steps of an angle make which is still theirs: an encoder has noise of its own as well.
+OF_STEPS = 2.0
 #: Groups of segments by the rate, beside those at rest, each of which has a level of its own.
 GROUPS = 6
 
@@ -67,6 +72,21 @@ def with_motion(cells: Spectrogram, left: RowsLeft) -> WithMotion | None:
     times = float(power[fast].sum() / there / max(power[slow].sum() / here, 1e-300))
     beyond = (np.array([one]) for one in (times / LOUDER, each * there, each * here))
     return WithMotion(float(log_far_tails_of_f(*beyond)[0]), times, rests) if times > LOUDER else None
+
+
+def of_steps(moved: WithMotion, left: RowsLeft) -> bool:
+    """Whether the steps of the angle of a table that rests as well make so much noise while it turns."""
+    if left.rate is None or not left.encoder or not moved.rests:
+        return False
+    speed = np.abs(left.rate)
+    still = speed < RESTS * speed.max()
+    at_rest, turning = (_variance(left.values[rows]) for rows in (still, ~still))
+    return turning < OF_STEPS * (at_rest + left.encoder**2 / (6 * left.dt**2))
+
+
+def _variance(values: Floats) -> float:
+    """Robust, of values about nothing."""
+    return float(np.median(np.abs(values)) / 0.6745) ** 2
 
 
 def without_motion(cells: Spectrogram, left: RowsLeft) -> Spectrogram:

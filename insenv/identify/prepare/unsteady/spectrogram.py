@@ -79,6 +79,8 @@ class RowsLeft:
         To which readings were rounded coarsely; 0 where they were not.
     missing : ndarray of bool, shape (n,), optional
         Rows that were lost or left out, for which a straight line stands.
+    encoder : float
+        Step to which the angle of the table is read, as the target sees it [rad]; 0 where that is not the reference.
     """
 
     run: int
@@ -90,6 +92,7 @@ class RowsLeft:
     lines: tuple[tuple[float, float], ...] = ()
     step: float = 0.0
     missing: NDArray[np.bool_] | None = None
+    encoder: float = 0.0
 
 
 @dataclass(frozen=True)

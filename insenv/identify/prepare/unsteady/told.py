@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 from insenv.identify.prepare.unsteady.flips import flips
 from insenv.identify.prepare.unsteady.loud import Loud, loud, quiet
-from insenv.identify.prepare.unsteady.motion import with_motion, without_motion
+from insenv.identify.prepare.unsteady.motion import of_steps, with_motion, without_motion
 from insenv.identify.prepare.unsteady.moving import ridges
 from insenv.identify.prepare.unsteady.pulses import pulses
 from insenv.identify.prepare.unsteady.spectrogram import RowsLeft, Spectrogram, lengths, spectrogram, white
@@ -93,9 +93,10 @@ def _of_run(left: RowsLeft, width: float) -> Iterable[str]:
     found, moved = _found(seen, left, level), with_motion(seen[0], left)
     surest = min((one.log_p for one in found if not one.line), default=0.0)
     if moved is not None and moved.log_p < math.log(level) and MOVED * moved.log_p < surest:
-        where = "while the table turns" if moved.rests else "where the table turns faster"
-        whose = "" if left.commanded else ", of the reading or of the reference"
-        yield f"{math.sqrt(moved.times):.2g} times as much noise {where}{whose} ({_chance(moved.log_p)})"
+        if not of_steps(moved, left):
+            where = "while the table turns" if moved.rests else "where the table turns faster"
+            whose = "" if left.commanded else ", of the reading or of the reference"
+            yield f"{math.sqrt(moved.times):.2g} times as much noise {where}{whose} ({_chance(moved.log_p)})"
         found = _found([without_motion(one, left) for one in seen], left, level)
     length = left.dt * len(left.values)
     yield from (_text(event, length) for event in found[:MOST])

@@ -16,6 +16,8 @@ from scipy.signal import butter, sosfilt
 from insenv.close import close
 from insenv.core.recording import Floats
 from insenv.identify.findings import TargetFindings
+from insenv.identify.prepare.unsteady.spectrogram import RowsLeft
+from insenv.identify.prepare.unsteady.told import unsteady
 
 HZ, NOISE = 100.0, 0.01
 T = np.arange(30000) / HZ
@@ -150,6 +152,16 @@ def test_noise_that_is_louder_while_the_table_turns_is_told(tmp_path: Path) -> N
     (said,) = about_rows(found)
     assert said.startswith("the rows hold 2 times as much noise while the table turns")
     assert found.verdict == "unexplained-structure"
+
+
+@pytest.mark.parametrize("times", [1.0, 3.0])
+def test_what_the_steps_of_an_angle_make_while_it_turns_is_no_noise_of_the_gyro(times: float) -> None:
+    """Differences of an angle in steps of a thousandth have 41 mrad/s at 100 Hz; three times that is the gyro's."""
+    rng, rate = np.random.default_rng(7), np.deg2rad(dwells())
+    turning = np.abs(rate) > 0.01
+    values = np.where(turning, times * 1e-3 * HZ / np.sqrt(6), 1e-3) * rng.standard_normal(len(rate))
+    said = unsteady([RowsLeft(0, 0.0, 1 / HZ, values, rate, encoder=1e-3)], 1.0)
+    assert any("times as much noise while the table turns" in one for one in said) == (times > 1)
 
 
 def test_a_named_effect_keeps_its_name_beside_a_disturbance(tmp_path: Path) -> None:
