@@ -76,7 +76,9 @@ def scatter_of_correlated(values: Floats, covariance: Floats) -> Scatter:
     room = float(np.trace(weights) - each @ each / each.sum())
     between = max(0.0, (q - free) / room) if room > ROUNDING * float(np.trace(weights)) else 0.0
     v = _weights(covariance + between * np.eye(len(values))).sum(axis=0)
-    return Scatter(float(chdtrc(free, q)), between, float(abs(values @ v) / np.sqrt(v.sum())))
+    # Errors that are nearly one and the same leave a sum of weights of rounding alone: no mean is told.
+    deviate = float(abs(values @ v) / np.sqrt(v.sum())) if v.sum() > 0 else 0.0
+    return Scatter(float(chdtrc(free, q)), between, deviate)
 
 
 def _weights(covariance: Floats) -> Floats:

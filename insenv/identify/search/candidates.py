@@ -7,6 +7,7 @@ rate).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,7 @@ from insenv.core.motion import Motion
 from insenv.core.recording import Floats
 from insenv.data.exposure import CHANNEL_OF
 from insenv.effects.angle import EncoderHarmonic
-from insenv.effects.base import CurveEffect, Effect, LinearEffect, NoiseEffect
+from insenv.effects.base import CurveEffect, Effect, LinearEffect, MemoryEffect, NoiseEffect
 from insenv.effects.spline import Spline
 from insenv.identify.findings import NotTestable
 from insenv.identify.fit.problem import Problem, Term
@@ -203,7 +204,7 @@ def _terms(problem: Problem, effect: Effect) -> tuple[Term, ...]:
     motions = [e.motion for e in problem.exposures]
     if isinstance(effect, Spline):
         return (Term(effect.over_all(motions)),)
-    motion = max(motions, key=lambda one: _shows(one, effect))
+    motion = _of_all_rates(motions, effect) or max(motions, key=lambda one: _shows(one, effect))
     if isinstance(effect, LinearEffect):
         each = effect.of_run and len({b.run for b in problem.fitted}) > 1
         return tuple(Term(form, per_run=each) for form in effect.variants(motion))
@@ -222,6 +223,19 @@ def _terms(problem: Problem, effect: Effect) -> tuple[Term, ...]:
             grid = grid[(grid[:, j] > start + margin) & (grid[:, j] < stop - margin)]
     shapes = [shape for row in grid.tolist() if not unseen(problem, effect, shape := tuple(row))]
     return tuple(Term(form, shape) for form in effect.variants(motion) for shape in shapes)
+
+
+def _of_all_rates(motions: Sequence[Motion], effect: Effect) -> Motion | None:
+    """The rates of all runs as one motion, for a law of the rate alone: a table may run one in each file.
+
+    None of another effect, or of one run.
+    """
+    law = isinstance(effect, CurveEffect) and not isinstance(effect, MemoryEffect)
+    if not (law and effect.of_rate and not effect.of_time and len(motions) > 1):
+        return None
+    rate = np.concatenate([motion.rate for motion in motions], axis=-1)
+    step = motions[0].dt
+    return Motion(t=step * np.arange(rate.shape[-1] + 1.0), rate=rate)
 
 
 def _shows(motion: Motion, effect: Effect) -> tuple[float, int]:
@@ -244,7 +258,9 @@ def unseen(problem: Problem, effect: Effect, shape: tuple[float, ...]) -> str:
         return "a hold that is over within two means is a delay in them"
     if any(e.motion.lag for e in problem.exposures):
         return ""
-    reasons = [effect.unseen(e.motion, shape) for e in problem.exposures]
+    motions = [e.motion for e in problem.exposures]
+    together = _of_all_rates(motions, effect)
+    reasons = [effect.unseen(motion, shape) for motion in (motions if together is None else [together])]
     return reasons[0] if all(reasons) else ""
 
 

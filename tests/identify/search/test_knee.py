@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from simulated_runs import DEG_PER_HOUR, closed
+from simulated_runs import DEG_PER_HOUR, closed, manifest
 
 from insenv.core.recording import Channel, Floats, Recording
 from insenv.identify.findings import TargetFindings
@@ -54,3 +54,20 @@ def test_a_cubic_is_no_knee(programme: str) -> None:
     found = said(programme, "cubic", 2)
     assert [one.effect for one in found.added] == ["scale_factor_cubic"]
     assert found.verdict == "effects-found"
+
+
+@pytest.mark.parametrize("law", ["knee", "cubic"])
+def test_a_knee_of_a_test_with_a_file_for_each_rate_has_its_name(law: str) -> None:
+    """No file has rates on both sides of it: it was not tried, and a cubic stated."""
+    rng, runs, n = np.random.default_rng(3), [], 600
+    for level in np.deg2rad([5, -5, 10, -10, 20, -20, 30, -30, 40, -40, 50, -50, 60, -60]):
+        beyond = np.sign(level) * max(abs(level) - KNEE, 0.0) / (np.deg2rad(60) - KNEE)
+        added = MOST * (beyond if law == "knee" else (level / np.deg2rad(60)) ** 3)
+        gyro = level + added + 2e-5 + WHITE * rng.standard_normal(n)
+        rate = Channel(np.full(n, level), "rad/s", "interval", source="command")
+        runs.append(Recording(T[:n], {"gyro": Channel(gyro, "rad/s", "interval"), "table_rate": rate}))
+    found = closed(tuple(runs), manifest(declared=("bias", "scale_factor"))).targets[0]
+    assert [one.effect for one in found.added] == [f"scale_factor_{law}"]
+    if law == "knee":
+        _, d = found.added[0].parameters
+        assert abs(d.value - KNEE) < 5 * d.sd
