@@ -31,6 +31,8 @@ WIDTHS = (0.02, 0.05, 0.12)
 LEAST_RATE = 1e-3
 #: Widths from the centre beyond which the bump is zero in double precision: a slow way to have nothing.
 _NOWHERE = 39.0
+#: Widths from zero below which the bump is a jump of the sign there.
+ABOUT_ZERO = 0.5
 #: A rate counts as run when at least this share of the recording lies near it.
 LEAST_SHARE = 1e-3
 
@@ -214,7 +216,12 @@ class ScaleFactorAnomaly(CurveEffect):
         return np.concatenate([_centres(magnitude, share * largest) for share in WIDTHS])
 
     def unseen(self, motion: Motion, shape: tuple[float, ...]) -> str:
-        """A fault of which no rate passes the middle is any curve that rises to the end: none that is local."""
+        """A fault of which no rate passes the middle is any curve that rises to the end: none that is local.
+
+        About zero it is a jump of the sign.
+        """
+        if shape[0] < ABOUT_ZERO * shape[1]:
+            return "about zero it would be a jump of the sign"
         beyond = shape[0] > float(np.abs(motion.rate).max(initial=0.0)) * (1 - 1e-3)
         return "no rate lies beyond its middle" if beyond else ""
 
@@ -226,7 +233,7 @@ def _centres(magnitude: Floats, width: float) -> Floats:
     width apart. Around zero, within half a width, the bump would be a jump in sign and no local fault.
     """
     _, mean = rates_run(magnitude, width)
-    centres = mean[mean > 0.5 * width]
+    centres = mean[mean > ABOUT_ZERO * width]
     return np.stack([centres, np.full_like(centres, width)], axis=-1)
 
 
