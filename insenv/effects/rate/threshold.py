@@ -6,9 +6,9 @@
     bias_direction      c sign(u)                       the bias has a part that goes with the sense of rotation
 
 Of rates that are all above the threshold the first form is a jump at zero, -c sign u, and tells c alone. The third
-beside a scale factor is the first with c and d of their own: of three rates it is a cubic as well. The fourth, of a
-table that stands nothing at all, is against the rotation (c < 0) what the first is of rates that are all above its
-threshold; but the Earth's rate, which a threshold takes too, is none of a motor's.
+beside a scale factor is the first with c and d of their own: of three rates it is a cubic as well. The fourth is the
+first one's opposite, c > 0: what is against the rotation at all rates is a threshold. The Earth's rate, which turns the
+gyro on a table that rests, is none of a motor's, nor need it be below a threshold (`of_table`).
 """
 
 from __future__ import annotations
@@ -49,9 +49,12 @@ class DeadBand(CurveEffect):
     ----------
     whole : bool
         Whether all of a rate above the threshold is read, and not what exceeds it.
+    of_table : bool
+        Whether it is of the table's rate alone: at rest nothing is lost of the Earth's.
     """
 
     whole: bool = False
+    of_table: bool = False
 
     id = "dead_band"
     title = "dead band"
@@ -66,6 +69,7 @@ class DeadBand(CurveEffect):
 
     def curve(self, u: Floats, motion: Motion, theta: Floats) -> Floats:
         """What is lost, shape (..., n)."""
+        u = np.where(np.abs(u) > STILL, u, 0.0) if self.of_table else u
         share = u / theta[..., 1, None]
         lost = np.where(np.abs(share) < 1.0, share, 0.0) if self.whole else np.clip(share, -1.0, 1.0)
         return np.asarray(-theta[..., 0, None] * lost)
@@ -101,8 +105,10 @@ class DeadBand(CurveEffect):
         return () if self.whole else (float(theta[0]) / CUT_OFF,)
 
     def variants(self, motion: Motion) -> tuple[Self, ...]:
-        """Both forms."""
-        return (self, replace(self, whole=True))
+        """Both forms; that of the table's rate, where the Earth's is another, comes before what is the same of it."""
+        rate = np.abs(motion.rate)
+        earth = bool(np.any((rate > 0) & (rate <= STILL)))
+        return (*((replace(self, of_table=True),) if earth else ()), self, replace(self, whole=True))
 
     def grid(self, motion: Motion) -> Floats:
         """Thresholds from below the least rate that was run to half of the largest, shape (g, 1)."""
@@ -160,7 +166,7 @@ class BiasDirection(LinearEffect):
     id = "bias_direction"
     title = "bias over direction"
     meaning = "a part of the bias goes with the sense of rotation, as a motor's current against friction does"
-    linear = (Param("c", OUTPUT, sd=0.01, bound=0.2, per_rate=True),)
+    linear = (Param("c", OUTPUT, sd=0.01, bound=0.2, per_rate=True, low=0.0),)
     source = "Coulomb friction: Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083"
     instruments = ("gyro",)
     of_rate = True
