@@ -66,10 +66,9 @@ def lines_of_samples(
         values, reference = rows.filled(left), rows.filled(channel.values[rows.index] - left)
         for line in lines:
             steps = steps_of_encoder(line, recording.dt, values, reference, problem.encoder)
-            moved = problem.turns and (
-                (not steps and _of_motion(problem, line, recording.dt, values, reference))
-                or of_poles(problem, line, recording.dt)
-            )
+            moves = problem.turns and not steps
+            moved = moves and _of_motion(problem, line, recording.dt, values, reference)
+            moved = moved or of_poles(problem, line, recording.dt)
             found += [] if moved else [replace(line, of_counts=steps)]
     return tuple(found)
 
