@@ -170,7 +170,7 @@ def _of_the_reference(track: Track, hit: Hit) -> bool:
 def times_a_turn(track: Track, hit: Hit) -> int:
     """Times a turn of the table that the line of a hit comes, if it goes with its angle as nearly as anybody tells."""
     problem, fit = track.problem, track.fit
-    if not hit.candidate.effect.line or not problem.turns:
+    if not hit.candidate.effect.line:
         return 0
     frequency = hit.term.shape[0]
     order: int = problem.remember(("order of", hit.term, fit.model), lambda: order_of_line(problem, fit, frequency))

@@ -78,3 +78,12 @@ def test_a_wave_of_a_good_encoder_is_told_beside_a_far_larger_earth_rate(
 def test_nothing_is_left_of_such_a_table(tmp_path: Path, seed: int) -> None:
     # Something is named by chance once in 30 runs of these tests.
     assert not closed(tmp_path, seed).added
+
+
+@pytest.mark.parametrize(("a_turn", "named"), [(14.0, False), (14.4, True)])
+def test_what_comes_a_whole_number_of_times_a_turn_is_no_line_of_the_gyro(
+    tmp_path: Path, a_turn: float, named: bool
+) -> None:
+    """A motor's poles and a gear do, however fast: a tone of 14 times a turn had been stated."""
+    found = closed(tmp_path, 1, line=0.3, frequency=a_turn * RATE / 360)
+    assert any(one.effect == "tone" for one in found.added) == named
