@@ -8,8 +8,6 @@ thins out), and what was to be read lies beyond it:
 * beside a table's rate that is noisy or late the reading stands at the rail while the table moves, for many times
   longer than it stands anywhere else in fast motion, and again longer than there: a logger that loses rows for once
   repeats the value that it had, and in a fast motion that is the largest one;
-* what is read where the table rests is no rail: pulses are none there for many rows, and a table that turns one way has
-  no smaller reading;
 * where the table's rate is known, a number that goes on from the largest to the smallest one is at the wrong end of the
   range while the table turns beyond the other: an overflow;
 * where it is not known, the rows before and after a stretch at the rail head for values beyond it.
@@ -39,8 +37,6 @@ Mask = NDArray[np.bool_]
 FEWEST, PILED, PILED_BEYOND = 8, 5.0, 2.0
 #: Fewest rows at the other end of a range whose one end is a rail, where it is as far from zero.
 MIRRORED = 2
-#: Share of the largest rate below which a table rests.
-RESTS = 0.01
 #: Values next to the extreme one that are looked at, and values of which a channel must have more.
 BESIDE, DISTINCT = 5, 24
 #: What was to be read is beyond the rail by so many deviations, by so many steps of rounding, by this share of it.
@@ -177,8 +173,6 @@ def _wanted_by_table(recording: Recording, target: str, value: float, side: floa
     if table is None or abs(table_share(recording, target)) < 0.1 or not at.any() or at.sum() > len(at) - DISTINCT:
         return None
     u = table * table_share(recording, target)
-    if np.median(np.abs(u[at])) < RESTS * np.abs(u).max():
-        return np.inf
     # At the other end it may clip too.
     free = ~_at(values, float(values.max())) & ~_at(values, float(values.min()))
     if free.sum() < DISTINCT or np.ptp(u[free]) == 0:

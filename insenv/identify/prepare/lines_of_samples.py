@@ -66,9 +66,8 @@ def lines_of_samples(
         values, reference = rows.filled(left), rows.filled(channel.values[rows.index] - left)
         for line in lines:
             steps = steps_of_encoder(line, recording.dt, values, reference, problem.encoder)
-            moves = problem.turns and not steps
-            moved = moves and _of_motion(problem, line, recording.dt, values, reference)
-            moved = moved or of_poles(problem, line, recording.dt)
+            moves = problem.turns and not steps and _of_motion(problem, line, recording.dt, values, reference)
+            moved = moves or of_poles(problem, line, recording.dt)
             found += [] if moved else [replace(line, of_counts=steps)]
     return tuple(found)
 
@@ -121,7 +120,7 @@ def slight(
 ) -> tuple[Line, ...]:
     """Those that there are beside ``lines``, certain and too slight to matter to any one mean.
 
-    All means together see them where they fold them to. Of what wanders while a table turns it may be the source.
+    All means together see them where they fold them to. What wanders while a table turns may be the table's.
     """
 
     def known(x: Line) -> bool:
