@@ -398,6 +398,8 @@ def _walks(
     return (None if most is problem else with_bias_walk(problem, terms, runs, anew, 0.0)), doubts
 
 
+#: Likelihood ratio beside scatter alone from which on accelerometers' biases are said to change: 1e-8 of three.
+GONE = 40.0
 #: Probability beside white noise from which on a bias is said to go somewhere: flicker alone, of a good MEMS gyro over
 #: minutes, had one in a hundred in five of twelve units without any drift.
 FLICKERS = 1e-5
@@ -450,11 +452,26 @@ def _unconfirmed(outcome: Outcome, alpha: float) -> tuple[str, ...]:
         UNFORETOLD: "no rest is left that could refuse it: more attitudes would tell",
         INCREDIBLE: "is larger than is credible: check signs, axes and units",
     }
+    as_well = tuple(said for doubt, by, least in _AS_WELL for said in _explained_by(outcome, doubt, by, least))
     return tuple(
         f"{one.effect} would explain these rests (p = {one.p_value:.1g}), and {why[one.reason]}"
         for one in outcome.rejected
         if one.reason in why and one.p_value < alpha and not (one.reason == INCREDIBLE and one.effect in SLOW)
-    ) + tuple(said for doubt, by, least in _AS_WELL for said in _explained_by(outcome, doubt, by, least))
+    ) + (as_well or _gone(outcome))
+
+
+def _gone(outcome: Outcome) -> tuple[str, ...]:
+    """That biases go further from rest to rest than rests scatter, though a walk stands for it: the likeliest law."""
+    laws = (*SLOW, BiasStep.id)
+    slow = [one for one in outcome.rejected if one.effect in laws and one.reason == f"not significant {_WALKING}"]
+    best = max(slow, key=lambda one: one.likelihood_ratio or 0.0, default=None)
+    if best is None or (best.likelihood_ratio or 0.0) < GONE:
+        return ()
+    return (
+        f"the biases change over these rests: {best.effect} explains them far better than scatter does (likelihood "
+        f"ratio {best.likelihood_ratio:.3g}), and biases that walk from rest to rest as well: not decided; the same "
+        "attitudes again, in another order, would tell",
+    )
 
 
 def _explained_by(outcome: Outcome, doubt: str, by: str, least: float) -> tuple[str, ...]:
