@@ -61,3 +61,11 @@ def test_of_equal_curves_the_temperature_itself_is_named_first(seed: int) -> Non
     """Noise decides which is likelier: with the last of these seeds it is the rate of the temperature."""
     first = closed(warming(4 * (1 - np.exp(-T / 900)), seed)).targets[0].added[0]
     assert first.effect == "bias_temperature" and "bias_temperature_rate" in first.confounded_with
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_two_orders_of_one_polynomial_are_no_rivals(seed: int) -> None:
+    """Where a square is not significant the line is named; it had been said of both that nothing tells them apart."""
+    first = closed(warming(4 * np.sin(2 * np.pi * T / 1700), seed)).targets[0].added[0]
+    assert (first.effect, first.order) == ("bias_temperature", 1)
+    assert not any(key.startswith("bias_temperature:") for key in first.confounded_with)
