@@ -7,6 +7,7 @@ insenv; seeds are fixed.
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -29,7 +30,7 @@ def staircase() -> Floats:
     return np.asarray(fine.reshape(n, 10).mean(axis=1))
 
 
-def written(folder: Path, columns: dict[str, Floats], channels: str, model: str) -> Path:
+def written(folder: Path, columns: dict[str, Any], channels: str, model: str) -> Path:
     np.savez(folder / "run.npz", t=np.arange(1, len(columns["angle"]) + 1) / HZ, **columns)
     path = folder / "run.toml"
     path.write_text(

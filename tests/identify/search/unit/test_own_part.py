@@ -25,7 +25,7 @@ def behind(heat: Floats, tau: float) -> Floats:
 def test_healthy_axes_have_no_part_of_a_lag_of_others(seed: int) -> None:
     """Of thirty deviations on each gyro. An accelerometer had it with p < 1e-15, a deviation from nothing.
 
-    By chance one of 12 healthy axes shows some of it in one of nine runs of these tests; none does with these seeds.
+    False alarm: one in a hundred of each of 12 healthy axes.
     """
     rng, t = np.random.default_rng(seed), DT * np.arange(1.0, N + 1)
     heat = 25.0 + 10 * np.sin(2 * np.pi * t / 2500) + 3 * np.sin(2 * np.pi * t / 900)
