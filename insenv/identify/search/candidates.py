@@ -7,7 +7,6 @@ rate).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -204,7 +203,7 @@ def _terms(problem: Problem, effect: Effect) -> tuple[Term, ...]:
     motions = [e.motion for e in problem.exposures]
     if isinstance(effect, Spline):
         return (Term(effect.over_all(motions)),)
-    motion = _of_all_rates(motions, effect) or max(motions, key=lambda one: _shows(one, effect))
+    motion = _of_all_rates(problem, effect) or max(motions, key=lambda one: _shows(one, effect))
     if isinstance(effect, LinearEffect):
         each = effect.of_run and len({b.run for b in problem.fitted}) > 1
         return tuple(Term(form, per_run=each) for form in effect.variants(motion))
@@ -225,17 +224,21 @@ def _terms(problem: Problem, effect: Effect) -> tuple[Term, ...]:
     return tuple(Term(form, shape) for form in effect.variants(motion) for shape in shapes)
 
 
-def _of_all_rates(motions: Sequence[Motion], effect: Effect) -> Motion | None:
+def _of_all_rates(problem: Problem, effect: Effect) -> Motion | None:
     """The rates of all runs as one motion, for a law of the rate alone: a table may run one in each file.
 
     None of another effect, or of one run.
     """
     law = isinstance(effect, CurveEffect) and not isinstance(effect, MemoryEffect)
-    if not (law and effect.of_rate and not effect.of_time and len(motions) > 1):
+    if not (law and effect.of_rate and not effect.of_time and len(problem.exposures) > 1):
         return None
-    rate = np.concatenate([motion.rate for motion in motions], axis=-1)
-    step = motions[0].dt
-    return Motion(t=step * np.arange(rate.shape[-1] + 1.0), rate=rate)
+
+    def made() -> Motion:
+        rate = np.concatenate([e.motion.rate for e in problem.exposures], axis=-1)
+        return Motion(t=problem.exposures[0].motion.dt * np.arange(rate.shape[-1] + 1.0), rate=rate)
+
+    found: Motion = problem.remember("rates of all runs", made)  # asked once for each shape
+    return found
 
 
 def _shows(motion: Motion, effect: Effect) -> tuple[float, int]:
@@ -258,9 +261,9 @@ def unseen(problem: Problem, effect: Effect, shape: tuple[float, ...]) -> str:
         return "a hold that is over within two means is a delay in them"
     if any(e.motion.lag for e in problem.exposures):
         return ""
-    motions = [e.motion for e in problem.exposures]
-    together = _of_all_rates(motions, effect)
-    reasons = [effect.unseen(motion, shape) for motion in (motions if together is None else [together])]
+    together = _of_all_rates(problem, effect)
+    motions = [e.motion for e in problem.exposures] if together is None else [together]
+    reasons = [effect.unseen(motion, shape) for motion in motions]
     return reasons[0] if all(reasons) else ""
 
 
