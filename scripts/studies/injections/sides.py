@@ -5,6 +5,7 @@
     python sides.py --later twentysecond twentythird twentyfourth > sides_fresh.toml
     python sides.py --later twentyfifth ... thirtythird > sides_last.toml    (all nine parts written out)
     python sides.py --later thirtyfourth ... thirtyeighth > sides_newest.toml
+    python sides.py --later thirtyninth ... fortythird > sides_latest.toml
 
 Written before an effect was put into any of them. Of each owner who is kept closed nothing is looked at until the end.
 Parts of the library that were made later are closed as a whole, but for owners who were there before.
@@ -29,6 +30,7 @@ LATER = (
     *("twentieth", "twentyfirst", "twentysecond", "twentythird", "twentyfourth", "twentyfifth", "twentysixth"),
     *("twentyseventh", "twentyeighth", "twentyninth", "thirtieth", "thirtyfirst", "thirtysecond", "thirtythird"),
     *("thirtyfourth", "thirtyfifth", "thirtysixth", "thirtyseventh", "thirtyeighth"),
+    *("thirtyninth", "fortieth", "fortyfirst", "fortysecond", "fortythird"),
 )
 KINDS = ("reference", "attitudes", "rest")
 
