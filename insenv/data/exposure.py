@@ -31,6 +31,7 @@ from numpy.typing import NDArray
 from insenv.core.earth import EARTH_RATE
 from insenv.core.motion import Motion, interval_mean, reading_noise
 from insenv.core.recording import Floats, Recording, Response
+from insenv.core.series.rounding import rounding
 from insenv.data.cells.rows import cells_of, covered_by, interpolated, means_of_rows
 from insenv.data.cells.table import STEADY, TargetCells, integral
 from insenv.data.cells.tumble import tumble
@@ -270,11 +271,12 @@ def _temperature(recording: Recording, cell_of_row: NDArray[np.int64], n: int) -
         return None
     if is_in_points(recording):
         return at_cells(recording.channels["temperature"], cell_of_row, n)
-    count, mean = means_of_rows(recording.values("temperature", "K"), cell_of_row, n)
+    read = recording.values("temperature", "K")
+    count, mean = means_of_rows(read, cell_of_row, n)
     filled = np.flatnonzero(count)
     edges = np.arange(n + 1.0)
     middle: Floats = edges[:-1] + 0.5
-    return interpolated(middle, smoothed(np.interp(edges[:-1], filled, mean[filled])))(edges)
+    return interpolated(middle, smoothed(np.interp(edges[:-1], filled, mean[filled]), rounding(read)))(edges)
 
 
 def up_direction(recording: Recording) -> Floats:
