@@ -33,8 +33,8 @@ from insenv.core.motion import Motion, interval_mean, reading_noise
 from insenv.core.recording import Floats, Recording, Response
 from insenv.core.series.rounding import rounding
 from insenv.data.cells.rows import cells_of, covered_by, interpolated, means_of_rows
-from insenv.data.cells.table import STEADY, TargetCells, integral
-from insenv.data.cells.tumble import tumble
+from insenv.data.cells.table import STEADY, TargetCells, integral, table_rate_of_rows
+from insenv.data.cells.tumble import Tumble, tumble
 from insenv.data.reference import at_cells, is_in_points, is_set, order
 from insenv.data.smooth import smoothed
 
@@ -183,7 +183,7 @@ def _exposed(
     table = cells.table(share, y - vertical)
     turned, reference, along = tumble(recording, target), table.reference * share + vertical, None
     if turned is not None and table.angle is not None:
-        reference, along = turned.force(table.angle[1:]), turned.across(table.angle[1:])
+        reference, along = _through_gravity(turned, table.angle, is_set(recording))
     motion = Motion(
         t=edges - start,
         rate=reference,
@@ -212,6 +212,12 @@ def _exposed(
     weight = None if covered is None else count * means_of_rows(covered, cell_of_row, n)[1]
     u = table.rate * share + vertical if along is None else reference
     return Exposure(y, count, cell_of_row, motion, u, beside, weight)
+
+
+def _through_gravity(turned: Tumble, angle: Floats, was_set: bool) -> tuple[Floats, Floats]:
+    """Specific force along the input axis in each cell and that across it: where its angle was set, else means."""
+    at, step = (angle[1:], 0.0) if was_set else (0.5 * (angle[1:] + angle[:-1]), np.diff(angle))
+    return turned.force(at, step), turned.across(at, step)
 
 
 def rates_of_angles(recording: Recording, target: str, rows_per_cell: int, angles: Floats) -> Floats:
@@ -251,6 +257,14 @@ def has_table(recording: Recording) -> bool:
 def table_share(recording: Recording, target: str) -> float:
     """Share of the table's rate that ``target`` shows: what it sees, times its gain."""
     return _shares(recording, target)[0] * recording.responses.get(target, Response()).gain
+
+
+def input_of_rows(recording: Recording, target: str) -> Floats | None:
+    """What a table makes ``target`` read in each row, shape (n,) [SI]: its share of the rate, or gravity that turns."""
+    if (turned := tumble(recording, target)) is not None:
+        return turned.force(recording.channels["table_angle"].values)
+    rate = table_rate_of_rows(recording, target)
+    return None if rate is None else rate * table_share(recording, target)
 
 
 def _turn_rate(cells: TargetCells) -> Floats | None:

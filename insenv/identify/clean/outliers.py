@@ -36,7 +36,7 @@ from insenv.core.series.rounding import rounding
 from insenv.core.series.stretches import stretches
 from insenv.core.units import STANDARD_GRAVITY
 from insenv.data.cells.table import table_rate_of_rows
-from insenv.data.exposure import table_share
+from insenv.data.exposure import input_of_rows, table_share
 from insenv.data.reference import ACCELEROMETER_TRIAD, ATTITUDE, is_in_points, points_of
 from insenv.identify.clean.ramps import approaching
 from insenv.identify.findings import RejectedRows
@@ -125,8 +125,8 @@ def leaving_out(recording: Recording, target: str, mask: Mask) -> Recording:
     """The recording without some rows of ``target``; in its samples their neighbours' line stands for them."""
     channel, row = recording.channels[target], np.arange(len(recording))
     mask = mask | recording.left_out.get(target, np.zeros(len(recording), bool))
-    table = table_rate_of_rows(recording, target)
-    follows = np.zeros(len(recording)) if table is None else table * table_share(recording, target)
+    table = input_of_rows(recording, target)
+    follows = np.zeros(len(recording)) if table is None else table
     level = np.interp(row, row[~mask], (channel.values - follows)[~mask])
     values = np.where(mask, level + np.interp(row, row[~mask], follows[~mask]), channel.values)
     channels = {**recording.channels, target: replace(channel, values=values)}
@@ -138,9 +138,8 @@ def _of_run(recording: Recording, target: str, run: int, longest: int) -> list[R
     if is_in_points(recording):
         return blunders(recording, target, run)
     y = recording.channels[target].values
-    table = table_rate_of_rows(recording, target)
-    share = table_share(recording, target)
-    u = np.zeros(len(y)) if table is None else table * share
+    table = input_of_rows(recording, target)
+    u = np.zeros(len(y)) if table is None else table
     before = recording.left_out.get(target, np.zeros(len(y), bool))
     unread = _unread(y) & ~before
     stuck = _stuck(y, u) & ~before & ~unread

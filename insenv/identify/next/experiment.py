@@ -80,6 +80,8 @@ class _Bench:
         earth = any(t.effect.of_earth for t in track.prepared.model)
         if recorded.in_points:
             return cls(track, recorded, in_other_orders(recorded, recordings[0], earth))
+        if recorded.through_gravity:
+            return cls(track, recorded, ())
         most = limits.acceleration if limits is not None else np.inf
         found = [(p, further(p.plan, like, recorded, earth, most)) for p in procedures(recordings, limits)]
         return cls(track, recorded, tuple(found))
