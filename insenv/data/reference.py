@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from insenv.core.recording import GAP, Channel, Floats, Origin, Recording
 from insenv.core.series.outlying import MOST, unseen
-from insenv.core.series.positions import angles_are_points, rates_were_set, were_set
+from insenv.core.series.positions import angles_are_points, dwells, rates_were_set, were_set
 from insenv.core.series.trajectory import Of, Trajectory, reading_noise, trajectory
 from insenv.data.cells.follow import follows
 
@@ -120,10 +120,16 @@ def with_positions(recording: Recording, t: Floats | None = None) -> Recording:
     if name == "table_rate":
         was_set = channel.source != "encoder" and rates_were_set(t, channel.values)
     else:
-        was_set = channel.source is None and were_set(t, channel.values) and not _read(recording, channel)
+        # Of a gyro such a column may be an angle that is told less often than the gyro is read.
+        steps = were_set(t, channel.values) or (not _has_gyros(recording) and dwells(channel.values))
+        was_set = channel.source is None and steps and not _read(recording, channel)
     if not was_set:
         return recording
     return replace(recording, channels={**recording.channels, name: replace(channel, source="set")})
+
+
+def _has_gyros(recording: Recording) -> bool:
+    return any(name.partition("_")[0] == "gyro" for name in recording.channels)
 
 
 def points_of(recording: Recording) -> str | None:

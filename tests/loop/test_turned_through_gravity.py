@@ -81,3 +81,19 @@ def test_what_lacks_nothing_is_told_with_its_scale_factor(tmp_path: Path, seed: 
     assert not target.added
     assert abs(told["accel_bias"].value - 0.05) < 3.5 * told["accel_bias"].sd
     assert abs(told["accel_scale_factor"].value - 0.004) < 3.5 * told["accel_scale_factor"].sd
+
+
+@pytest.mark.parametrize("law", ["", "accel_second_order"])
+def test_rows_of_dwells_are_those_of_angles_that_were_set(tmp_path: Path, law: str) -> None:
+    """5 s at each of 24 angles, with no row of the way between."""
+    rng = np.random.default_rng([9, len(law)])
+    at = np.repeat(np.deg2rad(15) * np.arange(24), 50)
+    f, p = GRAVITY * np.sin(at - 0.3), GRAVITY * np.cos(at - 0.3)
+    t, added = 0.1 * np.arange(len(at)), LAWS[law](f, p, 0.1 * np.arange(len(at)))
+    size = np.std(added) * np.sqrt(len(at)) or 1.0
+    y = 0.05 + 1.004 * f + NOISE * rng.standard_normal(len(at)) + STRENGTH * NOISE * added / size
+    rows = np.column_stack([t, y, np.rad2deg(at)])
+    np.savetxt(tmp_path / "run.csv", rows, delimiter=",", header="t,y,a", comments="", fmt="%.5f")
+    (tmp_path / "run.toml").write_text(MANIFEST, encoding="utf-8")
+    (target,) = close(tmp_path / "run.toml").targets
+    assert [one.effect for one in target.added] == ([law] if law else [])

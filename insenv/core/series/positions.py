@@ -27,6 +27,8 @@ FEWEST = 3
 #: Change from one turn to the next, of half of them, up to which a table turns evenly [rad], and usual time between
 #: turns [s] from which on it rests.
 EVENLY, RESTS = 0.2, 20.0
+#: Rows for which an angle stands between two turns, from which on it rests there.
+DWELL = 5
 #: Usual time from row to row of rates that were set [s], share of their range by which a rate is another one, or times
 #: the larger of both, as of 0.1, 0.2, 0.5, 1, 2 deg/s; share of the rows at which it is, that of six readings at each;
 #: fewest and most rows: nobody sets a thousand, and a table that swings may be read once a second.
@@ -55,6 +57,15 @@ def were_set(t: Floats, angle: Floats) -> bool:
         return False
     bend = np.abs(_within_a_turn(np.diff(change[gone])))
     return float(np.median(bend)) > EVENLY or float(np.median(np.diff(t[1:][gone]))) > RESTS
+
+
+def dwells(angle: Floats) -> bool:
+    """Whether readings of an angle [rad], shape (n,), stand for some rows and are at another position in the next."""
+    change = np.abs(_within_a_turn(np.diff(angle)))
+    gone = np.flatnonzero(change > GONE)
+    if len(gone) < FEWEST or np.any((change > STANDS) & (change <= GONE)):
+        return False
+    return float(np.median(np.diff(gone))) > DWELL and float(np.diff(gone).min()) > 1
 
 
 def _goes_unevenly(t: Floats, angle: Floats) -> bool:
