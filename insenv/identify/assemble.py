@@ -15,6 +15,7 @@ from insenv.core.recording import Floats, Recording
 from insenv.core.series.allan import allan_deviation
 from insenv.core.series.rounding import counted
 from insenv.core.series.spectrum import psd
+from insenv.core.units import ZERO_CELSIUS
 from insenv.data.cells.tumble import gravity_sentence
 from insenv.data.manifest.spec import Manifest
 from insenv.effects.base import Effect, NoiseEffect
@@ -406,13 +407,30 @@ def _saturation(track: Track, recordings: tuple[Recording, ...], scores: tuple[S
 
 
 def _wander(problem: Problem, score: Score) -> tuple[str, ...]:
-    """A word where held-out data scatter more than the fitted noise."""
+    """A word where held-out data scatter more than the fitted noise, or the model does not tell them."""
     times = WANDER_OF_POINTS if problem.in_points else WANDER
+    if score.foretold > times * score.floor > 0:
+        return (_carried_on(problem, score),)
     if not score.scatter > times * score.floor > 0 or unforetold(problem, score):
         return ()
     return (
         f"Held-out data scatter by {score.scatter / score.floor:.2g} times as much as the fitted noise: they hold "
         "motion, vibration or an error that the fitted data do not show.",
+    )
+
+
+def _carried_on(problem: Problem, score: Score) -> str:
+    """A word on coefficients that are carried on beyond what was fitted, and on the temperatures of both."""
+    kelvins, held_out, at = problem.heat(), problem.bins.held_out, ""
+    if kelvins is not None and problem.fitted and problem.held_out:
+        fitted, held = (
+            f"{values.min() - ZERO_CELSIUS:.3g} to {values.max() - ZERO_CELSIUS:.3g} degC"
+            for values in (kelvins[~held_out], kelvins[held_out])
+        )
+        at = f": fitted are {fitted}, held out {held}"
+    return (
+        "On held-out data the model is carried on beyond what was fitted, and its coefficients leave it uncertain by "
+        f"{score.foretold / score.floor:.2g} times the noise{at}. [held_out] can name other rows."
     )
 
 
@@ -442,7 +460,7 @@ def _unforetold(problem: Problem, score: Score) -> tuple[str, ...]:
     if not unforetold(problem, score):
         return ()
     return (
-        f"held-out data are off by {score.scatter / score.floor:.2g} times the scatter of the fitted noise, their "
+        f"held-out data are off by {score.scatter / score.foretold:.2g} times the scatter of the fitted noise, their "
         "level left out: the model does not hold for all motion, and standard deviations are taken so much larger",
     )
 

@@ -57,6 +57,7 @@ from insenv.identify.search.settle import (
     without_worse,
 )
 from insenv.identify.search.size import unsized_together
+from insenv.identify.search.staying import WANDERING
 from insenv.identify.search.tracks import Progress, Refusal, Track
 from insenv.identify.search.undecided import with_sets
 from insenv.identify.search.unit.common_wander import with_common_wander
@@ -354,7 +355,8 @@ def _begin(
     few, local = of_few_waves(prepared.problem, catalogue), local_beside_lag(prepared.problem, catalogue)
     state = (prepared, found, blind, fit, score, tones)
     labels = tuple(recording.label for recording in recordings)
-    return Track(*state, level=level, one_mounting=once, labels=labels, few_waves=few, local=local)
+    wanders = any(manifest.noise.get(target, {}).get(term, 0.0) > 0 for term in WANDERING)
+    return Track(*state, level=level, one_mounting=once, labels=labels, few_waves=few, local=local, wanders=wanders)
 
 
 def _searched(track: Track, generic: bool, seed: int, progress: Progress) -> Track:

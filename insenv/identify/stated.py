@@ -116,7 +116,7 @@ def _by_held_out(track: Track, own: dict[Term, tuple[Estimate, ...]]) -> dict[Te
     """The estimates no surer than held-out data bear the model out: R. T. Birge's factor, Phys. Rev. 40 (1932) 207."""
     if not unforetold(track.problem, track.score):
         return own
-    factor = track.score.scatter / track.score.floor
+    factor = track.score.scatter / track.score.foretold
     return {term: tuple(replace(row, sd=row.sd * factor) for row in rows) for term, rows in own.items()}
 
 

@@ -27,18 +27,20 @@ UNFORETOLD = 3.0
 class Score:
     """How a fit does on held-out bins: root mean square, noise floor, and the whitened sum of squares.
 
-    ``scatter`` is the root mean square about the level of each block, as the fitted noise has it in ``floor``.
+    ``scatter`` is the root mean square about the level of each block, as the fitted noise has it in ``floor``; in
+    ``foretold`` is what the coefficients' uncertainty adds, where a law is carried on beyond what was fitted.
     """
 
     rms: float
     floor: float
     whitened: float
     scatter: float
+    foretold: float
 
     @property
     def unforetold(self) -> bool:
         """Whether held-out data scatter as no noise of the fitted data does."""
-        return self.scatter > UNFORETOLD * self.floor > 0
+        return self.scatter > UNFORETOLD * self.foretold > 0
 
 
 def residual(problem: Problem, fit: Fit) -> Floats:
@@ -68,7 +70,16 @@ def held_out_score(problem: Problem, fit: Fit) -> Score:
         return float(np.sqrt(np.mean(np.where(moves, of_modes, 0.0))))
 
     rms = float(np.sqrt(np.mean(left[problem.bins.held_out] ** 2)))
-    return Score(rms, scatter(variance), float(np.sum(modes / variance)), scatter(modes))
+    floor = scatter(variance)
+    foretold = float(np.hypot(floor, scatter(_uncertain(problem, fit))))
+    return Score(rms, floor, float(np.sum(modes / variance)), scatter(modes), foretold)
+
+
+def _uncertain(problem: Problem, fit: Fit) -> Floats:
+    """Variance of the held-out modes by the covariance of the coefficients, shape (modes,); none of what is per run."""
+    own = np.array([k >= 0 and not fit.model[k].per_run for k in fit.design.term], bool)
+    columns = transform(problem.held_out, fit.design.matrix[:, own])
+    return np.asarray(np.einsum("mi,ij,mj->m", columns, fit.cov[np.ix_(own, own)], columns))
 
 
 def confirms(before: Score, after: Score, by_noise_of: Score) -> bool:

@@ -164,9 +164,14 @@ def of_rests(track: Track, seed: int = 0) -> AllRows | None:
     for a, b in rests:
         gone[a:b] = False
     still = whole.without_bins(gone)
-    fit = solve(still, tuple(term for term in track.fit.model if term.effect.part == "level"))
+    fit = solve(still, tuple(term for term in track.fit.model if _moves_a_rest(term.effect)))
     base = reference(still, fit.model, fit.noise.power)
     return AllRows(still, fit, tuple(by_fit_alone(still, fit, base, tried, seed, track.family, tones=False)), ())
+
+
+def _moves_a_rest(effect: Effect) -> bool:
+    """Whether an effect is a level, or moves it where a table stands."""
+    return effect.part == "level" or (may_move_bias(effect) and not effect.of_rate)
 
 
 def is_of_bias(effect: Effect) -> bool:

@@ -120,6 +120,8 @@ def _by_all_rows(track: Track, alpha: float) -> tuple[str, ...]:
     """A slow cause that the fitted rows do not tell from a walk of the noise, and all rows do."""
     found = surest_slow(track)
     if found is None or found[1] >= alpha:
+        if track.wanders:
+            return ()  # the walk is the maker's own
         return _in_place_of_a_walk((*_likelier(track), *_stepping(track)))
     return (_better_than_noise(*found),)
 

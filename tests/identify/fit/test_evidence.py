@@ -120,13 +120,13 @@ def test_the_held_out_score_is_that_of_the_residual() -> None:
 
 
 def test_what_makes_both_measures_worse_is_refused() -> None:
-    before = Score(1.0, 0.5, 100.0, 0.5)
-    assert confirms(before, Score(0.9, 0.5, 90.0, 0.5), before)
-    assert not confirms(before, Score(1.2, 0.5, 120.0, 0.5), before)
+    before = Score(1.0, 0.5, 100.0, 0.5, 0.5)
+    assert confirms(before, Score(0.9, 0.5, 90.0, 0.5, 0.5), before)
+    assert not confirms(before, Score(1.2, 0.5, 120.0, 0.5, 0.5), before)
     # A little worse by the plain measure is chance where the whitened one gets better.
-    assert confirms(before, Score(1.015, 0.5, 90.0, 0.5), before)
-    assert not confirms(before, Score(1.015, 0.5, 110.0, 0.5), before)
-    assert not confirms(before, Score(1.025, 0.5, 90.0, 0.5), before)
+    assert confirms(before, Score(1.015, 0.5, 90.0, 0.5, 0.5), before)
+    assert not confirms(before, Score(1.015, 0.5, 110.0, 0.5, 0.5), before)
+    assert not confirms(before, Score(1.025, 0.5, 90.0, 0.5, 0.5), before)
 
 
 #: Variance of a bin, of white noise alone.

@@ -54,7 +54,7 @@ def test_a_gain_of_the_response_that_the_fit_does_not_bear_out_is_said_and_not_n
     """By the response 0.5 of a rate that the bins see whole: a reference that is late by a second showed such a one."""
     run = gyro_run("sine", 7, duration=600.0, noise={"angle_random_walk": 1e-5})
     prepared = prepare(manifest(declared=("bias",)), (run.recording,), (use(len(run.recording)),), "gyro")
-    scores, fit = (Score(1.0, 1.0, 1.0, 1.0),) * 2, solve(prepared.problem, prepared.model)
+    scores, fit = (Score(1.0, 1.0, 1.0, 1.0, 1.0),) * 2, solve(prepared.problem, prepared.model)
     (seen,) = prepared.problem.exposures
     problem = replace(prepared.problem, exposures=(replace(seen, motion=replace(seen.motion, gain=0.5)),))
     whole = problem.measured_as(problem.y + 0.5 * problem.bins.mean((seen.motion.rate,)))
