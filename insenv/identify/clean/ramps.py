@@ -139,7 +139,8 @@ def approaching(recording: Recording, target: str, run: int) -> tuple[RejectedRo
         return ()
     pace = float(np.median([one.pace for one in larger]))
     found += [_paced(u, a, b, pace) for (a, b), one in zip(dwells, seen, strict=True) if one is None or not one.between]
-    found += [one for one in (_from_rest(left, u, dwells[0][0], pace),) if one is not None]
+    longest = max(one.stop - one.start for one in found)
+    found += [one for one in (_from_rest(left, u, dwells[0][0], (pace, longest)),) if one is not None]
     if sum(one.stop - one.start for one in found) > NEVER_THERE * (len(u) - dwells[0][0]):
         return ()  # what is left where it never stands is no way of the table, and nothing would be left of the rest
     reason = "the table was still on its way to the commanded rate"
@@ -206,10 +207,15 @@ def _way(left: Floats, jump: float, start: int, end: int) -> _Approach | None:
     # The extrapolated line is itself uncertain: at the start of the dwell by sqrt(14 / n) of a row's noise.
     allowed = OFF * noise * float(np.hypot(1 / np.sqrt(ROWS), np.sqrt(14 / (len(x) - stands))))
     there = np.abs(uniform_filter1d(x, ROWS, mode="nearest")) < max(allowed, 1e-12 * abs(jump))
-    until = int(np.argmax(there)) if there.any() else stands
+    until = _stays(there, stands)
     between = int(np.sum((way[:until] > ON_ITS_WAY[0]) & (way[:until] < ON_ITS_WAY[1])))
     stop = start + min(stands, until + int(np.ceil(LONGER * until)) + ROWS // 2) if between else start
     return _Approach(start, stop, between, jump)
+
+
+def _stays(there: NDArray[np.bool_], stands: int) -> int:
+    """The row from which on the rate is there for as long again as it took; a servo that swings passes it before."""
+    return next((a for a, b in stretches(there) if b - a >= max(a, ROWS) or b == len(there)), stands)
 
 
 def _stands(x: Floats, jump: float) -> int | None:
@@ -239,15 +245,20 @@ def _paced(u: Floats, start: int, end: int, pace: float) -> _Approach:
     return _Approach(start, stop, 0, jump)
 
 
-def _from_rest(left: Floats, u: Floats, end: int, pace: float) -> _Approach | None:
-    """The approach to the first rate of a recording that began while the table stood or had begun to move."""
+def _from_rest(left: Floats, u: Floats, end: int, others: tuple[float, int]) -> _Approach | None:
+    """The approach to the first rate of a recording that began while the table stood or had begun to move.
+
+    ``others`` are the pace of the larger jumps, and the rows that the longest way took: a servo that swings takes as
+    long for a small one.
+    """
     if end < LEAST_DWELL or u[0] == 0.0:
         return None
     jump = -float(np.mean(left[:FIRST]) - np.mean(left[end // 2 : end]))
     if not 0.0 < jump / u[0] <= 1.0 / ON_ITS_WAY[1]:
         return None
     found = _way(left, jump, 0, end)
-    usual = SLOWER * abs(jump) / pace + ROWS
+    pace, longest = others
+    usual = max(SLOWER * abs(jump) / pace, longest) + ROWS
     return found if found is not None and found.between >= LEAST_ROWS and found.stop <= usual else None
 
 
