@@ -7,7 +7,7 @@ With s_c(t) the standard deviation of channel c in a window about t, and q_c the
 where q and s_max are the quiet level and the largest value of s in a run: half-way, in orders of magnitude, between
 rest and motion. No figure of the instrument is needed, not even its unit. q_c is a low quantile of s_c, that of the
 unit's quietest run: a run that swings has none of its own. Rounding to a step d has the variance d^2 / 12 at least,
-also where a counter happens to stand still.
+also where a counter happens to stand still; of readings that stand at one step for whole windows the others tell it.
 
 A unit that only swings scatters evenly too. Its means tell: those of neighbouring windows of w rows differ by
 
@@ -34,6 +34,8 @@ WINDOW = 0.5
 WINDOW_ROWS = 8
 #: Share of the windows that are quieter than the quiet level.
 QUIET_SHARE = 0.1
+#: Share of the variance of rounding up to which the readings in a window are one number.
+SAME = 1e-6
 #: Of white noise the quietest windows of a few rows and the quiet level of a run reach so many quiet levels.
 QUIETEST, QUIET = 1.5, 1.3
 #: The least and the largest threshold, in quiet levels.
@@ -60,10 +62,10 @@ def quiet_levels(recordings: Sequence[Recording], channels: Sequence[str]) -> Fl
     for recording in recordings:
         for i, (name, squares) in enumerate(zip(channels, _variances(recording, channels), strict=True)):
             inside = squares[np.isfinite(squares)]
-            if not (inside > 0).any():
-                continue
-            least = max(float(np.quantile(inside, QUIET_SHARE)), rounding(recording.channels[name].values) ** 2 / 12)
-            levels[i] = min(levels[i], least)
+            of_rounding = rounding(recording.channels[name].values) ** 2 / 12
+            inside = inside[inside > SAME * of_rounding]
+            if len(inside):
+                levels[i] = min(levels[i], max(float(np.quantile(inside, QUIET_SHARE)), of_rounding))
     return levels
 
 
