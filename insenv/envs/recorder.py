@@ -161,12 +161,12 @@ def _in_positions(model: Model, by_eye: bool) -> Model:
     ``by_eye``: nothing reads its attitude. What shows in the turns alone (delays, lever arms) is then left to the
     environment's own estimators; the loop may name it by what it does to the rests.
     """
-    from insenv.identify.positions import trace  # where they are used
+    from insenv.identify.positions import part  # where they are used
     from insenv.identify.positions.on_axes import terms
 
     able = terms.able()
     if by_eye:
-        able = {Bias.id, trace.WHOLE, *trace.OF_ACCELEROMETERS, *trace.OF_ROTATIONS, *trace.OF_RESTS}
+        able = {Bias.id, part.WHOLE, *part.OF_ACCELEROMETERS, *part.OF_ROTATIONS, *part.OF_RESTS}
     declared = tuple(key for key in model.declared if by_key(key).id in able)
     return replace(model, procedure="multi-position", declared=declared)
 

@@ -27,7 +27,7 @@ from insenv.effects.thermal import BiasThermalHysteresis
 from insenv.effects.tilt import BaseSettling
 from insenv.effects.wobble import Wobble
 from insenv.identify.findings import TargetFindings
-from insenv.identify.positions.accel import Magnitudes
+from insenv.identify.positions.accelerometers.magnitudes import Magnitudes
 from insenv.identify.positions.checks.bent import bent
 from insenv.identify.positions.least_squares import solve
 from insenv.identify.positions.model import Surroundings, triad_term

@@ -21,8 +21,8 @@ from insenv.core.recording import Channel, Recording, Site
 from insenv.data.manifest import HeldOut
 from insenv.effects.catalogue import by_key
 from insenv.identify.clean.common import common_mode, common_remarks
-from insenv.identify.positions.factor import factor_of
 from insenv.identify.positions.findings import position_findings
+from insenv.identify.positions.gyros.factor import factor_of
 from insenv.identify.positions.trace import trace_positions
 from insenv.identify.prepare.problems import prepare
 from insenv.identify.search.candidates import candidates

@@ -34,11 +34,11 @@ from insenv.identify.fit.gls import solve
 from insenv.identify.fit.heldout import held_out_score
 from insenv.identify.positions.evidence import held_out_error
 from insenv.identify.positions.findings import position_findings
+from insenv.identify.positions.gyros.means import RestMeans, RestTerm
 from insenv.identify.positions.least_squares import solve as solve_positions
 from insenv.identify.positions.model import triad_term
 from insenv.identify.positions.on_axes.offered import offered as offered_of_unit
 from insenv.identify.positions.on_axes.trace import UnitFound
-from insenv.identify.positions.rest import RestMeans, RestTerm
 from insenv.identify.positions.trace import trace_positions
 from insenv.identify.switches import offered
 from insenv.rate_test import rate_test

@@ -35,18 +35,19 @@ from insenv.identify.findings import (
     findings_of,
 )
 from insenv.identify.fit.uncertainty import NOISE_UNITS
-from insenv.identify.positions.accel import Magnitudes
+from insenv.identify.positions.accelerometers.known import KnownAttitudes
+from insenv.identify.positions.accelerometers.magnitudes import Magnitudes
 from insenv.identify.positions.angles import apart
 from insenv.identify.positions.evidence import held_out_error, held_out_errors, noise_floor
-from insenv.identify.positions.factor import BROKEN, factor_of
-from insenv.identify.positions.gyro import Rotations
-from insenv.identify.positions.known import KnownAttitudes
+from insenv.identify.positions.gyros.factor import BROKEN, factor_of
+from insenv.identify.positions.gyros.means import RestMeans
+from insenv.identify.positions.gyros.rotations import Rotations
 from insenv.identify.positions.least_squares import Fit
 from insenv.identify.positions.model import AXES, NOWHEN, Linear, TriadTerm, named
 from insenv.identify.positions.offered import Fitted, fits, offered_models, rows_of
-from insenv.identify.positions.rest import RestMeans
+from insenv.identify.positions.part import Part
 from insenv.identify.positions.search import Step
-from insenv.identify.positions.trace import Part, Positions
+from insenv.identify.positions.trace import Positions
 
 _HELD = "The parameters that are declared of this axis hold, in these attitudes, what there may be of"
 _ELSEWHERE = "was found on other axes: on this one, which points one way alone, its bias holds what there may be of it"

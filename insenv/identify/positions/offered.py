@@ -17,12 +17,13 @@ from insenv.core.recording import Recording
 from insenv.effects.catalogue import by_key
 from insenv.identify.findings import Estimate, OfferedModel, OfferedModels, Switch
 from insenv.identify.positions.evidence import held_out_error, noise_floor
-from insenv.identify.positions.gyro import Rotations
+from insenv.identify.positions.gyros.means import RestMeans, RestTerm
+from insenv.identify.positions.gyros.rotations import Rotations
 from insenv.identify.positions.least_squares import Fit, solve
 from insenv.identify.positions.model import triad_term
-from insenv.identify.positions.rest import RestMeans, RestTerm
+from insenv.identify.positions.part import Part
 from insenv.identify.positions.rests import Rest
-from insenv.identify.positions.trace import Part, Positions
+from insenv.identify.positions.trace import Positions
 
 #: Most effects that can be switched: k of them have 2^k models.
 MOST = 8

@@ -29,6 +29,8 @@ ALLOWED = 1.92
 #: Share of its size that a direction of the model must have beside the others. What has less is made of the readings'
 #: own noise (scale factors and gravity differ by the reading itself), and with it a fit leaves nothing.
 DISTINCT = 0.02
+#: Below this p-value beside biases that walk, what is significant without them is said.
+NEARLY = 0.1
 #: Least freedom with which a walk is looked for.
 LEAST_FREEDOM = 4
 

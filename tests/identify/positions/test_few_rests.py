@@ -27,10 +27,11 @@ from positions_cases import (
 from insenv.core.errors import InputError
 from insenv.data.manifest import HeldOut, KnownPositions
 from insenv.effects.catalogue import by_key
-from insenv.identify.positions.accel import Magnitudes, uncertain_directions
+from insenv.identify.positions.accelerometers.magnitudes import Magnitudes, uncertain_directions
+from insenv.identify.positions.accelerometers.trace import uncertain_calibration
 from insenv.identify.positions.leave_out import left_out
 from insenv.identify.positions.model import Linear, Surroundings, triad_term
-from insenv.identify.positions.trace import _uncertain, trace_positions
+from insenv.identify.positions.trace import trace_positions
 
 # ---------------------------------------------------------------------------------------------------------- few rests
 
@@ -153,7 +154,7 @@ def test_as_many_rests_as_errors_of_the_calibration_leave_no_false_certainty(res
         found = trace_positions(manifest(GYROS, ("bias",), HeldOut()), (recording(Case(rests=rests), seed),))
         problem = found.accel.problem
         assert isinstance(problem, Magnitudes)
-        width = np.sqrt(np.sum(_uncertain(found.accel, problem.measured, problem.around) ** 2, axis=(1, 2)))
+        width = np.sqrt(np.sum(uncertain_calibration(found.accel, problem.measured, problem.around) ** 2, axis=(1, 2)))
         assert np.all(width > 1e-5)  # 1 mm/s^2 of scatter, and coefficients that nothing tells
 
 

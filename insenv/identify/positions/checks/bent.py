@@ -23,7 +23,7 @@ from scipy.special import chdtrc, fdtrc
 from insenv.core.recording import Floats
 from insenv.core.units import STANDARD_GRAVITY
 from insenv.effects.triad import AccelScaleFactor
-from insenv.identify.positions.accel import Magnitudes
+from insenv.identify.positions.accelerometers.magnitudes import Magnitudes
 from insenv.identify.positions.least_squares import Fit, normal, solve
 
 #: What a bent response follows.

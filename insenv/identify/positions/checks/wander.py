@@ -17,7 +17,7 @@ import numpy as np
 from scipy.special import chdtrc
 
 from insenv.core.recording import Floats
-from insenv.identify.positions.accel import Magnitudes
+from insenv.identify.positions.accelerometers.magnitudes import Magnitudes
 from insenv.identify.positions.least_squares import Fit, solve
 from insenv.identify.positions.model import TriadTerm
 from insenv.identify.positions.walk import likeliest

@@ -18,7 +18,7 @@ import numpy as np
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats, Recording
 from insenv.data.manifest import Manifest
-from insenv.identify.positions.accel import Magnitudes
+from insenv.identify.positions.accelerometers.magnitudes import Magnitudes
 from insenv.identify.positions.least_squares import solve
 from insenv.identify.positions.model import AXES, Linear, TriadTerm
 from insenv.identify.positions.rests import PARTS, Rest

@@ -10,7 +10,7 @@ import numpy as np
 from insenv.core.recording import Floats
 from insenv.core.units import STANDARD_GRAVITY
 from insenv.effects.triad import AccelBias, AccelScaleFactor
-from insenv.identify.positions.accel import Magnitudes
+from insenv.identify.positions.accelerometers.magnitudes import Magnitudes
 from insenv.identify.positions.checks.wander import wandering
 from insenv.identify.positions.least_squares import solve
 from insenv.identify.positions.model import Surroundings, triad_term

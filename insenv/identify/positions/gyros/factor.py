@@ -15,7 +15,7 @@ import numpy as np
 
 from insenv.core.recording import Floats
 from insenv.core.units import STANDARD_GRAVITY
-from insenv.identify.positions.gyro import Rotations
+from insenv.identify.positions.gyros.rotations import Rotations
 
 #: Factors that have a name: of ranges and register settings, of units.
 KNOWN = {

@@ -5,7 +5,7 @@
 with n the direction of specific force that the calibrated accelerometers show in either rest, and b the bias of the
 gyros, which goes straight from its mean in one rest to its mean in the next. Two of three components of e_k say
 something; the turn about gravity is the attitude's own. At rest the means of the gyros say how the bias depends on
-the attitude: `insenv.identify.positions.rest`. What is uncertain of the accelerometers' calibration turns the
+the attitude: `insenv.identify.positions.gyros.means`. What is uncertain of the accelerometers' calibration turns the
 directions of all rests at once: its covariance, carried through to e_k, is a part of the noise.
 
 Source: Tedaldi, Pretto and Menegatti, ICRA (2014), section III-B.

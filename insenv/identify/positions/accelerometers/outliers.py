@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from scipy.special import fdtrc
 
 from insenv.core.recording import Floats
-from insenv.identify.positions.accel import Magnitudes
+from insenv.identify.positions.accelerometers.magnitudes import Magnitudes
 from insenv.identify.positions.checks.bent import UNLIKE
 from insenv.identify.positions.evidence import MOST_OUTLIERS, OUTLIER
 from insenv.identify.positions.least_squares import Fit, solve

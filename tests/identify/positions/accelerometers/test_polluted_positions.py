@@ -7,9 +7,9 @@ import pytest
 
 from insenv.core.units import STANDARD_GRAVITY
 from insenv.effects.catalogue import by_key
-from insenv.identify.positions.accel import Magnitudes
+from insenv.identify.positions.accelerometers.magnitudes import Magnitudes
+from insenv.identify.positions.accelerometers.outliers import outliers
 from insenv.identify.positions.model import Surroundings, triad_term
-from insenv.identify.positions.outliers import outliers
 from insenv.identify.positions.search import search
 
 ALPHA = 0.01

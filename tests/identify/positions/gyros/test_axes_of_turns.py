@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from insenv.core.recording import Floats
-from insenv.identify.positions.factor import other_axes, unaccounted
-from insenv.identify.positions.gyro import Rotations, Turn
+from insenv.identify.positions.gyros.factor import other_axes, unaccounted
+from insenv.identify.positions.gyros.rotations import Rotations, Turn
 
 DT = 0.05
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from insenv.core.units import STANDARD_GRAVITY
 from insenv.effects.triad import AccelBias
-from insenv.identify.positions.accel import Magnitudes
+from insenv.identify.positions.accelerometers.magnitudes import Magnitudes
 from insenv.identify.positions.checks.bent import not_repeated
 from insenv.identify.positions.least_squares import solve
 from insenv.identify.positions.model import Surroundings, triad_term

@@ -9,9 +9,9 @@ from scipy.special import stdtr
 from insenv.core.recording import Floats
 from insenv.effects.bias import Bias
 from insenv.effects.cross import GSensitivity
+from insenv.identify.positions.gyros.means import RestMeans, RestTerm, over_walks, with_walk
 from insenv.identify.positions.least_squares import Fit, solve
 from insenv.identify.positions.model import Surroundings
-from insenv.identify.positions.rest import RestMeans, RestTerm, over_walks, with_walk
 
 TERMS = [RestTerm(Bias()), RestTerm(GSensitivity())]
 ATTITUDES, NOISE = 12, 1e-5

@@ -17,7 +17,7 @@ import numpy as np
 
 from insenv.core.recording import Floats
 from insenv.effects.bias import BiasStep
-from insenv.identify.positions.accel import Magnitudes
+from insenv.identify.positions.accelerometers.magnitudes import Magnitudes
 from insenv.identify.positions.least_squares import normal, solve
 from insenv.identify.positions.model import TriadTerm, triad_term
 
