@@ -15,11 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from insenv.core.recording import Floats
+from insenv.core.series.robust import MEDIAN
 
 #: Of the biweight, for 95 % efficiency, and its rounds.
 _TUNING, _ROUNDS = 4.685, 20
-#: Median absolute deviation of unit normals.
-_MAD = 0.6745
 #: Commanded rates this near are the same magnitude [rad/s].
 _SAME = 1e-9
 #: Share of the largest singular value below which the rates tell nothing: at rates of one magnitude a is a bias.
@@ -79,7 +78,7 @@ def smooth(rate: Floats, residual: Floats, middle: Floats, variance: Floats, top
         w = root * np.sqrt(weight)
         left = y - F @ np.linalg.lstsq(F * w[:, None], y * w, rcond=None)[0]
         z = left * root
-        spread = max(1.0, _median(np.abs(z[used])) / _MAD)
+        spread = max(1.0, _median(np.abs(z[used])) / MEDIAN)
         u = z / (spread * _TUNING)
         weight = 1.0 / np.maximum(1.0, np.abs(z) / spread) if k < _ROUNDS // 2 else np.maximum(1 - u * u, 0.0) ** 2
     return Smooth(left, spread * np.where(used, sd, np.inf))

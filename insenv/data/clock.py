@@ -28,6 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.recording import GAP, Floats
+from insenv.core.series.robust import robust_deviation
 
 #: A step is clear if it departs by less than this share of a period from a whole number of them.
 CLEAR = 0.35
@@ -353,7 +354,7 @@ def _running_median(x: Floats, size: int) -> Floats:
 
 def _spread(x: Floats) -> float:
     """Robust standard deviation."""
-    return 1.4826 * float(np.median(np.abs(x - np.median(x)))) if len(x) else 0.0
+    return robust_deviation(x - np.median(x)) if len(x) else 0.0
 
 
 @dataclass(frozen=True)

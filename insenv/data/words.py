@@ -21,6 +21,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from insenv.core.recording import Floats
+from insenv.core.series.robust import OF_MEDIAN
 from insenv.data.manifest.spec import ACCELEROMETERS, GYROS
 from insenv.data.readers import Table
 
@@ -115,7 +116,7 @@ def _without_torn(values: Floats) -> tuple[Floats, int, int]:
     count = max(int(np.gcd.reduce(np.diff(values).astype(np.int64))), 1)
     middle = median_filter(values, AROUND, mode="nearest")
     off = values - middle
-    noise = 1.4826 * median_filter(np.abs(off), AROUND, mode="nearest")
+    noise = OF_MEDIAN * median_filter(np.abs(off), AROUND, mode="nearest")
     best, most = np.zeros(len(values), bool), 0
     for part in (count << bits for bits in PARTS):
         near = np.abs(middle - part * np.rint(middle / part)) <= 2 * OFF_BY * part

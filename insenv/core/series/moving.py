@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.recording import Floats
+from insenv.core.series.robust import MEDIAN
 from insenv.core.series.stretches import stretches
 from insenv.core.units import DEG
 
@@ -52,7 +53,7 @@ def departs(values: Floats, dt: float, limit: float, used: NDArray[np.bool_] | N
     away = np.abs(means - np.median(values[used]))
     # White noise of the samples moves their means as well, and is no motion.
     steps = np.abs(np.diff(values))[used[1:] & used[:-1]]
-    white = float(np.median(steps)) / 0.6745 / np.sqrt(2 * rows) if len(steps) else 0.0
+    white = float(np.median(steps)) / MEDIAN / np.sqrt(2 * rows) if len(steps) else 0.0
     limit = max(limit, NOISE * white)
     # What has begun as a turn goes on until nothing of it is seen any more.
     own = np.logical_or.reduceat(used, starts)

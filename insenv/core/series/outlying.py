@@ -16,6 +16,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from insenv.core.series.robust import OF_MEDIAN
 from insenv.core.series.stretches import stretches
 
 Floats = NDArray[np.float64]
@@ -134,12 +135,12 @@ def _robust(size: Floats) -> Floats:
     """
     middle, high = size.shape[1] // 2, int(0.9 * (size.shape[1] - 1))
     parted = np.partition(size, (middle, high), axis=1)
-    return np.maximum(1.4826 * parted[:, middle], parted[:, high] / 1.645)
+    return np.maximum(OF_MEDIAN * parted[:, middle], parted[:, high] / 1.645)
 
 
 def _by_median(size: Floats) -> Floats:
     """The same by the median."""
-    deviation: Floats = 1.4826 * np.median(size, axis=1)
+    deviation: Floats = OF_MEDIAN * np.median(size, axis=1)
     return deviation
 
 

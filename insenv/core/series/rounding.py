@@ -11,6 +11,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from insenv.core.series.robust import MEDIAN
+
 Floats = NDArray[np.float64]
 
 #: How far from a multiple of the step a difference may be, as a share of it.
@@ -21,8 +23,6 @@ DIGITS, KEPT = 10.0, 0.99
 GROWTH = 4.0
 #: Share of the readings at which a change of a counter's counts by one takes back the last one.
 TURNS = 0.02
-#: Median of the size of a standard normal.
-MEDIAN = 0.6745
 #: Differences in which no smooth motion is left, what they scatter by where counts are rounded (0.29 of one), and how
 #: many of them tell it.
 ORDER, ROUNDED, FEWEST = 6, (0.15, 0.6), 50

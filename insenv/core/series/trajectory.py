@@ -28,7 +28,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.compiled import jit
-from insenv.core.series.rounding import MEDIAN, ORDER, counter_step
+from insenv.core.series.robust import MEDIAN
+from insenv.core.series.rounding import ORDER, counter_step
 from insenv.core.series.stretches import stretches
 
 Floats = NDArray[np.float64]

@@ -30,6 +30,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from insenv.core.recording import Floats
+from insenv.core.series.robust import MEDIAN
 
 #: Half-width of a confidence interval in standard deviations.
 GAMMA = 4.0
@@ -52,8 +53,6 @@ STEADY = 1e-20
 #: of them, (1, -3, 2, 2, -3, 1)^2 / 2; where they stand at the edges it is (1, -4, 6, -4, 1)^2 / 2 = 35, and the
 #: intervals are wider than need be.
 _LAWS = {"angle": (14.0, 1.0), "rate": (20.0, 0.5)}
-#: Normal deviate of the median magnitude.
-_MEDIAN = 0.6745
 
 
 def followed(rate: Floats, reading: Floats, known: NDArray[np.bool_], of: Literal["angle", "rate"]) -> Floats:
@@ -73,7 +72,7 @@ def followed(rate: Floats, reading: Floats, known: NDArray[np.bool_], of: Litera
     third, falls = _LAWS[of]
     reading = _alongside(rate, reading, known)
     jitter = _jitter(rate) / np.sqrt(third)
-    if jitter == 0 or _shakes(rate, reading, known, _MEDIAN * jitter * np.sqrt(third)):
+    if jitter == 0 or _shakes(rate, reading, known, MEDIAN * jitter * np.sqrt(third)):
         return rate
     calm, width = _widest(rate, jitter, falls)
     found, narrow = calm.copy(), width <= NARROW
@@ -163,7 +162,7 @@ def _follows(read: Floats, left: Floats, used: NDArray[np.bool_]) -> bool:
 def _jitter(rate: Floats) -> float:
     """Standard deviation of the third differences, by their median: they feel neither smooth motion nor a few steps."""
     third = np.diff(rate, 3)
-    return float(np.median(np.abs(third)) / _MEDIAN) if len(third) else 0.0
+    return float(np.median(np.abs(third)) / MEDIAN) if len(third) else 0.0
 
 
 def _widest(rate: Floats, jitter: float, falls: float) -> tuple[Floats, NDArray[np.int64]]:

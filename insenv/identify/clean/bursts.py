@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, median_filter
 
 from insenv.core.recording import Floats, Recording
+from insenv.core.series.robust import robust_deviation
 from insenv.core.series.rounding import rounding
 from insenv.core.series.stretches import stretches
 from insenv.data.exposure import expose, has_table
@@ -182,7 +183,7 @@ def _away(values: Floats, known: Mask, least: float) -> list[tuple[int, int, flo
         after = (total[at + length + side] - total[at + length]) / side
         a, b = inside - before, inside - after
         d = np.where(np.sign(a) == np.sign(b), np.sign(a) * np.minimum(np.abs(a), np.abs(b)), 0.0)
-        noise = 1.4826 * float(np.median(np.abs(0.5 * (a + b))))
+        noise = robust_deviation(0.5 * (a + b))
         if noise > 0:
             tops = [i for i in _tops(np.abs(d), length) if abs(d[i]) > least]
             found += [(int(at[i]), int(at[i]) + length, float(abs(d[i]) / noise)) for i in tops]

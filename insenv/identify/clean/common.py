@@ -15,6 +15,7 @@ from itertools import combinations
 import numpy as np
 
 from insenv.core.recording import Floats, Recording
+from insenv.core.series.robust import OF_MEDIAN
 from insenv.data.manifest.spec import ACCELEROMETERS, GYROS, Manifest
 from insenv.identify.findings import CommonMode
 
@@ -68,7 +69,7 @@ def _steps(recording: Recording, names: Sequence[str]) -> Floats:
         steps = steps[~(recording.unused[1:] | recording.unused[:-1])]
     if not len(steps):
         return steps
-    size = 1.4826 * np.median(np.abs(steps - np.median(steps, axis=0)), axis=0)
+    size = OF_MEDIAN * np.median(np.abs(steps - np.median(steps, axis=0)), axis=0)
     # A channel of few counts mostly stands still: then its steps themselves are the measure.
     size = np.where(size > 0, size, np.maximum(steps.std(axis=0), 1e-300))
     scaled = steps / size

@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, median_filter
 
 from insenv.core.recording import GAP, Floats, Recording
+from insenv.core.series.robust import noise_of_steps
 from insenv.core.series.stretches import stretches
 from insenv.data.cells.table import table_rate_of_rows
 from insenv.data.exposure import table_share
@@ -109,7 +110,7 @@ def _beside(y: Floats, u: Floats) -> _Beside:
     """The reading beside the rate of the table times its gain, which may be any."""
     gain, level = np.polyfit(u, y, 1)
     u = gain * u + level
-    return _Beside(y, u, float(gain), 1.4826 / np.sqrt(2) * float(np.median(np.abs(np.diff(y - u)))))
+    return _Beside(y, u, float(gain), noise_of_steps(np.diff(y - u)))
 
 
 def _left_open(both: _Beside, edges: Mask) -> Floats:

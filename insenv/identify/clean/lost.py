@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from insenv.core.recording import Floats, Recording
+from insenv.core.series.robust import MEDIAN
 from insenv.core.series.stretches import stretches
 from insenv.data.exposure import expose
 from insenv.identify.clean.doubtful import Settled
@@ -34,7 +35,6 @@ GROUPS, AROUND, SHORTEST, WIDEST, LONGEST, MOST = 8, 1.0, 0.3, 0.64, 3.0, 0.1
 #: Share of the loudest group's scatter that is none; times the usual rate of a group beyond which its scatter is taken
 #: to grow with the rate, as what an instrument makes of it does: of the fastest rows few are as fast as the fastest.
 ROUNDING, FASTER = 1e-3, 2.0
-_MEDIAN = 0.6745
 #: Share of an event's fastest change of the rate from which on another change is like it, share of the largest rate
 #: beyond which a table has turned round; share of its deviations that others have then, and share of the others.
 LIKE, ROUND, COMPARES, EACH = 0.5, 0.02, 0.25, 0.7
@@ -53,7 +53,7 @@ def _spread(y: Floats, u: Floats, left: Floats, known: NDArray[np.bool_], around
     size = maximum_filter1d(np.where(known, np.maximum(np.abs(y), np.abs(u)), 0.0), around)
     spread = np.full(len(y), np.inf)
     groups = np.array_split(np.flatnonzero(known)[np.argsort(size[known])], GROUPS)
-    own = np.array([float(np.median(np.abs(left[group]))) / _MEDIAN for group in groups])
+    own = np.array([float(np.median(np.abs(left[group]))) / MEDIAN for group in groups])
     # Rounded rows at rest scatter by nothing, which tells nothing of any motion: the next group's holds for them.
     loud = own > ROUNDING * own.max()
     loudest = np.maximum.accumulate(np.where(loud, own, own[loud].min(initial=np.inf)))

@@ -32,6 +32,7 @@ from scipy.ndimage import median_filter
 from insenv.core.recording import Floats, Recording
 from insenv.core.series.least_absolute import least_absolute
 from insenv.core.series.outlying import FAR, MOST, NEIGHBOURS, at_one_angle, far, far_of_many, unseen
+from insenv.core.series.robust import robust_deviation
 from insenv.core.series.rounding import rounding
 from insenv.core.series.stretches import stretches
 from insenv.core.units import STANDARD_GRAVITY
@@ -188,7 +189,7 @@ def blunders(recording: Recording, target: str, run: int) -> list[RejectedRows]:
     if columns.shape[1] < 2:
         return []
     left = least_absolute(columns, y)[1]
-    scale = 1.4826 * float(np.median(np.sort(np.abs(left))[columns.shape[1] :]))
+    scale = robust_deviation(np.sort(np.abs(left))[columns.shape[1] :])
     off = np.flatnonzero(np.abs(left) > OFF * scale)
     if not scale or len(off) > max(1, len(y) // ALONE):
         return []
@@ -321,7 +322,7 @@ def _unread(y: Floats) -> Mask:
     off = y[1:-1] - 0.5 * (y[:-2] + y[2:])
     hops = np.abs(np.diff(y))
     usual = float(np.median(hops[hops > 0])) if hops.any() else 0.0
-    scale = max(1.4826 * float(np.median(np.abs(off))), rounding(y), usual / FAR)
+    scale = max(robust_deviation(off), rounding(y), usual / FAR)
     far_off = 1 + np.flatnonzero((np.abs(off) > FAR * scale) & (np.abs(y[2:] - y[:-2]) < np.abs(off)))
     if not scale or len(far_off) < FEWEST_UNREAD:
         return mask
@@ -375,7 +376,7 @@ def outliers(y: Floats, blocks: tuple[Block, ...]) -> tuple[int, ...]:
             continue
         x = y[block.start : block.stop]
         left = x - median_filter(x, size=NEIGHBOURS, mode="reflect")
-        scale = 1.4826 * float(np.median(np.abs(left - np.median(left))))
+        scale = robust_deviation(left - np.median(left))
         if scale > 0:
             found += (block.start + np.flatnonzero(np.abs(left) > FAR * scale)).tolist()
     fitted = sum(b.n for b in blocks if b.fitted)

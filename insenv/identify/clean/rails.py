@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.recording import Floats, Recording
+from insenv.core.series.robust import robust_deviation
 from insenv.core.series.rounding import rounding
 from insenv.core.series.stretches import stretches
 from insenv.data.cells.table import table_rate_of_rows
@@ -178,7 +179,7 @@ def _wanted_by_table(recording: Recording, target: str, value: float, side: floa
     if free.sum() < DISTINCT or np.ptp(u[free]) == 0:
         return None
     line = np.polynomial.Polynomial.fit(u[free], values[free], 1)
-    noise = _scatter(values[free] - line(u[free]))
+    noise = robust_deviation(values[free] - line(u[free]))
     more = float(np.median(side * (line(u[at]) - value)))
     if more > max(DEVIATIONS * noise, STEPS * step, SHARE * abs(value)):
         return PILED_BEYOND if more > STEPS * _between(values[free], side) else PILED
@@ -206,17 +207,15 @@ def _between(values: Floats, side: float) -> float:
     return float(np.median(np.diff(distinct[-DISTINCT:] if side > 0 else distinct[:DISTINCT])))
 
 
-def _scatter(x: Floats) -> float:
-    """Standard deviation by the median of magnitudes."""
-    return 1.4826 * float(np.median(np.abs(x)))
-
-
 def _moves(asked: Floats, at: Mask, values: Floats) -> bool:
     """Whether what is asked at a rail goes up and down, beyond its own white noise and the steps of the reading."""
     pairs = at[1:] & at[:-1]
     if not pairs.any():
         return False
-    whole, white = _scatter(asked[at] - np.median(asked[at])), _scatter(np.diff(asked)[pairs]) / np.sqrt(2)
+    whole, white = (
+        robust_deviation(asked[at] - np.median(asked[at])),
+        robust_deviation(np.diff(asked)[pairs]) / np.sqrt(2),
+    )
     steps = np.abs(np.diff(values))
     step = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
     return whole > MOVES * white and whole**2 - white**2 > step**2

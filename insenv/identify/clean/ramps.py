@@ -35,6 +35,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, median_filter, uniform_filter1d
 
 from insenv.core.recording import Floats, Recording
+from insenv.core.series.robust import noise_of_steps, robust_deviation
 from insenv.core.series.stretches import stretches
 from insenv.data.cells.table import table_rate_of_rows
 from insenv.data.exposure import table_share
@@ -200,7 +201,7 @@ def _way(left: Floats, jump: float, start: int, end: int) -> _Approach | None:
         return _Approach(start, end, end - start, jump)
     t, still = np.arange(len(x)), slice(stands, None)
     x = x - np.polynomial.Polynomial.fit(t[still], x[still], 1)(t)
-    noise = 1.4826 * float(np.median(np.abs(x[still] - np.median(x[still]))))
+    noise = robust_deviation(x[still] - np.median(x[still]))
     if abs(jump) < JUMP * noise:
         return None
     way = -x / jump
@@ -224,7 +225,7 @@ def _stands(x: Floats, jump: float) -> int | None:
     It comes no nearer in what follows, by the noise, by a small share of the jump or beside how it came before.
     """
     steps = np.diff(x)
-    noise = 1.4826 / np.sqrt(2) * float(np.median(np.abs(steps - np.median(steps))))
+    noise = noise_of_steps(steps - np.median(steps))
     stands, pace = len(x) // 2, np.inf
     while len(x) - stands >= FEWEST:
         middle = (stands + len(x)) // 2
@@ -274,7 +275,7 @@ def jumping(recording: Recording, target: str, run: int) -> tuple[RejectedRows, 
     u = table_rate_of_rows(recording, target, ("table_angle",))
     assert u is not None
     left = channel.values - u * share
-    noise = 1.4826 / np.sqrt(2) * float(np.median(np.abs(np.diff(left))))
+    noise = noise_of_steps(np.diff(left))
     change = np.abs(np.diff(u)) * abs(share) > SEEN * noise
     reason, found = "the table's rate jumps within this row, and its angle does not tell when", []
     jumps: list[float] = []
@@ -311,7 +312,7 @@ def bending(recording: Recording, target: str, run: int) -> tuple[RejectedRows, 
     u = table_rate_of_rows(recording, target, names[:1])
     assert u is not None
     left = channel.values - u * share
-    noise = 1.4826 / np.sqrt(2) * float(np.median(np.abs(np.diff(left))))
+    noise = noise_of_steps(np.diff(left))
     bend = np.pad(np.abs(np.diff(told.values * share, 2)), 1)
     sharp = (bend > SHARP * median_filter(bend, AROUND)) & (bend > 8 * SEEN * noise)
     reason, found = "the table's rate bends within this row, and its reading does not tell when", []

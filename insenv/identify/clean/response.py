@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from insenv.core.motion import Motion, interval_slope
 from insenv.core.recording import Floats, Recording, Response
+from insenv.core.series.robust import OF_MEDIAN, robust_deviation
 from insenv.core.series.stretches import stretches as in_a_row
 from insenv.data.cells.follow import correlation
 from insenv.data.exposure import Exposure, expose
@@ -407,7 +408,7 @@ def _at_motion(one: Stretch, left: Floats, slack: Floats) -> tuple[float, int]:
 
     known = one.known > 0
     left = np.where(known, left - np.median(left[known]), 0.0)
-    bound = FAR * 1.4826 * float(np.median(np.abs(left[known]))) + slack
+    bound = FAR * OF_MEDIAN * float(np.median(np.abs(left[known]))) + slack
     count = len(_motion(one)[0])
     modes = dct(np.clip(left, -bound, bound), norm="ortho")[1 : count + 1]
     return float(np.mean(modes**2)), count
@@ -532,7 +533,7 @@ def _fitted(
         left = y - (matrix / size) @ theta
         before, gain = gain, float(theta[0] / size[0])
         scatter = w > 0 if told is None else (w > 0) & told
-        spread = 1.4826 * float(np.median(np.abs(left[scatter]))) if np.any(scatter) else 0.0
+        spread = robust_deviation(left[scatter]) if np.any(scatter) else 0.0
         sd = spread * float(np.sqrt(max(np.linalg.pinv(scaled.T @ scaled, hermitian=True)[0, 0], 0.0))) / size[0]
         sd *= float(np.sqrt(parts[0].over))  # running means share rows
         moved = 0.0
@@ -636,7 +637,7 @@ def _misfit(one: Stretch, lag: float, hold: float, phase: float) -> float:
     held, known, lag = (hold, {one.run: phase}), one.known > 0, lags[one.run]
     left = (one.y - gain * _seen(one, lag, held))[known]
     left = left - np.median(left)
-    bound = FAR * 1.4826 * float(np.median(np.abs(left))) + _slack(one, _slope(one, lag, held), held)[known]
+    bound = FAR * OF_MEDIAN * float(np.median(np.abs(left))) + _slack(one, _slope(one, lag, held), held)[known]
     return float(np.sum(np.minimum(left**2, bound**2)))
 
 

@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from insenv.core.errors import InputError
 from insenv.core.recording import Floats, Recording
+from insenv.core.series.robust import robust_deviation
 from insenv.core.series.rounding import rounding
 from insenv.data.manifest import Manifest
 from insenv.data.split import split
@@ -312,7 +313,7 @@ def _of_label(recording: Recording, channels: Sequence[str], start: int, stop: i
     for name in channels:
         values = recording.channels[name].values[start:stop]
         off = np.abs(values - np.median(values))
-        far |= off > OF_ANOTHER * max(1.4826 * float(np.median(off)), rounding(values))
+        far |= off > OF_ANOTHER * max(robust_deviation(off), rounding(values))
     ends = int(ENDS * len(far))
     first, last = np.flatnonzero(far[:ends]), np.flatnonzero(far[len(far) - ends :])
     return start + (int(first[-1]) + 1 if len(first) else 0), stop - (ends - int(last[0]) if len(last) else 0)

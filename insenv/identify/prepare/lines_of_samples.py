@@ -16,6 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from insenv.core.recording import Floats, Recording
+from insenv.core.series.robust import MEDIAN
 from insenv.data.split import RowUse
 from insenv.identify.clean.holds import Hold
 from insenv.identify.fit.gls import solve
@@ -79,7 +80,7 @@ def tamed(values: Floats) -> Floats:
     line.
     """
     left = values - np.median(values)
-    most = JUMPS * float(np.median(np.abs(left))) / 0.6745
+    most = JUMPS * float(np.median(np.abs(left))) / MEDIAN
     return np.where(np.abs(left) <= most, left, 0.0) if most else left
 
 
@@ -107,7 +108,7 @@ def _matters(line: Line, width: float, noise: float) -> bool:
 def _bin_noise(problem: Problem) -> float:
     """Scatter from bin to bin, robust against the lines themselves being in it: of one bin."""
     steps = np.concatenate([np.diff(problem.y[b.start : b.stop]) for b in problem.fitted if b.n > 1])
-    return float(np.median(np.abs(steps)) / 0.6745 / np.sqrt(2)) if len(steps) else 0.0
+    return float(np.median(np.abs(steps)) / MEDIAN / np.sqrt(2)) if len(steps) else 0.0
 
 
 def slight(

@@ -10,6 +10,7 @@ import numpy as np
 
 from insenv.core.lazy import Lazy
 from insenv.core.recording import Floats, Recording
+from insenv.core.series.robust import MEDIAN
 from insenv.core.unit.motion import UNIT
 from insenv.data.manifest import Manifest
 from insenv.effects.bias import Bias
@@ -173,7 +174,7 @@ def _noise(recordings: Sequence[Recording], target: str, unit: str) -> tuple[Est
     steps = [np.diff(r.channels[target].values) for r in recordings]
     rows = sum(map(len, steps))
     white = float(
-        np.median([np.median(np.abs(s)) / 0.6745 * np.sqrt(r.dt / 2) for s, r in zip(steps, recordings, strict=True)])
+        np.median([np.median(np.abs(s)) / MEDIAN * np.sqrt(r.dt / 2) for s, r in zip(steps, recordings, strict=True)])
     )
     key = AngleRandomWalk.id
     return (Estimate(key, "N", white, white / np.sqrt(2 * max(rows, 1)), NOISE_UNITS[unit][key]),)

@@ -16,6 +16,7 @@ from scipy.special import chdtrc  # scipy.stats is slow to import
 from insenv.core.errors import InputError
 from insenv.core.estimate import Datasheet, Limits
 from insenv.core.recording import Channel, Floats, Recording
+from insenv.core.series.robust import MEDIAN
 from insenv.core.unit.gimbals import Gimbals
 from insenv.core.unit.motion import UNIT
 from insenv.data.manifest import Manifest
@@ -201,7 +202,7 @@ def _sheet(manifest: Manifest, recording: Recording) -> Datasheet:
     for target in UNIT:
         stated = {k: v for k, v in manifest.noise.get(target, {}).items() if v > 0}
         steps = np.diff(recording.channels[target].values)
-        white = float(np.median(np.abs(steps))) / 0.6745 / np.sqrt(2) * np.sqrt(dt)
+        white = float(np.median(np.abs(steps))) / MEDIAN / np.sqrt(2) * np.sqrt(dt)
         noise[target] = stated or {AngleRandomWalk.id: max(white, 1e-12)}
     gravity = recording.site.local_gravity
     return Datasheet(

@@ -21,6 +21,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from insenv.core.recording import Floats
+from insenv.core.series.robust import robust_deviation
 from insenv.identify.prepare.two_levels import TwoLevels, two_levels
 from insenv.identify.prepare.unsteady.spectrogram import RowsLeft, foretelling
 
@@ -68,7 +69,7 @@ def _found(left: RowsLeft, width: float) -> Iterator[Flips]:
 def _is_no_gaussian(means: Floats) -> bool:
     """Whether values less their local level are flatter than Gaussian ones, or lean to one side."""
     off = means - uniform_filter1d(means, min(ABOUT, len(means)))
-    most = TAILS * 1.4826 * float(np.median(np.abs(off)))
+    most = TAILS * robust_deviation(off)
     if not most > 0:
         return False
     off = np.clip(off, -most, most)

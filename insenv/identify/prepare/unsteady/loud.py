@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from insenv.core.recording import Floats
+from insenv.core.series.robust import robust_deviation
 from insenv.core.series.tails import log_far_tails_of_f
 from insenv.identify.prepare.unsteady.spectrogram import Spectrogram
 
@@ -158,7 +159,7 @@ def count(power: Floats, told: Floats, columns: int) -> float:
     steps = np.diff(np.log(np.maximum(mean, 1e-12))[::2])
     if len(steps) < FEWEST:
         return theory
-    spread = 0.5 * (1.4826 * float(np.median(np.abs(steps - np.median(steps))))) ** 2
+    spread = 0.5 * robust_deviation(steps - np.median(steps)) ** 2
     # Of the logarithm of a mean of q exponentials the variance is 1 / q + 1 / 2 q^2.
     return min(theory, (1 + np.sqrt(1 + 2 * spread)) / (2 * spread) / columns) if spread > 0 else theory
 

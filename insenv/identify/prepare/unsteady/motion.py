@@ -20,6 +20,7 @@ from itertools import pairwise
 import numpy as np
 
 from insenv.core.recording import Floats
+from insenv.core.series.robust import MEDIAN
 from insenv.core.series.tails import log_far_tails_of_f
 from insenv.identify.prepare.unsteady.loud import LOUDER, OVERLAP, count, octaves
 from insenv.identify.prepare.unsteady.spectrogram import RowsLeft, Spectrogram
@@ -86,7 +87,7 @@ def of_steps(moved: WithMotion, left: RowsLeft) -> bool:
 
 def _variance(values: Floats) -> float:
     """Robust, of values about nothing."""
-    return float(np.median(np.abs(values)) / 0.6745) ** 2
+    return float(np.median(np.abs(values)) / MEDIAN) ** 2
 
 
 def without_motion(cells: Spectrogram, left: RowsLeft) -> Spectrogram:

@@ -29,6 +29,7 @@ from scipy.linalg import LinAlgError, solve_toeplitz
 from scipy.ndimage import maximum_filter1d, median_filter
 
 from insenv.core.recording import Floats
+from insenv.core.series.robust import robust_deviation
 
 #: Rows before that foretell one, rows for each of them, and the share of white noise that keeps them few.
 BEFORE, ROWS_FOR_EACH, WHITE = 24, 50, 1e-5
@@ -154,7 +155,7 @@ def white(left: RowsLeft) -> White | None:
         return None
     order = len(taps) - 1
     rows = np.convolve(off, taps, "valid")
-    spread = 1.4826 * float(np.median(np.abs(rows)))
+    spread = robust_deviation(rows)
     if not spread > BLURRED * left.step:
         return None
     rate = None if left.rate is None else left.rate[order:]

@@ -20,6 +20,7 @@ import numpy as np
 
 from insenv.core.motion import Motion
 from insenv.core.recording import Floats
+from insenv.core.series.robust import MEDIAN
 from insenv.effects.base import Effect
 from insenv.identify.fit.problem import Problem
 
@@ -95,7 +96,7 @@ def covered_by(problem: Problem, cells: tuple[Floats, ...], position: bool) -> f
     # Slow rows are averaged little: then the white noise of the channel covers much by itself, its tails more so.
     steps = np.diff(values)
     tails = float(np.ptp(np.quantile(steps, INNER))) / OF_NORMAL
-    white = max(float(np.median(np.abs(steps))) / 0.6745, tails) / np.sqrt(2 * np.median(count))
+    white = max(float(np.median(np.abs(steps))) / MEDIAN, tails) / np.sqrt(2 * np.median(count))
     return float(high - low) if high - low > BEYOND * white else 0.0
 
 
