@@ -35,9 +35,7 @@ def beside_steps(track: Track) -> Track:
 def _with_laws(track: Track, step: Step, rivals: Rivalry) -> Rivalry:
     if not is_step(step.hit.candidate.effect):
         return rivals
-    found = [hit for hit in _foretelling(dropped(track, step, ""), track.score.rms) if _key(hit) not in rivals.keys]
-    keys, terms = tuple(_key(hit) for hit in found), tuple(hit.term for hit in found)
-    return replace(rivals, rivals=(*rivals.rivals, *keys), terms=(*rivals.terms, *terms))
+    return rivals.beside(hit.term for hit in _foretelling(dropped(track, step, ""), track.score.rms))
 
 
 def _foretelling(track: Track, error: float) -> list[Hit]:
@@ -54,7 +52,3 @@ def _foretelling(track: Track, error: float) -> list[Hit]:
 
     scores = sorted(((left(hit), index) for index, hit in enumerate(hits)))
     return [hits[index] for score, index in scores if score < (1 - BETTER) * error]
-
-
-def _key(hit: Hit) -> str:
-    return hit.candidate.effect.key

@@ -70,8 +70,7 @@ def beside_a_long_lag(track: Track) -> Track:
         other = tuple(law.terms[0] if one is term else one for one in track.fit.model)
         score = held_out_score(track.problem, solve(track.problem, other, start=track.fit.noise.power))
         if score.rms <= (1 + BETTER) * track.score.rms:
-            terms = (law.terms[0], *rivals.terms)
-            rivalries[index] = replace(rivals, rivals=(LAW, *rivals.rivals), terms=terms)
+            rivalries[index] = rivals.beside(law.terms[:1], first=True)
     return replace(track, rivalries=tuple(rivalries))
 
 

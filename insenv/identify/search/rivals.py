@@ -17,6 +17,7 @@ temperature, its change and a warm-up are one curve, and noise would choose the 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -88,6 +89,14 @@ class Rivalry:
     def keys(self) -> tuple[str, ...]:
         """Keys of all that takes the place of the added effect."""
         return (*self.rivals, *self.noise)
+
+    def beside(self, terms: Iterable[Term], first: bool = False) -> Rivalry:
+        """The same with the effects of ``terms`` that are not there yet as its last rivals, or as its ``first``."""
+        new = tuple(term for term in terms if term.effect.key not in self.keys)
+        keys = tuple(term.effect.key for term in new)
+        if first:
+            return replace(self, rivals=(*keys, *self.rivals), terms=(*new, *self.terms))
+        return replace(self, rivals=(*self.rivals, *keys), terms=(*self.terms, *new))
 
 
 def rivalry(

@@ -437,7 +437,7 @@ def _with_set(track: Track, alpha: float) -> Track:
         step = Step(judged, score, after, math.exp(log_p_by_itself(track, likely)))
         beyond = (one for one in _steps_beyond(track, rows, likely) if one not in jumps)
         others = [one for one in (*laws, *_anew(track), *beyond) if one is not likely]
-        found = Rivalry(_keys(others), None, tuple(one.term for one in others), noise=_noise(rows))
+        found = Rivalry((), None, noise=_noise(rows)).beside(one.term for one in others)
         before = [r for s, r in zip(track.steps, track.rivalries, strict=True) if s in steps]
         refusals = tuple(r for r in track.refusals if not _is_slow(r.hit) and not r.hit.candidate.generic)
         return replace(
