@@ -35,7 +35,8 @@ from numpy.typing import NDArray
 
 from insenv.core.recording import Floats, Recording
 from insenv.data.reference import order
-from insenv.identify.clean.response import FAR, Stretch, fitted, stretches
+from insenv.identify.clean.response.fit import FAR, fitted
+from insenv.identify.clean.response.stretches import Stretch, stretches
 
 #: Share of the square sum of the rate that bins must leave, modes of a band at least, and the ratio of its ends.
 MOTION, FEWEST, RATIO = 0.9, 8, 1.25

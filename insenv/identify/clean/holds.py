@@ -16,8 +16,7 @@ a late, coarse or interpolated reference leaves is a sawtooth for a while, with 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -30,7 +29,8 @@ from insenv.data.exposure import Exposure, expose
 from insenv.effects.timing import TimingSkew, before_mean
 from insenv.identify.clean.outliers import leaving_out
 from insenv.identify.clean.repeats import repeats
-from insenv.identify.clean.response import held_part, lagged
+from insenv.identify.clean.response.sawtooth import MOST_SHARE, PHASES, HeldDifferences, HoldGain, orthogonal, outside
+from insenv.identify.clean.response.stretches import held_part, lagged
 from insenv.identify.fit.problem import Model, Problem, regressors
 
 #: Runs that are looked at, those that move most first.
@@ -39,14 +39,14 @@ MOST_RUNS = 3
 MOST_ROWS = 40000
 #: A false alarm in so many recordings is allowed.
 FALSE_ALARM = 1e-4
-#: Least and largest share that is held (a smaller one is what a skew leaves), and its largest relative deviation.
-LEAST_SHARE, MOST_SHARE, LARGEST_SD = 0.8, 1.5, 0.1
+#: Least share that is held (a smaller one is what a skew leaves), and its largest relative deviation.
+LEAST_SHARE, LARGEST_SD = 0.8, 0.1
+#: Rows of the first look.
+COARSE = 8000
 #: Standard deviations up to which a share is taken for a whole.
 WHOLE = 4.0
 #: Error of the scale of an output that is held whole, at most.
 SCALE = 0.05
-#: Standard deviations at which a hold would have been seen for certain.
-SEEN = 12.0
 #: A part tells a share in so many standard deviations that half of the whole's would show, and has it if it is the
 #: whole's within that half. Fewest differences of a part.
 TELLS, HALF, PART = 3.0, 0.5, 48
@@ -62,16 +62,6 @@ SHOWN = 0.1
 ALL = 0.9
 #: Delays beside which a hold must be told by so many standard deviations.
 DELAYS, BESIDE = 16, 6.0
-#: Share of the hold times of which that may not hold.
-MOST = 0.1
-#: Peaks of the spectrum that are looked at as renewal rates, hold times that are tried, and phases of each.
-PEAKS, TRIED, PHASES = 32, 32, 8
-#: Share of a column's square sum that rounding leaves of it.
-ROUNDING = 1e-13
-#: Rows of the first look, and the shortest hold times, which are always tried.
-COARSE, ALWAYS = 8000, 24
-#: Hold times of round numbers of samples, always tried too: a ramp that is shorter than the hold shows no sawtooth.
-ROUND = (20.0, 25.0, 40.0, 50.0, 100.0, 125.0, 200.0, 250.0, 500.0, 1000.0)
 
 
 @dataclass(frozen=True)
@@ -157,17 +147,7 @@ def _shown(recordings: tuple[Recording, ...], spans: tuple[slice, ...], problem:
     return Hold(1.0, 1 / found.changes, found.rows * dt, sd, tuple(phases), chance, whole=True)
 
 
-@dataclass(frozen=True)
-class _View:
-    """Cells of a run, free columns of their differences, and the differences without them."""
-
-    exposure: Exposure
-    cells: NDArray[np.int64]
-    q: Floats
-    left: Floats
-
-
-def _view(recording: Recording, span: slice, problem: Problem, run: int, model: Model) -> _View | None:
+def _view(recording: Recording, span: slice, problem: Problem, run: int, model: Model) -> HeldDifferences | None:
     """The cells of a run in which a hold is looked for; None where nothing moves there."""
     exposure = aligned(recording, _whole(recording, problem, run))
     cells = _cells(exposure, span)
@@ -175,8 +155,8 @@ def _view(recording: Recording, span: slice, problem: Problem, run: int, model: 
         return None
     columns = [regressors(t.effect, exposure, t.shape)[cells] for t in model]
     columns.append(TimingSkew().basis(exposure.u, exposure.motion)[cells])
-    q = _orthogonal(np.diff(np.column_stack(columns), axis=0))
-    return _View(exposure, cells, q, _outside(q, np.diff((exposure.y - exposure.motion.rate)[cells])))
+    q = orthogonal(np.diff(np.column_stack(columns), axis=0))
+    return HeldDifferences(exposure, cells, q, outside(q, np.diff((exposure.y - exposure.motion.rate)[cells])))
 
 
 def _still_there(exposure: Exposure, cells: NDArray[np.int64]) -> float:
@@ -200,15 +180,14 @@ def aligned(recording: Recording, exposure: Exposure) -> Exposure:
     return replace(exposure, u=u, motion=replace(motion, rate=u, rate_edges=edges, lag=0.0, window=0.0))
 
 
-def _renewals(view: _View, hold: Hold) -> float:
+def _renewals(view: HeldDifferences, hold: Hold) -> float:
     """How many renewals tell a hold, by what it makes in each.
 
     A table that stands but for two jumps, and a clock that runs off, were a hold of four rows with 1e-48.
     """
     dt = view.exposure.motion.dt
     ratio, phase = hold.hold / dt, hold.phases[0] / dt
-    search = _Search(view.exposure, view.cells, view.q, view.left)
-    made = _outside(view.q, search.change(ratio, phase)) ** 2
+    made = outside(view.q, view.change(ratio, phase)) ** 2
     count = np.floor((view.cells[1:] + phase) / ratio).astype(np.int64)
     return effective(np.bincount(count - count[0], made))
 
@@ -218,26 +197,25 @@ def effective(weights: NDArray[Any]) -> float:
     return float(np.sum(weights) ** 2 / np.sum(weights**2)) if np.any(weights) else 0.0
 
 
-def _shows(view: _View, hold: Hold) -> bool:
+def _shows(view: HeldDifferences, hold: Hold) -> bool:
     """Whether the motion shows a hold at its phase as it does at others.
 
     Where every jump of a table falls on a renewal nothing is held, and what is left of the jumps is no hold.
     """
     dt = view.exposure.motion.dt
-    search, ratio = _Search(view.exposure, view.cells, view.q, view.left), hold.hold / dt
-    usual = np.median([search.gain(ratio, ratio * k / PHASES).size for k in range(PHASES)])
-    return search.gain(ratio, hold.phases[0] / dt).size > SHOWN * float(usual)
+    ratio = hold.hold / dt
+    usual = np.median([view.gain(ratio, ratio * k / PHASES).size for k in range(PHASES)])
+    return view.gain(ratio, hold.phases[0] / dt).size > SHOWN * float(usual)
 
 
-def _takes_all(view: _View, hold: Hold) -> bool:
+def _takes_all(view: HeldDifferences, hold: Hold) -> bool:
     """Whether the hold takes nearly all of what is left beyond noise where its sawtooth stands.
 
     What smoothing of a noisy reference leaves of ramps follows a sawtooth in part. By the squares of its differences,
     the mean square is B before and A after it, and P after it in all rows: (B - A) / (B - P).
     """
     dt = view.exposure.motion.dt
-    search = _Search(view.exposure, view.cells, view.q, view.left)
-    change = _outside(view.q, search.change(hold.hold / dt, hold.phases[0] / dt))
+    change = outside(view.q, view.change(hold.hold / dt, hold.phases[0] / dt))
     power = float(change @ change)
     if not power:
         return False
@@ -246,7 +224,7 @@ def _takes_all(view: _View, hold: Hold) -> bool:
     return taken > ALL * (float(weight @ view.left**2) - float(np.mean(after**2)))
 
 
-def _beside_delays(view: _View, hold: Hold) -> bool:
+def _beside_delays(view: HeldDifferences, hold: Hold) -> bool:
     """Whether the hold is still told beside any filter from one hold time ahead to two late.
 
     Where all jumps of a table fall on one phase of a hold, a held output is a late one, and what smoothing makes of
@@ -257,8 +235,8 @@ def _beside_delays(view: _View, hold: Hold) -> bool:
     late = np.unique(np.round(np.linspace(-ratio, 2 * ratio, DELAYS)).astype(int))
     rows = np.arange(len(u))
     delayed = np.column_stack([np.diff(np.interp(rows - k, rows, u)[cells]) for k in late])
-    own = _orthogonal(np.column_stack([view.q, delayed]))
-    search = _Search(view.exposure, cells, own, _outside(own, view.left))
+    own = orthogonal(np.column_stack([view.q, delayed]))
+    search = HeldDifferences(view.exposure, cells, own, outside(own, view.left))
     found = search.gain(ratio, hold.phases[0] / dt)
     if not 0 < found.share <= MOST_SHARE:
         return False
@@ -297,15 +275,15 @@ def _recurs(
     return True
 
 
-def _shares_of_halves(view: _View, hold: Hold, run: int) -> list[tuple[float, float]]:
+def _shares_of_halves(view: HeldDifferences, hold: Hold, run: int) -> list[tuple[float, float]]:
     """Share that is held in each half of a stretch, with its standard deviation."""
     dt, cells, found = view.exposure.motion.dt, view.cells, []
     for part in np.array_split(np.arange(len(view.left)), 2):
         if len(part) < PART:
             continue
         some = slice(int(part[0]), int(part[-1]) + 1)
-        own = _orthogonal(view.q[some])
-        search = _Search(view.exposure, cells[some.start : some.stop + 1], own, _outside(own, view.left[some]))
+        own = orthogonal(view.q[some])
+        search = HeldDifferences(view.exposure, cells[some.start : some.stop + 1], own, outside(own, view.left[some]))
         gain = search.gain(hold.hold / dt, hold.phases[run] / dt)
         noise = max(gain.total - gain.share**2 * gain.size, 0.0) / (len(part) - own.shape[1] - 1)
         if gain.size > 0:
@@ -313,15 +291,15 @@ def _shares_of_halves(view: _View, hold: Hold, run: int) -> list[tuple[float, fl
     return found
 
 
-def _phase(view: _View, hold: float) -> float:
+def _phase(view: HeldDifferences, hold: float) -> float:
     """The phase at which a hold of that time explains most [s]."""
     dt = view.exposure.motion.dt
-    search, ratio = _Search(view.exposure, view.cells, view.q, view.left), hold / dt
+    ratio = hold / dt
     step = max(1.0, ratio // PHASES)
-    best = max((float(k) for k in np.arange(0.0, ratio, step)), key=lambda k: search.of((ratio, k)))
+    best = max((float(k) for k in np.arange(0.0, ratio, step)), key=lambda k: view.of((ratio, k)))
     while step > 1:
         step = max(1.0, step // 2)
-        best = max((best - step, best, best + step), key=lambda k: search.of((ratio, k)))
+        best = max((best - step, best, best + step), key=lambda k: view.of((ratio, k)))
     return (best % ratio) * dt
 
 
@@ -399,35 +377,23 @@ def _liveliest(exposure: Exposure, cells: NDArray[np.int64], count: int) -> int:
     return int(np.argmax(moved[count:] - moved[:-count]))
 
 
-def _orthogonal(columns: Floats) -> Floats:
-    size = np.linalg.norm(columns, axis=0)
-    scaled = columns[:, size > 0] / size[size > 0]
-    u, s, _ = np.linalg.svd(scaled, full_matrices=False)
-    return u[:, s > 1e-9 * s.max(initial=0.0)]
-
-
-def _outside(q: Floats, x: Floats) -> Floats:
-    return x - q @ (q.T @ x)
-
-
-def _best(view: _View) -> Look:
+def _best(view: HeldDifferences) -> Look:
     """The hold that explains most of what is left, refined, if it is more than chance."""
     exposure, cells, q, left = view.exposure, view.cells, view.q, view.left
     first = _liveliest(exposure, cells, COARSE)
     few = slice(first, first + min(COARSE, len(cells)) - 1)
-    own = _orthogonal(q[few])
-    coarse = _Search(exposure, cells[first : few.stop + 1], own, _outside(own, left[few]))
+    own = orthogonal(q[few])
+    coarse = HeldDifferences(exposure, cells[first : few.stop + 1], own, outside(own, left[few]))
     best = coarse.coarse()
     if best is None:
         return Look()
-    search = _Search(exposure, cells, q, left)
-    best = search.refined(best)
-    hold = _significant(search.gain(*best), best, exposure.motion.dt, len(left) - q.shape[1], best[0] / len(cells))
-    small = search.gain(*best).share < LEAST_SHARE
+    best = view.refined(best)
+    hold = _significant(view.gain(*best), best, exposure.motion.dt, len(left) - q.shape[1], best[0] / len(cells))
+    small = view.gain(*best).share < LEAST_SHARE
     return Look(hold, hold is None and small and coarse.sees_all())
 
 
-def _significant(found: _Gain, best: tuple[float, float], dt: float, freedom: int, finest: float) -> Hold | None:
+def _significant(found: HoldGain, best: tuple[float, float], dt: float, freedom: int, finest: float) -> Hold | None:
     """The hold, if chance or a skew would not do."""
     noise = max(found.total - found.gain, 0.0) / max(freedom - 3, 1)
     sd = float(np.sqrt(noise / found.size)) if found.size > 0 else np.inf
@@ -439,119 +405,3 @@ def _significant(found: _Gain, best: tuple[float, float], dt: float, freedom: in
     # An output is held whole, unless the samples say otherwise: what its share is off by would look like a skew.
     share = 1.0 if abs(found.share - 1.0) <= WHOLE * sd else found.share
     return Hold(share, sd, ratio * dt, finest * dt / np.sqrt(12), ((phase % ratio) * dt,), p, seen=found.share)
-
-
-@dataclass(frozen=True)
-class _Gain:
-    """Square sum that a hold explains of ``total``, its share, and the square sum of its column."""
-
-    gain: float
-    share: float
-    size: float
-    total: float
-
-
-@dataclass(frozen=True)
-class _Search:
-    """Gains on the cells ``cells``, whose differences ``left`` are free of the columns ``q``; in samples."""
-
-    exposure: Exposure
-    cells: NDArray[np.int64]
-    q: Floats
-    left: Floats
-    seen: dict[tuple[float, float], _Gain] = field(default_factory=dict)
-
-    @cached_property
-    def follow(self) -> bool:
-        """Whether the cells follow each other without a gap."""
-        return int(self.cells[-1] - self.cells[0]) + 1 == len(self.cells)
-
-    @cached_property
-    def total(self) -> float:
-        """Square sum of the differences."""
-        return float(self.left @ self.left)
-
-    def gain(self, ratio: float, phase: float) -> _Gain:
-        """Gain of a hold of ``ratio`` samples that was renewed ``phase`` samples before the start of the run."""
-        key = ratio, phase % ratio
-        if key not in self.seen:
-            self.seen[key] = self._gain(*key)
-        return self.seen[key]
-
-    def change(self, ratio: float, phase: float) -> Floats:
-        """Differences of what a whole hold adds, shape (cells - 1,)."""
-        whole, cells = self.exposure.motion, self.cells
-        start, stop = max(0, int(cells[0]) - int(ratio) - 1), int(cells[-1]) + 1  # from a whole cell of the hold on
-        u = self.exposure.u[start:stop]
-        motion = Motion(whole.t[start : stop + 1], u, step=whole.step)  # a hold needs no more of it
-        column = held_part(motion, u, ratio * whole.dt, phase * whole.dt)
-        told = column[int(cells[0]) - start :] if self.follow else column[cells - start]
-        return told[1:] - told[:-1]
-
-    def _gain(self, ratio: float, phase: float) -> _Gain:
-        change, total = self.change(ratio, phase), self.total
-        along = self.q.T @ change  # what is left has no part there
-        power = float(change @ change)
-        size = power - float(along @ along)
-        size = size if size > ROUNDING * power else 0.0
-        share = float(change @ self.left) / size if size > 0 else 0.0
-        credible = 0 < share <= MOST_SHARE  # a larger one is another hold, tried too
-        return _Gain(share**2 * size if credible else 0.0, share, size, total)
-
-    def of(self, one: tuple[float, float]) -> float:
-        """Square sum explained."""
-        return self.gain(*one).gain
-
-    def sees_all(self) -> bool:
-        """Whether a whole hold of nearly any length that was tried would have stood out.
-
-        Not of every one: what is held for a whole period of the motion is a constant.
-        """
-        noise = float(self.left @ self.left) / max(len(self.left) - self.q.shape[1] - 1, 1)
-        return float(np.quantile([one.size for one in self.seen.values()], MOST)) > SEEN**2 * noise
-
-    def coarse(self) -> tuple[float, float] | None:
-        """The best of the ratios at whose rate the residual follows the acceleration most, at several phases."""
-        tried = [(r, float(np.floor(r * k / PHASES))) for r in self._ratios() for k in range(PHASES)]
-        return max(dict.fromkeys(tried), key=self.of, default=None)
-
-    def refined(self, best: tuple[float, float]) -> tuple[float, float]:
-        """The best beside ``best``: first its phase, then its ratio; whole samples where they do as well."""
-        step = max(1.0, best[0] // PHASES)
-        while step >= 1:
-            best = max(((best[0], best[1] + k * step) for k in (-1, 0, 1)), key=self.of)
-            step //= 2
-        # Boundaries move past samples one by one: finer than this nothing changes. About the middle of the cells, so
-        # that the phase stays there.
-        finest, middle = best[0] / len(self.cells), float(self.cells.mean())
-        step = 16 * finest
-        while step > 0.5 * finest:
-            near = [(best[0] + k * step, best[1] + k * step * middle / best[0]) for k in (-1, 0, 1)]
-            best = max((one for one in near if one[0] > 1), key=self.of)
-            step /= 2
-        whole = float(round(best[0]))
-        left = self.gain(*best).total - self.of(best)
-        for phase in (0.0, *(float(p) for p in range(1, min(int(whole), 200)))):
-            if whole >= 2 and self.gain(whole, phase).total - self.of((whole, phase)) <= 1.02 * left:
-                return whole, phase
-        return best[0], best[1] % best[0]
-
-    def _ratios(self) -> list[float]:
-        n, moved = len(self.left), np.diff(self.exposure.u[self.cells])
-        power = np.abs(np.fft.rfft(self.left * moved)) ** 2
-        power = np.maximum(power, np.maximum(np.roll(power, 1), np.roll(power, -1)))
-        most = n // 4
-        whole = [r for m, last in ((1, 100), (10, 1000), (100, 10000)) for r in range(max(2, last // 10), last, m)]
-        halves = [0.5 * r for r in range(4, 21)]
-        peaks = np.argsort(power[4:])[::-1][:PEAKS] + 4
-        ratios = {*map(float, whole), *halves, *(n / float(k) for k in peaks)}
-
-        def strength(ratio: float) -> float:
-            """Mean power at the first harmonics."""
-            tops = range(1, 1 + min(4, int(ratio / 2)))
-            return float(np.mean([power[min(round(k * n / ratio), len(power) - 1)] for k in tops]))
-
-        few = sorted(r for r in ratios if 2 <= r <= most)
-        return sorted(
-            {*few[:ALWAYS], *(r for r in ROUND if r <= most), *sorted(few, key=strength, reverse=True)[:TRIED]}
-        )

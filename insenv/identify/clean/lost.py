@@ -24,7 +24,7 @@ from insenv.core.series.robust import MEDIAN
 from insenv.core.series.stretches import stretches
 from insenv.data.exposure import expose
 from insenv.identify.clean.doubtful import Settled
-from insenv.identify.clean.response import Stretch
+from insenv.identify.clean.response.stretches import Stretch
 from insenv.identify.findings import RejectedRows
 
 #: Deviations from which on there is an event, and up to which it lasts; the same in what is usual in the run.

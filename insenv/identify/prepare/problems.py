@@ -23,14 +23,16 @@ from insenv.identify.clean.doubtful import (
     rows_per_reading,
     settled,
 )
-from insenv.identify.clean.holds import LEAST_SHARE, MOST_SHARE, WHOLE, Hold, Look, agrees, find_hold, without_hold
+from insenv.identify.clean.holds import LEAST_SHARE, WHOLE, Hold, Look, agrees, find_hold, without_hold
 from insenv.identify.clean.knocks import knocks
 from insenv.identify.clean.lost import lost_rows
 from insenv.identify.clean.motion import at_rest
 from insenv.identify.clean.outliers import leaving_out, without_outliers
 from insenv.identify.clean.rails import Rail, find_rails, without_rails
 from insenv.identify.clean.ramps import bending, jumping, slewed
-from insenv.identify.clean.response import responding, with_held
+from insenv.identify.clean.response.found import responding
+from insenv.identify.clean.response.held import with_held
+from insenv.identify.clean.response.sawtooth import MOST_SHARE
 from insenv.identify.clean.triads import turns_left_out, without_turns
 from insenv.identify.findings import RejectedRows, SampleSpectrum
 from insenv.identify.fit.gls import solve

@@ -14,7 +14,8 @@ from insenv.core.motion import Motion
 from insenv.core.recording import Channel, Floats, Recording, Response
 from insenv.data.reference import with_reference
 from insenv.effects.timing import before_mean
-from insenv.identify.clean.response import responding, stretches
+from insenv.identify.clean.response.found import responding
+from insenv.identify.clean.response.stretches import stretches
 
 DT, N, LATE = 0.01, 6000, 0.02
 GAIN = -0.87

@@ -12,7 +12,7 @@ from insenv.core.recording import Channel, Floats, Origin, Recording
 from insenv.data.reference import with_reference
 from insenv.identify.clean.doubtful import Settled, doubted, measured_parts, rows_per_motion, settled
 from insenv.identify.clean.lost import lost_rows
-from insenv.identify.clean.response import fitted
+from insenv.identify.clean.response.fit import fitted
 
 DT, N = 0.01, 9000
 SPAN = (slice(0, N),)
