@@ -1,8 +1,6 @@
 """The single environment: gymnasium's contract, actions, seeds, chunks, and that no truth is observed."""
 
 import copy
-import json
-import pickle
 import warnings
 from collections.abc import Iterator
 from typing import Any
@@ -11,7 +9,7 @@ import gymnasium
 import numpy as np
 import pytest
 from env_cases import ID, RATE, SHORT, assert_same, made
-from gymnasium.envs.registration import EnvSpec
+from environments.copies import assert_survives
 from gymnasium.utils.env_checker import check_env
 from gymnasium.wrappers import FlattenObservation, RecordEpisodeStatistics
 
@@ -305,17 +303,4 @@ def test_wrappers_of_gymnasium_work() -> None:
 
 def test_spec_and_environment_survive_json_and_pickle() -> None:
     env = gymnasium.make(ID, changes=SHORT, estimator="env_cases:Sure", max_episode_steps=4)
-    assert env.spec is not None
-    text = env.spec.to_json()
-    json.loads(text)
-    again = gymnasium.make(EnvSpec.from_json(text))
-    env.reset(seed=3)
-    env.step(TURN)
-    pickled = pickle.loads(pickle.dumps(env))
-    again.reset(seed=3)
-    again.step(TURN)
-    for _ in range(3):
-        expected = env.step(TURN)
-        assert_same(expected, pickled.step(TURN))
-        assert_same(expected, again.step(TURN))
-    assert expected[3]
+    assert assert_survives(env, TURN, TURN, steps=3)[3]

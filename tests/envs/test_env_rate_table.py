@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 import warnings
 from typing import Any
 
@@ -10,9 +9,9 @@ import gymnasium
 import numpy as np
 import pytest
 from env_cases import assert_same
-from gymnasium.envs.registration import EnvSpec
+from environments.copies import ROWS, assert_survives, native_and_sync
 from gymnasium.utils.env_checker import check_env
-from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from gymnasium.vector import AutoresetMode
 
 from insenv.core.errors import InputError
 from insenv.core.motion import Motion
@@ -40,7 +39,6 @@ PLAYED = (
     "rate_table/realistic",
     "rate_table/undeclared",
 )
-ROWS = 4
 
 
 class Slope:
@@ -307,13 +305,7 @@ def test_how_a_run_is_cut_into_steps_makes_no_difference(step: float) -> None:
 
 
 def pair(mode: AutoresetMode = AutoresetMode.NEXT_STEP, **settings: Any) -> tuple[Any, Any]:
-    settings = {"changes": SHORT} | settings
-    native = gymnasium.make_vec(ID, num_envs=ROWS, autoreset_mode=mode, **settings)
-    sync = gymnasium.make_vec(
-        ID, num_envs=ROWS, vectorization_mode="sync", vector_kwargs={"autoreset_mode": mode}, **settings
-    )
-    assert isinstance(native.unwrapped, RateTableVectorEnv) and isinstance(sync.unwrapped, SyncVectorEnv)
-    return native, sync
+    return native_and_sync(RateTableVectorEnv, ID, mode, **{"changes": SHORT} | settings)
 
 
 def plan(steps: int) -> list[Floats]:
@@ -470,17 +462,7 @@ def test_gymnasium_accepts_the_pictures(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 def test_spec_and_environment_survive_json_and_pickle() -> None:
-    env = gymnasium.make(ID, changes=SHORT, estimator=SURE)
-    assert env.spec is not None
-    again = gymnasium.make(EnvSpec.from_json(env.spec.to_json()))
-    env.reset(seed=3)
-    env.step(act(4.0, -1.0))
-    pickled = pickle.loads(pickle.dumps(env))
-    again.reset(seed=3)
-    again.step(act(4.0, -1.0))
-    expected = env.step(act(5.0, -1.0))
-    assert_same(expected, pickled.step(act(5.0, -1.0)))
-    assert_same(expected, again.step(act(5.0, -1.0)))
+    assert_survives(gymnasium.make(ID, changes=SHORT, estimator=SURE), act(4.0, -1.0), act(5.0, -1.0))
 
 
 @pytest.mark.parametrize("estimator", [None, SURE])

@@ -1,7 +1,5 @@
 """The two-position calibration: gymnasium's contract, what is seen, what a turn does, and recordings."""
 
-import json
-import pickle
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,7 +9,7 @@ import gymnasium
 import numpy as np
 import pytest
 from env_cases import assert_same
-from gymnasium.envs.registration import EnvSpec
+from environments.copies import assert_survives
 from gymnasium.utils.env_checker import check_env
 from two_position_cases import ESTIMATORS, ID, NINE, SCENARIOS, SHORT, STAY, STOP, SURE, TURN, made
 
@@ -263,20 +261,7 @@ def test_an_undeclared_value_shows_in_what_is_measured_alone() -> None:
 
 def test_registry_spec_and_environment_survive_json_and_pickle() -> None:
     env = gymnasium.make(ID, changes=SHORT, estimator=SURE, max_episode_steps=4)
-    assert env.spec is not None
-    text = env.spec.to_json()
-    json.loads(text)
-    again = gymnasium.make(EnvSpec.from_json(text))
-    env.reset(seed=3)
-    env.step(TURN)
-    pickled = pickle.loads(pickle.dumps(env))
-    again.reset(seed=3)
-    again.step(TURN)
-    for _ in range(3):
-        expected = env.step(STAY)
-        assert_same(expected, pickled.step(STAY))
-        assert_same(expected, again.step(STAY))
-    assert expected[3]
+    assert assert_survives(env, TURN, STAY, steps=3)[3]
 
 
 def test_a_recording_holds_what_an_estimator_is_given(tmp_path: Path) -> None:

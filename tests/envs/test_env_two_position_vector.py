@@ -6,25 +6,16 @@ import gymnasium
 import numpy as np
 import pytest
 from env_cases import assert_same
-from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from environments.copies import ROWS, native_and_sync
+from gymnasium.vector import AutoresetMode
 from two_position_cases import ESTIMATORS, ID, SCENARIOS, SHORT, SURE
 
 from insenv.core.errors import InputError
 from insenv.systems.two_position.env import TwoPositionVectorEnv
 
-ROWS = 4
 
-
-def pair(mode: AutoresetMode = AutoresetMode.NEXT_STEP, limit: int | None = None, **settings: Any) -> tuple[Any, Any]:
-    """The native vector environment and gymnasium's loop over single ones."""
-    settings = {"changes": SHORT} | settings
-    more: dict[str, Any] = {} if limit is None else {"max_episode_steps": limit}
-    native = gymnasium.make_vec(ID, num_envs=ROWS, autoreset_mode=mode, **settings, **more)
-    sync = gymnasium.make_vec(
-        ID, num_envs=ROWS, vectorization_mode="sync", vector_kwargs={"autoreset_mode": mode}, **settings, **more
-    )
-    assert isinstance(native.unwrapped, TwoPositionVectorEnv) and isinstance(sync.unwrapped, SyncVectorEnv)
-    return native, sync
+def pair(mode: AutoresetMode = AutoresetMode.NEXT_STEP, **settings: Any) -> tuple[Any, Any]:
+    return native_and_sync(TwoPositionVectorEnv, ID, mode, **{"changes": SHORT} | settings)
 
 
 def plan(steps: int, early: bool) -> list[Any]:

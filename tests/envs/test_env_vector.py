@@ -9,29 +9,21 @@ import gymnasium
 import numpy as np
 import pytest
 from env_cases import ID, RATE, SHORT, assert_same, made
-from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
+from environments.copies import ROWS, native_and_sync
+from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.wrappers.vector import RecordEpisodeStatistics
 
 from insenv.core.errors import InputError
 from insenv.scenario import names
 from insenv.systems.north_finder.env import NorthFinderVectorEnv
 
-ROWS = 4
 NORTH_FINDERS = [name for name in names() if name.startswith("north_finder/") and name != "north_finder/published"]
 Make = Callable[..., tuple[Any, Any]]
 ESTIMATORS = (None, "env_cases:Sure", "correlation", "revolution", "north_gls")
 
 
-def pair(mode: AutoresetMode = AutoresetMode.NEXT_STEP, limit: int | None = None, **settings: Any) -> tuple[Any, Any]:
-    """The native vector environment and gymnasium's loop over single ones."""
-    settings = {"changes": SHORT} | settings
-    more: dict[str, Any] = {} if limit is None else {"max_episode_steps": limit}
-    native = gymnasium.make_vec(ID, num_envs=ROWS, autoreset_mode=mode, **settings, **more)
-    sync = gymnasium.make_vec(
-        ID, num_envs=ROWS, vectorization_mode="sync", vector_kwargs={"autoreset_mode": mode}, **settings, **more
-    )
-    assert isinstance(native.unwrapped, NorthFinderVectorEnv) and isinstance(sync.unwrapped, SyncVectorEnv)
-    return native, sync
+def pair(mode: AutoresetMode = AutoresetMode.NEXT_STEP, **settings: Any) -> tuple[Any, Any]:
+    return native_and_sync(NorthFinderVectorEnv, ID, mode, **{"changes": SHORT} | settings)
 
 
 def plan(steps: int, early: bool) -> list[Any]:

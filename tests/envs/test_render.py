@@ -4,20 +4,26 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from dataclasses import replace
-from itertools import combinations
 from pathlib import Path
 from typing import Any
 
 import gymnasium
 import numpy as np
 import pytest
+from environments.pictures import (
+    BLUE,
+    ORANGE,
+    SIZE,
+    assert_every_text_is_read,
+    assert_same_in_any_order,
+    of_colour,
+    tip,
+)
 from gymnasium.error import DependencyNotInstalled
-from matplotlib.text import Text
 
 from insenv.core.attitude import wrapped
 from insenv.core.earth import EARTH_RATE
 from insenv.core.errors import InputError
-from insenv.core.recording import Floats
 from insenv.core.units import ARCSEC, DEG, DEG_PER_HOUR, PPM
 from insenv.envs.charts import plain
 from insenv.envs.render import Window, plain_angle, plain_bearing
@@ -29,10 +35,6 @@ from insenv.systems.north_finder.view import Renderer, draw
 STEPS = 300
 PRIOR = np.pi / np.sqrt(3)
 AZIMUTH, RATE = 226.5317 * DEG, 10 * DEG
-SIZE = (960, 600)
-#: Centre and radius of the dial with an estimator [pixels], and colours of axis and belief.
-CENTRE, RADIUS = np.array([213.6, 228.0]), 155.0
-ORANGE, BLUE = (0xD5, 0x5E, 0x00), (0x00, 0x72, 0xB2)
 
 
 def made(k: int, sd: float = 31 * ARCSEC, believes: bool = True, scale: bool = True) -> View:
@@ -86,26 +88,8 @@ def is_open(window: Window) -> bool:
     return window.is_open
 
 
-def of_colour(frame: Any, colour: tuple[int, int, int]) -> Floats:
-    """Places [pixels] of a colour on the dial, from its centre: right and up."""
-    y, x = np.nonzero((np.abs(frame.astype(int) - colour) < 30).all(axis=-1))
-    from_centre = np.stack([x - CENTRE[0], CENTRE[1] - y], axis=-1)
-    return from_centre[np.hypot(*from_centre.T) < RADIUS]
-
-
-def tip(places: Floats) -> float:
-    """Azimuth on the dial of those farthest from its centre [rad]."""
-    far = places[np.hypot(*places.T) > 0.9 * np.hypot(*places.T).max()]
-    return float(np.arctan2(*far.mean(axis=0)))
-
-
 def test_a_frame_is_the_same_whatever_was_drawn_before() -> None:
-    used = Renderer()
-    forwards = [used.draw(view) for view in VIEWS.values()]
-    backwards = [used.draw(view) for view in reversed(VIEWS.values())]
-    for frame, again in zip(forwards, reversed(backwards), strict=True):
-        np.testing.assert_array_equal(frame, again)
-    assert len({frame.tobytes() for frame in forwards}) == len(VIEWS)
+    assert_same_in_any_order(Renderer(), [*VIEWS.values()])
 
 
 @pytest.mark.parametrize("name", ["reset", "late", "no estimator"])
@@ -146,32 +130,7 @@ def test_no_text_overlaps_another_or_leaves_the_picture(drawn: Renderer, name: s
     view = VIEWS[name]
     drawn.draw(view)
     layout = drawn._layouts[view.belief is not None, len(view.history.believed_scale_factor) > 0, view.duration]
-    figure = layout._canvas.figure
-    boxes = [
-        (text.get_text(), text.get_window_extent())
-        for text in figure.findobj(Text)
-        if isinstance(text, Text) and text.get_visible() and text.get_text().strip() and shown(text)
-    ]
-    assert len(boxes) > 30
-    for text, box in boxes:
-        assert box.x0 >= 0 and box.y0 >= 0 and box.x1 <= SIZE[0] and box.y1 <= SIZE[1], text
-    for (one, a), (other, b) in combinations(boxes, 2):
-        # A box has a pixel of air around its letters.
-        both = min(a.x1, b.x1) - max(a.x0, b.x0), min(a.y1, b.y1) - max(a.y0, b.y0)
-        assert min(both) < 2, f"{one!r} on {other!r}"
-
-
-def shown(text: Text) -> bool:
-    """Whether matplotlib draws it: not the labels of ticks beyond the limits."""
-    axes = text.axes
-    if axes is None:
-        return True
-    for axis in (axes.xaxis, axes.yaxis):
-        ticks = axis.get_major_ticks()
-        if any(text in (tick.label1, tick.label2) for tick in ticks):
-            low, high = sorted(axis.get_view_interval())
-            return any(text is tick.label1 and low <= tick.get_loc() <= high for tick in ticks)
-    return True
+    assert_every_text_is_read(layout.canvas.figure)
 
 
 @pytest.mark.parametrize("turned", np.deg2rad([0.0, 45.0, 170.0, -80.0, 725.0]))

@@ -2,19 +2,24 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
-from itertools import combinations
 from typing import Any
 
 import gymnasium
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
-from matplotlib.text import Text
+from environments.pictures import (
+    BLUE,
+    ORANGE,
+    SIZE,
+    assert_every_text_is_read,
+    assert_same_in_any_order,
+    of_colour,
+    tip,
+)
 from two_position_cases import ID, SHORT, STAY, STOP, SURE, TURN, made
 
 from insenv.core.attitude import wrapped
 from insenv.core.errors import InputError
-from insenv.core.recording import Floats
 from insenv.core.units import ARCMIN, ARCSEC, DEG
 from insenv.systems.two_position.film import TwoPositionFilm
 from insenv.systems.two_position.frame import History, View, residual
@@ -24,10 +29,6 @@ STEPS = 620
 PRIOR = np.pi / np.sqrt(3)
 INSTALLATION, HEADING = 30 * ARCMIN, 20 * DEG
 PUBLISHED = SHORT | {"sight.installation": "30 arcmin"}
-SIZE = (960, 600)
-#: Centre and radius of the dial with an estimator [pixels], and colours of sight and belief.
-CENTRE, RADIUS = np.array([213.6, 228.0]), 155.0
-ORANGE, BLUE = (0xD5, 0x5E, 0x00), (0x00, 0x72, 0xB2)
 
 
 def viewed(k: int, sd: float = 20 * ARCSEC, believes: bool = True) -> View:
@@ -85,26 +86,9 @@ def drawn() -> Renderer:
     return Renderer()
 
 
-def of_colour(frame: Any, colour: tuple[int, int, int]) -> Floats:
-    """Places [pixels] of a colour on the dial, from its centre: right and up."""
-    y, x = np.nonzero((np.abs(frame.astype(int) - colour) < 30).all(axis=-1))
-    from_centre = np.stack([x - CENTRE[0], CENTRE[1] - y], axis=-1)
-    return from_centre[np.hypot(*from_centre.T) < RADIUS]
-
-
-def tip(places: Floats) -> float:
-    """Azimuth on the dial of those farthest from its centre [rad]."""
-    far = places[np.hypot(*places.T) > 0.9 * np.hypot(*places.T).max()]
-    return float(np.arctan2(*far.mean(axis=0)))
-
-
 def test_a_frame_is_the_same_whatever_was_drawn_before() -> None:
     used = Renderer()
-    forwards = [used.draw(view) for view in VIEWS.values()]
-    backwards = [used.draw(view) for view in reversed(VIEWS.values())]
-    for frame, again in zip(forwards, reversed(backwards), strict=True):
-        np.testing.assert_array_equal(frame, again)
-    assert len({frame.tobytes() for frame in forwards}) == len(VIEWS)
+    assert_same_in_any_order(used, [*VIEWS.values()])
     np.testing.assert_array_equal(draw(VIEWS["late"]), used.draw(VIEWS["late"]))
 
 
@@ -137,29 +121,7 @@ def test_a_frame_changes_with_what_it_shows(drawn: Renderer, change: dict[str, A
 def test_no_text_overlaps_another_or_leaves_the_picture(drawn: Renderer, name: str) -> None:
     view = VIEWS[name]
     drawn.draw(view)
-    figure = drawn._layouts[view.believed_installation is not None, view.duration]._canvas.figure
-    unseen = beyond(figure)
-    boxes = [
-        (text.get_text(), text.get_window_extent())
-        for text in figure.findobj(Text)
-        if isinstance(text, Text) and text.get_visible() and text.get_text().strip() and text not in unseen
-    ]
-    assert len(boxes) > 30
-    for text, box in boxes:
-        assert box.x0 >= 0 and box.y0 >= 0 and box.x1 <= SIZE[0] and box.y1 <= SIZE[1], text
-    for (one, a), (other, b) in combinations(boxes, 2):
-        # A box has a pixel of air around its letters.
-        both = min(a.x1, b.x1) - max(a.x0, b.x0), min(a.y1, b.y1) - max(a.y0, b.y0)
-        assert min(both) < 2, f"{one!r} on {other!r}"
-
-
-def beyond(figure: Figure) -> list[Text]:
-    """Labels of ticks beyond the limits, which matplotlib makes and does not draw."""
-    found = []
-    for axis in (axis for ax in figure.axes for axis in (ax.xaxis, ax.yaxis)):
-        low, high = sorted(axis.get_view_interval())
-        found += [tick.label1 for tick in axis.majorTicks if not low <= tick.get_loc() <= high]
-    return found
+    assert_every_text_is_read(drawn._layouts[view.believed_installation is not None, view.duration].canvas.figure)
 
 
 @pytest.mark.parametrize("heading", np.deg2rad([0.0, 45.0, 170.0, -80.0, 725.0]))

@@ -14,7 +14,8 @@ from matplotlib.patches import Circle, Polygon, Rectangle
 
 from insenv.core.attitude import wrapped
 from insenv.core.units import ARCSEC, DEG, DEG_PER_HOUR, PPM
-from insenv.envs.charts import Magnifier, StripChart
+from insenv.envs.charts import StripChart
+from insenv.envs.dial_picture import BeliefPanel, DialPicture
 from insenv.envs.render import (
     BELIEVED,
     INSTRUMENT,
@@ -25,7 +26,6 @@ from insenv.envs.render import (
     Dial,
     Drawing,
     Frame,
-    Header,
     on_circle,
     plain_angle,
     plain_bearing,
@@ -55,33 +55,14 @@ class Renderer(Drawing):
         """Who believes in what, and the ranges of the charts."""
         return view.belief is not None, len(view.history.believed_scale_factor) > 0, view.duration
 
-    def layout(self, size: tuple[int, int], *kind: Any) -> _Layout:
+    def layout(self, size: tuple[int, int], *kind: Any) -> DialPicture:
         """The picture of that kind."""
-        return _Layout(size, *kind)
+        believes, scale_factor, duration = kind
 
+        def strips(canvas: Canvas) -> _Strips:
+            return _Strips(canvas, duration, believes, scale_factor)
 
-class _Layout:
-    """The picture with or without an estimator: the dial has more room where nothing is believed."""
-
-    def __init__(self, size: tuple[int, int], believes: bool, scale_factor: bool, duration: float) -> None:
-        self._canvas = canvas = Canvas(size)
-        self._header = Header(canvas, "north finder")
-        left, width = 0.015, 0.415 if believes else 0.455
-        low, height = (0.305, 0.63) if believes else (0.215, 0.71)
-        self._table = _Table(canvas.axes(left, low, width, height), believes)
-        self._belief = _Belief(canvas, left, width) if believes else None
-        if not believes:
-            text = "no estimator: nothing is believed about north"
-            canvas.figure.text(left + width / 2, 0.09, text, ha="center", color=QUIET)
-        self._strips = _Strips(canvas, duration, believes, scale_factor)
-
-    def draw(self, view: View) -> Frame:
-        self._header.set(view.title, view.time, view.duration)
-        self._table.set(view)
-        if self._belief is not None:
-            self._belief.set(view)
-        self._strips.set(view)
-        return self._canvas.pixels()
+        return DialPicture(size, ("north finder", "north"), believes, _Table, _Belief, strips)
 
 
 class _Table:
@@ -139,13 +120,8 @@ class _Table:
             corner.set_text(text)
 
 
-class _Belief:
+class _Belief(BeliefPanel):
     """Azimuth in numbers, and the top of the dial magnified: where north is believed, against where it is."""
-
-    def __init__(self, canvas: Canvas, left: float, width: float) -> None:
-        middle = left + width / 2
-        self._numbers = canvas.figure.text(middle, 0.207, "", ha="center", fontsize=9, color=TRUE, animated=True)
-        self._magnifier = Magnifier(canvas.axes(left + 0.025, 0.105, width - 0.05, 0.085))
 
     def set(self, view: View) -> None:
         assert view.belief is not None
