@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import Any
 
 from insenv.campaign.pool import FEWEST, Pool
 from insenv.campaign.run import Campaign, Coefficient
-from insenv.core.files import write_whole
+from insenv.core.files import json_text, write_whole
 from insenv.core.filing import Filing, filed, stamp
 from insenv.core.quantities import ShownUnit, p_value, percent, unit_for
 from insenv.evaluate.words import columns
@@ -232,7 +231,7 @@ def write_json(found: Campaign, path: str | os.PathLike[str]) -> Path:
     InputError
         If the file cannot be written.
     """
-    return write_whole(path, json.dumps(to_json(found), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+    return write_whole(path, json_text(to_json(found)))
 
 
 def write_html(found: Campaign, path: str | os.PathLike[str]) -> Path:

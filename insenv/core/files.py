@@ -81,6 +81,11 @@ def write_whole(path: str | os.PathLike[str], text: str) -> Path:
     return path
 
 
+def json_text(document: Mapping[str, Any]) -> str:
+    """A document as all of them are written: indented, any letter as it is, and no number that JSON does not know."""
+    return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
 def toml(tables: Sequence[tuple[str, Mapping[str, object]]]) -> str:
     """TOML text of tables: a head such as "[site]" ("" for the top) and its entries, left out where empty."""
     return "\n".join("\n".join(_lines(head, entries)) for head, entries in tables if entries)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from pathlib import Path
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from insenv.core.estimate import Estimate, Estimated, Estimation
-from insenv.core.files import write_whole
+from insenv.core.files import json_text, write_whole
 from insenv.core.filing import filed, stamp
 from insenv.core.quantities import number, span, unit_for, with_sd
 from insenv.report.page import rendered
@@ -89,7 +88,7 @@ def _block(one: Estimate) -> list[dict[str, Any]]:
 
 def write_json(found: Estimation, path: str | os.PathLike[str]) -> Path:
     """Write `to_json` to ``path``, whole or not at all; InputError if it cannot be written."""
-    return write_whole(path, json.dumps(to_json(found), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+    return write_whole(path, json_text(to_json(found)))
 
 
 def to_html(found: Estimation) -> str:

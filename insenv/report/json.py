@@ -6,14 +6,13 @@ and ``noise`` map targets to their blocks, ``verdicts`` holds each target's own 
 
 from __future__ import annotations
 
-import json
 import math
 import os
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
-from insenv.core.files import write_whole
+from insenv.core.files import json_text, write_whole
 from insenv.core.filing import filed, stamp
 from insenv.identify.findings import (
     Added,
@@ -76,7 +75,7 @@ def write_json(findings: Findings, path: str | os.PathLike[str]) -> Path:
     InputError
         If the file cannot be written.
     """
-    return write_whole(path, json.dumps(to_json(findings), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+    return write_whole(path, json_text(to_json(findings)))
 
 
 def _blocks(target: TargetFindings) -> Block:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from textwrap import wrap
 from typing import Any
 
-from insenv.core.files import write_whole
+from insenv.core.files import json_text, write_whole
 from insenv.core.filing import stamp
 from insenv.core.quantities import ShownUnit, number, span, unit_for
 from insenv.core.units import ARCSEC, PPM
@@ -61,7 +60,7 @@ def write_json(story: Story, path: str | os.PathLike[str]) -> Path:
     InputError
         If the file cannot be written.
     """
-    return write_whole(path, json.dumps(to_json(story), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+    return write_whole(path, json_text(to_json(story)))
 
 
 def _step(chapter: Chapter) -> Block:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import os
 from pathlib import Path
 from typing import Any
 
-from insenv.core.files import write_whole
+from insenv.core.files import json_text, write_whole
 from insenv.core.filing import filed, stamp
 from insenv.core.quantities import unit_for
 from insenv.evaluate.words import columns
@@ -150,4 +149,4 @@ def write_json(found: Trust, path: str | os.PathLike[str]) -> Path:
     InputError
         If the file cannot be written.
     """
-    return write_whole(path, json.dumps(to_json(found), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+    return write_whole(path, json_text(to_json(found)))

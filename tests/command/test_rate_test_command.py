@@ -17,6 +17,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from insenv.core.errors import InputError
+from insenv.core.files import json_text
 from insenv.core.rate_test import NORMALISATIONS, RateTest
 from insenv.core.recording import Floats
 from insenv.core.units import DEG, DEG_PER_HOUR
@@ -26,7 +27,7 @@ from insenv.data.manifest import Manifest, load_manifest
 from insenv.data.stream import stream_run
 from insenv.rate_test import rate_test
 from insenv.report.rate_test import rows
-from insenv.report.rate_test.document import json_text, summary, to_html, to_json
+from insenv.report.rate_test.document import summary, to_html, to_json
 
 FORMS = ("npz", "csv", "float64-le")
 
@@ -208,7 +209,7 @@ def test_texts_from_a_file_are_escaped(tmp_path: Path) -> None:
 
 
 def test_json_holds_the_result_in_si_units(test: RateTest) -> None:
-    held = json.loads(json_text([test]))
+    held = json.loads(json_text(to_json([test])))
     assert held == to_json([test])
     assert held["schema"] == "insenv.rate-test/1"
     one, line = held["instruments"][0], test.line

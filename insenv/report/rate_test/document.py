@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
 from collections.abc import Sequence
@@ -12,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from insenv.core.files import write_whole
+from insenv.core.files import json_text, write_whole
 from insenv.core.filing import filed, stamp
 from insenv.core.quantities import number, span
 from insenv.core.rate_test import NORMALISATIONS, RateTest
@@ -57,11 +56,6 @@ def _plain(value: Any) -> Any:
     return value
 
 
-def json_text(tests: Sequence[RateTest]) -> str:
-    """`to_json` as text."""
-    return json.dumps(to_json(tests), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-
-
 def write_json(tests: Sequence[RateTest], path: str | os.PathLike[str]) -> Path:
     """Write `to_json` to ``path``, whole or not at all.
 
@@ -70,7 +64,7 @@ def write_json(tests: Sequence[RateTest], path: str | os.PathLike[str]) -> Path:
     InputError
         If the file cannot be written.
     """
-    return write_whole(path, json_text(tests))
+    return write_whole(path, json_text(to_json(tests)))
 
 
 def write_html(tests: Sequence[RateTest], path: str | os.PathLike[str]) -> Path:
