@@ -1,7 +1,8 @@
-"""Results pages know of which engine they are."""
+"""Results pages know of which engine they are, and the page of the method which modules there are."""
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 
@@ -66,3 +67,13 @@ def test_every_page_has_a_hash_and_every_writer_is_there() -> None:
     assert "estimators/north_finder/gls.py" in {
         p.relative_to(ROOT).as_posix() for p in pages.closure(ROOT / "scripts/leaderboard.py")
     }
+
+
+def test_the_method_page_names_modules_that_are_there() -> None:
+    rooms = {path.name for path in (ROOT / "insenv").iterdir() if path.is_dir()}
+    named = re.findall(r"`(?:insenv\.)?(\w+(?:\.\w+)+)", (ROOT / "docs/method.md").read_text(encoding="utf-8"))
+    places = {name: ROOT / "insenv" / name.replace(".", "/") for name in named if name.split(".")[0] in rooms}
+    gone = {name for name, place in places.items() if not (place.is_dir() or place.with_suffix(".py").exists())}
+    # The last part may be a function of a module.
+    gone = {name for name in gone if not places[name].parent.with_suffix(".py").exists()}
+    assert len(places) > 50 and gone == set()
