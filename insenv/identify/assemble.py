@@ -72,6 +72,7 @@ from insenv.identify.prepare.vibration import went_away
 from insenv.identify.prepare.wide_noise import too_wide
 from insenv.identify.search.artefacts.rounded import log_p_unrounded
 from insenv.identify.search.detectable import Sensitivity
+from insenv.identify.search.doubts.unfinished import made_by_rounding, unfinished
 from insenv.identify.search.followers import followers
 from insenv.identify.search.rivals import Rivalry
 from insenv.identify.search.tracks import Step, Track
@@ -86,7 +87,6 @@ from insenv.identify.search.twins import (
     twins,
 )
 from insenv.identify.search.undecided import beside_doubts
-from insenv.identify.search.unfinished import made_by_rounding, unfinished
 from insenv.identify.search.whole.error import of_chance
 from insenv.identify.stated import told, unforetold
 from insenv.identify.switches import switchable

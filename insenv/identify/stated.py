@@ -22,9 +22,9 @@ from insenv.identify.fit.heldout import Score
 from insenv.identify.fit.parts import apart as parts_apart
 from insenv.identify.fit.problem import Problem, Term
 from insenv.identify.fit.uncertainty import SCALE, estimates
+from insenv.identify.search.doubts.sizes import nothing_as_well, untold
 from insenv.identify.search.settle import dropped
 from insenv.identify.search.tracks import Track
-from insenv.identify.search.unfinished import nothing_as_well, untold
 from insenv.identify.search.whole.error import by_chance, whole_errors
 
 #: A track, the estimates that are stated, why some are uncertain, and errors of the whole search.

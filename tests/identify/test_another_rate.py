@@ -17,9 +17,10 @@ from insenv.identify.fit.problem import Term
 from insenv.identify.fit.uncertainty import estimates
 from insenv.identify.loop import trace
 from insenv.identify.search.candidates import Candidate
+from insenv.identify.search.doubts.sizes import nothing_as_well
+from insenv.identify.search.doubts.unfinished import unfinished
 from insenv.identify.search.settle import dropped, without_repeated
 from insenv.identify.search.tracks import Track
-from insenv.identify.search.unfinished import nothing_as_well, unfinished
 
 DT = 0.02
 

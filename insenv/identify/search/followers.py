@@ -29,12 +29,12 @@ from insenv.identify.search.all_rows import at_all_times, whole_of
 from insenv.identify.search.artefacts.reference_errors import beside_reference_errors, log_p_alone
 from insenv.identify.search.artefacts.rounded import beside_rounding, beside_steps
 from insenv.identify.search.candidates import Candidate
+from insenv.identify.search.doubts.sizes import UNSIGNED
 from insenv.identify.search.jumps import is_step
 from insenv.identify.search.round import by_fit_alone, no_law, with_term
 from insenv.identify.search.scan import Hit, Reference, largest_statistic, reference
 from insenv.identify.search.size import unsized
 from insenv.identify.search.tracks import Track
-from insenv.identify.search.unfinished import UNSIGNED
 
 #: Probability, all that was tried paid for, and deviations of a coefficient from which on an effect is a doubt.
 CERTAIN, MANY = 1e-3, 6.0

@@ -9,7 +9,7 @@ import pytest
 
 from insenv.effects.catalogue import by_key
 from insenv.identify.prepare.excess import _fast_p
-from insenv.identify.search.unfinished import _has_a_size
+from insenv.identify.search.doubts.sizes import has_a_size
 
 N, HOLD = 8000, 16
 
@@ -48,4 +48,4 @@ def test_a_lag_and_a_line_have_a_name_without_a_size_and_a_law_of_the_bias_has_n
         "timing_skew": False,
         "tone": False,
     }
-    assert {key: _has_a_size(by_key(key)) for key in sized} == sized
+    assert {key: has_a_size(by_key(key)) for key in sized} == sized

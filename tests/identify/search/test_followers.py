@@ -11,7 +11,7 @@ from insenv.data.reference import with_reference
 from insenv.data.split import RowUse
 from insenv.effects.catalogue import by_key
 from insenv.identify.findings import TargetFindings
-from insenv.identify.search.unfinished import gain_of_means
+from insenv.identify.search.doubts.unfinished import gain_of_means
 
 ROWS, DT, WHITE, NOISE, FINE = 1000, 0.05, 0.01, 2e-4, 20
 TRIED = tuple(by_key(key) for key in ("timing_skew", "scale_factor", "scale_factor_asymmetry", "angle_locked_rate:1"))

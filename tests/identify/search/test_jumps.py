@@ -14,10 +14,10 @@ from insenv.effects.catalogue import CATALOGUE
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.problem import Term
 from insenv.identify.loop import trace
+from insenv.identify.search.doubts.unfinished import unfinished
 from insenv.identify.search.jumps import is_step, one_of_many
 from insenv.identify.search.settle import settled
 from insenv.identify.search.tracks import Track
-from insenv.identify.search.unfinished import unfinished
 
 DURATION, WHITE = 600.0, 1e-5
 

@@ -10,11 +10,11 @@ from insenv.identify.findings import BY_SIGNS, WholeError
 from insenv.identify.fit.evidence import HELD_OUT_SPREAD, held_out_deviate, log_tail
 from insenv.identify.fit.gls import solve, whitened
 from insenv.identify.fit.problem import Problem
+from insenv.identify.search.doubts.unfinished import unfinished
 from insenv.identify.search.round import by_fit_alone, with_term
 from insenv.identify.search.scan import reference, score
 from insenv.identify.search.settle import dropped
 from insenv.identify.search.tracks import Step, Track
-from insenv.identify.search.unfinished import unfinished
 from insenv.identify.search.whole.directions import to_modes, to_series
 from insenv.identify.search.whole.error import Residual, agree, by_chance, of_chance, whole_errors
 

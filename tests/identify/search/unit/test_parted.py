@@ -12,9 +12,9 @@ from insenv.effects.catalogue import by_key
 from insenv.identify.fit.gls import solve
 from insenv.identify.fit.uncertainty import estimates
 from insenv.identify.loop import trace
+from insenv.identify.search.doubts.sizes import untold
 from insenv.identify.search.settle import parted
 from insenv.identify.search.tracks import Track
-from insenv.identify.search.unfinished import untold
 
 AXES = ("gyro_x", "gyro_y", "gyro_z")
 

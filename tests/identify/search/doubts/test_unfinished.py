@@ -12,11 +12,12 @@ from insenv.core.recording import Channel, Floats, Recording
 from insenv.effects.catalogue import by_key
 from insenv.identify.fit.uncertainty import estimates
 from insenv.identify.loop import trace
+from insenv.identify.search.doubts.sizes import nothing_as_well
+from insenv.identify.search.doubts.unfinished import unfinished
 from insenv.identify.search.followers import followers
 from insenv.identify.search.one_wave import wave
 from insenv.identify.search.round import search
 from insenv.identify.search.settle import dropped
-from insenv.identify.search.unfinished import nothing_as_well, unfinished
 
 SPAN = 3600.0
 

@@ -1,0 +1,1 @@
+"""What the search itself says against its being complete."""
