@@ -248,8 +248,8 @@ def _far_from_one(target: str, value: float) -> tuple[str, ...]:
     if value < 0 and abs(size - 1) < INCREDIBLE:
         return (
             f"The input axis of {target} is reversed: it reads {value:.4g} times the rate that it was exposed to. "
-            "The scale factor stated here counts from +1, all other errors are relative to that gain; turn the sign "
-            "of the column, of the table or of mounting.tilt for a scale factor that counts from it.",
+            "The scale factor stated here counts from +1, a lag and a held output are relative to that gain; turn the "
+            "sign of the column, of the table or of mounting.tilt for a scale factor that counts from it.",
         )
     ranges = next((n for n in RANGES for x in (n, 1 / n) if abs(size / x - 1) < SAME), None)
     why = (

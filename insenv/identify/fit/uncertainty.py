@@ -19,11 +19,12 @@ what that does to them, sum over runs of s^2 g g' with g = d theta / d level, on
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from insenv.core.recording import Floats
+from insenv.data.exposure import Exposure
 from insenv.data.manifest import checks
 from insenv.effects.base import CurveEffect, MemoryEffect
 from insenv.effects.rate.scale import ScaleFactor
@@ -38,7 +39,8 @@ from insenv.identify.fit.scatter import ANEW, Levels, has_one_level, levels
 from insenv.identify.fit.swings import by_swings
 
 _SQUARED = "_squared"
-#: Counts from a gain of one; every other effect is relative to the gain that the data show.
+#: Counts from a gain of one. The input of every other effect is fitted times the gain that the data show, and what is
+#: stated is of the input itself (`_as_stated`).
 SCALE = ScaleFactor.id
 #: Below this many degrees of freedom of the noise the variance of Student's t says nothing any more.
 LEAST_FREEDOM = 4.0
@@ -103,8 +105,10 @@ def estimates(problem: Problem, fit: Fit, inexact: tuple[Term, ...] = ()) -> dic
         rows += [_root(row, problem.unit) for row in rows if row.parameter.endswith(_SQUARED) and row.value > 0]
         if term in slopes:
             rows += [
-                Estimate(key, name, value, float(sd), unit)
-                for (name, unit, value, _), sd in zip(slopes[term].rows, shape_sd[term], strict=True)
+                Estimate(key, name, f * value, f * float(sd), unit)
+                for (name, unit, value, _), sd, f in zip(
+                    slopes[term].rows, shape_sd[term], _shapes_as_stated(problem, term), strict=True
+                )
             ]
         out[term] = tuple(rows)
     return out
@@ -142,10 +146,13 @@ def covariance(problem: Problem, fit: Fit) -> Covariance:
     labels = [fit.design.labels[j][:2] for j in kept]
     index = np.concatenate([kept, len(fit.design.term) + np.arange(len(shapes))]).astype(int)
     gains, zeros = np.array([_as_stated(problem, fit, fit.model[j]) for j in fit.design.term[kept]]).reshape(-1, 2).T
-    factor = np.concatenate([gains, np.ones(len(shapes))])
+    of_shapes = [f for term in slopes for f in _shapes_as_stated(problem, term)]
+    factor = np.concatenate([gains, of_shapes])
     return Covariance(
         (*((key, name) for key, name in labels), *((key, name) for key, name, _ in shapes)),
-        np.concatenate([zeros + gains * fit.theta[kept], [value for *_, value in shapes]]),
+        np.concatenate(
+            [zeros + gains * fit.theta[kept], [f * v for f, (*_, v) in zip(of_shapes, shapes, strict=True)]]
+        ),
         _joint(problem, fit, slopes, beside_response(problem, fit)).covariance[np.ix_(index, index)]
         * np.outer(factor, factor),
     )
@@ -162,11 +169,55 @@ def _all_slopes(problem: Problem, fit: Fit) -> dict[Term, _Slopes]:
 def _as_stated(problem: Problem, fit: Fit, term: Term) -> tuple[float, float]:
     """Factor and zero of a term's coefficients as they are stated.
 
-    A scale factor counts from a gain of one; what is late is the input times the gain.
+    A scale factor counts from a gain of one; what is late is the input times the gain. What is a law of the rate has
+    the input without it, c u^3, where c' (g u)^3 was fitted.
     """
     if term.effect.id == SCALE:
         return problem.gain, problem.gain - 1
-    return (1 / (1 + fit.scale_factor), 0.0) if lag_form.is_skew(term) else (1.0, 0.0)
+    if lag_form.is_skew(term):
+        return 1 / (1 + fit.scale_factor), 0.0
+    return _of_true_rates(problem, term), 0.0
+
+
+def _of_true_rates(problem: Problem, term: Term) -> float:
+    """By what a coefficient of a law of the rate is larger where its input is the rate without the gain."""
+    if not _is_law(problem, term):
+        return 1.0
+
+    def asked() -> float:
+        shape = tuple(f * value for f, value in zip(_shapes_as_stated(problem, term), term.shape, strict=True))
+        fitted, stated = (
+            problem.bins.mean(tuple(regressors(term.effect, e, at)[..., :1] for e in exposures))
+            for exposures, at in (
+                (problem.exposures, term.shape),
+                (tuple(map(_without_gain, problem.exposures)), shape),
+            )
+        )
+        size = float(np.sum(stated**2))
+        return float(np.sum(stated * fitted)) / size if size else 1.0
+
+    factor: float = problem.remember(("of true rates", term), asked)
+    return factor
+
+
+def _is_law(problem: Problem, term: Term) -> bool:
+    """Whether a term is a law of the rate, fitted with the rate times a gain."""
+    effect = term.effect
+    return problem.gain != 1.0 and effect.of_rate and not effect.of_response and not problem.through_gravity
+
+
+def _without_gain(exposure: Exposure) -> Exposure:
+    """The exposure with the rates themselves, not times the gain of the target."""
+    motion, gain = exposure.motion, exposure.motion.gain
+    edges = None if motion.rate_edges is None else motion.rate_edges / gain
+    motion = replace(motion, rate=motion.rate / gain, rate_edges=edges, gain=1.0)
+    return replace(exposure, u=exposure.u / gain, motion=motion)
+
+
+def _shapes_as_stated(problem: Problem, term: Term) -> tuple[float, ...]:
+    """Factor of each shape of a term as it is stated: those that are rates are so without the gain."""
+    gain = abs(problem.gain) if _is_law(problem, term) else 1.0
+    return tuple(1 / gain if p.unit_on(problem.unit) == "rad/s" else 1.0 for p in term.effect.shapes)
 
 
 def _root(row: Estimate, unit: str) -> Estimate:

@@ -76,6 +76,6 @@ def undeclared_gain(
         confounded_with=(),
         held_out_before=scores[0].rms,
         held_out_after=scores[1].rms,
-        remark="seen in the response of the readings; everything else is relative to that gain",
+        remark="seen in the response of the readings; a lag and a held output are relative to that gain",
     )
     return (found,), ()
