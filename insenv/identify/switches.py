@@ -14,6 +14,7 @@ from insenv.identify.findings import Solved, Switch, Switchable
 from insenv.identify.fit.gls import Fit, solve
 from insenv.identify.fit.noise import eigenvalues
 from insenv.identify.fit.problem import NOISE_TERMS, Problem, Term, free_bins
+from insenv.identify.fit.uncertainty import of_true_rates, shapes_as_stated
 from insenv.identify.search.tracks import Track
 
 #: Refused effects that can be tried, the likeliest ones; rivals of one effect.
@@ -34,9 +35,12 @@ def switchable(track: Track) -> Switchable | None:
     if len(free) > MOST_FREE:
         return None
     terms, switches = offered(track)
-    columns = [problem.columns(term) for term in terms]
+    # A law of the rate is of the rate itself, as it is stated, not of the rate times the gain of the target.
+    factors = [of_true_rates(problem, term) for term in terms]
+    columns = [problem.columns(term) / factor for term, factor in zip(terms, factors, strict=True)]
     names = [row for term in terms for row in problem.names(term)]
     of = [index for index, one in enumerate(columns) for _ in range(one.shape[1])]
+    stated = np.array([factors[index] for index in of])
     lam = _eigenvalues(problem)
     cleaned = tuple(f"a line at {line.frequency:.4g} Hz" for line in track.prepared.lines)
     return Switchable(
@@ -44,8 +48,8 @@ def switchable(track: Track) -> Switchable | None:
         columns=np.column_stack([*columns]) if columns else np.zeros((problem.bins.n, 0)),
         of=tuple(of),
         labels=tuple((name, unit) for name, unit, _ in names),
-        prior=np.array([sd for term in terms for sd in problem.priors(term)]),
-        theta=_found(track.fit, tuple(range(len(track.fit.model))), names, of),
+        prior=np.array([sd for term in terms for sd in problem.priors(term)]) * np.abs(stated),
+        theta=stated * _found(track.fit, tuple(range(len(track.fit.model))), names, of),
         free=free,
         blocks=tuple((b.run + 1, b.start, b.stop, b.fitted, b.span) for b in problem.bins.blocks),
         width=problem.bins.width,
@@ -53,7 +57,7 @@ def switchable(track: Track) -> Switchable | None:
         noise=tuple(term.id for term in NOISE_TERMS),
         lam=lam,
         spectra=np.column_stack([term.spectrum(lam, problem.bins.width) for term in NOISE_TERMS]),
-        known=_known(track.problem, terms, switches, names, of),
+        known=_known(track.problem, terms, switches, (names, of, stated)),
         own_level=any(term.effect.part == "level" and term.per_run for term in fit.model),
         rows=_rows(problem),
         cleaned=(*cleaned, *(("a held output",) if track.prepared.held.hold else ())),
@@ -104,9 +108,13 @@ def offered(track: Track) -> tuple[tuple[Term, ...], tuple[Switch, ...]]:
 
 
 def _known(
-    problem: Problem, terms: tuple[Term, ...], switches: tuple[Switch, ...], names: list[Named], of: list[int]
+    problem: Problem,
+    terms: tuple[Term, ...],
+    switches: tuple[Switch, ...],
+    columns: tuple[list[Named], list[int], Floats],
 ) -> tuple[Solved, ...]:
     """The declared model, the final one, that with one switch turned, and with two of which one is a curve."""
+    names, of, stated = columns
     final = tuple(one.role in ("declared", "added") for one in switches)
     some = range(len(final))
     pairs = ((i, j) for i, j in combinations(some, 2) if switches[i].generic or switches[j].generic)
@@ -116,14 +124,16 @@ def _known(
     for state in states:
         inside = tuple(k for k, on in enumerate(state) if on)
         fit = solve(problem, tuple(terms[k] for k in inside))
-        theta = tuple(map(float, _found(fit, inside, names, of)))
+        theta = tuple(map(float, stated * _found(fit, inside, names, of)))
         found.append(Solved(state, tuple(map(float, fit.noise.power)), theta))
     return tuple(found)
 
 
 def _shape(problem: Problem, term: Term) -> tuple[tuple[str, float, str], ...]:
-    shapes = getattr(term.effect, "shapes", ())
-    return tuple((p.name, float(v), p.unit_on(problem.unit)) for p, v in zip(shapes, term.shape, strict=True))
+    shapes, factors = getattr(term.effect, "shapes", ()), shapes_as_stated(problem, term)
+    return tuple(
+        (p.name, f * float(v), p.unit_on(problem.unit)) for p, v, f in zip(shapes, term.shape, factors, strict=True)
+    )
 
 
 def _found(fit: Fit, inside: tuple[int, ...], names: list[Named], of: list[int]) -> Floats:

@@ -107,7 +107,7 @@ def estimates(problem: Problem, fit: Fit, inexact: tuple[Term, ...] = ()) -> dic
             rows += [
                 Estimate(key, name, f * value, f * float(sd), unit)
                 for (name, unit, value, _), sd, f in zip(
-                    slopes[term].rows, shape_sd[term], _shapes_as_stated(problem, term), strict=True
+                    slopes[term].rows, shape_sd[term], shapes_as_stated(problem, term), strict=True
                 )
             ]
         out[term] = tuple(rows)
@@ -146,7 +146,7 @@ def covariance(problem: Problem, fit: Fit) -> Covariance:
     labels = [fit.design.labels[j][:2] for j in kept]
     index = np.concatenate([kept, len(fit.design.term) + np.arange(len(shapes))]).astype(int)
     gains, zeros = np.array([_as_stated(problem, fit, fit.model[j]) for j in fit.design.term[kept]]).reshape(-1, 2).T
-    of_shapes = [f for term in slopes for f in _shapes_as_stated(problem, term)]
+    of_shapes = [f for term in slopes for f in shapes_as_stated(problem, term)]
     factor = np.concatenate([gains, of_shapes])
     return Covariance(
         (*((key, name) for key, name in labels), *((key, name) for key, name, _ in shapes)),
@@ -176,16 +176,16 @@ def _as_stated(problem: Problem, fit: Fit, term: Term) -> tuple[float, float]:
         return problem.gain, problem.gain - 1
     if lag_form.is_skew(term):
         return 1 / (1 + fit.scale_factor), 0.0
-    return _of_true_rates(problem, term), 0.0
+    return of_true_rates(problem, term), 0.0
 
 
-def _of_true_rates(problem: Problem, term: Term) -> float:
+def of_true_rates(problem: Problem, term: Term) -> float:
     """By what a coefficient of a law of the rate is larger where its input is the rate without the gain."""
     if not _is_law(problem, term):
         return 1.0
 
     def asked() -> float:
-        shape = tuple(f * value for f, value in zip(_shapes_as_stated(problem, term), term.shape, strict=True))
+        shape = tuple(f * value for f, value in zip(shapes_as_stated(problem, term), term.shape, strict=True))
         fitted, stated = (
             problem.bins.mean(tuple(regressors(term.effect, e, at)[..., :1] for e in exposures))
             for exposures, at in (
@@ -214,10 +214,10 @@ def _without_gain(exposure: Exposure) -> Exposure:
     return replace(exposure, u=exposure.u / gain, motion=motion)
 
 
-def _shapes_as_stated(problem: Problem, term: Term) -> tuple[float, ...]:
+def shapes_as_stated(problem: Problem, term: Term) -> tuple[float, ...]:
     """Factor of each shape of a term as it is stated: those that are rates are so without the gain."""
     gain = abs(problem.gain) if _is_law(problem, term) else 1.0
-    return tuple(1 / gain if p.unit_on(problem.unit) == "rad/s" else 1.0 for p in term.effect.shapes)
+    return tuple(1 / gain if p.unit_on(problem.unit) == "rad/s" else 1.0 for p in getattr(term.effect, "shapes", ()))
 
 
 def _root(row: Estimate, unit: str) -> Estimate:
