@@ -101,7 +101,9 @@ def _of_run(recording: Recording, target: str, told: Settled) -> list[RejectedRo
         return []
     y = y - np.median((y - u)[known])  # a bias is no rate of turn
     left = y - u
-    score = np.where(known, np.abs(left) / _spread(y, u, left, known, max(round(AROUND / dt), 1)), 0.0)
+    # Near an end a mean is of fewer rows, and the rounding of an angle in it as much larger.
+    fewer = np.minimum(1.0, (np.minimum(row, n - 1 - row) + 1 + over // 2) / over)
+    score = np.where(known, fewer * np.abs(left) / _spread(y, u, left, known, max(round(AROUND / dt), 1)), 0.0)
     calm = known & (score < FAR)
     usual = float(np.sqrt(np.mean(left[calm] ** 2))) if calm.any() else 0.0
     far = np.zeros(n)  # of the event that a cell is part of: at its ends a mean is less far off

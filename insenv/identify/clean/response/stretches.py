@@ -57,7 +57,8 @@ class Stretch:
             return values
         from scipy.ndimage import uniform_filter1d  # slow to import
 
-        return np.asarray(uniform_filter1d(values, self.over, mode="nearest"))
+        # At an end the mean of the half that is there: the outermost reading again and again is its rounding.
+        return np.asarray(uniform_filter1d(values, self.over, mode="reflect"))
 
     def whole(self, lag: float) -> Floats:
         """The same of the whole run."""
