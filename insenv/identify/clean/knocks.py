@@ -8,10 +8,11 @@ mean is beyond `LOUDER` times the median one,
 
     s^2 > LOUDER^2 max(median s^2, q^2 / 4),      q the step to which readings are rounded,
 
-and so are those beside it that ring on, beyond `RINGS` times. White noise is so loud never, and a step only in the
-in which it happens. What lasts longer than `LONGEST` of a run and no longer than `LASTING` is an event that is left out
-as the bursts of means are (`insenv.identify.clean.bursts`): something shook the bench for seconds. Where knocks
-are more than `MOST` of the rows, and these with them more than `EVENTS`, or one lasts longer, that is how the unit is.
+and so are those beside it that ring on, beyond `RINGS` times. White noise is so loud never, and a step only in the one
+in which it happens. What half of the other channels of a unit show at once, three at least, is a knock on all. What
+lasts longer than `LONGEST` of a run and no longer than `LASTING` is an event that is left out as the bursts of means
+are (`insenv.identify.clean.bursts`): something shook the bench for seconds. Where knocks are more than `MOST` of the
+rows, and these with them more than `EVENTS`, or one lasts longer, that is how the unit is.
 """
 
 from __future__ import annotations
@@ -30,6 +31,8 @@ from insenv.identify.findings import RejectedRows
 WINDOW, ROWS, FEWEST = 0.5, 12, 40
 #: Times the median scatter from which on a window is a knock, and from which on its neighbours ring.
 LOUDER, RINGS = 4.0, 2.0
+#: Fewest other channels by whose knocks one is a knock of the unit.
+TOGETHER = 3
 #: Largest share of the rows that knocks are, and that one of them is; that one which lasts is, and all together.
 MOST, LONGEST = 0.05, 0.04
 LASTING, EVENTS = 0.1, 0.15
@@ -45,6 +48,7 @@ def knocks(recording: Recording, target: str, run: int = 0) -> tuple[RejectedRow
     if count < FEWEST:
         return ()
     mask, scatter = _loud(values[: count * rows].reshape(count, rows), rounding(values))
+    mask = mask | _of_others(recording, target, count, rows)
     ends = [(start * rows, stop * rows if stop < count else len(values)) for start, stop in stretches(mask)]
     n, brief = len(values), max(LONGEST * len(values), 2 * rows)
     lasting = [(start, stop) for start, stop in ends if brief < stop - start <= max(LASTING * n, 3 * rows)]
@@ -55,7 +59,8 @@ def knocks(recording: Recording, target: str, run: int = 0) -> tuple[RejectedRow
         lasting = []
 
     def loud(start: int, stop: int) -> str:
-        return f"{_most(scatter, start, stop, rows):.2g} times as loud"
+        times = _most(scatter, start, stop, rows)
+        return f"{times:.2g} times as loud" if times > LOUDER else "as most other channels show"
 
     found = [RejectedRows(target, run, start, stop, f"a knock: {loud(start, stop)}") for start, stop in ends]
     found += [
@@ -63,6 +68,14 @@ def knocks(recording: Recording, target: str, run: int = 0) -> tuple[RejectedRow
         for start, stop in lasting
     ]
     return tuple(sorted(found, key=lambda row: row.start))
+
+
+def _of_others(recording: Recording, target: str, count: int, rows: int) -> NDArray[np.bool_]:
+    """Windows in which most of a unit's other channels have a knock, shape (count,)."""
+    kinds = ("gyro", "accel")
+    others = [c.values for name, c in recording.channels.items() if name != target and name.partition("_")[0] in kinds]
+    loud = [_loud(x[: count * rows].reshape(count, rows), rounding(x))[0] for x in others]
+    return np.sum(loud, axis=0) >= max(TOGETHER, len(others) / 2) if len(others) >= TOGETHER else np.zeros(count, bool)
 
 
 def _loud(windows: NDArray[np.float64], step: float) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
