@@ -28,6 +28,7 @@ from insenv.core.series.rounding import counter_step, rounding
 from insenv.core.series.stretches import stretches
 from insenv.core.units import DIMENSIONS, scale_to_si
 from insenv.data.cells.rows import evenly
+from insenv.data.cells.thermometer import with_sound_temperature
 from insenv.data.leaps import without_leaps
 from insenv.data.manifest import ChannelSpec, Manifest, RunSpec
 from insenv.data.manifest.spec import ACCELEROMETERS, CHANNELS, EVENTS, GYROS, INCREMENTS, Quantity
@@ -186,6 +187,7 @@ def _read_run(manifest: Manifest, run: RunSpec, words: Mended) -> Recording:
         table = replace(table, values={**table.values, "table_angle": taken.angle})
     read = without_leaps(replace(_recorded(manifest, run, table, taken), notes=notes))
     read = with_renewals(read, stamps - stamps[0] + read.t[0] if len(stamps) == len(read.t) else None)
+    read = with_sound_temperature(read)
     instruments = [name for name in read.channels if name in (*GYROS, *ACCELEROMETERS)]
     # At rest a row may be of one tick or the next; what they read is as good as any.
     if not taken.doubtful.any() or _nothing_turns(manifest):
@@ -198,7 +200,8 @@ def _read_run(manifest: Manifest, run: RunSpec, words: Mended) -> Recording:
         for name, channel in read.channels.items()
         if name not in instruments
     }
-    left_out = dict.fromkeys((*instruments, *(name for name in TABLE if name in read.channels)), taken.doubtful)
+    names = (*instruments, *(name for name in TABLE if name in read.channels))
+    left_out = {name: taken.doubtful | read.left_out.get(name, False) for name in names}
     return replace(read, channels={**read.channels, **table_channels}, notes=notes, left_out=left_out)
 
 
