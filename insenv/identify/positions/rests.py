@@ -34,6 +34,7 @@ from insenv.identify.positions.stillness import (
     WINDOW,
     quiet_levels,
     scatter,
+    scatters,
     sizes,
     steady,
     threshold,
@@ -287,13 +288,15 @@ def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
 def _labelled(recording: Recording, channels: Sequence[str], s: Floats) -> tuple[list[tuple[int, int]], list[str]]:
     """Labelled stretches that stand still, and what is said of the others.
 
-    A window that is longer than a stretch tells of its neighbours: a stretch so short is a rest by its label.
+    A window that is longer than a stretch tells of its neighbours: a stretch so short is a rest by its label. So is one
+    that is louder than the quietest, where readings stand at one coarse step, and by no more than a unit that lies.
     """
     width, limit = window_rows(recording), threshold(s)
     kept, moving, beyond = [], [], 0
     for segment in recording.segments:
         inner = s[segment.start + width // 2 : segment.stop - width // 2 + 1]
-        if segment.stop - segment.start >= width and float(np.mean(inner >= limit)) > MOVING_SHARE:
+        loud = segment.stop - segment.start >= width and float(np.mean(inner >= limit)) > MOVING_SHARE
+        if loud and scatters(recording, channels, segment.start, segment.stop):
             moving.append(segment.label)
         else:
             start, stop = _of_label(recording, channels, segment.start, segment.stop)

@@ -126,6 +126,12 @@ def steady(recording: Recording, channels: Sequence[str], start: int, stop: int)
     return [(start + a * width, stop if b == last else start + b * width) for a, b in whole]
 
 
+def scatters(recording: Recording, channels: Sequence[str], start: int, stop: int) -> bool:
+    """Whether some channel scatters in the rows ``[start, stop)`` by more than one of a unit that lies may be off."""
+    values = np.stack([recording.channels[name].values[start:stop] for name in channels])
+    return bool(np.any(values.std(axis=1) > sizes(channels, values.mean(axis=1)[:, None])))
+
+
 def sizes(channels: Sequence[str], means: Floats) -> Floats:
     """By what each channel of a unit that lies does not change, shape (channels,); ``means``, shape (channels, n)."""
     accels = [i for i, name in enumerate(channels) if name.startswith("accel")]
