@@ -5,6 +5,7 @@ And what their calibration is worth as the attitude reference of gyros.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
@@ -33,6 +34,7 @@ from insenv.identify.positions.accelerometers.known import (
 )
 from insenv.identify.positions.accelerometers.magnitudes import (
     Magnitudes,
+    directions,
     gravities,
     through_runs,
     uncertain_directions,
@@ -43,7 +45,7 @@ from insenv.identify.positions.checks.creep import creeping
 from insenv.identify.positions.checks.numbers import clipped
 from insenv.identify.positions.checks.wander import wandering
 from insenv.identify.positions.evidence import held_out_errors
-from insenv.identify.positions.least_squares import solve
+from insenv.identify.positions.least_squares import Fit, solve
 from insenv.identify.positions.model import Surroundings, TriadTerm, triad_term
 from insenv.identify.positions.part import (
     NO_REST,
@@ -64,6 +66,8 @@ from insenv.identify.positions.walk import LEAST_FREEDOM as WALK_FREEDOM
 CALIBRATION = (AccelBias.id, AccelScaleFactor.id, NonOrthogonality.id)
 #: What is wanted where rests do not tell an effect: there are too few, or an axis points one way in all of them.
 UNTOLD = (("more positions",), ("other attitudes",))
+#: Angle up to which directions of gravity are one [rad].
+ONE_WAY = math.radians(0.5)
 
 
 def trace_accelerometers(
@@ -108,7 +112,30 @@ def trace_accelerometers(
         other = _part(manifest, recordings, problem, terms, again, found, room, alpha)
         part = other if any(step.term == again[-1] for step in other.outcome.steps) else part
     outcome = replace(part.outcome, not_testable=(*part.outcome.not_testable, *blind))
+    if targets:
+        _points_somewhere(manifest, problem, part.outcome.before, len({rest.number for rest in rests}))
     return replace(part, outcome=outcome, parted=parted), left_out, known
+
+
+def _points_somewhere(manifest: Manifest, problem: Magnitudes, fit: Fit, count: int) -> None:
+    """Refuses rests in one attitude where scale factors were fitted: any that are large enough fit them.
+
+    Raises
+    ------
+    InputError
+        If gravity points one way in all rests by what was fitted.
+    """
+    scales = any(term.effect.id == AccelScaleFactor.id for term in fit.terms)
+    if isinstance(problem, KnownAttitudes) or not scales:
+        return
+    felt = directions(problem.measured, problem.around, fit.terms, fit.theta)
+    up = felt / np.linalg.norm(felt, axis=1, keepdims=True)
+    mean = up.mean(axis=0) / np.linalg.norm(up.mean(axis=0))
+    if float(np.min(up @ mean)) > math.cos(ONE_WAY):
+        raise InputError(
+            f"{manifest.path}: gravity points one way in all {count} rests, to {math.degrees(ONE_WAY):g} deg; wanted "
+            "other attitudes for the scale factors that are declared"
+        )
 
 
 def wanted_rests(manifest: Manifest, keys: tuple[str, ...] | None) -> int:
