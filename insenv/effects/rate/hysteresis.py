@@ -145,8 +145,11 @@ class EncoderBacklash(MemoryEffect):
         return spread(u, theta[..., 0, None] * rate), np.stack([behind[..., -1], angle[..., -1]], axis=-1)
 
     def blind(self, motion: Motion) -> str:
-        """Nothing of it is in a rest."""
-        return SET if motion.stands else ""
+        """Nothing of it is in a rest, nor where the table never reverses."""
+        if motion.stands:
+            return SET
+        both = float(motion.rate.min(initial=0.0)) < 0 < float(motion.rate.max(initial=0.0))
+        return "" if both else "the table never reverses"
 
     def grid(self, motion: Motion) -> Floats:
         """No shape: one row without columns, where the table reverses."""
