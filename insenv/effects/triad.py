@@ -126,6 +126,7 @@ class AccelThirdOrder(LinearEffect):
     source = "IEEE Std 1293-2018: third-order coefficient K3"
     instruments = ("accelerometer",)
     of_rate = True
+    unusual = True
     bend = True
 
     def basis(self, u: Floats, motion: Motion) -> Floats:

@@ -50,7 +50,7 @@ class LockIn(CurveEffect):
 
     id = "lock_in"
     title = "lock-in"
-    meaning = "coupling of the two beams pulls a ring laser's frequency towards zero at low rates"
+    meaning = "small rates are lost at a threshold, as the coupling of a ring laser's beams makes one"
     # A lock-in rate of 3e-3 rad/s (650 deg/h) is one standard deviation; 0.03 rad/s the largest credible one.
     linear = (Param("W_L_squared", "rad^2/s^2", sd=1e-5, bound=1e-3, low=0.0),)
     source = _SOURCE
