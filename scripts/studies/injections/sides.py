@@ -30,7 +30,7 @@ LATER = (
     *("twentieth", "twentyfirst", "twentysecond", "twentythird", "twentyfourth", "twentyfifth", "twentysixth"),
     *("twentyseventh", "twentyeighth", "twentyninth", "thirtieth", "thirtyfirst", "thirtysecond", "thirtythird"),
     *("thirtyfourth", "thirtyfifth", "thirtysixth", "thirtyseventh", "thirtyeighth"),
-    *("thirtyninth", "fortieth", "fortyfirst", "fortysecond", "fortythird"),
+    *("thirtyninth", "fortieth", "fortyfirst", "fortysecond", "fortythird", "fortyfourth"),
 )
 KINDS = ("reference", "attitudes", "rest")
 
