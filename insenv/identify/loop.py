@@ -356,8 +356,7 @@ def _begin(
     state = (prepared, found, blind, fit, score, tones)
     labels = tuple(recording.label for recording in recordings)
     wanders = any(manifest.noise.get(target, {}).get(term, 0.0) > 0 for term in WANDERING)
-    beside = Track(*state, level=level, one_mounting=once, labels=labels, few_waves=few, local=local)
-    return replace(beside, wanders=wanders, channels=len(manifest.model.targets))
+    return Track(*state, level=level, one_mounting=once, labels=labels, few_waves=few, local=local, wanders=wanders)
 
 
 def _searched(track: Track, generic: bool, seed: int, progress: Progress) -> Track:

@@ -78,7 +78,7 @@ class Track:
     is taken for. ``law`` is a product of what was recorded that what is left follows, and ``behind`` are effects that
     had been added and explain less than it does (`insenv.identify.formula`). ``in_common`` says in words with which
     other channels what is left wanders, ``apart`` that each run has a bias of its own where one for all was taken.
-    ``wanders`` says that the maker's noise has a flicker or a walk, ``channels`` of how many targets this is one.
+    ``wanders`` says that the maker's noise has a flicker or a walk.
     """
 
     prepared: Prepared
@@ -106,7 +106,6 @@ class Track:
     in_common: str = ""
     apart: tuple[str, ...] = ()
     wanders: bool = False
-    channels: int = 1
 
     @property
     def problem(self) -> Problem:
