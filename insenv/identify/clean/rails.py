@@ -134,6 +134,8 @@ def _rail(recordings: tuple[Recording, ...], target: str, values: Floats, side: 
     if not FEWEST <= rows <= MOST * len(values):
         return None
     step = max(rounding(r.channels[target].values) for r in recordings)
+    if abs(value) < step:
+        return None  # what counts nothing at rest, and turns one way alone
     by_table = [_wanted_by_table(r, target, value, side, step) for r in recordings]
     known = [one for one in by_table if one is not None]
     over = any(_overflows(r, target, value, side) for r in recordings)

@@ -56,7 +56,7 @@ class TwoLevels:
 
 def two_levels(values: Floats) -> TwoLevels:
     """The likeliest chain of two levels of means that follow each other, shape (n,)."""
-    levels, spread = np.quantile(values, [0.2, 0.8]), 0.7 * float(np.std(values))
+    levels, spread = np.quantile(values, [0.2, 0.8]), max(0.7 * float(np.std(values)), 1e-300)
     change, before = np.array([FIRST, FIRST]), -math.inf
     for _ in range(ROUNDS):
         near = np.exp(-0.5 * ((values[:, None] - levels) / spread) ** 2) / (spread * math.sqrt(2 * math.pi)) + 1e-300

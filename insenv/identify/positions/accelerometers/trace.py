@@ -128,14 +128,22 @@ def _points_somewhere(manifest: Manifest, problem: Magnitudes, fit: Fit, count: 
     scales = any(term.effect.id == AccelScaleFactor.id for term in fit.terms)
     if isinstance(problem, KnownAttitudes) or not scales:
         return
-    felt = directions(problem.measured, problem.around, fit.terms, fit.theta)
-    up = felt / np.linalg.norm(felt, axis=1, keepdims=True)
-    mean = up.mean(axis=0) / np.linalg.norm(up.mean(axis=0))
-    if float(np.min(up @ mean)) > math.cos(ONE_WAY):
+    if _one_way(directions(problem.measured, problem.around, fit.terms, fit.theta)):
+        read = _one_way(problem.measured)
         raise InputError(
             f"{manifest.path}: gravity points one way in all {count} rests, to {math.degrees(ONE_WAY):g} deg; wanted "
             "other attitudes for the scale factors that are declared"
+            if read
+            else f"{manifest.path}: no bias and scale factor bring the {count} rests to one magnitude of gravity, but "
+            "factors of a thousand and more; wanted rests without a drift or a knock, or in more attitudes"
         )
+
+
+def _one_way(forces: Floats) -> bool:
+    """Whether specific forces, shape (rests, 3), have one direction."""
+    up = forces / np.linalg.norm(forces, axis=1, keepdims=True)
+    mean = up.mean(axis=0)
+    return float(np.min(up @ mean)) > math.cos(ONE_WAY) * float(np.linalg.norm(mean))
 
 
 def wanted_rests(manifest: Manifest, keys: tuple[str, ...] | None) -> int:
