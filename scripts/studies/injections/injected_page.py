@@ -169,6 +169,12 @@ a dead band, a lock-in and another step at 11 to 15, all under a doubt that was 
 lock-in and of both steps. Two are refused: a step of a gyro that was moved by hand, and a line on a boat, tip what is
 declared at rest over what counts as motion.
 
+Five latest parts (`sides_latest.toml`, seed 13), into which nothing had been put before, were closed and run once by
+`514aa02`: 87 cases on 38 recordings, 64 right or honest. Stated wrongly are three: two of one accelerometer that was
+moved about in one attitude, whose scale factors ran away to ten million untouched as well (such rests are refused
+since), and a play as small as a lag, named as one beside a recording whose lag is named otherwise. A rail of 49 rows
+was missed, for single rows of a heading tell nothing of what was asked for: all of them do, since then.
+
 The sets do not compare in sizes: those of the first draw were made with noise autoregressive of first order, which
 makes slow effects larger than they are, and of gyros in attitudes with fixed shares; the others as described. Two
 cases of the closed set are an accelerometer's beside a reference.
