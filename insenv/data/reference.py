@@ -121,7 +121,7 @@ def with_positions(recording: Recording, t: Floats | None = None) -> Recording:
         was_set = channel.source != "encoder" and rates_were_set(t, channel.values)
     else:
         # Of a gyro such a column may be an angle that is told less often than the gyro is read.
-        steps = were_set(t, channel.values) or (not _has_gyros(recording) and dwells(channel.values))
+        steps = were_set(t, channel.values) or (not _has_gyros(recording) and dwells(t, channel.values))
         was_set = channel.source is None and steps and not _read(recording, channel)
     if not was_set:
         return recording

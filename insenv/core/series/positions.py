@@ -59,13 +59,17 @@ def were_set(t: Floats, angle: Floats) -> bool:
     return float(np.median(bend)) > EVENLY or float(np.median(np.diff(t[1:][gone]))) > RESTS
 
 
-def dwells(angle: Floats) -> bool:
-    """Whether readings of an angle [rad], shape (n,), stand for some rows and are at another position in the next."""
+def dwells(t: Floats, angle: Floats) -> bool:
+    """Whether readings of an angle [rad] at times ``t`` [s], shape (n,), stand for long, and then at another position.
+
+    What is read a few times a second stands between two readings as well.
+    """
     change = np.abs(_within_a_turn(np.diff(angle)))
     gone = np.flatnonzero(change > GONE)
     if len(gone) < FEWEST or np.any((change > STANDS) & (change <= GONE)):
         return False
-    return float(np.median(np.diff(gone))) > DWELL and float(np.diff(gone).min()) > 1
+    rows = np.diff(gone)
+    return float(np.median(rows)) > DWELL and int(rows.min()) > 1 and float(np.median(np.diff(t[gone]))) > APART
 
 
 def _goes_unevenly(t: Floats, angle: Floats) -> bool:
