@@ -194,3 +194,29 @@ def test_a_dwell_that_is_lost_is_a_finding() -> None:
     found = closed(recording)
     lost = any(row.cause == "stuck" for row in found.rows_rejected)
     assert not lost or found.verdict != "nothing-significant"
+
+
+def test_rows_that_count_nothing_are_at_no_end_of_a_range() -> None:
+    """A ring laser that turns one way, read more often than it counts: it was taken to overflow at 0."""
+    rng = np.random.default_rng(2)
+    read = rng.random(20_000) > 0.16
+    counts = np.where(read, np.floor(135 + 3.0 * rng.standard_normal(20_000)), 0.0) * 3.9e-3
+    told = 135 * 3.9e-3 + 0.3 * rng.standard_normal(20_000)
+    channels = {"gyro": Channel(counts, "rad/s"), "table_rate": Channel(told, "rad/s", source="encoder")}
+    assert find_rails((Recording(0.0025 * np.arange(20_000.0), channels),), "gyro") == ()
+
+
+def test_a_rail_beside_a_noisy_reference_is_told_by_all_its_rows() -> None:
+    """No single row of a heading tells that more was asked for than was read."""
+    rng = np.random.default_rng(3)
+    t = 0.03 * np.arange(700.0)
+    there = (np.abs(t - 6) < 0.7) | (np.abs(t - 15) < 0.3)
+    rate = np.where(there, -2.2, 1.2 * np.sin(2 * np.pi * t / 9.0))
+    gyro = np.maximum(rate + 0.01 * rng.standard_normal(700), -2.05)
+    told = rate + 0.08 * rng.standard_normal(700)
+    channels = {
+        "gyro": Channel(gyro, "rad/s", "interval"),
+        "table_rate": Channel(told, "rad/s", "interval", source="encoder"),
+    }
+    (rail,) = find_rails((Recording(t, channels),), "gyro")
+    assert not rail.high and rail.value == -2.05

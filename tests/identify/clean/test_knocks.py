@@ -81,3 +81,17 @@ def test_the_noise_is_that_of_the_rest(touched: tuple[float, ...]) -> None:
     white, flicker = np.sqrt(fit.noise.power[:2])
     assert white == pytest.approx(WHITE / np.sqrt(RATE), rel=0.05)
     assert flicker < 0.3 * WHITE
+
+
+@pytest.mark.parametrize("others", [5, 2])
+def test_what_most_channels_of_a_unit_show_is_a_knock_on_all(others: int) -> None:
+    """Of the last axis a rest of it stayed in the noise."""
+    t = np.arange(1.0, SECONDS * RATE + 1) / RATE
+    rng, names = np.random.default_rng(6), [f"{kind}_{axis}" for kind in ("gyro", "accel") for axis in "xyz"]
+    channels = {}
+    for number, name in enumerate(names):
+        height = 40.0 if number < others else 0.0
+        values = WHITE * (rng.standard_normal(len(t)) + ringing(t - 20.1, height))
+        channels[name] = Channel(values, "rad/s" if name.startswith("gyro") else "m/s^2")
+    unit = Recording(t, channels, site=Site(gravity=9.8), label="touched")
+    assert bool(knocks(unit, "accel_z")) == (others == 5)

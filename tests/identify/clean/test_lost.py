@@ -50,3 +50,17 @@ def test_what_goes_with_the_fastest_swing_is_no_event(law: bool, lost: bool) -> 
     angle = (np.cumsum(rate) - 0.5 * rate) * DT + 1e-4 * rng.standard_normal(len(t))
     carried = Recording(t, {"gyro": Channel(gyro, "rad/s"), "table_angle": Channel(angle, "rad")})
     assert bool(lost_rows((with_reference(carried),), "gyro", (Settled(0, 30, 1.0, 0.0),))) == lost
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_ends_of_a_run_beside_a_coarse_encoder_are_sound(seed: int) -> None:
+    """There the outermost reading of the angle was taken again and again, with its rounding."""
+    rng = np.random.default_rng([7, seed])
+    t: Floats = DT * np.arange(4000.0)
+    phase = rng.uniform(0, 2 * np.pi)
+    rate = 3.0 * np.cos(2 * np.pi * 0.6 * t + phase)
+    angle = 3.0 / (2 * np.pi * 0.6) * np.sin(2 * np.pi * 0.6 * t + phase)
+    step = 2 * np.pi / 1024
+    gyro = rate + 5e-3 * rng.standard_normal(len(t))
+    channels = {"gyro": Channel(gyro, "rad/s"), "table_angle": Channel(np.round(angle / step) * step, "rad")}
+    assert lost_rows((with_reference(Recording(t, channels)),), "gyro", (Settled(0, 30, 1.0, 0.0),)) == ()

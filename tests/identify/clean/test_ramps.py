@@ -170,3 +170,28 @@ def test_of_a_first_row_that_began_before_the_rate_was_read_nothing_is_known(sta
     told = Channel(np.deg2rad(fine[9::10]), "rad/s", "instant", source="command")
     found = bending(Recording(T, {"gyro": Channel(y, "rad/s", "interval"), "table_rate": told}), "gyro", 0)
     assert any((one.start, one.stop) == (0, 1) for one in found) == bool(start)
+
+
+def swinging(levels: Floats, natural: float = 0.5, damping: float = 0.6) -> Floats:
+    """Rates of a servo of second order that passes what it is told, in exact steps of a hundredth of a row."""
+    rate, slope, out, dt = 0.0, 0.0, np.empty(len(levels)), DT / 100
+    w = 2 * np.pi * natural
+    for i, wanted in enumerate(levels):
+        total = 0.0
+        for _ in range(100):
+            slope += dt * (w * w * (wanted - rate) - 2 * damping * w * slope)
+            rate += dt * slope
+            total += rate
+        out[i] = total / 100
+    return out
+
+
+def test_a_servo_that_swings_is_there_when_it_stays() -> None:
+    """Where it passed the rate it was taken to be there, with a seventh of a jump to come."""
+    rate = swinging(LEVELS)
+    kept = np.ones(N, bool)
+    for one in approaching(recording(rate, 3, 5.0), "gyro", 0):
+        kept[one.start : one.stop] = False
+    off = np.abs(rate - LEVELS) * 3600
+    assert np.max(off[kept]) < 10.0
+    assert np.sum(~kept) < 0.35 * N

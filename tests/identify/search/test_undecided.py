@@ -6,12 +6,14 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import accumulate
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from simulated_runs import closed, manifest
 
+from insenv.close import close
 from insenv.core.recording import Channel, Recording, Site
 from insenv.effects.catalogue import by_key
 from insenv.identify.findings import TargetFindings
@@ -130,3 +132,19 @@ def test_a_walk_is_no_step(walk: float) -> None:
     # Of 40 simulated nulls with walks, flicker and memories none had one; three of 16 by chance once in 10^4.
     found = [closed(rest_with_a_step(seed, 0.0, walk), manifest(declared=("bias",))) for seed in range(8)]
     assert sum(any(a.effect == "bias_step" for a in one.targets[0].added) for one in found) <= 1
+
+
+@pytest.mark.parametrize("stated", [True, False])
+def test_a_flicker_that_the_maker_states_is_no_rival_of_a_step(tmp_path: Path, stated: bool) -> None:
+    """Of 14 such runs this one has a step that is likelier than a walk: without a word of the maker it is named."""
+    rng, n = np.random.default_rng([5, 13]), 3000
+    flicker = np.fft.irfft(np.fft.rfft(rng.standard_normal(2 * n)) / np.sqrt(np.maximum(np.arange(n + 1.0), 1) / n))[:n]
+    y = 20 * rng.standard_normal(n) + 2.2 * flicker
+    rows = np.column_stack([0.2 * np.arange(n), y])
+    np.savetxt(tmp_path / "run.csv", rows, delimiter=",", header="t,y", comments="", fmt="%.4f")
+    lines = ['data = "run.csv"', "[channels]", 'time = { column = "t", unit = "s" }']
+    lines += ['gyro = { column = "y", unit = "deg/h" }', "[model]", 'target = "gyro"', 'declared = ["bias"]']
+    lines += ["[noise]", 'angle_random_walk = "0.15 deg/sqrt(h)"', 'bias_instability = "4 deg/h"'] * stated
+    (tmp_path / "run.toml").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    (target,) = close(tmp_path / "run.toml").targets
+    assert (target.verdict == "nothing-significant") == stated
