@@ -9,10 +9,11 @@ mean is beyond `LOUDER` times the median one,
     s^2 > LOUDER^2 max(median s^2, q^2 / 4),      q the step to which readings are rounded,
 
 and so are those beside it that ring on, beyond `RINGS` times. White noise is so loud never, and a step only in the one
-in which it happens. What half of the other channels of a unit show at once, three at least, is a knock on all. What
-lasts longer than `LONGEST` of a run and no longer than `LASTING` is an event that is left out as the bursts of means
-are (`insenv.identify.clean.bursts`): something shook the bench for seconds. Where knocks are more than `MOST` of the
-rows, and these with them more than `EVENTS`, or one lasts longer, that is how the unit is.
+in which it happens. What the two others of a triad show at once is a knock on the third as well; what shakes the
+other triad may be what moves a bias, and is none. What lasts longer than `LONGEST` of a run and no longer than
+`LASTING` is an event that is left out as the bursts of means are (`insenv.identify.clean.bursts`): something shook the
+bench for seconds. Where knocks are more than `MOST` of the rows, and these with them more than `EVENTS`, or one lasts
+longer, that is how the unit is.
 """
 
 from __future__ import annotations
@@ -31,8 +32,6 @@ from insenv.identify.findings import RejectedRows
 WINDOW, ROWS, FEWEST = 0.5, 12, 40
 #: Times the median scatter from which on a window is a knock, and from which on its neighbours ring.
 LOUDER, RINGS = 4.0, 2.0
-#: Fewest other channels by whose knocks one is a knock of the unit.
-TOGETHER = 3
 #: Largest share of the rows that knocks are, and that one of them is; that one which lasts is, and all together.
 MOST, LONGEST = 0.05, 0.04
 LASTING, EVENTS = 0.1, 0.15
@@ -60,7 +59,7 @@ def knocks(recording: Recording, target: str, run: int = 0) -> tuple[RejectedRow
 
     def loud(start: int, stop: int) -> str:
         times = _most(scatter, start, stop, rows)
-        return f"{times:.2g} times as loud" if times > LOUDER else "as most other channels show"
+        return f"{times:.2g} times as loud" if times > LOUDER else "as the other axes show"
 
     found = [RejectedRows(target, run, start, stop, f"a knock: {loud(start, stop)}") for start, stop in ends]
     found += [
@@ -71,11 +70,13 @@ def knocks(recording: Recording, target: str, run: int = 0) -> tuple[RejectedRow
 
 
 def _of_others(recording: Recording, target: str, count: int, rows: int) -> NDArray[np.bool_]:
-    """Windows in which most of a unit's other channels have a knock, shape (count,)."""
-    kinds = ("gyro", "accel")
-    others = [c.values for name, c in recording.channels.items() if name != target and name.partition("_")[0] in kinds]
-    loud = [_loud(x[: count * rows].reshape(count, rows), rounding(x))[0] for x in others]
-    return np.sum(loud, axis=0) >= max(TOGETHER, len(others) / 2) if len(others) >= TOGETHER else np.zeros(count, bool)
+    """Windows in which the two other axes of the triad of ``target`` have a knock, shape (count,)."""
+    names = [f"{target[:-1]}{axis}" for axis in "xyz" if axis != target[-1]]
+    if len(names) != len("xy") or not all(name in recording.channels for name in names):
+        return np.zeros(count, bool)
+    others = [recording.channels[name].values[: count * rows] for name in names]
+    one, other = (_loud(values.reshape(count, rows), rounding(values))[0] for values in others)
+    return one & other
 
 
 def _loud(windows: NDArray[np.float64], step: float) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
