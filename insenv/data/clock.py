@@ -14,6 +14,9 @@ its neighbours keep, and they go on as if nothing had been; where all that follo
 
 Rows that are lost raise k_i - i for good; of the stamps that would make it fall as few as can be are wrong.
 
+Rows may come in packets of one size, stamped as they are read out: then the packets keep the clock, a packet is n
+periods long, and its last row was taken when it came.
+
 Where stamps jitter the instrument may have sampled evenly (the stamps are wrong: a rounding, a busy logger) or at the
 times stamped (the sampler is uneven, a little). A turning table tells: its angle is smooth in the true time.
 """
@@ -52,6 +55,9 @@ GROWTH = 2.0
 LONG = 10.0
 #: Jitter of so many periods is none of a clock, unless so many rows share a stamp, as rounding makes them.
 UNEVEN, SHARED = 1.5, 0.3
+#: Share of the mean step within which the rows of a packet follow each other, fewest packets, the share of them that
+#: are of one size, and the share of a period by which they may come early or late.
+WITHIN, PACKETS, ONE_SIZE, PUNCTUAL = 0.2, 16, 0.98, 0.3
 #: Jitter below this share of the period is of no consequence.
 NEGLIGIBLE = 0.02
 #: Jitter below this share of the period leaves no doubt which tick a stamp belongs to.
@@ -102,6 +108,8 @@ class Clock:
         Stamps that are wrong beside rows that were lost: nobody can tell which tick is theirs; empty as ``off``.
     quantum : float
         What the stamps are rounded to [s], as far as it shows.
+    packet : int
+        Rows that come at once; 1 where they come one by one.
     """
 
     period: float
@@ -113,6 +121,7 @@ class Clock:
     leaps: NDArray[np.bool_] = field(default_factory=_none)
     unsure: NDArray[np.bool_] = field(default_factory=_none)
     quantum: float = 0.0
+    packet: int = 1
 
     @property
     def steady(self) -> bool:
@@ -123,6 +132,8 @@ class Clock:
 def clock_of(t: Floats) -> Clock:
     """The clock behind stamps ``t``, shape (n,), n > 1, that nowhere run backwards and somewhere forwards."""
     steps = np.diff(t)
+    if (packets := _of_packets(t, steps)) is not None:
+        return packets
     period = _usual(steps)
     ticks = np.maximum(np.rint(steps / period), 1.0)
     unclear = np.abs(steps / period - ticks) > CLEAR
@@ -141,6 +152,24 @@ def clock_of(t: Floats) -> Clock:
         straight = other.steady and other.straight and not (kept and other.jitter > GROWTH * counted.jitter)
         return _with_off(other, t) if straight else counted
     return counted if kept and not other.steady and counted.jitter < LITTLE * period else other
+
+
+def _of_packets(t: Floats, steps: Floats) -> Clock | None:
+    """The clock behind rows that come in packets of one size at even times; None where they do not."""
+    first = np.flatnonzero(np.append(True, steps > WITHIN * float(steps.mean())))
+    sizes = np.diff(np.append(first, len(t)))
+    rows = int(np.median(sizes))
+    if len(first) < PACKETS or rows < len("ab") or float(np.mean(sizes == rows)) < ONE_SIZE:
+        return None
+    came = clock_of(t[first])
+    period = came.period / rows
+    if not came.steady or came.jitter > PUNCTUAL * period:
+        return None
+    place = np.arange(len(t)) - np.repeat(first, sizes)
+    even = np.repeat(came.even, sizes) + period * (place - np.repeat(sizes, sizes) + 1)
+    if (np.diff(even) <= 0).any():
+        return None
+    return Clock(period, even, float(np.std(t - even)), straight=came.straight, quantum=came.quantum, packet=rows)
 
 
 def _plain(t: Floats, steps: Floats, ticks: Floats, unclear: NDArray[np.bool_]) -> float:

@@ -428,3 +428,28 @@ def test_uneven_steps_of_a_short_recording_add_up(seed: int) -> None:
     assert not clock.steady or np.abs(clock.even - stamps).max() < 0.0155
     jitter = 0.022 * np.arange(2054) + 0.3 * 0.022 * rng.uniform(-1, 1, 2054)
     assert clock_of(jitter - jitter[0]).steady
+
+
+@pytest.mark.parametrize("late", [0.0, 0.001])
+def test_rows_in_packets_of_one_size_follow_the_clock_of_these(late: float) -> None:
+    """Eight readings of a serial port at once, at 100 Hz; some packets are lost. They were refused beside a table."""
+    rng = np.random.default_rng(8)
+    taken = 0.01 * np.arange(4000.0)
+    came = taken.reshape(-1, 8)[:, -1] + late * rng.random(500)
+    t = (came[:, None] + 2e-4 * np.arange(8)).ravel()
+    kept = np.ones(500, bool)
+    kept[[77, 78, 300]] = False
+    rows = np.repeat(kept, 8)
+    clock = clock_of(t[rows])
+    assert clock.steady and clock.packet == 8
+    assert clock.period == pytest.approx(0.01, rel=1e-4)
+    left = clock.even - taken[rows]
+    assert np.ptp(left) < 0.002
+
+
+def test_packets_of_any_size_keep_no_clock() -> None:
+    rng = np.random.default_rng(9)
+    taken = 0.01 * np.arange(4000.0)
+    written = np.cumsum(rng.uniform(0.06, 0.2, 400))
+    t = written[np.searchsorted(written, taken)] + 1e-4 * np.arange(4000.0) % 1e-3
+    assert clock_of(np.sort(t)).packet == 1
