@@ -266,7 +266,7 @@ def _confirmed(stamps: Floats, even: Floats, angle: Floats, share: float = SMOOT
 def _jitters(clock: Clock) -> str:
     text = f"time stamps jitter by {_share(clock)} of the period (one sigma) about an even clock of"
     if clock.packet > 1:
-        text = f"rows come in packets of {clock.packet}, which keep an even clock of"
+        text = f"rows come in packets of {clock.packet}, about an even clock of"
     return f"{text} {1 / clock.period:.6g} Hz: its times are taken"
 
 
