@@ -159,7 +159,7 @@ def _of_packets(t: Floats, steps: Floats) -> Clock | None:
     first = np.flatnonzero(np.append(True, steps > WITHIN * float(steps.mean())))
     sizes = np.diff(np.append(first, len(t)))
     rows = int(np.median(sizes))
-    if len(first) < PACKETS or rows < len("ab") or float(np.mean(sizes == rows)) < ONE_SIZE:
+    if len(first) < PACKETS or rows < 2 or float(np.mean(sizes == rows)) < ONE_SIZE:
         return None
     came = clock_of(t[first])
     period = came.period / rows

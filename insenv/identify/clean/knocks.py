@@ -72,7 +72,7 @@ def knocks(recording: Recording, target: str, run: int = 0) -> tuple[RejectedRow
 def _of_others(recording: Recording, target: str, count: int, rows: int) -> NDArray[np.bool_]:
     """Windows in which the two other axes of the triad of ``target`` have a knock, shape (count,)."""
     names = [f"{target[:-1]}{axis}" for axis in "xyz" if axis != target[-1]]
-    if len(names) != len("xy") or not all(name in recording.channels for name in names):
+    if len(names) != 2 or not all(name in recording.channels for name in names):
         return np.zeros(count, bool)
     others = [recording.channels[name].values[: count * rows] for name in names]
     one, other = (_loud(values.reshape(count, rows), rounding(values))[0] for values in others)
